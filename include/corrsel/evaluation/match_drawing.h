@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "corrsel/correspondences.h"
+
+namespace corrsel::core {
+
+/// Colours (BGR) that stay apart for colour-blind eyes (Okabe and Ito 2008).
+struct MatchColours {
+  cv::Scalar correct{115, 158, 0};    ///< bluish green: selected, right
+  cv::Scalar wrong{0, 94, 213};       ///< vermillion: selected, wrong
+  cv::Scalar missed{178, 114, 0};     ///< blue: right, not selected
+  cv::Scalar selected{66, 228, 240};  ///< yellow: selected, truth unknown
+};
+
+/// Draws both images side by side with lines between matched points.
+/// @param errors     ground-truth errors in px, as long as the mask, or empty: truth unknown
+/// @param tolerance  matches with error <= tolerance count as right, px
+/// @param max_lines  at most so many lines of each class, evenly thinned, so that the picture stays readable
+/// @return 8-bit BGR, height of the taller image, widths added
+cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Correspondences& matches,
+                    const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,
+                    double tolerance, std::size_t max_lines = 200);
+
+}  // namespace corrsel::core

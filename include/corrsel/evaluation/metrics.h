@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "corrsel/correspondences.h"
+#include "corrsel/ground_truth.h"
+
+namespace corrsel::core {
+
+inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
+
+/// Precision, recall and F of one selection at one tolerance. The paper's Eqs. for P, R and F; both readings
+/// of its recall, see docs/evaluation.md.
+struct Metrics {
+  double tau = kUndefined;  ///< tolerance, px; NaN for labelled truth
+  std::size_t n_correct = 0;
+  double precision = kUndefined;        ///< correct / selected; NaN: nothing selected
+  double recall_paper = kUndefined;     ///< correct(tau) / inliers(t_gt); NaN: no inlier
+  double recall_same_tau = kUndefined;  ///< correct(tau) / inliers(tau); NaN: no inlier
+  double f_paper = kUndefined;          ///< 0 where nothing correct was selected; NaN: recall undefined
+  double f_same_tau = kUndefined;
+};
+
+/// The evaluation of one selection on one pair. Matches whose truth is unknown (NaN error) take part in no
+/// count.
+struct Evaluation {
+  std::size_t n_putative = 0;
+  std::size_t n_ground_truth = 0;  ///< matches with error <= ground_truth_tolerance
+  std::size_t n_selected = 0;
+  std::vector<Metrics> metrics;  ///< one per tolerance; a single one for labelled truth
+};
+
+struct EvaluationOptions {
+  std::vector<double> tolerances = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< tau, px
+  double ground_truth_tolerance = 10.0;                              ///< t_gt, px
+};
+
+/// @param errors  ground-truth errors as given by groundTruthErrors(), px
+/// @param mask    same length as errors; throws std::invalid_argument otherwise
+/// O(N * tolerances).
+Evaluation evaluate(TruthKind kind, const std::vector<double>& errors, const std::vector<std::uint8_t>& mask,
+                    const EvaluationOptions& options = {});
+
+}  // namespace corrsel::core

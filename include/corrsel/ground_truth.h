@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/matx.hpp>
+#include <string>
+#include <vector>
+
+namespace corrsel::core {
+
+enum class TruthKind : std::uint8_t {
+  kNone = 0,
+  kHomography = 1,
+  kFundamental = 2,
+  kLabels = 3,
+  kDisparity = 4
+};
+
+std::string toString(TruthKind kind);
+
+/// What is known to be true about an image pair. Only the members of the given kind are meaningful.
+/// How far a match is from it is computed in evaluation/errors.h.
+struct GroundTruth {
+  TruthKind kind = TruthKind::kNone;
+  cv::Matx33d matrix = cv::Matx33d::eye();  ///< homography (x' ~ Hx) or fundamental matrix (x'^T F x = 0), px
+  std::vector<std::uint32_t> labels;        ///< per given match: 0 = outlier, k = member of structure k
+  cv::Mat disparity;  ///< CV_32F, size of the left image: left x minus right x, px; NaN = unknown
+};
+
+}  // namespace corrsel::core

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace corrsel::core {
+
+/// Seeded pseudo-random engine (xoshiro256++ 1.0 by Blackman and Vigna, seeded through splitmix64).
+/// Uses integer arithmetic and exactly rounded operations only, so the numbers are the same on every platform
+/// and with every standard library, which std::uniform_int_distribution and friends do not promise.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed = 0);
+
+  /// 64 uniformly distributed bits.
+  std::uint64_t next();
+
+  /// Uniform in [0, bound), without modulo bias (Lemire 2019). @pre bound > 0
+  std::uint32_t index(std::uint32_t bound);
+
+  /// Uniform in [0, 1), a multiple of 2^-53.
+  double uniform();
+
+  /// Uniform in [low, high).
+  double uniform(double low, double high);
+
+  /// Approximately standard normal: the sum of 12 uniforms minus 6 (tails end at +-6), free of libm.
+  double normal();
+
+  /// Draws `count` distinct indices from [0, bound). @pre count <= bound. O(count^2), meant for small
+  /// samples.
+  void sample(std::uint32_t bound, std::size_t count, std::uint32_t* out);
+
+ private:
+  std::uint64_t state_[4];
+};
+
+}  // namespace corrsel::core

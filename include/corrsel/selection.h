@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core/matx.hpp>
+#include <string>
+#include <vector>
+
+namespace corrsel::core {
+
+/// Why a selection looks as it does. The texts returned by toString() are part of the file formats.
+enum class Status : std::uint8_t {
+  kOk = 0,
+  kTooFew = 1,            ///< fewer matches than the method needs: nothing selected
+  kDegenerate = 2,        ///< the configuration (all equal, collinear) cannot be decided: see the message
+  kNoModel = 3,           ///< the search ended without a model
+  kUnsupportedInput = 4,  ///< a column or an image size that the method needs is missing
+  kTooLarge = 5,          ///< more matches than memory or time options allow
+  kTimeLimit = 6,         ///< stopped at max_seconds: best answer so far
+  kFailed = 7             ///< the method reported an internal error
+};
+
+std::string toString(Status status);
+
+/// Throws std::invalid_argument listing the valid texts.
+Status statusFromString(const std::string& text);
+
+enum class ModelKind : std::uint8_t { kNone = 0, kHomography = 1, kFundamental = 2 };
+
+std::string toString(ModelKind kind);
+
+/// The answer of a selector.
+struct Selection {
+  std::vector<std::uint8_t> mask;  ///< 1 = selected, 0 = rejected; always as long as the input
+  std::vector<float>
+      score;  ///< optional, per match: higher is better, meaning given by the method; NaN = none
+  ModelKind model_kind = ModelKind::kNone;
+  cv::Matx33d model =
+      cv::Matx33d::zeros();  ///< left to right (x' ~ Hx, or x'^T F x = 0); valid if kind is not kNone
+  Status status = Status::kOk;
+  std::string message;        ///< one sentence for humans; empty when there is nothing to say
+  std::size_t n_input = 0;    ///< matches given
+  std::size_t n_ignored = 0;  ///< matches dropped beforehand because a coordinate was NaN, infinite or absurd
+  std::size_t n_selected = 0;  ///< ones in the mask
+  int iterations = 0;          ///< hypotheses, EM steps or passes: the method's own count
+  double seconds = 0.0;        ///< wall time of select(), s
+};
+
+}  // namespace corrsel::core

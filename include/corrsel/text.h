@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace corrsel::core {
+
+/// Shortest decimal text that reads back as the same double; empty for NaN, "inf"/"-inf" for infinities.
+std::string formatNumber(double value);
+
+/// Reads a whole text as a number. Throws std::invalid_argument naming `what` and the text.
+double parseNumber(const std::string& text, const std::string& what);
+int parseInteger(const std::string& text, const std::string& what);
+bool parseFlag(const std::string& text, const std::string& what);
+
+/// Splits at every separator and trims white space; empty pieces are dropped.
+std::vector<std::string> splitList(const std::string& text, char separator = ',');
+
+std::string joinList(const std::vector<std::string>& items, const std::string& separator = ", ");
+
+/// A CSV field (RFC 4180): quoted when it holds a comma, a quote or a line break.
+std::string csvField(const std::string& text);
+
+/// Splits one CSV line (RFC 4180 quoting, no embedded line breaks).
+std::vector<std::string> parseCsvLine(const std::string& line);
+
+/// A file name without separators or shell-special characters: anything outside [A-Za-z0-9._+-] becomes '_',
+/// and a leading '.' too.
+std::string safeFileName(const std::string& text);
+
+}  // namespace corrsel::core
