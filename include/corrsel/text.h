@@ -18,7 +18,8 @@ std::vector<std::string> splitList(const std::string& text, char separator = ','
 
 std::string joinList(const std::vector<std::string>& items, const std::string& separator = ", ");
 
-/// A CSV field (RFC 4180): quoted when it holds a comma, a quote or a line break.
+/// A CSV field (RFC 4180): quoted when it holds a comma, a quote or a line break; line breaks become blanks
+/// so that every record stays on one line.
 std::string csvField(const std::string& text);
 
 /// Splits one CSV line (RFC 4180 quoting, no embedded line breaks).

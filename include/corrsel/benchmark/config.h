@@ -1,0 +1,45 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "corrsel/options.h"
+
+namespace corrsel::core {
+
+/// Everything that decides what a benchmark run computes. Paths and switches that do not (output folder,
+/// report, verbosity) are not part of it.
+struct BenchmarkConfig {
+  std::vector<std::string> datasets;  ///< names for openDataset(); empty when bags are given
+  std::string data_root;              ///< folder that holds one folder per dataset
+  std::vector<std::string> bags;      ///< dataset bags, instead of datasets
+  std::vector<std::string> features = {"sift+sift", "orb+orb"};
+  std::vector<std::string> preselection = {"none", "nnsr"};
+  std::vector<std::string> selectors = {
+      "all"};  ///< "name" or "name:preset"; "all" = every algorithm's default
+  std::vector<double> tolerances = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< tau, px
+  double ground_truth_tolerance = 10.0;                              ///< t_gt, px
+  int repetitions = 1;  ///< runs of every selector on every pair, with seeds seed, seed + 1...
+  int threads = 1;
+  int seed = 0;
+  int max_pairs = 0;                         ///< first pairs of every dataset or bag; 0 = all
+  std::map<std::string, OptionMap> options;  ///< per algorithm ("gms", "sift"): options given by the user
+
+  /// Replaces "all", adds the baseline keep_all, drops repeated names and checks every value by creating each
+  /// extractor and selector once. Throws std::invalid_argument naming argument, value and what is valid.
+  void resolve();
+
+  /// The resolved configuration as YAML, every option of every algorithm with its value.
+  std::string toYaml() const;
+};
+
+/// Reads "gms.alpha=3,lpm.k=6" (comma-separated "algorithm.option=value") into config.options.
+/// Throws std::invalid_argument where a piece has another form.
+void parseOptionAssignments(const std::string& text, std::map<std::string, OptionMap>& options);
+
+/// Keys whose values differ between two YAML documents, as "key: old -> new" (nested keys joined by '.').
+/// Throws std::invalid_argument where one is not YAML.
+std::vector<std::string> yamlDifferences(const std::string& before, const std::string& now);
+
+}  // namespace corrsel::core

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "corrsel/benchmark/config.h"
+#include "corrsel/evaluation/metrics.h"
+#include "corrsel/image_pair.h"
+#include "corrsel/selection.h"
+
+namespace corrsel::core {
+
+/// One row of pairs.csv: one selection judged at one tolerance. Undefined numbers are NaN here, empty in the
+/// file.
+struct ResultRow {
+  PairId id;
+  std::string features, preselection, selector;
+  std::size_t n_left = 0, n_right = 0;
+  std::size_t n_putative = 0, n_ground_truth = 0, n_selected = 0;
+  Metrics metrics;
+  Status status = Status::kOk;
+  int seed = 0;
+  double detect_seconds = kUndefined, describe_seconds = kUndefined, match_seconds = kUndefined;
+  double select_seconds = kUndefined;
+
+  /// Whether the selector gave an answer that can be judged.
+  bool judged() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
+
+  std::string toCsv() const;
+
+  /// Throws std::invalid_argument where the line is no complete row.
+  static ResultRow fromCsv(const std::string& line);
+};
+
+/// One row of summary.csv: means over pairs of the per-pair values.
+struct SummaryRow {
+  std::string dataset, features, preselection, selector;
+  double tau = kUndefined;
+  std::size_t pairs = 0;  ///< pairs in the means: judged ones that have a ground-truth inlier
+  double precision = kUndefined, recall_paper = kUndefined, f_paper = kUndefined;
+  double f_low = kUndefined, f_high = kUndefined;  ///< bootstrap 95 % interval of the mean F
+  double recall_same_tau = kUndefined, f_same_tau = kUndefined;
+  double select_median = kUndefined, select_p95 = kUndefined;  ///< s
+};
+
+/// Groups rows by dataset, features, preselection, selector and tolerance, in order of first appearance.
+/// Repetitions of a pair are averaged before the mean over pairs. O(rows log rows + groups * 2000 * pairs).
+std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows);
+
+/// A pair that could not be worked on, or a part of it.
+struct Failure {
+  PairId id;
+  std::string features, stage, error;
+};
+
+/// A picture of matches, listed in images/index.csv.
+struct ExampleImage {
+  std::string file;  ///< inside images/
+  PairId id;
+  std::string features, preselection, selector;
+  std::size_t n_selected = 0, n_correct = 0, n_wrong = 0, n_missed = 0;
+  double tau = kUndefined;  ///< px
+};
+
+struct RunState {
+  std::size_t pairs_done = 0, pairs_total = 0, pairs_failed = 0;
+  bool interrupted = false;
+
+  bool complete() const { return !interrupted && pairs_failed == 0 && pairs_done == pairs_total; }
+};
+
+/// A run's folder cannot be used; the text says why and what to do.
+class RunFolderError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The folder that a run leaves behind: config.yaml, environment.json, pairs.csv, failures.csv, images/,
+/// summary.csv, summary.json. What has been appended is on disk when the call returns.
+class RunFolder {
+ public:
+  /// Creates the folder, or takes up the run that it holds. @param config  resolved
+  /// Throws RunFolderError: not writable; holds a run and resume is false; holds a run of another
+  /// configuration (naming the keys that differ); holds a pairs.csv with another header.
+  RunFolder(const std::string& path, const BenchmarkConfig& config, bool resume);
+
+  const std::string& path() const { return path_; }
+
+  /// Whether an earlier session finished this pair.
+  bool isDone(const PairId& id) const;
+
+  /// Pairs finished, those of earlier sessions included.
+  std::size_t doneCount() const { return done_.size(); }
+
+  /// Reads the rows on disk, those of earlier sessions first: nothing is kept in memory between pairs.
+  std::vector<ResultRow> readRows() const;
+
+  void appendPair(const std::vector<ResultRow>& rows);
+  void appendFailure(const Failure& failure);
+
+  /// Writes the picture (8-bit BGR, JPEG) and lists it. `image.file` is filled in.
+  void appendImage(ExampleImage image, const cv::Mat& picture);
+
+  /// Writes summary.csv and summary.json. @return the summary
+  std::vector<SummaryRow> writeSummary(const RunState& state) const;
+
+ private:
+  void takeUp(const BenchmarkConfig& config);
+  void append(const std::string& file, const std::string& text) const;
+
+  std::string path_;
+  std::vector<PairId> done_;
+};
+
+}  // namespace corrsel::core

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "corrsel/datasets/reader.h"
+
+namespace corrsel::core {
+
+/// Reads AdelaideRMF (Wong et al., ICCV 2011): one MATLAB file `<root>/<name>.mat` per image pair, with the
+/// fields
+/// - `img1`, `img2`: uint8, HxW or HxWx3 (RGB);
+/// - `data`: 6xN, each column x1 y1 1 x2 y2 1, px;
+/// - `label`: N whole numbers, 0 = outlier, k = member of structure k;
+/// - `score`: optional, N numbers.
+///
+/// Any numeric class is accepted for data, label and score. The matches become ImagePair::given. Their
+/// coordinates are kept as stored, though MATLAB counts pixels from 1 where the rest of this package counts
+/// from 0, because published results are computed from these very numbers.
+/// The score becomes the column `distance`: it comes from SIFT matching, and correct matches have the lower
+/// ones. Pairs are in alphabetical order, sequence = file name without ".mat", pair = "1-2".
+class AdelaideRmfReader : public DatasetReader {
+ public:
+  /// Throws DatasetError when `root` is not a folder or has no .mat file.
+  explicit AdelaideRmfReader(const std::string& root);
+
+  std::size_t size() const override { return files_.size(); }
+
+  PairId id(std::size_t index) const override;
+
+  /// Throws DatasetError naming the file, the field and what is wrong with it when the file cannot be read,
+  /// is cut off, or has a field that is missing or of the wrong class, shape or length. The other pairs stay
+  /// readable.
+  ImagePair read(std::size_t index) const override;
+
+  std::vector<std::string> files() const override { return files_; }
+
+ private:
+  std::vector<std::string> files_;
+};
+
+}  // namespace corrsel::core

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/matx.hpp>
+#include <string>
+#include <vector>
+
+namespace corrsel::core {
+
+/// Reads an image as it is stored: 8 bit, one channel or three (BGR); deeper images are scaled to 8 bit, an
+/// alpha channel is dropped and an Exif orientation is not applied, since ground truth counts stored pixels.
+/// Throws DatasetError naming the file when it is missing or cannot be decoded.
+/// @param remedy  what the user can do about it, the last sentence of the error
+cv::Mat readImageFile(const std::string& path, const std::string& remedy);
+
+/// Reads a homography from a text file of nine numbers, row by row, separated by white space. The matrix is
+/// kept as written. Throws DatasetError naming the file when it is missing, holds anything else than nine
+/// finite numbers or a singular matrix.
+cv::Matx33d readHomographyFile(const std::string& path, const std::string& remedy);
+
+/// Throws DatasetError naming `path` when the matrix has an entry that is not finite or is singular as a map
+/// between images of the usual size (hundreds to thousands of px).
+void checkHomography(const cv::Matx33d& homography, const std::string& path, const std::string& remedy);
+
+/// Throws DatasetError when `path` is not a folder.
+/// @param what  the dataset, for the error text, e.g. "VGG dataset"
+void requireFolder(const std::string& path, const std::string& what, const std::string& remedy);
+
+/// Those of the paths that are regular files, in the given order.
+std::vector<std::string> existingFiles(const std::vector<std::string>& paths);
+
+}  // namespace corrsel::core

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <opencv2/core/matx.hpp>
+#include <vector>
+
+#include "corrsel/correspondences.h"
+
+namespace corrsel::core {
+
+/// Matches shifted to their centroids (left and right separately) and divided by one scale common to both
+/// images, so that a distance in the right image stays proportional to pixels: float arithmetic keeps its
+/// precision.
+struct NormalizedMatches {
+  std::vector<float> left_x, left_y, right_x, right_y;
+  double scale = 1.0;       ///< normalised = (pixel - centroid) * scale
+  cv::Matx33d left, right;  ///< pixel to normalised coordinates, homogeneous
+
+  std::size_t size() const { return left_x.size(); }
+
+  /// Homography between normalised coordinates to one between pixels, with H(2,2) = 1 where that is not near
+  /// 0.
+  cv::Matx33d homographyToPixels(const cv::Matx33d& normalized) const;
+
+  /// Fundamental matrix between normalised coordinates to one between pixels, Frobenius norm 1.
+  cv::Matx33d fundamentalToPixels(const cv::Matx33d& normalized) const;
+};
+
+/// O(N). All points equal: scale 1.
+NormalizedMatches normalizeMatches(const Correspondences& matches);
+
+}  // namespace corrsel::core

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <ros/time.h>
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "corrsel/datasets/pair_source.h"
+#include "corrsel/datasets/reader.h"
+#include "corrsel/image_pair.h"
+
+namespace corrsel {
+
+/// Topics of a dataset bag.
+namespace bag_topics {
+inline constexpr char kLeft[] = "/left/image";                         ///< sensor_msgs/Image
+inline constexpr char kRight[] = "/right/image";                       ///< sensor_msgs/Image
+inline constexpr char kLeftCompressed[] = "/left/image/compressed";    ///< sensor_msgs/CompressedImage
+inline constexpr char kRightCompressed[] = "/right/image/compressed";  ///< sensor_msgs/CompressedImage
+inline constexpr char kGroundTruth[] = "/ground_truth";                ///< corrsel/GroundTruth
+inline constexpr char kCorrespondences[] = "/correspondences";  ///< corrsel/Correspondences, given matches
+}  // namespace bag_topics
+
+struct DatasetBagOptions {
+  bool compressed = false;         ///< images as PNG instead of raw
+  double period = 0.5;             ///< between the stamps of two pairs, s; at least 1e-3
+  ros::Time start = ros::Time(1);  ///< stamp of the first pair; fixed, so that equal input gives equal files
+};
+
+/// Writes image pairs with their truth as a bag that both the benchmark and the nodelets read. All messages
+/// of a pair carry the same stamp, which is also their time in the bag. The file is written as `path` +
+/// ".part" and gets its name in close(); without close() the unfinished file is removed.
+class DatasetBagWriter {
+ public:
+  /// Throws std::invalid_argument for a period out of range and core::DatasetError where the file cannot be
+  /// made.
+  explicit DatasetBagWriter(const std::string& path, const DatasetBagOptions& options = {});
+  ~DatasetBagWriter();
+  DatasetBagWriter(const DatasetBagWriter&) = delete;
+  DatasetBagWriter& operator=(const DatasetBagWriter&) = delete;
+
+  /// Appends one pair. Throws core::DatasetError for images that are not 8-bit grey or BGR (nothing of the
+  /// pair is written then) and where writing fails.
+  void write(const core::ImagePair& pair);
+
+  /// Completes the file under its final name; a file that has it already is replaced.
+  void close();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Reads the image pairs of a bag in this process: no topic, no lost frame. Messages with equal header stamps
+/// form a pair, which ends where the next stamp begins. Raw and compressed images are read, in any mixture of
+/// encodings. A pair without ground truth has TruthKind::kNone and, unless it has given matches, is named
+/// after bag and stamp.
+class BagSource : public core::PairSource {
+ public:
+  /// Throws core::DatasetError saying what is wrong and how to mend it: missing file, not a bag, bag without
+  /// an index, bag without the topics (naming those it has).
+  explicit BagSource(const std::string& path);
+  ~BagSource() override;
+  BagSource(const BagSource&) = delete;
+  BagSource& operator=(const BagSource&) = delete;
+
+  /// Left images or ground truths, whichever are more. Nothing is decoded for this.
+  std::size_t size() const override;
+
+  /// Throws core::DatasetError naming pair and topic where a pair is incomplete or cannot be decoded; the
+  /// next call goes on with the pair after it.
+  bool next(core::ImagePair& pair) override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Called after every pair, written or not: pairs done, pairs of the dataset, the pair.
+using BagProgress = std::function<void(std::size_t done, std::size_t total, const core::PairId& pair)>;
+
+/// Converts a dataset. Pairs that cannot be read are left out and described in `problems` (may be null).
+/// @return pairs written; where there are none, no file is made. Throws core::DatasetError where writing
+/// fails.
+std::size_t writeDatasetBag(const core::DatasetReader& reader, const std::string& path,
+                            const DatasetBagOptions& options, const BagProgress& progress = nullptr,
+                            std::vector<std::string>* problems = nullptr);
+
+}  // namespace corrsel

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+
+#include "corrsel/selectors/presets.h"
+#include "corrsel/selectors/selector.h"
+
+namespace corrsel::core {
+
+struct NnsrOptions : OptionSet {
+  int bins = 256;  ///< histogram bins of Otsu's method over [0, 1]; 0 = exact split of the sorted ratios
+  double fallback = 0.8;  ///< threshold where Otsu is undefined (one match, equal ratios); Lowe, IJCV 2004
+  double min_threshold = 0.0;  ///< Otsu's threshold is raised to at least this ratio
+  double max_threshold = 1.0;  ///< Otsu's threshold is lowered to at most this ratio
+
+  void visit(OptionVisitor& visitor) override;
+  void check() const override;
+};
+
+/// Nearest-neighbour similarity ratio (Lowe, IJCV 2004) with the threshold found per pair by Otsu's method,
+/// as in Zhao et al. (the paper), Eq. 1 and its parameter table: r = d1 / d2 <= t is accepted, d being
+/// distances, not squared ones. Needs the columns distance and second_distance. Matches without a ratio (no
+/// second neighbour, d2 = 0, a distance that is NaN) are rejected and take no part in finding the threshold.
+/// score = 1 - r, 0 without a ratio. O(N + bins) time, O(N) memory.
+class NnsrSelector : public Selector {
+ public:
+  explicit NnsrSelector(NnsrOptions options = {});
+  static Presets presets() { return {}; }
+  std::string name() const override { return "nnsr"; }
+  const OptionSet& options() const override { return options_; }
+
+ protected:
+  std::string missingInput(const Correspondences& matches) const override;
+  void run(const Correspondences& matches, Selection& result) const override;
+
+ private:
+  NnsrOptions options_;
+};
+
+}  // namespace corrsel::core

@@ -1,0 +1,180 @@
+#include "corrsel/benchmark/config.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+
+#include "corrsel/features/extractor.h"
+#include "corrsel/selectors/factory.h"
+#include "corrsel/text.h"
+
+namespace corrsel::core {
+namespace {
+
+std::string algorithmOf(const std::string& spec) { return spec.substr(0, spec.find_first_of(":+")); }
+
+void requireRange(const std::string& name, double value, double min, double max) {
+  if (!(value >= min && value <= max)) {
+    throw std::invalid_argument(name + " = " + formatNumber(value) + " is outside [" + formatNumber(min) +
+                                ", " + formatNumber(max) + "]");
+  }
+}
+
+void requireSome(const std::string& name, const std::vector<std::string>& values) {
+  if (values.empty()) throw std::invalid_argument(name + " is empty: name at least one");
+}
+
+std::vector<std::string> withoutRepeats(const std::vector<std::string>& values) {
+  std::vector<std::string> result;
+  for (const std::string& value : values) {
+    if (std::find(result.begin(), result.end(), value) == result.end()) result.push_back(value);
+  }
+  return result;
+}
+
+void emitOptions(YAML::Emitter& out, const std::string& name, const OptionSet& options) {
+  out << YAML::Key << name << YAML::Value << YAML::BeginMap;
+  for (const OptionText& option : listOptions(options))
+    out << YAML::Key << option.name << YAML::Value << option.value;
+  out << YAML::EndMap;
+}
+
+void flatten(const YAML::Node& node, const std::string& prefix, std::map<std::string, std::string>& out) {
+  if (node.IsMap()) {
+    for (const auto& child : node) {
+      flatten(child.second, prefix + (prefix.empty() ? "" : ".") + child.first.as<std::string>(), out);
+    }
+  } else if (node.IsSequence()) {
+    std::vector<std::string> items;
+    for (const auto& child : node) items.push_back(child.as<std::string>());
+    out[prefix] = "[" + joinList(items) + "]";
+  } else {
+    out[prefix] = node.IsScalar() ? node.Scalar() : "";
+  }
+}
+
+std::map<std::string, std::string> flattened(const std::string& yaml) {
+  std::map<std::string, std::string> out;
+  try {
+    flatten(YAML::Load(yaml), "", out);
+  } catch (const YAML::Exception& error) {
+    throw std::invalid_argument(std::string("not readable as YAML: ") + error.what());
+  }
+  return out;
+}
+
+}  // namespace
+
+void BenchmarkConfig::resolve() {
+  std::vector<std::string> expanded;
+  for (const std::string& spec : selectors) {
+    if (spec == "all") {
+      const std::vector<std::string> names = selectorNames();
+      expanded.insert(expanded.end(), names.begin(), names.end());
+    } else {
+      expanded.push_back(spec);
+    }
+  }
+  expanded.erase(std::remove(expanded.begin(), expanded.end(), "keep_all"), expanded.end());
+  expanded.push_back("keep_all");
+  selectors = withoutRepeats(expanded);
+  features = withoutRepeats(features);
+  preselection = withoutRepeats(preselection);
+  requireSome("features", features);
+  requireSome("preselection", preselection);
+  if (datasets.empty() && bags.empty()) throw std::invalid_argument("neither dataset nor bag is given");
+  for (const std::string& name : preselection) {
+    if (name != "none" && name != "nnsr") {
+      throw std::invalid_argument("unknown preselection '" + name + "'; valid: none, nnsr");
+    }
+  }
+  if (tolerances.empty()) throw std::invalid_argument("tolerances is empty: name at least one, in px");
+  for (const double tau : tolerances) requireRange("tolerances", tau, 0, 1000);
+  requireRange("ground_truth_tolerance", ground_truth_tolerance, 0, 1000);
+  requireRange("repetitions", repetitions, 1, 1000);
+  requireRange("threads", threads, 1, 1024);
+  requireRange("seed", seed, 0, 2147483647 - 1000);
+  requireRange("max_pairs", max_pairs, 0, 2147483647);
+
+  std::set<std::string> known = {"nnsr"};
+  for (const std::string& name : features) {
+    createExtractor(name, options[algorithmOf(name)]);
+    known.insert(algorithmOf(name));
+  }
+  for (const std::string& spec : selectors) {
+    createSelector(spec, options[algorithmOf(spec)]);
+    known.insert(algorithmOf(spec));
+  }
+  for (const auto& [algorithm, values] : options) {
+    if (!values.empty() && known.count(algorithm) == 0) {
+      throw std::invalid_argument(
+          "options are given for '" + algorithm +
+          "', which this run does not use; used: " + joinList({known.begin(), known.end()}));
+    }
+  }
+}
+
+std::string BenchmarkConfig::toYaml() const {
+  YAML::Emitter out;
+  out << YAML::BeginMap;
+  out << YAML::Key << "datasets" << YAML::Value << YAML::Flow << datasets;
+  out << YAML::Key << "data_root" << YAML::Value << data_root;
+  out << YAML::Key << "bags" << YAML::Value << YAML::Flow << bags;
+  out << YAML::Key << "features" << YAML::Value << YAML::Flow << features;
+  out << YAML::Key << "preselection" << YAML::Value << YAML::Flow << preselection;
+  out << YAML::Key << "selectors" << YAML::Value << YAML::Flow << selectors;
+  std::vector<std::string> taus;
+  for (const double tau : tolerances) taus.push_back(formatNumber(tau));
+  out << YAML::Key << "tolerances" << YAML::Value << YAML::Flow << taus;
+  out << YAML::Key << "ground_truth_tolerance" << YAML::Value << formatNumber(ground_truth_tolerance);
+  out << YAML::Key << "repetitions" << YAML::Value << repetitions;
+  out << YAML::Key << "threads" << YAML::Value << threads;
+  out << YAML::Key << "seed" << YAML::Value << seed;
+  out << YAML::Key << "max_pairs" << YAML::Value << max_pairs;
+  const auto given = [this](const std::string& spec) {
+    const auto found = options.find(algorithmOf(spec));
+    return found == options.end() ? OptionMap{} : found->second;
+  };
+  out << YAML::Key << "feature_options" << YAML::Value << YAML::BeginMap;
+  for (const std::string& name : features)
+    emitOptions(out, name, createExtractor(name, given(name))->options());
+  out << YAML::EndMap;
+  out << YAML::Key << "selector_options" << YAML::Value << YAML::BeginMap;
+  for (const std::string& spec : selectors) {
+    emitOptions(out, spec, createSelector(spec, given(spec), {{"seed", std::to_string(seed)}})->options());
+  }
+  out << YAML::EndMap << YAML::EndMap;
+  return std::string(out.c_str()) + "\n";
+}
+
+void parseOptionAssignments(const std::string& text, std::map<std::string, OptionMap>& options) {
+  for (const std::string& piece : splitList(text)) {
+    const std::size_t dot = piece.find('.'), equals = piece.find('=');
+    if (dot == std::string::npos || equals == std::string::npos || dot == 0 || equals < dot + 2) {
+      throw std::invalid_argument("options: '" + piece +
+                                  "' does not read as algorithm.option=value, e.g. gms.alpha=6");
+    }
+    options[piece.substr(0, dot)][piece.substr(dot + 1, equals - dot - 1)] = piece.substr(equals + 1);
+  }
+}
+
+std::vector<std::string> yamlDifferences(const std::string& before, const std::string& now) {
+  const std::map<std::string, std::string> a = flattened(before), b = flattened(now);
+  std::set<std::string> keys;
+  for (const auto& item : a) keys.insert(item.first);
+  for (const auto& item : b) keys.insert(item.first);
+  const auto show = [](const std::map<std::string, std::string>& map, const std::string& key) {
+    const auto found = map.find(key);
+    return found == map.end() ? std::string("(absent)") : "'" + found->second + "'";
+  };
+  std::vector<std::string> differences;
+  for (const std::string& key : keys) {
+    const std::string old_value = show(a, key), new_value = show(b, key);
+    if (old_value != new_value) differences.push_back(key + ": " + old_value + " -> " + new_value);
+  }
+  return differences;
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,420 @@
+#include "corrsel/benchmark/results.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+#include <tuple>
+
+#include "corrsel/benchmark/environment.h"
+#include "corrsel/evaluation/statistics.h"
+#include "corrsel/text.h"
+
+namespace corrsel::core {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPairsHeader =
+    "dataset,sequence,pair,features,preselection,selector,tau_px,n_left,n_right,n_putative,n_ground_truth,n_"
+    "selected,"
+    "n_correct,precision,recall_paper,recall_same_tau,f_paper,f_same_tau,status,seed,detect_s,describe_s,"
+    "match_s,"
+    "select_s";
+constexpr std::size_t kPairsColumns = 24;
+constexpr const char* kSummaryHeader =
+    "dataset,features,preselection,selector,tau_px,pairs,precision,recall_paper,f_paper,f_paper_lo,f_paper_"
+    "hi,"
+    "recall_same_tau,f_same_tau,select_s_median,select_s_p95";
+constexpr const char* kFailuresHeader = "dataset,sequence,pair,features,stage,error";
+constexpr const char* kImagesHeader =
+    "file,dataset,sequence,pair,features,preselection,selector,n_selected,n_correct,n_wrong,n_missed,tau_px";
+
+std::string csvLine(const std::vector<std::string>& fields) {
+  std::string line;
+  for (std::size_t i = 0; i < fields.size(); ++i) line += (i ? "," : "") + csvField(fields[i]);
+  return line;
+}
+
+double numberOrNan(const std::string& text, const char* column) {
+  return text.empty() ? kUndefined : parseNumber(text, column);
+}
+
+std::size_t count(const std::string& text, const char* column) {
+  const double value = numberOrNan(text, column);
+  return std::isnan(value) ? 0 : static_cast<std::size_t>(value);
+}
+
+std::string readFile(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// Writes through a second file, so that a reader never sees half of it.
+void writeFile(const fs::path& file, const std::string& text) {
+  const fs::path part = file.string() + ".part";
+  std::ofstream out(part, std::ios::binary | std::ios::trunc);
+  out << text;
+  out.close();
+  std::error_code error;
+  if (out) fs::rename(part, file, error);
+  if (!out || error) {
+    throw RunFolderError("cannot write " + file.string() +
+                         ": check permissions and free space of the folder");
+  }
+}
+
+using PairKey = std::tuple<std::string, std::string, std::string>;
+
+PairKey keyOf(const PairId& id) { return {id.dataset, id.sequence, id.pair}; }
+
+/// Complete lines of a text; a last line that was cut off is left out.
+std::vector<std::string> completeLines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::size_t begin = 0;
+  for (std::size_t end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    lines.push_back(text.substr(begin, end - begin));
+  }
+  return lines;
+}
+
+/// Keeps the lines of a listing whose pair (three columns from `first_column`) is in `pairs`.
+std::string keepPairs(const std::string& text, std::size_t first_column, const std::set<PairKey>& pairs) {
+  std::string kept;
+  const std::vector<std::string> lines = completeLines(text);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::vector<std::string> fields = parseCsvLine(lines[i]);
+    const bool keep =
+        i == 0 || (fields.size() >= first_column + 3 &&
+                   pairs.count({fields[first_column], fields[first_column + 1], fields[first_column + 2]}));
+    if (keep) kept += lines[i] + "\n";
+  }
+  return kept;
+}
+
+/// Rows that a pair must have, given that it is labelled (or has given matches) or not.
+std::size_t expectedRows(const BenchmarkConfig& config, const std::vector<ResultRow>& rows) {
+  const bool given = rows.front().features == "given";
+  std::size_t selections = 0;
+  for (const std::string& preselection : config.preselection) {
+    for (const std::string& selector : config.selectors) {
+      // NNSR is not run on its own survivors.
+      selections += preselection == "nnsr" && selector.compare(0, 4, "nnsr") == 0 ? 0 : 1;
+    }
+  }
+  const std::size_t taus = std::isnan(rows.front().metrics.tau) ? 1 : config.tolerances.size();
+  return (given ? 1 : config.features.size()) * selections * taus *
+         static_cast<std::size_t>(config.repetitions);
+}
+
+nlohmann::ordered_json jsonNumber(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+}  // namespace
+
+std::string ResultRow::toCsv() const {
+  const bool numbers = judged();
+  const auto number = [numbers](double value) { return numbers ? formatNumber(value) : std::string(); };
+  const auto selected = [numbers](std::size_t value) {
+    return numbers ? std::to_string(value) : std::string();
+  };
+  return csvLine({id.dataset,
+                  id.sequence,
+                  id.pair,
+                  features,
+                  preselection,
+                  selector,
+                  formatNumber(metrics.tau),
+                  std::to_string(n_left),
+                  std::to_string(n_right),
+                  std::to_string(n_putative),
+                  std::to_string(n_ground_truth),
+                  selected(n_selected),
+                  selected(metrics.n_correct),
+                  number(metrics.precision),
+                  number(metrics.recall_paper),
+                  number(metrics.recall_same_tau),
+                  number(metrics.f_paper),
+                  number(metrics.f_same_tau),
+                  toString(status),
+                  std::to_string(seed),
+                  formatNumber(detect_seconds),
+                  formatNumber(describe_seconds),
+                  formatNumber(match_seconds),
+                  number(select_seconds)});
+}
+
+ResultRow ResultRow::fromCsv(const std::string& line) {
+  const std::vector<std::string> f = parseCsvLine(line);
+  if (f.size() != kPairsColumns) {
+    throw std::invalid_argument("row has " + std::to_string(f.size()) + " columns instead of " +
+                                std::to_string(kPairsColumns) + ": " + line);
+  }
+  ResultRow row;
+  row.id = {f[0], f[1], f[2]};
+  row.features = f[3];
+  row.preselection = f[4];
+  row.selector = f[5];
+  row.metrics.tau = numberOrNan(f[6], "tau_px");
+  row.n_left = count(f[7], "n_left");
+  row.n_right = count(f[8], "n_right");
+  row.n_putative = count(f[9], "n_putative");
+  row.n_ground_truth = count(f[10], "n_ground_truth");
+  row.n_selected = count(f[11], "n_selected");
+  row.metrics.n_correct = count(f[12], "n_correct");
+  row.metrics.precision = numberOrNan(f[13], "precision");
+  row.metrics.recall_paper = numberOrNan(f[14], "recall_paper");
+  row.metrics.recall_same_tau = numberOrNan(f[15], "recall_same_tau");
+  row.metrics.f_paper = numberOrNan(f[16], "f_paper");
+  row.metrics.f_same_tau = numberOrNan(f[17], "f_same_tau");
+  row.status = statusFromString(f[18]);
+  row.seed = parseInteger(f[19], "seed");
+  row.detect_seconds = numberOrNan(f[20], "detect_s");
+  row.describe_seconds = numberOrNan(f[21], "describe_s");
+  row.match_seconds = numberOrNan(f[22], "match_s");
+  row.select_seconds = numberOrNan(f[23], "select_s");
+  return row;
+}
+
+std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows) {
+  // One pair's repetitions, averaged.
+  struct PairValues {
+    std::vector<double> precision, recall_paper, f_paper, recall_same_tau, f_same_tau;
+  };
+  struct Group {
+    SummaryRow row;
+    std::vector<PairKey> order;
+    std::map<PairKey, PairValues> pairs;
+    std::vector<double> seconds;
+  };
+  using GroupKey = std::tuple<std::string, std::string, std::string, std::string, std::string>;
+  std::vector<Group> groups;
+  std::map<GroupKey, std::size_t> index;
+  for (const ResultRow& row : rows) {
+    const GroupKey key{row.id.dataset, row.features, row.preselection, row.selector,
+                       formatNumber(row.metrics.tau)};
+    const auto [found, is_new] = index.emplace(key, groups.size());
+    if (is_new) {
+      groups.emplace_back();
+      SummaryRow& head = groups.back().row;
+      head.dataset = row.id.dataset;
+      head.features = row.features;
+      head.preselection = row.preselection;
+      head.selector = row.selector;
+      head.tau = row.metrics.tau;
+    }
+    Group& group = groups[found->second];
+    if (!row.judged()) continue;
+    group.seconds.push_back(row.select_seconds);
+    if (row.n_ground_truth == 0) continue;
+    const PairKey pair = keyOf(row.id);
+    if (group.pairs.count(pair) == 0) group.order.push_back(pair);
+    PairValues& values = group.pairs[pair];
+    const auto add = [](std::vector<double>& list, double value) {
+      if (!std::isnan(value)) list.push_back(value);
+    };
+    add(values.precision, row.metrics.precision);
+    add(values.recall_paper, row.metrics.recall_paper);
+    add(values.f_paper, row.metrics.f_paper);
+    add(values.recall_same_tau, row.metrics.recall_same_tau);
+    add(values.f_same_tau, row.metrics.f_same_tau);
+  }
+  std::vector<SummaryRow> summary;
+  for (Group& group : groups) {
+    const auto perPair = [&group](std::vector<double> PairValues::*member) {
+      std::vector<double> means;
+      for (const PairKey& pair : group.order) {
+        const std::vector<double>& values = group.pairs[pair].*member;
+        if (!values.empty()) means.push_back(mean(values));
+      }
+      return means;
+    };
+    SummaryRow& row = group.row;
+    const std::vector<double> f = perPair(&PairValues::f_paper);
+    row.pairs = group.order.size();
+    row.precision = mean(perPair(&PairValues::precision));
+    row.recall_paper = mean(perPair(&PairValues::recall_paper));
+    row.f_paper = mean(f);
+    const Interval interval = bootstrapMean(f, 0);
+    row.f_low = interval.low;
+    row.f_high = interval.high;
+    row.recall_same_tau = mean(perPair(&PairValues::recall_same_tau));
+    row.f_same_tau = mean(perPair(&PairValues::f_same_tau));
+    row.select_median = quantile(group.seconds, 0.5);
+    row.select_p95 = quantile(group.seconds, 0.95);
+    summary.push_back(row);
+  }
+  return summary;
+}
+
+RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, bool resume) : path_(path) {
+  std::error_code error;
+  fs::create_directories(fs::path(path) / "images", error);
+  if (error) {
+    throw RunFolderError("cannot create the output folder " + path + ": " + error.message() +
+                         "; give another output_dir or fix its permissions");
+  }
+  if (fs::exists(fs::path(path) / "config.yaml")) {
+    const std::string before = readFile(fs::path(path) / "config.yaml");
+    std::vector<std::string> differences;
+    try {
+      differences = yamlDifferences(before, config.toYaml());
+    } catch (const std::invalid_argument& problem) {
+      throw RunFolderError(path + "/config.yaml is damaged (" + problem.what() +
+                           "); give another output_dir");
+    }
+    if (!differences.empty()) {
+      throw RunFolderError(
+          "the output folder " + path + " holds a run of another configuration; it differs in:\n  " +
+          joinList(differences, "\n  ") + "\ngive another output_dir, or the same arguments as then");
+    }
+    if (!resume) {
+      throw RunFolderError(
+          "the output folder " + path +
+          " already holds a run of this configuration; continue it with resume:=true, or give "
+          "another output_dir");
+    }
+    takeUp(config);
+  } else if (fs::exists(fs::path(path) / "pairs.csv")) {
+    throw RunFolderError("the output folder " + path +
+                         " holds a pairs.csv without its config.yaml; give another output_dir");
+  } else {
+    writeFile(fs::path(path) / "pairs.csv", std::string(kPairsHeader) + "\n");
+    writeFile(fs::path(path) / "images" / "index.csv", std::string(kImagesHeader) + "\n");
+    writeFile(fs::path(path) / "config.yaml", config.toYaml());
+  }
+  // Failed pairs are tried again by every session.
+  writeFile(fs::path(path) / "failures.csv", std::string(kFailuresHeader) + "\n");
+  writeFile(fs::path(path) / "environment.json", environmentJson(config.threads));
+}
+
+void RunFolder::takeUp(const BenchmarkConfig& config) {
+  const fs::path file = fs::path(path_) / "pairs.csv";
+  const std::string text = readFile(file);
+  const std::vector<std::string> lines = completeLines(text);
+  if (lines.empty()) {
+    writeFile(file, std::string(kPairsHeader) + "\n");
+  } else if (lines.front() != kPairsHeader) {
+    throw RunFolderError(file.string() +
+                         " has another header than this version writes; give another output_dir");
+  }
+  std::vector<PairKey> order;
+  std::map<PairKey, std::vector<ResultRow>> rows;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    try {
+      const ResultRow row = ResultRow::fromCsv(lines[i]);
+      if (rows.count(keyOf(row.id)) == 0) order.push_back(keyOf(row.id));
+      rows[keyOf(row.id)].push_back(row);
+    } catch (const std::invalid_argument& problem) {
+      throw RunFolderError(file.string() + ", line " + std::to_string(i + 1) + ": " + problem.what() +
+                           "; remove the line or give another output_dir");
+    }
+  }
+  std::set<PairKey> complete;
+  for (const PairKey& pair : order) {
+    if (rows[pair].size() != expectedRows(config, rows[pair])) continue;
+    complete.insert(pair);
+    done_.push_back(rows[pair].front().id);
+  }
+  const std::string kept = lines.empty() ? std::string(kPairsHeader) + "\n" : keepPairs(text, 0, complete);
+  if (kept != text) writeFile(file, kept);
+  const fs::path images = fs::path(path_) / "images" / "index.csv";
+  const std::string listing = fs::exists(images) ? keepPairs(readFile(images), 1, complete) : "";
+  writeFile(images, listing.empty() ? std::string(kImagesHeader) + "\n" : listing);
+}
+
+bool RunFolder::isDone(const PairId& id) const {
+  return std::find(done_.begin(), done_.end(), id) != done_.end();
+}
+
+std::vector<ResultRow> RunFolder::readRows() const {
+  std::vector<ResultRow> rows;
+  const std::vector<std::string> lines = completeLines(readFile(fs::path(path_) / "pairs.csv"));
+  for (std::size_t i = 1; i < lines.size(); ++i) rows.push_back(ResultRow::fromCsv(lines[i]));
+  return rows;
+}
+
+void RunFolder::append(const std::string& file, const std::string& text) const {
+  std::ofstream out(fs::path(path_) / file, std::ios::binary | std::ios::app);
+  out << text;
+  out.close();
+  if (!out) {
+    throw RunFolderError("cannot write to " + path_ + "/" + file +
+                         ": check free space; what is there stays valid, continue with resume:=true");
+  }
+}
+
+void RunFolder::appendPair(const std::vector<ResultRow>& rows) {
+  if (rows.empty()) return;
+  std::string text;
+  for (const ResultRow& row : rows) text += row.toCsv() + "\n";
+  append("pairs.csv", text);
+  done_.push_back(rows.front().id);
+}
+
+void RunFolder::appendFailure(const Failure& failure) {
+  append("failures.csv", csvLine({failure.id.dataset, failure.id.sequence, failure.id.pair, failure.features,
+                                  failure.stage, failure.error}) +
+                             "\n");
+}
+
+void RunFolder::appendImage(ExampleImage image, const cv::Mat& picture) {
+  image.file = safeFileName(image.id.dataset + "_" + image.id.sequence + "_" + image.id.pair + "_" +
+                            image.features + "_" + image.preselection + "_" + image.selector) +
+               ".jpg";
+  const std::string file = (fs::path(path_) / "images" / image.file).string();
+  if (!cv::imwrite(file, picture, {cv::IMWRITE_JPEG_QUALITY, 85})) {
+    throw RunFolderError("cannot write " + file + ": check permissions and free space of the folder");
+  }
+  append("images/index.csv",
+         csvLine({image.file, image.id.dataset, image.id.sequence, image.id.pair, image.features,
+                  image.preselection, image.selector, std::to_string(image.n_selected),
+                  std::to_string(image.n_correct), std::to_string(image.n_wrong),
+                  std::to_string(image.n_missed), formatNumber(image.tau)}) +
+             "\n");
+}
+
+std::vector<SummaryRow> RunFolder::writeSummary(const RunState& state) const {
+  const std::vector<SummaryRow> summary = summarize(readRows());
+  std::string csv = std::string(kSummaryHeader) + "\n";
+  nlohmann::ordered_json json;
+  json["state"] = {{"complete", state.complete()},
+                   {"interrupted", state.interrupted},
+                   {"pairs_done", state.pairs_done},
+                   {"pairs_total", state.pairs_total},
+                   {"pairs_failed", state.pairs_failed}};
+  json["groups"] = nlohmann::ordered_json::array();
+  for (const SummaryRow& row : summary) {
+    csv += csvLine({row.dataset, row.features, row.preselection, row.selector, formatNumber(row.tau),
+                    std::to_string(row.pairs), formatNumber(row.precision), formatNumber(row.recall_paper),
+                    formatNumber(row.f_paper), formatNumber(row.f_low), formatNumber(row.f_high),
+                    formatNumber(row.recall_same_tau), formatNumber(row.f_same_tau),
+                    formatNumber(row.select_median), formatNumber(row.select_p95)}) +
+           "\n";
+    json["groups"].push_back({{"dataset", row.dataset},
+                              {"features", row.features},
+                              {"preselection", row.preselection},
+                              {"selector", row.selector},
+                              {"tau_px", jsonNumber(row.tau)},
+                              {"pairs", row.pairs},
+                              {"precision", jsonNumber(row.precision)},
+                              {"recall_paper", jsonNumber(row.recall_paper)},
+                              {"f_paper", jsonNumber(row.f_paper)},
+                              {"f_paper_lo", jsonNumber(row.f_low)},
+                              {"f_paper_hi", jsonNumber(row.f_high)},
+                              {"recall_same_tau", jsonNumber(row.recall_same_tau)},
+                              {"f_same_tau", jsonNumber(row.f_same_tau)},
+                              {"select_s_median", jsonNumber(row.select_median)},
+                              {"select_s_p95", jsonNumber(row.select_p95)}});
+  }
+  writeFile(fs::path(path_) / "summary.csv", csv);
+  writeFile(fs::path(path_) / "summary.json", json.dump(2) + "\n");
+  return summary;
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,67 @@
+#include "corrsel/correspondences.h"
+
+namespace corrsel::core {
+namespace {
+
+template <class T>
+std::vector<T> pick(const std::vector<T>& column, const std::vector<std::uint32_t>& rows) {
+  std::vector<T> picked;
+  if (column.empty()) return picked;
+  picked.reserve(rows.size());
+  for (const std::uint32_t row : rows) picked.push_back(column[row]);
+  return picked;
+}
+
+}  // namespace
+
+void Correspondences::add(const cv::Point2f& left, const cv::Point2f& right) {
+  left_x.push_back(left.x);
+  left_y.push_back(left.y);
+  right_x.push_back(right.x);
+  right_y.push_back(right.y);
+}
+
+std::string Correspondences::inconsistency() const {
+  const std::size_t n = size();
+  const auto wrong = [n](const char* column, std::size_t length, bool optional) -> std::string {
+    if (length == n || (optional && length == 0)) return "";
+    return std::string("column ") + column + " has " + std::to_string(length) + " elements, left_x has " +
+           std::to_string(n);
+  };
+  for (const std::string& text :
+       {wrong("left_y", left_y.size(), false), wrong("right_x", right_x.size(), false),
+        wrong("right_y", right_y.size(), false), wrong("distance", distance.size(), true),
+        wrong("second_distance", second_distance.size(), true), wrong("left_frame", left_frame.size(), true),
+        wrong("right_frame", right_frame.size(), true), wrong("left_index", left_index.size(), true),
+        wrong("right_index", right_index.size(), true)}) {
+    if (!text.empty()) return text;
+  }
+  return "";
+}
+
+Correspondences Correspondences::subset(const std::vector<std::uint32_t>& rows) const {
+  Correspondences result;
+  result.left_x = pick(left_x, rows);
+  result.left_y = pick(left_y, rows);
+  result.right_x = pick(right_x, rows);
+  result.right_y = pick(right_y, rows);
+  result.distance = pick(distance, rows);
+  result.second_distance = pick(second_distance, rows);
+  result.left_frame = pick(left_frame, rows);
+  result.right_frame = pick(right_frame, rows);
+  result.left_index = pick(left_index, rows);
+  result.right_index = pick(right_index, rows);
+  result.left_size = left_size;
+  result.right_size = right_size;
+  return result;
+}
+
+std::vector<std::uint32_t> selectedRows(const std::vector<std::uint8_t>& mask) {
+  std::vector<std::uint32_t> rows;
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    if (mask[i]) rows.push_back(static_cast<std::uint32_t>(i));
+  }
+  return rows;
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,90 @@
+#include "corrsel/datasets/files.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+
+#include "corrsel/datasets/reader.h"
+#include "corrsel/text.h"
+
+namespace corrsel::core {
+namespace {
+
+bool isFile(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored);
+}
+
+[[noreturn]] void fail(const std::string& path, const std::string& fault, const std::string& remedy) {
+  throw DatasetError(path + ": " + fault + "; " + remedy);
+}
+
+}  // namespace
+
+cv::Mat readImageFile(const std::string& path, const std::string& remedy) {
+  if (!isFile(path)) fail(path, "the image is missing", remedy);
+  cv::Mat image;
+  try {
+    image = cv::imread(path, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception& error) {
+    fail(path, "the image cannot be decoded (" + error.err + ")", remedy);
+  }
+  if (image.empty()) fail(path, "the image cannot be decoded", remedy);
+  return image;
+}
+
+cv::Matx33d readHomographyFile(const std::string& path, const std::string& remedy) {
+  if (!isFile(path)) fail(path, "the homography is missing", remedy);
+  std::ifstream stream(path);
+  std::vector<std::string> words;
+  for (std::string word; words.size() < 10 && stream >> word;) words.push_back(word);
+  if (words.size() != 9) {
+    fail(path,
+         words.size() < 9 ? "holds " + std::to_string(words.size()) + " numbers where a homography has 9"
+                          : "holds more than the 9 numbers of a homography",
+         remedy);
+  }
+  cv::Matx33d homography;
+  for (int i = 0; i < 9; ++i) {
+    try {
+      homography.val[i] = parseNumber(words[i], "entry " + std::to_string(i + 1));
+    } catch (const std::invalid_argument& error) {
+      fail(path, error.what(), remedy);
+    }
+  }
+  checkHomography(homography, path, remedy);
+  return homography;
+}
+
+void checkHomography(const cv::Matx33d& homography, const std::string& path, const std::string& remedy) {
+  for (const double value : homography.val) {
+    if (!std::isfinite(value)) fail(path, "the homography has an entry that is not finite", remedy);
+  }
+  // In kilopixels the entries of a sound homography are of similar size, so that the smallest singular value
+  // tells rank deficiency from mere scale.
+  const cv::Matx33d to_kilopixels = cv::Matx33d::diag(cv::Vec3d(1e-3, 1e-3, 1.0));
+  const cv::Matx33d to_pixels = cv::Matx33d::diag(cv::Vec3d(1e3, 1e3, 1.0));
+  cv::Matx31d singular_values;
+  cv::SVD::compute(to_kilopixels * homography * to_pixels, singular_values);
+  if (!(singular_values(2) > 1e-8 * singular_values(0))) fail(path, "the homography is singular", remedy);
+}
+
+void requireFolder(const std::string& path, const std::string& what, const std::string& remedy) {
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(path, ignored)) {
+    throw DatasetError(what + ": '" + path + "' is not a folder; " + remedy);
+  }
+}
+
+std::vector<std::string> existingFiles(const std::vector<std::string>& paths) {
+  std::vector<std::string> existing;
+  for (const std::string& path : paths) {
+    if (isFile(path)) existing.push_back(path);
+  }
+  return existing;
+}
+
+}  // namespace corrsel::core

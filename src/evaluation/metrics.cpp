@@ -1,0 +1,60 @@
+#include "corrsel/evaluation/metrics.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace corrsel::core {
+namespace {
+
+double ratio(std::size_t part, std::size_t whole) {
+  return whole == 0 ? kUndefined : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+/// Harmonic mean. Nothing selected (precision undefined) counts as 0; no inlier (recall undefined) stays
+/// undefined.
+double harmonicMean(double precision, double recall) {
+  if (std::isnan(recall)) return kUndefined;
+  if (std::isnan(precision) || precision + recall == 0) return 0.0;
+  return 2 * precision * recall / (precision + recall);
+}
+
+}  // namespace
+
+Evaluation evaluate(TruthKind kind, const std::vector<double>& errors, const std::vector<std::uint8_t>& mask,
+                    const EvaluationOptions& options) {
+  if (errors.size() != mask.size()) {
+    throw std::invalid_argument("mask has " + std::to_string(mask.size()) + " elements for " +
+                                std::to_string(errors.size()) + " matches");
+  }
+  Evaluation result;
+  const bool labelled = kind == TruthKind::kLabels;
+  const double ground_truth_tolerance = labelled ? 0.0 : options.ground_truth_tolerance;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (std::isnan(errors[i])) continue;
+    ++result.n_putative;
+    result.n_ground_truth += errors[i] <= ground_truth_tolerance ? 1 : 0;
+    result.n_selected += mask[i] ? 1 : 0;
+  }
+  const std::vector<double> tolerances = labelled ? std::vector<double>{kUndefined} : options.tolerances;
+  for (const double tau : tolerances) {
+    Metrics metrics;
+    metrics.tau = tau;
+    const double tolerance = labelled ? 0.0 : tau;
+    std::size_t inliers = 0;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      if (!(errors[i] <= tolerance)) continue;
+      ++inliers;
+      metrics.n_correct += mask[i] ? 1 : 0;
+    }
+    metrics.precision = ratio(metrics.n_correct, result.n_selected);
+    metrics.recall_paper = ratio(metrics.n_correct, result.n_ground_truth);
+    metrics.recall_same_tau = ratio(metrics.n_correct, inliers);
+    metrics.f_paper = harmonicMean(metrics.precision, metrics.recall_paper);
+    metrics.f_same_tau = harmonicMean(metrics.precision, metrics.recall_same_tau);
+    result.metrics.push_back(metrics);
+  }
+  return result;
+}
+
+}  // namespace corrsel::core

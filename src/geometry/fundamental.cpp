@@ -1,0 +1,243 @@
+#include "corrsel/geometry/fundamental.h"
+
+#include <Eigen/Dense>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace corrsel::core {
+namespace {
+
+using Vector9 = Eigen::Matrix<double, 9, 1>;
+
+Vector9 epipolarRow(const NormalizedMatches& m, std::uint32_t i) {
+  const double x = m.left_x[i], y = m.left_y[i], u = m.right_x[i], v = m.right_y[i];
+  Vector9 row;
+  row << u * x, u * y, u, v * x, v * y, v, x, y, 1;
+  return row;
+}
+
+cv::Matx33d toMatrix(const Vector9& v) {
+  return cv::Matx33d(v(0), v(1), v(2), v(3), v(4), v(5), v(6), v(7), v(8));
+}
+
+/// Two vectors that span the null space of a 7x9 matrix, by Gauss-Jordan elimination with full pivoting.
+bool nullSpace(std::array<std::array<double, 9>, 7>& a, Vector9& first, Vector9& second) {
+  std::array<int, 9> column = {0, 1, 2, 3, 4, 5, 6, 7, 8};
+  for (std::size_t step = 0; step < 7; ++step) {
+    std::size_t pivot_row = step, pivot_column = step;
+    double largest = 0;
+    for (std::size_t r = step; r < 7; ++r) {
+      for (std::size_t c = step; c < 9; ++c) {
+        if (std::abs(a[r][c]) > largest) {
+          largest = std::abs(a[r][c]);
+          pivot_row = r;
+          pivot_column = c;
+        }
+      }
+    }
+    if (largest < 1e-9) return false;
+    std::swap(a[step], a[pivot_row]);
+    if (pivot_column != step) {
+      for (auto& row : a) std::swap(row[step], row[pivot_column]);
+      std::swap(column[step], column[pivot_column]);
+    }
+    const double inverse = 1.0 / a[step][step];
+    for (std::size_t c = step; c < 9; ++c) a[step][c] *= inverse;
+    for (std::size_t r = 0; r < 7; ++r) {
+      if (r == step) continue;
+      const double factor = a[r][step];
+      for (std::size_t c = step; c < 9; ++c) a[r][c] -= factor * a[step][c];
+    }
+  }
+  first.setZero();
+  second.setZero();
+  for (std::size_t r = 0; r < 7; ++r) {
+    first(column[r]) = -a[r][7];
+    second(column[r]) = -a[r][8];
+  }
+  first(column[7]) = 1;
+  second(column[8]) = 1;
+  first.normalize();
+  second.normalize();
+  return true;
+}
+
+/// Real roots of a x^3 + b x^2 + c x + d.
+int realRoots(double a, double b, double c, double d, double roots[3]) {
+  const double largest = std::max({std::abs(a), std::abs(b), std::abs(c), std::abs(d)});
+  if (largest == 0) return 0;
+  if (std::abs(a) < 1e-12 * largest) {
+    if (std::abs(b) < 1e-12 * largest) {
+      if (std::abs(c) < 1e-12 * largest) return 0;
+      roots[0] = -d / c;
+      return 1;
+    }
+    const double discriminant = c * c - 4 * b * d;
+    if (discriminant < 0) return 0;
+    const double q = -0.5 * (c + (c < 0 ? -1 : 1) * std::sqrt(discriminant));
+    int count = 0;
+    roots[count++] = q / b;
+    if (q != 0) roots[count++] = d / q;
+    return count;
+  }
+  b /= a;
+  c /= a;
+  d /= a;
+  const double q = (b * b - 3 * c) / 9, r = (2 * b * b * b - 9 * b * c + 27 * d) / 54;
+  const double shift = b / 3;
+  int count = 0;
+  if (r * r < q * q * q) {
+    const double theta = std::acos(r / std::sqrt(q * q * q)), factor = -2 * std::sqrt(q);
+    constexpr double kThird = 2.0943951023931957;  // 2 pi / 3
+    roots[count++] = factor * std::cos(theta / 3) - shift;
+    roots[count++] = factor * std::cos(theta / 3 + kThird) - shift;
+    roots[count++] = factor * std::cos(theta / 3 - kThird) - shift;
+  } else {
+    const double s = -(r < 0 ? -1.0 : 1.0) * std::cbrt(std::abs(r) + std::sqrt(r * r - q * q * q));
+    roots[count++] = s + (s != 0 ? q / s : 0.0) - shift;
+  }
+  for (int i = 0; i < count; ++i) {
+    // One Newton step takes off the cancellation of the closed form.
+    const double x = roots[i];
+    const double slope = (3 * x + 2 * b) * x + c;
+    if (slope != 0) roots[i] = x - (((x + b) * x + c) * x + d) / slope;
+  }
+  return count;
+}
+
+/// Oriented epipolar constraint: with e' the right epipole, (e' x x') and F x are parallel with the same sign
+/// for all points, or with the opposite sign for all.
+bool isOriented(const cv::Matx33d& f, const NormalizedMatches& m, const std::uint32_t* sample) {
+  // The left null vector of F as the largest cross product of two of its columns.
+  cv::Vec3d epipole;
+  double largest = 0;
+  for (int a = 0; a < 3; ++a) {
+    const int b = (a + 1) % 3;
+    const cv::Vec3d product =
+        cv::Vec3d(f(0, a), f(1, a), f(2, a)).cross(cv::Vec3d(f(0, b), f(1, b), f(2, b)));
+    const double norm = product.dot(product);
+    if (norm > largest) {
+      largest = norm;
+      epipole = product;
+    }
+  }
+  if (largest == 0) return false;
+  int positive = 0;
+  for (int k = 0; k < 7; ++k) {
+    const std::uint32_t i = sample[k];
+    const cv::Vec3d line = f * cv::Vec3d(m.left_x[i], m.left_y[i], 1);
+    positive += epipole.cross(cv::Vec3d(m.right_x[i], m.right_y[i], 1)).dot(line) > 0 ? 1 : 0;
+  }
+  return positive == 0 || positive == 7;
+}
+
+double determinant(const cv::Matx33d& m) {
+  return m(0, 0) * (m(1, 1) * m(2, 2) - m(1, 2) * m(2, 1)) -
+         m(0, 1) * (m(1, 0) * m(2, 2) - m(1, 2) * m(2, 0)) +
+         m(0, 2) * (m(1, 0) * m(2, 1) - m(1, 1) * m(2, 0));
+}
+
+/// The nearest matrix of rank 2: F - F v v^T, v being the right singular vector of the smallest singular
+/// value.
+cv::Matx33d enforceRankTwo(const cv::Matx33d& f) {
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> matrix(f.val);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix.transpose() * matrix);
+  const Eigen::Vector3d v = solver.eigenvectors().col(0);
+  cv::Matx33d result;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(result.val) =
+      matrix - (matrix * v) * v.transpose();
+  return result;
+}
+
+/// Squared norm of the gradient of x'^T F x with respect to the four coordinates.
+double gradientNorm(const cv::Matx33d& f, double x, double y, double u, double v) {
+  const double a = f(0, 0) * x + f(0, 1) * y + f(0, 2), b = f(1, 0) * x + f(1, 1) * y + f(1, 2);
+  const double c = f(0, 0) * u + f(1, 0) * v + f(2, 0), d = f(0, 1) * u + f(1, 1) * v + f(2, 1);
+  return a * a + b * b + c * c + d * d;
+}
+
+}  // namespace
+
+double sampsonError(const cv::Matx33d& f, double x, double y, double u, double v) {
+  const double residual = u * (f(0, 0) * x + f(0, 1) * y + f(0, 2)) +
+                          v * (f(1, 0) * x + f(1, 1) * y + f(1, 2)) + f(2, 0) * x + f(2, 1) * y + f(2, 2);
+  const double gradient = gradientNorm(f, x, y, u, v);
+  if (gradient == 0) return residual == 0 ? 0.0 : std::numeric_limits<double>::infinity();
+  return residual * residual / gradient;
+}
+
+void sampsonErrors(const cv::Matx33d& f, const NormalizedMatches& m, std::size_t begin, std::size_t end,
+                   float* out) {
+  float k[9];
+  for (int i = 0; i < 9; ++i) k[i] = static_cast<float>(f.val[i]);
+  const float *lx = m.left_x.data(), *ly = m.left_y.data(), *rx = m.right_x.data(), *ry = m.right_y.data();
+  for (std::size_t i = begin; i < end; ++i) {
+    const float x = lx[i], y = ly[i], u = rx[i], v = ry[i];
+    const float a = k[0] * x + k[1] * y + k[2], b = k[3] * x + k[4] * y + k[5];
+    const float c = k[0] * u + k[3] * v + k[6], d = k[1] * u + k[4] * v + k[7];
+    const float residual = u * a + v * b + k[6] * x + k[7] * y + k[8];
+    const float gradient = a * a + b * b + c * c + d * d;
+    out[i - begin] = residual * residual / (gradient + std::numeric_limits<float>::min());
+  }
+}
+
+double epipolarLineDistance(const cv::Matx33d& f, double x, double y, double u, double v) {
+  const double a = f(0, 0) * x + f(0, 1) * y + f(0, 2), b = f(1, 0) * x + f(1, 1) * y + f(1, 2);
+  const double c = f(2, 0) * x + f(2, 1) * y + f(2, 2);
+  return std::abs(a * u + b * v + c) / std::sqrt(a * a + b * b);
+}
+
+int fundamentalFromSeven(const NormalizedMatches& m, const std::uint32_t* sample, cv::Matx33d f[3]) {
+  std::array<std::array<double, 9>, 7> rows;
+  for (std::size_t k = 0; k < 7; ++k) {
+    const Vector9 row = epipolarRow(m, sample[k]);
+    for (int c = 0; c < 9; ++c) rows[k][static_cast<std::size_t>(c)] = row(c);
+  }
+  Vector9 first, second;
+  if (!nullSpace(rows, first, second)) return 0;
+  // det(lambda A + (1 - lambda) B) = det(B + lambda D), D = A - B, is a cubic: two determinants and its
+  // values at 1 and -1 fix it.
+  const cv::Matx33d b = toMatrix(second), d = toMatrix(first) - b;
+  const double c0 = determinant(b), c3 = determinant(d);
+  const double plus = determinant(b + d), minus = determinant(b - d);
+  const double c2 = 0.5 * (plus + minus) - c0, c1 = 0.5 * (plus - minus) - c3;
+  double roots[3];
+  const int count = realRoots(c3, c2, c1, c0, roots);
+  int kept = 0;
+  for (int i = 0; i < count; ++i) {
+    cv::Matx33d candidate = b + d * roots[i];
+    const double norm = cv::norm(candidate);
+    if (!(norm > 1e-12) || !std::isfinite(norm)) continue;
+    candidate = candidate * (1.0 / norm);
+    if (isOriented(candidate, m, sample)) f[kept++] = candidate;
+  }
+  return kept;
+}
+
+bool fitFundamental(const NormalizedMatches& m, const std::vector<std::uint32_t>& rows, cv::Matx33d& f) {
+  if (rows.size() < 8) return false;
+  cv::Matx33d fitted;
+  for (int round = 0; round < 3; ++round) {
+    Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
+    for (const std::uint32_t i : rows) {
+      double weight = 1.0;
+      if (round > 0) {
+        const double gradient = gradientNorm(fitted, m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
+        weight = 1.0 / std::max(gradient, 1e-12);
+      }
+      normal.selfadjointView<Eigen::Lower>().rankUpdate(epipolarRow(m, i), weight);
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(normal);
+    if (solver.info() != Eigen::Success || !(solver.eigenvalues()(1) > 1e-14 * solver.eigenvalues()(8)))
+      return false;
+    const cv::Matx33d candidate = enforceRankTwo(toMatrix(solver.eigenvectors().col(0)));
+    const double norm = cv::norm(candidate);
+    if (!(norm > 0) || !std::isfinite(norm)) return false;
+    fitted = candidate * (1.0 / norm);
+  }
+  f = fitted;
+  return true;
+}
+
+}  // namespace corrsel::core

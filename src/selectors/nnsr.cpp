@@ -1,0 +1,65 @@
+#include "corrsel/selectors/nnsr.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "corrsel/selectors/otsu.h"
+#include "corrsel/text.h"
+
+namespace corrsel::core {
+
+void NnsrOptions::visit(OptionVisitor& visitor) {
+  visitor.integer(
+      {"bins", 0, 65536, "-", "Bins of Otsu's histogram over [0, 1]; 0 = exact split of the sorted ratios"},
+      bins);
+  visitor.number({"fallback", 0, 1, "-", "Ratio threshold where Otsu's method is undefined"}, fallback);
+  visitor.number({"min_threshold", 0, 1, "-", "Otsu's threshold is raised to at least this ratio"},
+                 min_threshold);
+  visitor.number({"max_threshold", 0, 1, "-", "Otsu's threshold is lowered to at most this ratio"},
+                 max_threshold);
+}
+
+void NnsrOptions::check() const {
+  OptionSet::check();
+  if (min_threshold > max_threshold) {
+    throw std::invalid_argument("option min_threshold = " + formatNumber(min_threshold) +
+                                " is larger than max_threshold = " + formatNumber(max_threshold));
+  }
+}
+
+NnsrSelector::NnsrSelector(NnsrOptions options) : options_(options) { options_.check(); }
+
+std::string NnsrSelector::missingInput(const Correspondences& matches) const {
+  if (matches.empty() || (!matches.distance.empty() && !matches.second_distance.empty())) return "";
+  return std::string("nnsr needs the column ") + (matches.distance.empty() ? "distance" : "second_distance");
+}
+
+void NnsrSelector::run(const Correspondences& matches, Selection& result) const {
+  const std::size_t n = matches.size();
+  result.score.assign(n, 0.0F);
+  std::vector<double> ratios(n, std::numeric_limits<double>::quiet_NaN()), defined;
+  defined.reserve(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double first = matches.distance[i], second = matches.second_distance[i];
+    if (!(second > 0) || !(first >= 0)) continue;
+    const double ratio = first / second;
+    // Inf/Inf is NaN; a first neighbour farther than the second is no nearest neighbour.
+    if (!(ratio <= 1)) continue;
+    ratios[i] = ratio;
+    defined.push_back(ratio);
+    result.score[i] = static_cast<float>(1.0 - ratio);
+  }
+  const std::optional<double> otsu = otsuThreshold(defined, 0.0, 1.0, options_.bins);
+  double threshold = options_.fallback;
+  if (otsu) {
+    threshold = std::clamp(*otsu, options_.min_threshold, options_.max_threshold);
+    result.message = "threshold " + formatNumber(threshold);
+  } else if (n > 0) {
+    result.message = "Otsu's threshold is undefined here: fixed threshold " + formatNumber(threshold);
+  }
+  for (std::size_t i = 0; i < n; ++i) result.mask[i] = ratios[i] <= threshold ? 1 : 0;
+  result.iterations = 1;
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,251 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <set>
+#include <sstream>
+
+#include "corrsel/datasets/sample.h"
+
+namespace corrsel::core {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where scripts/fetch_samples.sh puts the images.
+std::string realFolder() {
+  if (const char* const set = std::getenv("CORRSEL_SAMPLE_DIR")) return set;
+  if (const char* const cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/corrsel/sample";
+  const char* const home = std::getenv("HOME");
+  return std::string(home ? home : "") + "/.cache/corrsel/sample";
+}
+
+/// The message of the DatasetError that `action` throws; empty when it throws none.
+template <typename Action>
+std::string errorOf(const Action& action) {
+  try {
+    action();
+  } catch (const DatasetError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+cv::Point2d map(const cv::Matx33d& h, const cv::Point2f& p) {
+  const cv::Vec3d q = h * cv::Vec3d(p.x, p.y, 1.0);
+  return {q[0] / q[2], q[1] / q[2]};
+}
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
+}
+
+struct Match {
+  cv::Point2f left, right;
+};
+
+/// SIFT matches that pass the ratio test at 0.7.
+std::vector<Match> siftMatches(const ImagePair& pair) {
+  const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(2000);
+  std::vector<cv::KeyPoint> left, right;
+  cv::Mat left_descriptors, right_descriptors;
+  sift->detectAndCompute(pair.left, cv::noArray(), left, left_descriptors);
+  sift->detectAndCompute(pair.right, cv::noArray(), right, right_descriptors);
+  std::vector<std::vector<cv::DMatch>> neighbours;
+  cv::BFMatcher().knnMatch(left_descriptors, right_descriptors, neighbours, 2);
+  std::vector<Match> matches;
+  for (const std::vector<cv::DMatch>& n : neighbours) {
+    if (n.size() == 2 && n[0].distance < 0.7f * n[1].distance) {
+      matches.push_back({left[n[0].queryIdx].pt, right[n[0].trainIdx].pt});
+    }
+  }
+  return matches;
+}
+
+/// Part of the matches that lie within `tolerance` px of the homography.
+double agreement(const ImagePair& pair, const std::vector<Match>& matches, double tolerance) {
+  const auto agrees = [&](const Match& m) {
+    return cv::norm(map(pair.truth.matrix, m.left) - cv::Point2d(m.right)) <= tolerance;
+  };
+  return double(std::count_if(matches.begin(), matches.end(), agrees)) / double(matches.size());
+}
+
+class SampleImages : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    for (const std::string& name : SampleReader::imageNames()) {
+      if (!fs::is_regular_file(fs::path(realFolder()) / name)) {
+        GTEST_SKIP() << "skipped: the sample images are not here; run: rosrun corrsel fetch_samples.sh";
+      }
+    }
+  }
+};
+
+TEST_F(SampleImages, HasTwoTakenAndFiftyGeneratedPairs) {
+  const SampleReader reader(realFolder());
+  ASSERT_EQ(reader.size(), 52u);
+  EXPECT_EQ(reader.id(0).text(), "sample/graf/1-3");
+  EXPECT_EQ(reader.id(1).text(), "sample/aloe/L-R");
+  EXPECT_EQ(reader.id(2).text(), "sample/zoom_rotation_1/0-1");
+  EXPECT_EQ(reader.id(51).text(), "sample/rotation/0-5");
+  EXPECT_THROW(reader.id(52), std::out_of_range);
+  EXPECT_EQ(reader.files().size(), SampleReader::imageNames().size());
+  std::set<std::string> sequences;
+  for (std::size_t i = 2; i < reader.size(); ++i) sequences.insert(reader.id(i).sequence);
+  EXPECT_EQ(sequences, (std::set<std::string>{"blur_1", "blur_2", "jpeg", "light", "rotation", "viewpoint_1",
+                                              "viewpoint_2", "zoom", "zoom_rotation_1", "zoom_rotation_2"}));
+}
+
+TEST_F(SampleImages, DependsOnSeedAndPairAlone) {
+  const SampleReader forwards(realFolder(), 7), backwards(realFolder(), 7), other(realFolder(), 8);
+  const std::vector<std::size_t> pairs = {2, 6, 12, 22, 35, 41, 50};
+  std::vector<ImagePair> first;
+  for (const std::size_t i : pairs) first.push_back(forwards.read(i));
+  for (std::size_t k = pairs.size(); k-- > 0;) {
+    const ImagePair again = backwards.read(pairs[k]);
+    EXPECT_TRUE(same(again.left, first[k].left)) << again.id.text();
+    EXPECT_TRUE(same(again.right, first[k].right)) << again.id.text();
+    EXPECT_EQ(again.truth.matrix, first[k].truth.matrix) << again.id.text();
+    EXPECT_FALSE(same(other.read(pairs[k]).right, first[k].right)) << again.id.text();
+  }
+}
+
+TEST_F(SampleImages, GeneratedPairsFollowTheirHomographies) {
+  const SampleReader reader(realFolder());
+  for (std::size_t i = 2; i < reader.size(); ++i) {
+    const ImagePair pair = reader.read(i);
+    SCOPED_TRACE(pair.id.text());
+    ASSERT_EQ(pair.left.size(), pair.right.size());
+    ASSERT_EQ(pair.left.type(), pair.right.type());
+    ASSERT_EQ(pair.truth.kind, TruthKind::kHomography);
+    // Every left pixel is in front of the camera.
+    for (const double x : {0.0, pair.left.cols - 1.0}) {
+      for (const double y : {0.0, pair.left.rows - 1.0}) {
+        EXPECT_GT((pair.truth.matrix * cv::Vec3d(x, y, 1.0))[2], 0.0);
+      }
+    }
+    const cv::Point2d centre(0.5 * (pair.left.cols - 1), 0.5 * (pair.left.rows - 1));
+    EXPECT_LT(cv::norm(map(pair.truth.matrix, centre) - centre), 0.05 * pair.left.cols);
+
+    // At the weakest strength most distinctive features must be where the homography puts them.
+    if (pair.id.pair != "0-1") continue;
+    const std::vector<Match> matches = siftMatches(pair);
+    EXPECT_GT(matches.size(), 100u);
+    EXPECT_GT(agreement(pair, matches, 3.0), 0.9);
+  }
+}
+
+TEST_F(SampleImages, GeneratedPairsLookLikeTheWarpedPhotograph) {
+  const SampleReader reader(realFolder());
+  for (std::size_t i = 2; i < reader.size(); i += 5) {
+    const ImagePair pair = reader.read(i);
+    SCOPED_TRACE(pair.id.text());
+    cv::Mat inside(pair.left.size(), CV_8U, cv::Scalar(255)), warped, right;
+    cv::warpPerspective(inside, inside, pair.truth.matrix, inside.size());
+    cv::erode(inside, inside, cv::Mat(), cv::Point(-1, -1), 8);
+    cv::warpPerspective(pair.left, warped, pair.truth.matrix, pair.left.size());
+    // Equal smoothing leaves little of the nuisances but the light, a gain at this strength.
+    cv::GaussianBlur(warped, warped, cv::Size(), 3.0);
+    cv::GaussianBlur(pair.right, right, cv::Size(), 3.0);
+    if (pair.id.sequence == "light") right /= 0.8;
+    cv::Mat difference;
+    cv::absdiff(warped, right, difference);
+    const cv::Scalar mean = cv::mean(difference, inside);
+    for (int c = 0; c < difference.channels(); ++c) EXPECT_LT(mean[c], 5.0) << "channel " << c;
+    EXPECT_GT(cv::countNonZero(inside), 0.2 * double(inside.total()));
+  }
+}
+
+TEST_F(SampleImages, GrafFollowsItsHomography) {
+  const ImagePair pair = SampleReader(realFolder()).read(0);
+  ASSERT_EQ(pair.truth.kind, TruthKind::kHomography);
+  const std::vector<Match> matches = siftMatches(pair);
+  EXPECT_GT(matches.size(), 100u);
+  EXPECT_GT(agreement(pair, matches, 5.0), 0.7);
+}
+
+TEST_F(SampleImages, AloeFollowsItsDisparity) {
+  const ImagePair pair = SampleReader(realFolder()).read(1);
+  ASSERT_EQ(pair.truth.kind, TruthKind::kDisparity);
+  ASSERT_EQ(pair.truth.disparity.type(), CV_32F);
+  ASSERT_EQ(pair.truth.disparity.size(), pair.left.size());
+  int known = 0, right = 0;
+  for (const Match& m : siftMatches(pair)) {
+    const float disparity = pair.truth.disparity.at<float>(cvRound(m.left.y), cvRound(m.left.x));
+    // The wallpaper repeats itself, but seldom in the same row.
+    if (std::isnan(disparity) || std::abs(m.left.y - m.right.y) > 1.0f) continue;
+    ++known;
+    right += std::abs(m.left.x - disparity - m.right.x) <= 5.0f;
+  }
+  EXPECT_GT(known, 100);
+  EXPECT_GT(right, 0.9 * known);
+  const double unknown = std::count_if(pair.truth.disparity.begin<float>(), pair.truth.disparity.end<float>(),
+                                       [](float d) { return std::isnan(d); });
+  EXPECT_NEAR(unknown / double(pair.truth.disparity.total()), 0.0345, 0.0001);
+}
+
+TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
+  const fs::path copy = fs::temp_directory_path() / ("corrsel_sample_" + std::to_string(::getpid()));
+  fs::remove_all(copy);
+  EXPECT_TRUE(contains(errorOf([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
+  fs::create_directories(copy);
+  EXPECT_TRUE(contains(errorOf([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
+
+  for (const std::string& name : SampleReader::imageNames())
+    fs::copy(fs::path(realFolder()) / name, copy / name);
+  fs::remove(copy / "baboon.jpg");
+  fs::resize_file(copy / "graf3.png", 1000);
+  std::ofstream(copy / "aloeGT.png") << "no image";
+  const SampleReader reader(copy.string());
+  const struct {
+    std::size_t pair;
+    const char* file;
+  } cases[] = {{0, "graf3.png"}, {1, "aloeGT.png"}, {12, "baboon.jpg"}, {16, "baboon.jpg"}};
+  for (const auto& c : cases) {
+    const std::string error = errorOf([&] { reader.read(c.pair); });
+    EXPECT_TRUE(contains(error, (copy / c.file).string())) << error;
+    EXPECT_TRUE(contains(error, "rosrun corrsel fetch_samples.sh")) << error;
+  }
+  EXPECT_NO_THROW(reader.read(2));
+  EXPECT_NO_THROW(reader.read(17));
+
+  fs::copy_file(fs::path(realFolder()) / "graf3.png", copy / "graf3.png",
+                fs::copy_options::overwrite_existing);
+  for (const char* text : {"<?xml", "<?xml version=\"1.0\"?><opencv_storage><H>1</H></opencv_storage>"}) {
+    std::ofstream(copy / "H1to3p.xml") << text;
+    const std::string error = errorOf([&] { reader.read(0); });
+    EXPECT_TRUE(contains(error, (copy / "H1to3p.xml").string())) << error;
+  }
+  fs::remove_all(copy);
+}
+
+TEST(Sample, FetchScriptKnowsTheSameFiles) {
+  const fs::path script = fs::path(__FILE__).parent_path() / "../../scripts/fetch_samples.sh";
+  std::ifstream stream(script);
+  ASSERT_TRUE(stream) << script;
+  std::stringstream content;
+  content << stream.rdbuf();
+  const std::string text = content.str();
+  const std::size_t begin = text.find("files=(");
+  ASSERT_NE(begin, std::string::npos);
+  std::istringstream list(text.substr(begin + 7, text.find(')', begin) - begin - 7));
+  std::set<std::string> fetched;
+  for (std::string path; list >> path;) fetched.insert(fs::path(path).filename().string());
+  const std::vector<std::string> names = SampleReader::imageNames();
+  EXPECT_EQ(fetched, std::set<std::string>(names.begin(), names.end()));
+}
+
+}  // namespace
+}  // namespace corrsel::core

@@ -1,0 +1,173 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+
+#include "corrsel/datasets/vgg.h"
+
+#ifndef CORRSEL_SHARED_DATA_DIR
+#define CORRSEL_SHARED_DATA_DIR ""
+#endif
+
+namespace corrsel::core {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string realFolder() {
+  const char* const set = std::getenv("CORRSEL_TEST_DATA");
+  return std::string(set ? set : CORRSEL_SHARED_DATA_DIR) + "/vgg";
+}
+
+/// The message of the DatasetError that `action` throws; empty when it throws none.
+template <typename Action>
+std::string errorOf(const Action& action) {
+  try {
+    action();
+  } catch (const DatasetError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void write(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// A folder with the scenes "one" (ppm, colour) and "two" (pgm, grey), removed at the end.
+class VggFolder : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = fs::temp_directory_path() / ("corrsel_vgg_" + std::to_string(::getpid()));
+    fs::remove_all(root_);
+    for (const char* scene : {"two", "one"}) {
+      fs::create_directories(root_ / scene);
+      const bool colour = std::string(scene) == "one";
+      for (int i = 1; i <= 6; ++i) {
+        const cv::Mat image(12, 20, colour ? CV_8UC3 : CV_8UC1, cv::Scalar(i, 2 * i, 3 * i));
+        cv::imwrite((root_ / scene / ("img" + std::to_string(i) + (colour ? ".ppm" : ".pgm"))).string(),
+                    image);
+        if (i > 1) {
+          write(root_ / scene / ("H1to" + std::to_string(i) + "p"),
+                "1 0 " + std::to_string(i) + "\n0 1 0\n0 1e-4 1\n");
+        }
+      }
+    }
+  }
+
+  void TearDown() override { fs::remove_all(root_); }
+
+  /// Reads pair `index`, which must fail, while all others must not.
+  std::string onlyErrorAt(std::size_t index) const {
+    const VggReader reader(root_.string());
+    for (std::size_t i = 0; i < reader.size(); ++i) {
+      if (i != index) {
+        EXPECT_NO_THROW(reader.read(i)) << reader.id(i).text();
+      }
+    }
+    return errorOf([&] { reader.read(index); });
+  }
+
+  fs::path root_;
+};
+
+TEST_F(VggFolder, GivesFivePairsPerSceneInAlphabeticalOrder) {
+  const VggReader reader(root_.string());
+  ASSERT_EQ(reader.size(), 10u);
+  EXPECT_EQ(reader.id(0).text(), "vgg/one/1-2");
+  EXPECT_EQ(reader.id(4).text(), "vgg/one/1-6");
+  EXPECT_EQ(reader.id(9).text(), "vgg/two/1-6");
+  EXPECT_EQ(reader.files().size(), 2u * (6 + 5));
+
+  const ImagePair pair = reader.read(3);
+  EXPECT_EQ(pair.id, reader.id(3));
+  EXPECT_EQ(pair.left.type(), CV_8UC3);
+  EXPECT_EQ(pair.right.at<cv::Vec3b>(0, 0), cv::Vec3b(5, 10, 15));
+  EXPECT_EQ(pair.truth.kind, TruthKind::kHomography);
+  EXPECT_EQ(pair.truth.matrix, cv::Matx33d(1, 0, 5, 0, 1, 0, 0, 1e-4, 1));
+  EXPECT_FALSE(pair.given.has_value());
+  EXPECT_EQ(reader.read(9).left.type(), CV_8UC1);
+}
+
+TEST_F(VggFolder, IsFoundByName) {
+  EXPECT_EQ(openDataset("vgg", root_.string())->size(), 10u);
+  EXPECT_EQ(datasetNames(), (std::vector<std::string>{"adelaidermf", "sample", "vgg"}));
+  try {
+    openDataset("vg", root_.string());
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "unknown dataset 'vg'; valid: adelaidermf, sample, vgg");
+  }
+}
+
+TEST_F(VggFolder, RefusesMissingAndEmptyFolders) {
+  const std::string missing = (root_ / "nowhere").string();
+  EXPECT_TRUE(contains(errorOf([&] { VggReader reader(missing); }), missing));
+  fs::create_directories(root_ / "empty" / "scene");
+  EXPECT_TRUE(contains(errorOf([&] { VggReader reader((root_ / "empty").string()); }), "no subfolder"));
+}
+
+TEST_F(VggFolder, NamesTheMissingImage) {
+  fs::remove(root_ / "one" / "img3.ppm");
+  const std::string error = onlyErrorAt(1);
+  EXPECT_TRUE(contains(error, (root_ / "one" / "img3").string())) << error;
+  EXPECT_TRUE(contains(error, "missing")) << error;
+}
+
+TEST_F(VggFolder, NamesTheUnreadableImage) {
+  fs::resize_file(root_ / "two" / "img6.pgm", 5);
+  const std::string error = onlyErrorAt(9);
+  EXPECT_TRUE(contains(error, (root_ / "two" / "img6.pgm").string())) << error;
+  EXPECT_TRUE(contains(error, "cannot be decoded")) << error;
+}
+
+TEST_F(VggFolder, NamesTheMissingHomography) {
+  fs::remove(root_ / "two" / "H1to2p");
+  const std::string error = onlyErrorAt(5);
+  EXPECT_TRUE(contains(error, (root_ / "two" / "H1to2p").string())) << error;
+  EXPECT_TRUE(contains(error, "missing")) << error;
+}
+
+TEST_F(VggFolder, RefusesBadHomographies) {
+  const struct {
+    const char* text;
+    const char* expected;
+  } cases[] = {
+      {"1 0 0\n0 1 0\n0\n", "holds 7 numbers"},   {"", "holds 0 numbers"},
+      {"1 0 0 0 1 0 0 0 1 1", "more than the 9"}, {"1 0 0 0 one 0 0 0 1", "'one' is not a number"},
+      {"1 0 0 0 inf 0 0 0 1", "not finite"},      {"0 0 0 0 0 0 0 0 0", "singular"},
+      {"1 2 300 2 4 600 0 0 1", "singular"},
+  };
+  for (const auto& c : cases) {
+    write(root_ / "one" / "H1to4p", c.text);
+    const std::string error = onlyErrorAt(2);
+    EXPECT_TRUE(contains(error, (root_ / "one" / "H1to4p").string())) << error;
+    EXPECT_TRUE(contains(error, c.expected)) << error;
+  }
+}
+
+TEST(Vgg, ReadsTheRealDataset) {
+  if (!fs::is_directory(realFolder())) GTEST_SKIP() << "skipped: the VGG images are not here";
+  const VggReader reader(realFolder());
+  ASSERT_EQ(reader.size(), 40u);
+  std::set<std::string> sequences;
+  for (std::size_t i = 0; i < reader.size(); ++i) {
+    const ImagePair pair = reader.read(i);
+    sequences.insert(pair.id.sequence);
+    ASSERT_FALSE(pair.left.empty() || pair.right.empty()) << pair.id.text();
+    // The JPEG scene is the only one whose camera stood still.
+    EXPECT_EQ(pair.truth.matrix == cv::Matx33d::eye(), pair.id.sequence == "ubc") << pair.id.text();
+  }
+  EXPECT_EQ(sequences,
+            (std::set<std::string>{"bark", "bikes", "boat", "graf", "leuven", "trees", "ubc", "wall"}));
+}
+
+}  // namespace
+}  // namespace corrsel::core
