@@ -74,6 +74,7 @@ constexpr Argument kArguments[] = {
     {"resume", "false", "continue the run that output_dir holds"},
     {"report", "true", "write report.html at the end"},
     {"verbose", "false", "print every judged selection"},
+    {"working_dir", "", "folder that relative paths start from; default: the current one"},
 };
 
 class UsageError : public std::runtime_error {
@@ -144,6 +145,10 @@ std::map<std::string, std::string> parseArguments(int argc, char** argv, std::ve
     }
   }
   return values;
+}
+
+std::string absolutePath(const std::string& path, const std::string& working_dir) {
+  return fs::absolute(fs::path(working_dir) / path).lexically_normal().string();
 }
 
 core::BenchmarkConfig configFrom(std::map<std::string, std::string>& values) {
@@ -378,7 +383,7 @@ int run(int argc, char** argv) {
     throw UsageError("resume needs output_dir: the folder of the run");
   const std::string output_dir = values["output_dir"].empty()
                                      ? defaultOutputDir()
-                                     : fs::absolute(values["output_dir"]).lexically_normal().string();
+                                     : absolutePath(values["output_dir"], values["working_dir"]);
 
   std::map<std::string, std::unique_ptr<core::DatasetReader>> readers;
   for (const std::string& name : config.datasets) {

@@ -20,17 +20,13 @@ sys.path.insert(0, str(SCRIPT.parent))
 import report  # noqa: E402  (found through the path above)
 
 EVIL = '<script>alert("x")</script>&\'$a$'
-# A grey JPEG of one pixel.
-JPEG = base64.b64decode(
-    "/9j/4AAQSkZJRgABAQEASABIAAD/2wBDAP//////////////////////////////////////////////////////////////////////////"
-    "////////////wAALCAABAAEBAREA/8QAFAABAAAAAAAAAAAAAAAAAAAAA//EABQQAQAAAAAAAAAAAAAAAAAAAAD/2gAIAQEAAD8AN//Z"
-)
+JPEG = b"\xff\xd8\xff\xe0 stands for a picture \xff\xd9"
 # selector -> precision, recall, F, F of the same tau, median time in s
 SCORES = {
     "nnsr": (0.70, 0.60, 0.646, 0.650, 2e-5),
     "ransac": (0.95, 0.80, 0.869, 0.870, 5e-3),
     "lpm:v2": (0.90, 0.92, 0.910, 0.905, 1e-3),
-    "keep_all": (0.50, 1.00, 0.999, 0.999, 1e-9),
+    "keep_all": (0.50, 0.92, 0.999, 0.999, 1e-9),
 }
 
 
@@ -81,6 +77,12 @@ def write_csv(path, header, rows):
         writer = csv.DictWriter(stream, header, restval="", lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
+
+
+def read_csv(path):
+    """Return the rows of a CSV file as dictionaries."""
+    with path.open(newline="") as stream:
+        return [dict(row) for row in csv.DictReader(stream)]
 
 
 def pair_row(dataset, sequence, features, selector, tau, scores):
@@ -247,7 +249,7 @@ class ReportTest(unittest.TestCase):
         self.assertIn("Keeping everything gives F 0.999: no selector does better", text)
 
     def test_tables_take_the_numbers_of_the_summary(self):
-        rows = [dict(r) for r in csv.DictReader((self.folder / "summary.csv").open())]
+        rows = read_csv(self.folder / "summary.csv")
         for row in rows:
             row["precision"] = "0.123456"
         write_csv(self.folder / "summary.csv", report.SUMMARY_HEADER, rows)
@@ -283,7 +285,7 @@ class ReportTest(unittest.TestCase):
         write_run(self.folder, EVIL)
         for name in ("failures.csv", "images/index.csv", "pairs.csv", "summary.csv"):
             path = self.folder / name
-            rows = list(csv.DictReader(path.open()))
+            rows = read_csv(path)
             for row in rows:
                 row.update({k: EVIL for k in ("error", "sequence") if k in row and row[k] != "empty"})
                 if row.get("selector") == "ransac":
@@ -371,7 +373,7 @@ class ReportTest(unittest.TestCase):
             (self.folder / name).unlink()
         text = self.make()
         for name in names:
-            self.assertIn("%s is missing" % name.split("/")[-1], text)
+            self.assertIn("%s is missing" % name, text)
         self.assertIn("State unknown", text)
         self.assertIn("How the selections ended", text)
 
@@ -423,7 +425,7 @@ class ReportTest(unittest.TestCase):
 
     def test_other_tolerances(self):
         for name, header in (("pairs.csv", report.PAIRS_HEADER), ("summary.csv", report.SUMMARY_HEADER)):
-            rows = [r for r in csv.DictReader((self.folder / name).open()) if r["tau_px"] in ("1", "10")]
+            rows = [r for r in read_csv(self.folder / name) if r["tau_px"] in ("1", "10")]
             write_csv(self.folder / name, header, rows)
         self.assertIn("The run has no tolerance of 5 px here; the table is made at 1 px.", self.make())
 

@@ -1,0 +1,85 @@
+# Sourced by the scripts of this folder: installing what is needed, and building. Not run by itself.
+
+# The system's Python: another one earlier in PATH breaks catkin and ament.
+export PATH=/usr/bin:/bin:$PATH
+export ROS_HOSTNAME="${ROS_HOSTNAME:-localhost}"
+export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:11311}"
+
+package_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build_dir=${CORRSEL_BUILD_DIR:-$package_dir/build}
+
+# Debian's own ROS 1 packages.
+build_packages=(
+  build-essential catkin cmake git pkg-config
+  libdynamic-reconfigure-config-init-mutex-dev libeigen3-dev libmatio-dev libnodeletlib-tools libopencv-dev
+  librosbag-dev libyaml-cpp-dev nlohmann-json3-dev python3-dynamic-reconfigure python3-matplotlib python3-numpy
+  python3-rosbag python3-roslaunch python3-rostopic ros-perception-dev rosbash
+)
+test_packages=(libgtest-dev librostest-dev python3-rosservice python3-rostest)
+
+say() { printf '\n== %s\n' "$*"; }
+
+# install_packages NAME...: installs what is missing.
+install_packages() {
+  if [ -d /opt/ros ] && [ ! -e /usr/share/roscpp ]; then
+    say "ROS from /opt/ros: dependencies are left to rosdep (rosdep install --from-paths $package_dir -y)"
+    return
+  fi
+  local missing=() name
+  for name in "$@"; do
+    [ "$(dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null)" = installed ] || missing+=("$name")
+  done
+  [ ${#missing[@]} -gt 0 ] || return 0
+  say "installing ${#missing[@]} packages: ${missing[*]}"
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    as_root=(sudo)
+    command -v sudo >/dev/null || {
+      echo "cannot install without root: run 'apt-get install ${missing[*]}' as root, then this script again" >&2
+      exit 1
+    }
+  fi
+  local log
+  log=$(mktemp)
+  if ! { "${as_root[@]}" apt-get update && "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+      apt-get install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+    tail -n 20 "$log" >&2
+    echo "installing failed: the lines above are the end of $log" >&2
+    exit 1
+  fi
+  rm -f "$log"
+}
+
+# build TARGET... [-- CMAKE_ARGUMENT...]: configures and builds, quietly unless it fails.
+build() {
+  local targets=() arguments=() log
+  while [ $# -gt 0 ]; do
+    if [ "$1" = -- ]; then
+      shift
+      arguments=("$@")
+      break
+    fi
+    targets+=("$1")
+    shift
+  done
+  mkdir -p "$build_dir"
+  # Keeps catkin from looking for packages in here when this package lies in a workspace.
+  touch "$build_dir/CATKIN_IGNORE"
+  log=$build_dir/build.log
+  say "building in $build_dir (log: $log)"
+  if ! { cmake -S "$package_dir" -B "$build_dir" -DCATKIN_DEVEL_PREFIX="$build_dir/devel" "${arguments[@]}" &&
+    cmake --build "$build_dir" --parallel "$(nproc)" --target "${targets[@]}"; } >"$log" 2>&1; then
+    grep -nE 'error|Error|warning:' "$log" | head -n 20 >&2 || true
+    tail -n 20 "$log" >&2
+    echo "the build failed: the lines above are from $log" >&2
+    exit 1
+  fi
+}
+
+# use_workspace: makes ROS find the package that build() has built.
+use_workspace() {
+  set +u
+  # shellcheck disable=SC1091
+  source "$build_dir/devel/setup.bash"
+  set -u
+}
