@@ -1,3 +1,5 @@
+# shellcheck shell=bash
+# shellcheck disable=SC2034  # the lists are used by the scripts that source this file
 # Sourced by the scripts of this folder: installing what is needed, and building. Not run by itself.
 
 # The system's Python: another one earlier in PATH breaks catkin and ament.

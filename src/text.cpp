@@ -35,7 +35,9 @@ double parseNumber(const std::string& text, const std::string& what) {
   char* end = nullptr;
   errno = 0;
   const double value = std::strtod(trimmed.c_str(), &end);
-  if (trimmed.empty() || *end != '\0' || errno == ERANGE || std::isnan(value)) {
+  // Subnormal numbers set ERANGE too, but are read correctly.
+  const bool beyond_range = errno == ERANGE && (value == 0 || std::isinf(value));
+  if (trimmed.empty() || *end != '\0' || beyond_range || std::isnan(value)) {
     throw std::invalid_argument(what + ": '" + text + "' is not a number");
   }
   return value;

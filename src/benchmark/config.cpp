@@ -149,6 +149,8 @@ std::string BenchmarkConfig::toYaml() const {
   return std::string(out.c_str()) + "\n";
 }
 
+bool isNnsr(const std::string& spec) { return algorithmOf(spec) == "nnsr"; }
+
 void parseOptionAssignments(const std::string& text, std::map<std::string, OptionMap>& options) {
   for (const std::string& piece : splitList(text)) {
     const std::size_t dot = piece.find('.'), equals = piece.find('=');

@@ -102,8 +102,7 @@ std::size_t expectedRows(const BenchmarkConfig& config, const std::vector<Result
   std::size_t selections = 0;
   for (const std::string& preselection : config.preselection) {
     for (const std::string& selector : config.selectors) {
-      // NNSR is not run on its own survivors.
-      selections += preselection == "nnsr" && selector.compare(0, 4, "nnsr") == 0 ? 0 : 1;
+      selections += preselection == "nnsr" && isNnsr(selector) ? 0 : 1;
     }
   }
   const std::size_t taus = std::isnan(rows.front().metrics.tau) ? 1 : config.tolerances.size();

@@ -33,24 +33,6 @@ struct GridSelector {
   }
 };
 
-/// The putative matches of one pair and what is known about them.
-struct Putative {
-  std::string features;
-  Correspondences matches;
-  std::vector<double> errors;
-  std::size_t n_left = 0, n_right = 0;
-  double detect_seconds = kUndefined, describe_seconds = kUndefined, match_seconds = kUndefined;
-
-  Putative survivors(const std::vector<std::uint8_t>& mask) const {
-    Putative result = *this;
-    const std::vector<std::uint32_t> rows = selectedRows(mask);
-    result.matches = matches.subset(rows);
-    result.errors.clear();
-    for (const std::uint32_t row : rows) result.errors.push_back(errors[row]);
-    return result;
-  }
-};
-
 /// Six pairs spread evenly over the run.
 std::set<std::size_t> exampleNumbers(std::size_t total) {
   std::set<std::size_t> numbers;
@@ -75,6 +57,30 @@ Correspondences syntheticMatches() {
 }
 
 }  // namespace
+
+/// The putative matches of one pair and what is known about them.
+struct BenchmarkRunner::Putative {
+  std::string features;
+  Correspondences matches;
+  std::vector<double> errors;
+  std::size_t n_left = 0, n_right = 0;
+  double detect_seconds = kUndefined, describe_seconds = kUndefined, match_seconds = kUndefined;
+
+  Putative survivors(const std::vector<std::uint8_t>& mask) const {
+    const std::vector<std::uint32_t> rows = selectedRows(mask);
+    Putative result{features,       matches.subset(rows), {},           n_left, n_right,
+                    detect_seconds, describe_seconds,     match_seconds};
+    for (const std::uint32_t row : rows) result.errors.push_back(errors[row]);
+    return result;
+  }
+};
+
+/// Where a selection stands in the grid.
+struct BenchmarkRunner::Cell {
+  const std::string& preselection;
+  const std::string& selector;
+  int repetition;
+};
 
 struct BenchmarkRunner::Tools {
   std::vector<std::unique_ptr<FeatureExtractor>> extractors;
@@ -166,7 +172,7 @@ RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& so
   return state;
 }
 
-void BenchmarkRunner::runPair(const ImagePair& pair, bool example) {
+std::vector<BenchmarkRunner::Putative> BenchmarkRunner::putativeMatches(const ImagePair& pair) const {
   std::vector<Putative> inputs;
   if (pair.given) {
     Putative putative;
@@ -174,94 +180,107 @@ void BenchmarkRunner::runPair(const ImagePair& pair, bool example) {
     putative.matches = *pair.given;
     putative.n_left = putative.n_right = pair.given->size();
     inputs.push_back(std::move(putative));
+  } else {
+    for (const auto& extractor : tools_->extractors) {
+      Putative putative;
+      putative.features = extractor->name();
+      const auto [left, right] = extractPair(*extractor, pair.left, pair.right, config_.threads);
+      putative.n_left = left.keypoints.size();
+      putative.n_right = right.keypoints.size();
+      putative.detect_seconds = left.detect_seconds + right.detect_seconds;
+      putative.describe_seconds = left.describe_seconds + right.describe_seconds;
+      const Stopwatch watch;
+      putative.matches = matchFeatures(left, right);
+      putative.match_seconds = watch.seconds();
+      inputs.push_back(std::move(putative));
+    }
   }
-  for (std::size_t k = 0; !pair.given && k < tools_->extractors.size(); ++k) {
-    const FeatureExtractor& extractor = *tools_->extractors[k];
-    Putative putative;
-    putative.features = extractor.name();
-    const auto [left, right] = extractPair(extractor, pair.left, pair.right, config_.threads);
-    putative.n_left = left.keypoints.size();
-    putative.n_right = right.keypoints.size();
-    putative.detect_seconds = left.detect_seconds + right.detect_seconds;
-    putative.describe_seconds = left.describe_seconds + right.describe_seconds;
-    const Stopwatch watch;
-    putative.matches = matchFeatures(left, right);
-    putative.match_seconds = watch.seconds();
-    inputs.push_back(std::move(putative));
-  }
-  EvaluationOptions evaluation_options;
-  evaluation_options.tolerances = config_.tolerances;
-  evaluation_options.ground_truth_tolerance = config_.ground_truth_tolerance;
-  const bool homography = pair.truth.kind == TruthKind::kHomography || pair.truth.kind == TruthKind::kNone;
+  for (Putative& input : inputs) input.errors = groundTruthErrors(pair.truth, input.matches);
+  return inputs;
+}
+
+std::vector<ResultRow> BenchmarkRunner::judge(const ImagePair& pair, const Putative& putative,
+                                              const Cell& cell, const Selection& selection) const {
+  EvaluationOptions options;
+  options.tolerances = config_.tolerances;
+  options.ground_truth_tolerance = config_.ground_truth_tolerance;
+  const Evaluation evaluation = evaluate(pair.truth.kind, putative.errors, selection.mask, options);
   std::vector<ResultRow> rows;
-  std::vector<std::pair<ExampleImage, cv::Mat>> images;
-  for (Putative& input : inputs) {
-    input.errors = groundTruthErrors(pair.truth, input.matches);
+  for (const Metrics& metrics : evaluation.metrics) {
+    ResultRow row;
+    row.id = pair.id;
+    row.features = putative.features;
+    row.preselection = cell.preselection;
+    row.selector = cell.selector;
+    row.n_left = putative.n_left;
+    row.n_right = putative.n_right;
+    row.n_putative = evaluation.n_putative;
+    row.n_ground_truth = evaluation.n_ground_truth;
+    row.n_selected = evaluation.n_selected;
+    row.metrics = metrics;
+    row.status = selection.status;
+    row.seed = config_.seed + cell.repetition;
+    row.detect_seconds = putative.detect_seconds;
+    row.describe_seconds = putative.describe_seconds;
+    row.match_seconds = putative.match_seconds;
+    row.select_seconds = selection.seconds;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+void BenchmarkRunner::drawExample(const ImagePair& pair, const Putative& putative, const Cell& cell,
+                                  const Selection& selection) const {
+  ExampleImage image;
+  image.id = pair.id;
+  image.features = putative.features;
+  image.preselection = cell.preselection;
+  image.selector = cell.selector;
+  image.tau = pair.truth.kind == TruthKind::kLabels ? kUndefined : kExampleTolerance;
+  for (std::size_t i = 0; i < selection.mask.size(); ++i) {
+    if (std::isnan(putative.errors[i])) continue;
+    const bool correct = putative.errors[i] <= kExampleTolerance;
+    image.n_selected += selection.mask[i];
+    image.n_correct += selection.mask[i] && correct ? 1 : 0;
+    image.n_missed += !selection.mask[i] && correct ? 1 : 0;
+  }
+  image.n_wrong = image.n_selected - image.n_correct;
+  cv::Mat picture = drawMatches(pair.left, pair.right, putative.matches, selection.mask, putative.errors,
+                                kExampleTolerance);
+  if (picture.cols > kExampleWidth) {
+    cv::resize(picture, picture, {kExampleWidth, picture.rows * kExampleWidth / picture.cols}, 0, 0,
+               cv::INTER_AREA);
+  }
+  folder_.appendImage(image, picture);
+}
+
+void BenchmarkRunner::runPair(const ImagePair& pair, bool example) {
+  const bool homography = pair.truth.kind == TruthKind::kHomography || pair.truth.kind == TruthKind::kNone;
+  const std::vector<Putative> inputs = putativeMatches(pair);
+  std::vector<ResultRow> rows;
+  for (const Putative& input : inputs) {
     for (const std::string& preselection : config_.preselection) {
-      Selection preselected;
-      if (preselection == "nnsr") preselected = tools_->preselector->select(input.matches);
+      const bool preselect = preselection == "nnsr";
+      const Selection preselected = preselect ? tools_->preselector->select(input.matches) : Selection{};
       const bool usable = preselected.status != Status::kUnsupportedInput;
-      const Putative putative = preselection == "nnsr" && usable ? input.survivors(preselected.mask) : input;
+      const Putative putative = preselect && usable ? input.survivors(preselected.mask) : input;
       for (const GridSelector& selector : tools_->selectors) {
-        if (preselection == "nnsr" && selector.spec.compare(0, 4, "nnsr") == 0) continue;
+        if (preselect && isNnsr(selector.spec)) continue;
         for (int repetition = 0; repetition < config_.repetitions; ++repetition) {
           if (stop_) return;
+          const Cell cell{preselection, selector.spec, repetition};
           const Selection selection =
               usable ? selector.at(homography, repetition).select(putative.matches) : preselected;
-          const Evaluation evaluation =
-              evaluate(pair.truth.kind, putative.errors, selection.mask, evaluation_options);
-          std::vector<ResultRow> judged;
-          for (const Metrics& metrics : evaluation.metrics) {
-            ResultRow row;
-            row.id = pair.id;
-            row.features = putative.features;
-            row.preselection = preselection;
-            row.selector = selector.spec;
-            row.n_left = putative.n_left;
-            row.n_right = putative.n_right;
-            row.n_putative = evaluation.n_putative;
-            row.n_ground_truth = evaluation.n_ground_truth;
-            row.n_selected = evaluation.n_selected;
-            row.metrics = metrics;
-            row.status = selection.status;
-            row.seed = config_.seed + repetition;
-            row.detect_seconds = putative.detect_seconds;
-            row.describe_seconds = putative.describe_seconds;
-            row.match_seconds = putative.match_seconds;
-            row.select_seconds = selection.seconds;
-            judged.push_back(row);
-          }
+          const std::vector<ResultRow> judged = judge(pair, putative, cell, selection);
           rows.insert(rows.end(), judged.begin(), judged.end());
           observer_.judged(judged);
-          const bool draw = example && &input == &inputs.front() && preselection == "none" &&
-                            repetition == 0 && selector.spec != "keep_all" && judged.front().judged();
-          if (!draw) continue;
-          ExampleImage image;
-          image.id = pair.id;
-          image.features = putative.features;
-          image.preselection = preselection;
-          image.selector = selector.spec;
-          image.tau = pair.truth.kind == TruthKind::kLabels ? kUndefined : kExampleTolerance;
-          for (std::size_t i = 0; i < selection.mask.size(); ++i) {
-            if (std::isnan(putative.errors[i])) continue;
-            const bool correct = putative.errors[i] <= kExampleTolerance;
-            image.n_selected += selection.mask[i];
-            image.n_correct += selection.mask[i] && correct ? 1 : 0;
-            image.n_missed += !selection.mask[i] && correct ? 1 : 0;
-          }
-          image.n_wrong = image.n_selected - image.n_correct;
-          cv::Mat picture = drawMatches(pair.left, pair.right, putative.matches, selection.mask,
-                                        putative.errors, kExampleTolerance);
-          if (picture.cols > kExampleWidth) {
-            cv::resize(picture, picture, {kExampleWidth, picture.rows * kExampleWidth / picture.cols}, 0, 0,
-                       cv::INTER_AREA);
-          }
-          images.emplace_back(std::move(image), picture);
+          const bool draw = example && &input == &inputs.front() && !preselect && repetition == 0 &&
+                            selector.spec != "keep_all" && judged.front().judged();
+          if (draw) drawExample(pair, putative, cell, selection);
         }
       }
     }
   }
-  for (const auto& [image, picture] : images) folder_.appendImage(image, picture);
   folder_.appendPair(rows);
 }
 

@@ -22,6 +22,22 @@ double disparityAt(const cv::Mat& disparity, float x, float y) {
   return disparity.at<float>(static_cast<int>(std::lround(y)), static_cast<int>(std::lround(x)));
 }
 
+/// A homography is given up to scale, and some files have a negative one (VGG's leuven 1-5): the sign is
+/// chosen so that the centre of the left image, or of the matches where its size is unknown, lies before the
+/// camera.
+cv::Matx33d oriented(const cv::Matx33d& h, const Correspondences& matches) {
+  double x = 0.5 * matches.left_size.width, y = 0.5 * matches.left_size.height;
+  if (matches.left_size.empty()) {
+    x = y = 0;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (!std::isfinite(matches.left_x[i]) || !std::isfinite(matches.left_y[i])) continue;
+      x += matches.left_x[i] / static_cast<double>(matches.size());
+      y += matches.left_y[i] / static_cast<double>(matches.size());
+    }
+  }
+  return h(2, 0) * x + h(2, 1) * y + h(2, 2) < 0 ? h * -1.0 : h;
+}
+
 }  // namespace
 
 std::vector<double> groundTruthErrors(const GroundTruth& truth, const Correspondences& matches) {
@@ -31,6 +47,7 @@ std::vector<double> groundTruthErrors(const GroundTruth& truth, const Correspond
                                 std::to_string(n) + " matches");
   }
   std::vector<double> errors(n, kUnknown);
+  const cv::Matx33d homography = oriented(truth.matrix, matches);
   for (std::size_t i = 0; i < n; ++i) {
     const float lx = matches.left_x[i], ly = matches.left_y[i], rx = matches.right_x[i],
                 ry = matches.right_y[i];
@@ -38,7 +55,7 @@ std::vector<double> groundTruthErrors(const GroundTruth& truth, const Correspond
       case TruthKind::kNone:
         break;
       case TruthKind::kHomography:
-        errors[i] = std::sqrt(homographyError(truth.matrix, lx, ly, rx, ry));
+        errors[i] = std::sqrt(homographyError(homography, lx, ly, rx, ry));
         break;
       case TruthKind::kFundamental:
         errors[i] = epipolarLineDistance(truth.matrix, lx, ly, rx, ry);

@@ -188,6 +188,27 @@ double epipolarLineDistance(const cv::Matx33d& f, double x, double y, double u, 
   return std::abs(a * u + b * v + c) / std::sqrt(a * a + b * b);
 }
 
+bool isValidFundamentalSample(const NormalizedMatches& m, const std::uint32_t* s) {
+  for (int a = 0; a < 7; ++a) {
+    for (int b = 0; b < a; ++b) {
+      if (m.left_x[s[a]] == m.left_x[s[b]] && m.left_y[s[a]] == m.left_y[s[b]] &&
+          m.right_x[s[a]] == m.right_x[s[b]] && m.right_y[s[a]] == m.right_y[s[b]]) {
+        return false;
+      }
+    }
+  }
+  const auto onLine = [&m, s](const std::vector<float>& x, const std::vector<float>& y) {
+    // Any two points that differ span the line.
+    int b = 1;
+    while (b < 7 && x[s[b]] == x[s[0]] && y[s[b]] == y[s[0]]) ++b;
+    for (int c = b + 1; c < 7; ++c) {
+      if (triangleArea(x, y, s[0], s[b], s[c], m.rounding) != 0) return false;
+    }
+    return true;
+  };
+  return !onLine(m.left_x, m.left_y) && !onLine(m.right_x, m.right_y);
+}
+
 int fundamentalFromSeven(const NormalizedMatches& m, const std::uint32_t* sample, cv::Matx33d f[3]) {
   std::array<std::array<double, 9>, 7> rows;
   for (std::size_t k = 0; k < 7; ++k) {

@@ -7,20 +7,13 @@
 namespace corrsel::core {
 namespace {
 
-/// Twice the signed area of the triangle of three points.
-double triangle(const std::vector<float>& x, const std::vector<float>& y, std::uint32_t a, std::uint32_t b,
-                std::uint32_t c) {
-  return (static_cast<double>(x[b]) - x[a]) * (static_cast<double>(y[c]) - y[a]) -
-         (static_cast<double>(y[b]) - y[a]) * (static_cast<double>(x[c]) - x[a]);
-}
-
 /// The matrix that maps the projective basis e1, e2, e3, e1+e2+e3 to four points.
 bool basis(const std::vector<float>& x, const std::vector<float>& y, const std::uint32_t* s,
            cv::Matx33d& result) {
   // Cramer's rule: weight k is the area of the triangle with point 4 in the place of point k.
-  const double w0 = triangle(x, y, s[3], s[1], s[2]);
-  const double w1 = triangle(x, y, s[0], s[3], s[2]);
-  const double w2 = triangle(x, y, s[0], s[1], s[3]);
+  const double w0 = triangleArea(x, y, s[3], s[1], s[2], 0.0);
+  const double w1 = triangleArea(x, y, s[0], s[3], s[2], 0.0);
+  const double w2 = triangleArea(x, y, s[0], s[1], s[3], 0.0);
   if (w0 == 0 || w1 == 0 || w2 == 0) return false;
   result = cv::Matx33d(w0 * x[s[0]], w1 * x[s[1]], w2 * x[s[2]], w0 * y[s[0]], w1 * y[s[1]], w2 * y[s[2]], w0,
                        w1, w2);
@@ -115,13 +108,11 @@ void homographyErrors(const cv::Matx33d& h, const NormalizedMatches& m, std::siz
 
 bool isValidHomographySample(const NormalizedMatches& m, const std::uint32_t* s) {
   constexpr int kTriplets[4][3] = {{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}};
-  // Triangles flatter than this (normalised units) count as three points on a line.
-  constexpr double kFlat = 1e-7;
   int kept = 0;
   for (const auto& t : kTriplets) {
-    const double left = triangle(m.left_x, m.left_y, s[t[0]], s[t[1]], s[t[2]]);
-    const double right = triangle(m.right_x, m.right_y, s[t[0]], s[t[1]], s[t[2]]);
-    if (std::abs(left) < kFlat || std::abs(right) < kFlat) return false;
+    const double left = triangleArea(m.left_x, m.left_y, s[t[0]], s[t[1]], s[t[2]], m.rounding);
+    const double right = triangleArea(m.right_x, m.right_y, s[t[0]], s[t[1]], s[t[2]], m.rounding);
+    if (left == 0 || right == 0) return false;
     kept += (left > 0) == (right > 0) ? 1 : 0;
   }
   return kept == 0 || kept == 4;

@@ -1,6 +1,7 @@
 #include "corrsel/selectors/nnsr.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -42,9 +43,9 @@ void NnsrSelector::run(const Correspondences& matches, Selection& result) const 
   defined.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
     const double first = matches.distance[i], second = matches.second_distance[i];
-    if (!(second > 0) || !(first >= 0)) continue;
+    if (!(second > 0 && std::isfinite(second)) || !(first >= 0)) continue;
     const double ratio = first / second;
-    // Inf/Inf is NaN; a first neighbour farther than the second is no nearest neighbour.
+    // A first neighbour farther than the second is no nearest neighbour.
     if (!(ratio <= 1)) continue;
     ratios[i] = ratio;
     defined.push_back(ratio);

@@ -42,16 +42,7 @@ struct FundamentalProblem {
   static constexpr int kSampleSize = 7;
   static constexpr ModelKind kKind = ModelKind::kFundamental;
   static bool isValidSample(const NormalizedMatches& m, const std::uint32_t* s) {
-    // Two equal matches leave six equations; everything else shows in the solver.
-    for (int a = 0; a < kSampleSize; ++a) {
-      for (int b = 0; b < a; ++b) {
-        if (m.left_x[s[a]] == m.left_x[s[b]] && m.left_y[s[a]] == m.left_y[s[b]] &&
-            m.right_x[s[a]] == m.right_x[s[b]] && m.right_y[s[a]] == m.right_y[s[b]]) {
-          return false;
-        }
-      }
-    }
-    return true;
+    return isValidFundamentalSample(m, s);
   }
   static int solve(const NormalizedMatches& m, const std::uint32_t* s, cv::Matx33d* models) {
     return fundamentalFromSeven(m, s, models);

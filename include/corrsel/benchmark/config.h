@@ -34,6 +34,9 @@ struct BenchmarkConfig {
   std::string toYaml() const;
 };
 
+/// Whether NNSR is meant, with or without a preset: it is not run on its own survivors.
+bool isNnsr(const std::string& spec);
+
 /// Reads "gms.alpha=3,lpm.k=6" (comma-separated "algorithm.option=value") into config.options.
 /// Throws std::invalid_argument where a piece has another form.
 void parseOptionAssignments(const std::string& text, std::map<std::string, OptionMap>& options);

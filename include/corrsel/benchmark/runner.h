@@ -38,6 +38,13 @@ class BenchmarkRunner {
 
  private:
   struct Tools;
+  struct Putative;
+  struct Cell;
+  std::vector<Putative> putativeMatches(const ImagePair& pair) const;
+  std::vector<ResultRow> judge(const ImagePair& pair, const Putative& putative, const Cell& cell,
+                               const Selection& selection) const;
+  void drawExample(const ImagePair& pair, const Putative& putative, const Cell& cell,
+                   const Selection& selection) const;
   void runPair(const ImagePair& pair, bool example);
   void warmUp() const;
 

@@ -21,6 +21,10 @@ void sampsonErrors(const cv::Matx33d& f, const NormalizedMatches& matches, std::
 double epipolarLineDistance(const cv::Matx33d& f, double left_x, double left_y, double right_x,
                             double right_y);
 
+/// Whether seven matches can fix a fundamental matrix: no two of them equal, not all points of one image on a
+/// line.
+bool isValidFundamentalSample(const NormalizedMatches& matches, const std::uint32_t* sample);
+
 /// Fundamental matrices through seven matches (Hartley and Zisserman, 11.1.2): one or three, written to f.
 /// @return how many; 0 where the sample is degenerate. Models for which the seven points would have to lie
 /// partly behind a camera (oriented epipolar constraint, Chum et al. 2004) are left out.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <opencv2/core/matx.hpp>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace corrsel::core {
 struct NormalizedMatches {
   std::vector<float> left_x, left_y, right_x, right_y;
   double scale = 1.0;       ///< normalised = (pixel - centroid) * scale
+  double rounding = 0.0;    ///< how far single precision may have moved a point, normalised; generous
   cv::Matx33d left, right;  ///< pixel to normalised coordinates, homogeneous
 
   std::size_t size() const { return left_x.size(); }
@@ -27,5 +29,9 @@ struct NormalizedMatches {
 
 /// O(N). All points equal: scale 1.
 NormalizedMatches normalizeMatches(const Correspondences& matches);
+
+/// Twice the signed area of the triangle of points a, b, c; 0 where they are on a line but for rounding.
+double triangleArea(const std::vector<float>& x, const std::vector<float>& y, std::uint32_t a,
+                    std::uint32_t b, std::uint32_t c, double rounding);
 
 }  // namespace corrsel::core

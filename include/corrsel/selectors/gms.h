@@ -25,8 +25,8 @@ struct GmsOptions : OptionSet {
 /// if S >= alpha * sqrt(mean number of matches in i's neighbourhood). All matches between an accepted pair of
 /// cells are selected; four half-cell shifts of the left grid are united. With rotation or scale the variant
 /// that selects most wins, the first one among equals. Needs both image sizes; points more than one pixel
-/// outside their image are rejected. Made for thousands of evenly spread matches: with fewer than about 20
-/// nothing can pass.
+/// outside their image are rejected. Made for thousands of evenly spread matches: with few, two that agree in
+/// neighbouring cells pass already, and one alone never does.
 ///
 /// Presets: `rotation`, `scale`, `rotation_scale`. O(N * shifts * scales + cells * rotations) time,
 /// O(grid^2 * right cells) memory, 0.6 MB in the plain form.

@@ -1,0 +1,156 @@
+#include <image_transport/image_transport.h>
+#include <nodelet/nodelet.h>
+#include <ros/ros.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <pluginlib/class_list_macros.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "corrsel/evaluation/errors.h"
+#include "corrsel/evaluation/match_drawing.h"
+#include "corrsel/ros/conversions.h"
+#include "corrsel/ros/stamp_cache.h"
+
+namespace corrsel {
+
+/// Draws what a selector decided on `matches/image`, but only while somebody looks. Images, `correspondences`
+/// and `selection` are brought together by their stamps; `ground_truth`, where there is any, gives the
+/// colours.
+class MatchViewerNodelet : public nodelet::Nodelet {
+ private:
+  /// What has arrived for one pair, by the stamp of the left image.
+  struct Pending {
+    sensor_msgs::ImageConstPtr left;
+    CorrespondencesConstPtr correspondences;
+    SelectionConstPtr selection;
+    GroundTruthConstPtr truth;
+  };
+
+  void onInit() override {
+    ros::NodeHandle& pnh = getPrivateNodeHandle();
+    lazy_ = pnh.param("lazy", true);
+    tolerance_ = pnh.param("tolerance", tolerance_);
+    max_lines_ = static_cast<std::size_t>(std::max(1, pnh.param("max_lines", 200)));
+    queue_size_ = static_cast<std::uint32_t>(std::max(1, pnh.param("subscriber_queue_size", 5)));
+    const auto cache_size = static_cast<std::size_t>(std::max(1, pnh.param("cache_size", 10)));
+    pending_ = std::make_unique<StampCache<Pending>>(cache_size);
+    right_images_ = std::make_unique<StampCache<sensor_msgs::ImageConstPtr>>(cache_size);
+    transport_ = std::make_unique<image_transport::ImageTransport>(getNodeHandle());
+
+    if (lazy_)
+      NODELET_INFO("lazy: nothing is subscribed or drawn until somebody subscribes to matches/image");
+    const auto on_change = [this](const image_transport::SingleSubscriberPublisher&) {
+      updateSubscriptions();
+    };
+    const std::lock_guard<std::mutex> lock(connect_mutex_);  // callbacks wait until publisher_ is set
+    publisher_ = transport_->advertise("matches/image", 1, on_change, on_change);
+    if (!lazy_) subscribe();
+  }
+
+  void updateSubscriptions() {
+    const std::lock_guard<std::mutex> lock(connect_mutex_);
+    if (!lazy_) return;
+    if (publisher_.getNumSubscribers() > 0) {
+      subscribe();
+      return;
+    }
+    image_subscribers_.clear();
+    subscribers_.clear();
+  }
+
+  void subscribe() {
+    if (!subscribers_.empty()) return;
+    // All on the queue that calls one at a time: no locks around the caches.
+    ros::NodeHandle& nh = getNodeHandle();
+    const image_transport::TransportHints hints("raw", ros::TransportHints(), getPrivateNodeHandle());
+    subscribers_.push_back(nh.subscribe("ground_truth", queue_size_, &MatchViewerNodelet::onTruth, this));
+    subscribers_.push_back(
+        nh.subscribe("correspondences", queue_size_, &MatchViewerNodelet::onCorrespondences, this));
+    subscribers_.push_back(nh.subscribe("selection", queue_size_, &MatchViewerNodelet::onSelection, this));
+    image_subscribers_.push_back(transport_->subscribe(
+        "left/image", queue_size_, [this](const sensor_msgs::ImageConstPtr& msg) { onLeft(msg); }, {},
+        hints));
+    image_subscribers_.push_back(transport_->subscribe(
+        "right/image", queue_size_, [this](const sensor_msgs::ImageConstPtr& msg) { onRight(msg); }, {},
+        hints));
+  }
+
+  void onLeft(const sensor_msgs::ImageConstPtr& msg) {
+    Pending& pending = (*pending_)[msg->header.stamp];
+    pending.left = msg;
+    draw(pending);
+  }
+
+  void onRight(const sensor_msgs::ImageConstPtr& msg) {
+    (*right_images_)[msg->header.stamp] = msg;
+    for (auto& entry : *pending_) {
+      const CorrespondencesConstPtr& correspondences = entry.second.correspondences;
+      if (correspondences && correspondences->right_stamp == msg->header.stamp) draw(entry.second);
+    }
+  }
+
+  void onCorrespondences(const CorrespondencesConstPtr& msg) {
+    Pending& pending = (*pending_)[msg->header.stamp];
+    pending.correspondences = msg;
+    draw(pending);
+  }
+
+  void onSelection(const SelectionConstPtr& msg) {
+    Pending& pending = (*pending_)[msg->header.stamp];
+    pending.selection = msg;
+    draw(pending);
+  }
+
+  void onTruth(const GroundTruthConstPtr& msg) { (*pending_)[msg->header.stamp].truth = msg; }
+
+  void draw(Pending& pending) {
+    if (!pending.left || !pending.correspondences || !pending.selection) return;
+    const sensor_msgs::ImageConstPtr* right = right_images_->find(pending.correspondences->right_stamp);
+    if (right == nullptr) return;
+    try {
+      const cv_bridge::CvImageConstPtr left_image = fromMsg(pending.left);
+      const cv_bridge::CvImageConstPtr right_image = fromMsg(*right);
+      const core::Correspondences matches = fromMsg(*pending.correspondences);
+      const core::Selection selection = fromMsg(*pending.selection);
+      if (selection.mask.size() != matches.size()) {
+        throw std::invalid_argument("selection and correspondences differ in length");
+      }
+      const cv::Mat picture =
+          core::drawMatches(left_image->image, right_image->image, matches, selection.mask,
+                            errors(pending, matches), tolerance_, max_lines_);
+      publisher_.publish(
+          cv_bridge::CvImage(pending.left->header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
+    } catch (const std::exception& error) {  // malformed messages, unsupported encodings, OpenCV
+      NODELET_WARN_STREAM_THROTTLE(5.0, "not drawn: " << error.what());
+    }
+    pending.selection.reset();  // another selector may still answer
+  }
+
+  /// Empty where the truth is not known.
+  static std::vector<double> errors(const Pending& pending, const core::Correspondences& matches) {
+    if (!pending.truth) return {};
+    const core::GroundTruth truth = fromMsg(*pending.truth);
+    if (truth.kind == core::TruthKind::kNone) return {};
+    return core::groundTruthErrors(truth, matches);
+  }
+
+  bool lazy_ = true;
+  double tolerance_ = 5.0;  ///< px, up to which a match counts as right
+  std::size_t max_lines_ = 200;
+  std::uint32_t queue_size_ = 5;
+  std::unique_ptr<StampCache<Pending>> pending_;
+  std::unique_ptr<StampCache<sensor_msgs::ImageConstPtr>> right_images_;
+  std::unique_ptr<image_transport::ImageTransport> transport_;
+  std::mutex connect_mutex_;  ///< guards publisher_ and the subscribers
+  image_transport::Publisher publisher_;
+  std::vector<image_transport::Subscriber> image_subscribers_;
+  std::vector<ros::Subscriber> subscribers_;
+};
+
+}  // namespace corrsel
+
+PLUGINLIB_EXPORT_CLASS(corrsel::MatchViewerNodelet, nodelet::Nodelet)

@@ -1,0 +1,345 @@
+#include "corrsel/ros/conversions.h"
+
+#include <sensor_msgs/image_encodings.h>
+
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <cmath>
+#include <cstring>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+#include <vector>
+
+namespace corrsel {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kFrameNumbers = std::tuple_size<core::AffineFrame>::value;
+constexpr std::uint32_t kMaxImageSide = 1u << 20;  // px; OpenCV reads images up to this
+
+[[noreturn]] void refuse(const std::string& message, const std::string& field, const std::string& what) {
+  throw std::invalid_argument(message + " message: " + field + " " + what);
+}
+
+void requireLength(const std::string& message, const std::string& field, std::size_t length,
+                   std::size_t expected, bool optional) {
+  if (length == expected || (optional && length == 0)) return;
+  refuse(message, field,
+         "has " + std::to_string(length) + " elements, expected " + (optional ? "0 or " : "") +
+             std::to_string(expected));
+}
+
+std::vector<float> flatten(const std::vector<core::AffineFrame>& frames) {
+  std::vector<float> numbers;
+  numbers.reserve(frames.size() * kFrameNumbers);
+  for (const core::AffineFrame& frame : frames) numbers.insert(numbers.end(), frame.begin(), frame.end());
+  return numbers;
+}
+
+std::vector<core::AffineFrame> unflatten(const std::vector<float>& numbers) {
+  std::vector<core::AffineFrame> frames(numbers.size() / kFrameNumbers);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(i * kFrameNumbers), kFrameNumbers,
+                frames[i].begin());
+  }
+  return frames;
+}
+
+cv::Size imageSize(const std::string& message, const std::string& field, std::uint32_t width,
+                   std::uint32_t height) {
+  if (width > kMaxImageSide) refuse(message, field + "_width", "is " + std::to_string(width) + " px");
+  if (height > kMaxImageSide) refuse(message, field + "_height", "is " + std::to_string(height) + " px");
+  return {static_cast<int>(width), static_cast<int>(height)};
+}
+
+template <class Array>
+void writeMatrix(const cv::Matx33d& matrix, bool defined, Array& numbers) {
+  for (int i = 0; i < 9; ++i) numbers[static_cast<std::size_t>(i)] = defined ? matrix.val[i] : kNaN;
+}
+
+template <class Array>
+cv::Matx33d readMatrix(const std::string& message, const std::string& field, const Array& numbers) {
+  cv::Matx33d matrix;
+  for (std::size_t i = 0; i < 9; ++i) {
+    if (!std::isfinite(numbers[i])) refuse(message, field, "holds a number that is not finite");
+    matrix.val[i] = numbers[i];
+  }
+  return matrix;
+}
+
+}  // namespace
+
+Correspondences toMsg(const core::Correspondences& matches, const PairInfo& info) {
+  Correspondences msg;
+  msg.header = info.header;
+  msg.right_stamp = info.right_stamp;
+  msg.right_frame_id = info.right_frame_id;
+  msg.dataset = info.id.dataset;
+  msg.sequence = info.id.sequence;
+  msg.pair = info.id.pair;
+  msg.features = info.features;
+  msg.left_width = static_cast<std::uint32_t>(matches.left_size.width);
+  msg.left_height = static_cast<std::uint32_t>(matches.left_size.height);
+  msg.right_width = static_cast<std::uint32_t>(matches.right_size.width);
+  msg.right_height = static_cast<std::uint32_t>(matches.right_size.height);
+  msg.left_x = matches.left_x;
+  msg.left_y = matches.left_y;
+  msg.right_x = matches.right_x;
+  msg.right_y = matches.right_y;
+  msg.distance = matches.distance;
+  msg.second_distance = matches.second_distance;
+  msg.left_frame = flatten(matches.left_frame);
+  msg.right_frame = flatten(matches.right_frame);
+  msg.left_index = matches.left_index;
+  msg.right_index = matches.right_index;
+  msg.n_left_features = info.n_left_features;
+  msg.n_right_features = info.n_right_features;
+  msg.detect_seconds = info.detect_seconds;
+  msg.describe_seconds = info.describe_seconds;
+  msg.match_seconds = info.match_seconds;
+  return msg;
+}
+
+core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
+  static const std::string kName = "Correspondences";
+  const std::size_t n = msg.left_x.size();
+  requireLength(kName, "left_y", msg.left_y.size(), n, false);
+  requireLength(kName, "right_x", msg.right_x.size(), n, false);
+  requireLength(kName, "right_y", msg.right_y.size(), n, false);
+  requireLength(kName, "distance", msg.distance.size(), n, true);
+  requireLength(kName, "second_distance", msg.second_distance.size(), n, true);
+  requireLength(kName, "left_frame", msg.left_frame.size(), n * kFrameNumbers, true);
+  requireLength(kName, "right_frame", msg.right_frame.size(), n * kFrameNumbers, true);
+  requireLength(kName, "left_index", msg.left_index.size(), n, true);
+  requireLength(kName, "right_index", msg.right_index.size(), n, true);
+
+  core::Correspondences matches;
+  matches.left_size = imageSize(kName, "left", msg.left_width, msg.left_height);
+  matches.right_size = imageSize(kName, "right", msg.right_width, msg.right_height);
+  matches.left_x = msg.left_x;
+  matches.left_y = msg.left_y;
+  matches.right_x = msg.right_x;
+  matches.right_y = msg.right_y;
+  matches.distance = msg.distance;
+  matches.second_distance = msg.second_distance;
+  matches.left_frame = unflatten(msg.left_frame);
+  matches.right_frame = unflatten(msg.right_frame);
+  matches.left_index = msg.left_index;
+  matches.right_index = msg.right_index;
+  if (info != nullptr) {
+    info->header = msg.header;
+    info->right_stamp = msg.right_stamp;
+    info->right_frame_id = msg.right_frame_id;
+    info->id = {msg.dataset, msg.sequence, msg.pair};
+    info->features = msg.features;
+    info->n_left_features = msg.n_left_features;
+    info->n_right_features = msg.n_right_features;
+    info->detect_seconds = msg.detect_seconds;
+    info->describe_seconds = msg.describe_seconds;
+    info->match_seconds = msg.match_seconds;
+  }
+  return matches;
+}
+
+Selection toMsg(const core::Selection& selection, const PairInfo& info, const std::string& selector) {
+  Selection msg;
+  msg.header = info.header;
+  msg.right_stamp = info.right_stamp;
+  msg.right_frame_id = info.right_frame_id;
+  msg.selector = selector;
+  msg.status = static_cast<std::uint8_t>(selection.status);
+  msg.message = selection.message;
+  msg.mask = selection.mask;
+  msg.score = selection.score;
+  msg.model_kind = static_cast<std::uint8_t>(selection.model_kind);
+  writeMatrix(selection.model, selection.model_kind != core::ModelKind::kNone, msg.model);
+  msg.n_input = static_cast<std::uint32_t>(selection.n_input);
+  msg.n_ignored = static_cast<std::uint32_t>(selection.n_ignored);
+  msg.n_selected = static_cast<std::uint32_t>(selection.n_selected);
+  msg.iterations = selection.iterations;
+  msg.detect_seconds = info.detect_seconds;
+  msg.describe_seconds = info.describe_seconds;
+  msg.match_seconds = info.match_seconds;
+  msg.select_seconds = selection.seconds;
+  return msg;
+}
+
+core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selector) {
+  static const std::string kName = "Selection";
+  if (msg.status > Selection::STATUS_FAILED) {
+    refuse(kName, "status", "is " + std::to_string(msg.status) + ", which is unknown");
+  }
+  if (msg.model_kind > Selection::MODEL_FUNDAMENTAL) {
+    refuse(kName, "model_kind", "is " + std::to_string(msg.model_kind) + ", which is unknown");
+  }
+  std::size_t n_selected = 0;
+  for (const std::uint8_t value : msg.mask) {
+    if (value > 1) refuse(kName, "mask", "holds " + std::to_string(value) + ", expected 0 or 1");
+    n_selected += value;
+  }
+  requireLength(kName, "score", msg.score.size(), msg.mask.size(), true);
+  if (msg.n_input != msg.mask.size()) {
+    refuse(kName, "n_input",
+           "is " + std::to_string(msg.n_input) + ", the mask has " + std::to_string(msg.mask.size()) +
+               " elements");
+  }
+  if (msg.n_selected != n_selected) {
+    refuse(kName, "n_selected",
+           "is " + std::to_string(msg.n_selected) + ", the mask has " + std::to_string(n_selected) + " ones");
+  }
+
+  core::Selection selection;
+  selection.mask = msg.mask;
+  selection.score = msg.score;
+  selection.model_kind = static_cast<core::ModelKind>(msg.model_kind);
+  if (selection.model_kind != core::ModelKind::kNone) selection.model = readMatrix(kName, "model", msg.model);
+  selection.status = static_cast<core::Status>(msg.status);
+  selection.message = msg.message;
+  selection.n_input = msg.n_input;
+  selection.n_ignored = msg.n_ignored;
+  selection.n_selected = msg.n_selected;
+  selection.iterations = msg.iterations;
+  selection.seconds = msg.select_seconds;
+  if (info != nullptr) {
+    info->header = msg.header;
+    info->right_stamp = msg.right_stamp;
+    info->right_frame_id = msg.right_frame_id;
+    info->detect_seconds = msg.detect_seconds;
+    info->describe_seconds = msg.describe_seconds;
+    info->match_seconds = msg.match_seconds;
+  }
+  if (selector != nullptr) *selector = msg.selector;
+  return selection;
+}
+
+GroundTruth toMsg(const core::GroundTruth& truth, const PairInfo& info) {
+  GroundTruth msg;
+  msg.header = info.header;
+  msg.dataset = info.id.dataset;
+  msg.sequence = info.id.sequence;
+  msg.pair = info.id.pair;
+  msg.kind = static_cast<std::uint8_t>(truth.kind);
+  writeMatrix(truth.matrix,
+              truth.kind == core::TruthKind::kHomography || truth.kind == core::TruthKind::kFundamental,
+              msg.matrix);
+  if (truth.kind == core::TruthKind::kLabels) msg.labels = truth.labels;
+  if (truth.kind == core::TruthKind::kDisparity) {
+    if (!truth.disparity.empty() && truth.disparity.type() != CV_32FC1) {
+      throw std::invalid_argument("ground truth: disparity is not a single-channel float image");
+    }
+    msg.disparity_width = static_cast<std::uint32_t>(truth.disparity.cols);
+    msg.disparity_height = static_cast<std::uint32_t>(truth.disparity.rows);
+    msg.disparity.reserve(truth.disparity.total());
+    for (int y = 0; y < truth.disparity.rows; ++y) {
+      const float* row = truth.disparity.ptr<float>(y);
+      msg.disparity.insert(msg.disparity.end(), row, row + truth.disparity.cols);
+    }
+  }
+  return msg;
+}
+
+core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info) {
+  static const std::string kName = "GroundTruth";
+  if (msg.kind > GroundTruth::KIND_DISPARITY) {
+    refuse(kName, "kind", "is " + std::to_string(msg.kind) + ", which is unknown");
+  }
+  core::GroundTruth truth;
+  truth.kind = static_cast<core::TruthKind>(msg.kind);
+  switch (truth.kind) {
+    case core::TruthKind::kNone:
+      break;
+    case core::TruthKind::kHomography:
+    case core::TruthKind::kFundamental:
+      truth.matrix = readMatrix(kName, "matrix", msg.matrix);
+      break;
+    case core::TruthKind::kLabels:
+      truth.labels = msg.labels;
+      break;
+    case core::TruthKind::kDisparity: {
+      const cv::Size size = imageSize(kName, "disparity", msg.disparity_width, msg.disparity_height);
+      const std::size_t total =
+          static_cast<std::size_t>(msg.disparity_width) * static_cast<std::size_t>(msg.disparity_height);
+      requireLength(kName, "disparity", msg.disparity.size(), total, false);
+      truth.disparity.create(size, CV_32FC1);
+      if (total > 0) std::memcpy(truth.disparity.data, msg.disparity.data(), total * sizeof(float));
+      break;
+    }
+  }
+  if (info != nullptr) {
+    info->header = msg.header;
+    info->id = {msg.dataset, msg.sequence, msg.pair};
+  }
+  return truth;
+}
+
+Score toMsg(const core::Evaluation& evaluation, const ScoreLabels& labels) {
+  Score msg;
+  msg.header = labels.pair.header;
+  msg.dataset = labels.pair.id.dataset;
+  msg.sequence = labels.pair.id.sequence;
+  msg.pair = labels.pair.id.pair;
+  msg.features = labels.pair.features;
+  msg.preselection = labels.preselection;
+  msg.selector = labels.selector;
+  msg.status = static_cast<std::uint8_t>(labels.status);
+  msg.n_putative = static_cast<std::uint32_t>(evaluation.n_putative);
+  msg.n_ground_truth = static_cast<std::uint32_t>(evaluation.n_ground_truth);
+  msg.n_selected = static_cast<std::uint32_t>(evaluation.n_selected);
+  for (const core::Metrics& metrics : evaluation.metrics) {
+    msg.tolerance.push_back(metrics.tau);
+    msg.n_correct.push_back(static_cast<std::uint32_t>(metrics.n_correct));
+    msg.precision.push_back(metrics.precision);
+    msg.recall_paper.push_back(metrics.recall_paper);
+    msg.recall_same_tau.push_back(metrics.recall_same_tau);
+    msg.f_paper.push_back(metrics.f_paper);
+    msg.f_same_tau.push_back(metrics.f_same_tau);
+  }
+  msg.select_seconds = labels.select_seconds;
+  return msg;
+}
+
+cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& msg) {
+  namespace enc = sensor_msgs::image_encodings;
+  const std::string& encoding = msg->encoding;
+  try {
+    if (encoding == enc::MONO8 || encoding == enc::BGR8 || encoding == enc::TYPE_8UC1 ||
+        encoding == enc::TYPE_8UC3) {
+      return cv_bridge::toCvShare(msg);
+    }
+    if (encoding == enc::MONO16) return cv_bridge::toCvShare(msg, enc::MONO8);
+    if (encoding == enc::TYPE_16UC1 || encoding == enc::TYPE_16UC3) {
+      const cv_bridge::CvImageConstPtr source = cv_bridge::toCvShare(msg);
+      const auto scaled = boost::make_shared<cv_bridge::CvImage>(
+          msg->header, encoding == enc::TYPE_16UC1 ? enc::MONO8 : enc::BGR8);
+      source->image.convertTo(scaled->image, CV_8U, 255.0 / 65535.0);
+      return scaled;
+    }
+    if (enc::isColor(encoding) || enc::isBayer(encoding) || encoding == enc::YUV422) {
+      return cv_bridge::toCvShare(msg, enc::BGR8);
+    }
+  } catch (const std::exception& error) {  // cv_bridge::Exception, cv::Exception, unknown encodings
+    throw std::invalid_argument("image with encoding '" + encoding + "', " + std::to_string(msg->width) +
+                                "x" + std::to_string(msg->height) + " px: " + error.what());
+  }
+  throw std::invalid_argument("image encoding '" + encoding +
+                              "' is not supported; use 8- or 16-bit grey, colour, Bayer or yuv422");
+}
+
+cv::Mat fromMsg(const sensor_msgs::CompressedImage& msg) {
+  cv::Mat image;
+  if (!msg.data.empty()) {
+    try {
+      // Orientation tags are ignored: ground truth refers to the pixels as they are stored.
+      image = cv::imdecode(msg.data, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    } catch (const cv::Exception& error) {
+      throw std::invalid_argument("compressed image of format '" + msg.format + "': " + error.what());
+    }
+  }
+  if (image.empty()) {
+    throw std::invalid_argument("compressed image of format '" + msg.format + "', " +
+                                std::to_string(msg.data.size()) + " bytes, cannot be decoded");
+  }
+  return image;
+}
+
+}  // namespace corrsel

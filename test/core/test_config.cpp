@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+
+#include "corrsel/benchmark/config.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using testing::contains;
+using testing::errorOf;
+
+BenchmarkConfig sampleConfig() {
+  BenchmarkConfig config;
+  config.datasets = {"sample"};
+  return config;
+}
+
+TEST(Config, ResolveExpandsAllAndAddsTheBaselineOnce) {
+  BenchmarkConfig config = sampleConfig();
+  config.selectors = {"lpm:v2", "all", "keep_all", "lpm:v2"};
+  config.resolve();
+  EXPECT_EQ(config.selectors,
+            (std::vector<std::string>{"lpm:v2", "nnsr", "ransac", "gms", "lpm", "keep_all"}));
+}
+
+TEST(Config, ResolveNamesWhatIsWrongAndWhatIsValid) {
+  const auto errorWith = [](auto&& change) {
+    BenchmarkConfig config = sampleConfig();
+    change(config);
+    return errorOf([&config] { config.resolve(); });
+  };
+  std::string error = errorWith([](BenchmarkConfig& c) { c.selectors = {"magic"}; });
+  EXPECT_TRUE(contains(error, "'magic'") && contains(error, "gms")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.features = {"surf+surf"}; });
+  EXPECT_TRUE(contains(error, "surf+surf") && contains(error, "orb+orb")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.preselection = {"ratio"}; });
+  EXPECT_TRUE(contains(error, "ratio") && contains(error, "nnsr")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.options["gms"]["alpha"] = "-1"; });
+  EXPECT_TRUE(contains(error, "gms") && contains(error, "alpha = -1") && contains(error, "[0, 100]"))
+      << error;
+  error = errorWith([](BenchmarkConfig& c) { c.options["gms"]["beta"] = "1"; });
+  EXPECT_TRUE(contains(error, "gms.beta") && contains(error, "alpha")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.options["vfc"]["beta"] = "1"; });
+  EXPECT_TRUE(contains(error, "'vfc'")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.repetitions = 0; });
+  EXPECT_TRUE(contains(error, "repetitions = 0") && contains(error, "[1, 1000]")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.tolerances = {}; });
+  EXPECT_TRUE(contains(error, "tolerances")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.datasets = {}; });
+  EXPECT_TRUE(contains(error, "dataset")) << error;
+}
+
+TEST(Config, OptionAssignments) {
+  std::map<std::string, OptionMap> options;
+  parseOptionAssignments("gms.alpha=6, ransac.threshold=1.5,gms.grid=10", options);
+  EXPECT_EQ(options["gms"], (OptionMap{{"alpha", "6"}, {"grid", "10"}}));
+  EXPECT_EQ(options["ransac"], (OptionMap{{"threshold", "1.5"}}));
+  for (const char* wrong : {"gms", "gms.alpha", "gms=3", ".alpha=3", "gms.=3"}) {
+    EXPECT_TRUE(contains(errorOf([&] { parseOptionAssignments(wrong, options); }), wrong)) << wrong;
+  }
+}
+
+TEST(Config, YamlHoldsEveryOptionAndDifferencesNameTheKeys) {
+  BenchmarkConfig config = sampleConfig();
+  config.options["gms"]["alpha"] = "6";
+  config.resolve();
+  const std::string yaml = config.toYaml();
+  EXPECT_TRUE(yamlDifferences(yaml, yaml).empty());
+  EXPECT_TRUE(contains(yaml, "alpha: 6")) << yaml;
+  EXPECT_TRUE(contains(yaml, "contrast_threshold: 0.04")) << yaml;
+  config.options["gms"]["alpha"] = "4";
+  config.seed = 3;
+  const std::string differences = ::testing::PrintToString(yamlDifferences(yaml, config.toYaml()));
+  EXPECT_TRUE(contains(differences, "selector_options.gms.alpha: '6' -> '4'")) << differences;
+  EXPECT_TRUE(contains(differences, "seed: '0' -> '3'")) << differences;
+  EXPECT_TRUE(contains(errorOf([] { yamlDifferences("a: [1", "a: 1"); }), "YAML"));
+}
+
+}  // namespace
+}  // namespace corrsel::core

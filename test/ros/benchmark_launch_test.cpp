@@ -1,0 +1,270 @@
+// The programs as users start them: make_dataset_bag, benchmark with and without roslaunch, exit codes and
+// folders.
+
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "corrsel/Progress.h"
+#include "corrsel/Score.h"
+#include "corrsel/random.h"
+#include "corrsel/text.h"
+
+namespace corrsel {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Output {
+  int code = -1;
+  std::string text;
+};
+
+/// Runs a shell command, output of both streams together.
+Output shell(const std::string& command) {
+  Output output;
+  FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
+  if (!pipe) return output;
+  char buffer[4096];
+  while (std::size_t n = fread(buffer, 1, sizeof(buffer), pipe)) output.text.append(buffer, n);
+  const int status = pclose(pipe);
+  output.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return output;
+}
+
+std::string readAll(const fs::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// pairs.csv without its time columns.
+std::vector<std::string> timelessRows(const fs::path& folder) {
+  std::vector<std::string> rows;
+  std::ifstream in(folder / "pairs.csv");
+  for (std::string line; std::getline(in, line);) {
+    std::vector<std::string> fields = core::parseCsvLine(line);
+    fields.resize(20);
+    rows.push_back(core::joinList(fields, ","));
+  }
+  return rows;
+}
+
+class BenchmarkLaunch : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    root_ = fs::temp_directory_path() / ("corrsel_launch_" + std::to_string(getpid()));
+    fs::remove_all(root_);
+    fs::create_directories(root_ / "data");
+    writeScene("one");
+    setenv("XDG_CACHE_HOME", (root_ / "cache").c_str(), 1);
+    setenv("ROS_HOME", (root_ / "ros_home").c_str(), 1);
+  }
+  static void TearDownTestSuite() { fs::remove_all(root_); }
+
+  /// A scene in the form of the VGG dataset: six images, five homographies.
+  static void writeScene(const std::string& name) {
+    const fs::path folder = root_ / "data" / "vgg" / name;
+    fs::create_directories(folder);
+    core::Random random(3);
+    cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(40));
+    for (int k = 0; k < 200; ++k) {
+      const cv::Point centre(static_cast<int>(random.index(320)), static_cast<int>(random.index(240)));
+      cv::circle(image, centre, 2 + static_cast<int>(random.index(9)),
+                 cv::Scalar(random.uniform(60, 255), random.uniform(60, 255), random.uniform(60, 255)), -1);
+    }
+    cv::imwrite((folder / "img1.ppm").string(), image);
+    for (int k = 2; k <= 6; ++k) {
+      const cv::Matx33d h(1 - 0.01 * k, 0.01 * k, 2.0 * k, -0.01 * k, 1, 3.0 * k, 0, 0, 1);
+      cv::Mat warped;
+      cv::warpPerspective(image, warped, h, image.size());
+      cv::imwrite((folder / ("img" + std::to_string(k) + ".ppm")).string(), warped);
+      std::ofstream out(folder / ("H1to" + std::to_string(k) + "p"));
+      for (int row = 0; row < 3; ++row) out << h(row, 0) << " " << h(row, 1) << " " << h(row, 2) << "\n";
+    }
+  }
+
+  static std::string benchmark(const std::string& arguments) {
+    return "rosrun corrsel benchmark --dataset vgg --data_root " + (root_ / "data").string() + " " +
+           arguments;
+  }
+
+  static fs::path root_;
+};
+
+fs::path BenchmarkLaunch::root_;
+
+TEST_F(BenchmarkLaunch, LaunchWritesACompleteFolderAndPublishes) {
+  ros::NodeHandle node;
+  std::atomic<int> scores{0};
+  std::atomic<bool> finished{false};
+  const auto on_score = [&scores](const ScoreConstPtr& score) {
+    if (!score->selector.empty() && score->dataset == "vgg") ++scores;
+  };
+  const auto on_progress = [&finished](const ProgressConstPtr& progress) {
+    if (progress->state == "finished" && progress->pairs_done == 5) finished = true;
+  };
+  const ros::Subscriber score = node.subscribe<Score>("/benchmark/score", 10000, on_score);
+  const ros::Subscriber progress = node.subscribe<Progress>("/benchmark/progress", 1000, on_progress);
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
+  const fs::path run = root_ / "launched";
+  const Output output =
+      shell("roslaunch corrsel benchmark.launch dataset:=vgg data_root:=" + (root_ / "data").string() +
+            " output_dir:=" + run.string());
+  EXPECT_NE(output.text.find("vgg, sift+sift, preselection none, tau = 5 px"), std::string::npos)
+      << output.text;
+  EXPECT_NE(output.text.find("report.html"), std::string::npos) << output.text;
+  for (const char* file : {"config.yaml", "environment.json", "pairs.csv", "summary.csv", "summary.json",
+                           "report.html", "failures.csv", "images/index.csv"}) {
+    EXPECT_TRUE(fs::exists(run / file)) << file;
+  }
+  EXPECT_NE(readAll(run / "summary.json").find("\"complete\": true"), std::string::npos);
+  // 5 pairs x 2 features x (5 selectors + 4 after NNSR) x 10 tolerances.
+  EXPECT_EQ(timelessRows(run).size(), 1U + 5 * 2 * 9 * 10);
+  EXPECT_GT(scores, 0);
+  EXPECT_TRUE(finished);
+}
+
+TEST_F(BenchmarkLaunch, WithoutMasterDeterministicForAnyThreads) {
+  const std::string no_master = "ROS_MASTER_URI=http://localhost:1 ";
+  const std::string common = "--report false --features orb+orb --output_dir ";
+  const Output one = shell(no_master + benchmark("--threads 1 " + common + (root_ / "t1").string()));
+  const Output two = shell(no_master + benchmark("--threads 2 " + common + (root_ / "t2").string()));
+  EXPECT_EQ(one.code, 0) << one.text;
+  EXPECT_EQ(two.code, 0) << two.text;
+  EXPECT_EQ(timelessRows(root_ / "t1").size(), 1U + 5 * 9 * 10);
+  EXPECT_EQ(timelessRows(root_ / "t1"), timelessRows(root_ / "t2"));
+}
+
+TEST_F(BenchmarkLaunch, KilledAndResumedEqualsUncut) {
+  const std::string common = "--report false --output_dir ";
+  ASSERT_EQ(shell(benchmark(common + (root_ / "uncut").string())).code, 0);
+  const fs::path cut = root_ / "cut";
+  std::thread killer([&cut] {
+    // SIGKILL as soon as the first pairs are on disk.
+    for (int k = 0; k < 3000 && timelessRows(cut).size() < 100; ++k) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    shell("pkill -KILL -f -- '--output_dir " + cut.string() + "'");
+  });
+  const Output killed = shell("exec " + benchmark(common + cut.string()));
+  killer.join();
+  EXPECT_NE(killed.code, 0);
+  const std::size_t before = timelessRows(cut).size();
+  EXPECT_GT(before, 1U);
+  EXPECT_LT(before, timelessRows(root_ / "uncut").size());
+  const Output resumed = shell(benchmark("--resume true " + common + cut.string()));
+  EXPECT_EQ(resumed.code, 0) << resumed.text;
+  EXPECT_EQ(timelessRows(cut), timelessRows(root_ / "uncut"));
+}
+
+TEST_F(BenchmarkLaunch, CtrlCLeavesValidFiles) {
+  const fs::path run = root_ / "interrupted";
+  std::thread interrupter([&run] {
+    for (int k = 0; k < 3000 && timelessRows(run).size() < 100; ++k) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    shell("pkill -INT -f -- 'benchmark .*--output_dir " + run.string() + "'");
+  });
+  const Output output = shell("exec " + benchmark("--report false --output_dir " + run.string()));
+  interrupter.join();
+  EXPECT_EQ(output.code, 130) << output.text;
+  EXPECT_NE(output.text.find("resume:=true"), std::string::npos) << output.text;
+  EXPECT_NE(readAll(run / "summary.json").find("\"interrupted\": true"), std::string::npos);
+}
+
+TEST_F(BenchmarkLaunch, BadArgumentsAreNamed) {
+  struct Case {
+    std::string arguments;
+    std::vector<std::string> parts;
+  };
+  const std::vector<Case> cases = {
+      {"--selectors magic", {"'magic'", "gms", "lpm"}},
+      {"--selectors lpm:v9", {"'v9'", "v2"}},
+      {"--features surf+surf", {"'surf+surf'", "orb+orb"}},
+      {"--dataset imagenet", {"'imagenet'", "adelaidermf"}},
+      {"--options gms.alpha=-3", {"alpha = -3", "[0, 100]"}},
+      {"--options gms.alpa=3", {"gms.alpa", "alpha"}},
+      {"--tolerances 1,x", {"tolerances", "'x'"}},
+      {"--nonsense 1", {"'nonsense'", "--help"}},
+      {"--resume true", {"output_dir"}},
+      {"--data_root /does/not/exist", {"/does/not/exist/vgg"}},
+      {"--output_dir /proc/none", {"/proc/none", "output_dir"}},
+  };
+  for (const Case& c : cases) {
+    const Output output = shell(benchmark(c.arguments));
+    EXPECT_EQ(output.code, 2) << c.arguments << "\n" << output.text;
+    for (const std::string& part : c.parts) {
+      EXPECT_NE(output.text.find(part), std::string::npos) << c.arguments << "\n" << output.text;
+    }
+  }
+}
+
+TEST_F(BenchmarkLaunch, FolderOfAnotherConfigurationIsRefused) {
+  const std::string common =
+      "--report false --max_pairs 1 --features orb+orb --output_dir " + (root_ / "mine").string();
+  ASSERT_EQ(shell(benchmark(common)).code, 0);
+  const Output other = shell(benchmark("--seed 4 --resume true " + common));
+  EXPECT_EQ(other.code, 2);
+  EXPECT_NE(other.text.find("seed: '0' -> '4'"), std::string::npos) << other.text;
+}
+
+TEST_F(BenchmarkLaunch, HoleInTheDatasetIsNamedAndTheRestIsRun) {
+  const fs::path data = root_ / "holed";
+  fs::create_directories(data);
+  fs::copy(root_ / "data" / "vgg", data / "vgg", fs::copy_options::recursive);
+  fs::remove(data / "vgg" / "one" / "img4.ppm");
+  const fs::path run = root_ / "holed_run";
+  const Output output = shell(benchmark("--data_root " + data.string() +
+                                        " --report false --features orb+orb --output_dir " + run.string()));
+  EXPECT_EQ(output.code, 1) << output.text;
+  EXPECT_NE(output.text.find("img4"), std::string::npos) << output.text;
+  EXPECT_NE(readAll(run / "failures.csv").find("img4"), std::string::npos);
+  EXPECT_EQ(timelessRows(run).size(), 1U + 4 * 9 * 10);
+
+  const fs::path bag = root_ / "holed.bag";
+  const Output made = shell("rosrun corrsel make_dataset_bag --dataset vgg --path " +
+                            (data / "vgg").string() + " --output " + bag.string());
+  EXPECT_EQ(made.code, 1) << made.text;
+  EXPECT_NE(made.text.find("4 of 5 pairs written"), std::string::npos) << made.text;
+}
+
+TEST_F(BenchmarkLaunch, BagsAreRunAndBrokenOnesRefused) {
+  const fs::path bag = root_ / "one.bag";
+  const Output made = shell("rosrun corrsel make_dataset_bag --compressed --dataset vgg --path " +
+                            (root_ / "data" / "vgg").string() + " --output " + bag.string());
+  ASSERT_EQ(made.code, 0) << made.text;
+  const std::string start = "rosrun corrsel benchmark --report false --features orb+orb --bag ";
+  const Output run = shell(start + bag.string() + " --output_dir " + (root_ / "bag_run").string());
+  EXPECT_EQ(run.code, 0) << run.text;
+  EXPECT_EQ(timelessRows(root_ / "bag_run").size(), 1U + 5 * 9 * 10);
+  const Output info = shell("rosbag info " + bag.string());
+  EXPECT_NE(info.text.find("corrsel/GroundTruth"), std::string::npos) << info.text;
+
+  fs::resize_file(bag, fs::file_size(bag) / 2);
+  const Output truncated = shell(start + bag.string() + " --output_dir " + (root_ / "truncated").string());
+  EXPECT_EQ(truncated.code, 2) << truncated.text;
+  EXPECT_NE(truncated.text.find("rosbag reindex"), std::string::npos) << truncated.text;
+}
+
+}  // namespace
+}  // namespace corrsel
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "benchmark_launch_test");
+  const ros::NodeHandle node;
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,104 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+
+#include "corrsel/ros/bag_cache.h"
+
+namespace corrsel {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Two tiny pairs that depend on one file; the second is broken on demand.
+class TinyReader : public core::DatasetReader {
+ public:
+  explicit TinyReader(const std::string& file) : file_(file) {}
+  std::size_t size() const override { return 2; }
+  core::PairId id(std::size_t index) const override { return {"tiny", "s", std::to_string(index)}; }
+  core::ImagePair read(std::size_t index) const override {
+    if (broken && index == 1) throw core::DatasetError("picture b is broken");
+    core::ImagePair pair;
+    pair.id = id(index);
+    pair.left = pair.right = cv::Mat(8, 8, CV_8U, cv::Scalar(7));
+    return pair;
+  }
+  std::vector<std::string> files() const override { return {file_}; }
+  bool broken = false;
+
+ private:
+  std::string file_;
+};
+
+class BagCache : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("corrsel_bag_cache_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / "source") << "one";
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::size_t bags() const {
+    std::size_t count = 0;
+    for (const auto& entry : fs::directory_iterator(folder_ / "bags"))
+      count += entry.path().extension() == ".bag";
+    return count;
+  }
+  fs::path folder_;
+};
+
+TEST_F(BagCache, ReusesUntilFilesOrSeedChange) {
+  const std::string bags_folder = (folder_ / "bags").string();
+  const TinyReader reader((folder_ / "source").string());
+  const CachedBag first = cachedDatasetBag(bags_folder, "tiny", reader, 0);
+  EXPECT_FALSE(first.reused);
+  EXPECT_TRUE(fs::exists(first.path));
+  EXPECT_EQ(BagSource(first.path).size(), 2U);
+  EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).reused);
+  const CachedBag seeded = cachedDatasetBag(bags_folder, "tiny", reader, 1);
+  EXPECT_FALSE(seeded.reused);
+  EXPECT_NE(seeded.path, first.path);
+  EXPECT_EQ(bags(), 1U);
+  std::ofstream(folder_ / "source") << "another length";
+  EXPECT_FALSE(cachedDatasetBag(bags_folder, "tiny", reader, 1).reused);
+  EXPECT_EQ(bags(), 1U);
+}
+
+TEST_F(BagCache, AnotherDatasetIsLeftAlone) {
+  const std::string bags_folder = (folder_ / "bags").string();
+  const TinyReader reader((folder_ / "source").string());
+  cachedDatasetBag(bags_folder, "tiny", reader, 0);
+  cachedDatasetBag(bags_folder, "other", reader, 0);
+  EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).reused);
+}
+
+TEST_F(BagCache, ProblemsAreReportedEveryTime) {
+  const std::string bags_folder = (folder_ / "bags").string();
+  TinyReader reader((folder_ / "source").string());
+  reader.broken = true;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const CachedBag bag = cachedDatasetBag(bags_folder, "tiny", reader, 0);
+    EXPECT_FALSE(bag.reused);
+    ASSERT_EQ(bag.problems.size(), 1U);
+    EXPECT_NE(bag.problems[0].find("picture b is broken"), std::string::npos);
+    EXPECT_EQ(BagSource(bag.path).size(), 1U);
+  }
+  reader.broken = false;
+  EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).problems.empty());
+  EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).reused);
+}
+
+TEST_F(BagCache, FolderFromTheEnvironment) {
+  setenv("XDG_CACHE_HOME", "/some/cache", 1);
+  EXPECT_EQ(cacheFolder(), "/some/cache/corrsel");
+  unsetenv("XDG_CACHE_HOME");
+  setenv("HOME", "/some/home", 1);
+  EXPECT_EQ(cacheFolder(), "/some/home/.cache/corrsel");
+}
+
+}  // namespace
+}  // namespace corrsel

@@ -1,0 +1,229 @@
+#include <corrsel/FeatureMatcherConfig.h>
+#include <corrsel/SelectorConfig.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "corrsel/features/extractor.h"
+#include "corrsel/ros/parameters.h"
+#include "corrsel/selectors/factory.h"
+#include "corrsel/text.h"
+
+namespace corrsel {
+namespace {
+
+/// A reconfigure parameter, its numbers as text.
+struct Parameter {
+  std::string type, standard, min, max, description, edit_method;
+  std::uint32_t level = 0;
+};
+
+template <class Values>
+std::string valueOf(const Values& values, const std::string& name) {
+  for (const auto& value : values) {
+    if (value.name == name) return core::formatNumber(static_cast<double>(value.value));
+  }
+  return "";
+}
+
+Parameter parameter(const dynamic_reconfigure::ConfigDescription& config,
+                    const dynamic_reconfigure::ParamDescription& description) {
+  Parameter result;
+  result.type = description.type;
+  result.description = description.description;
+  result.edit_method = description.edit_method;
+  result.level = description.level;
+  const std::string& name = description.name;
+  if (result.type == "int" || result.type == "double") {
+    const auto pick = [&](const dynamic_reconfigure::Config& values) {
+      return result.type == "int" ? valueOf(values.ints, name) : valueOf(values.doubles, name);
+    };
+    result.standard = pick(config.dflt);
+    result.min = pick(config.min);
+    result.max = pick(config.max);
+  } else if (result.type == "bool") {
+    result.standard = valueOf(config.dflt.bools, name) == "1" ? "true" : "false";
+  } else {
+    for (const auto& value : config.dflt.strs) {
+      if (value.name == name) result.standard = value.value;
+    }
+  }
+  return result;
+}
+
+std::map<std::string, Parameter> parameters(const dynamic_reconfigure::ConfigDescription& config) {
+  std::map<std::string, Parameter> result;
+  for (const auto& group : config.groups) {
+    for (const auto& description : group.parameters)
+      result[description.name] = parameter(config, description);
+  }
+  return result;
+}
+
+/// Compares each field of an option struct with its parameter and strikes the parameter off the list.
+class Comparison : public core::OptionVisitor {
+ public:
+  Comparison(std::map<std::string, Parameter>& open, const std::map<std::string, Parameter>& all,
+             const std::string& prefix, std::uint32_t level)
+      : open_(open), all_(all), prefix_(prefix), level_(level) {}
+
+  void number(const core::NumberInfo& info, double& value) override {
+    compareNumber(info, "double", core::formatNumber(value));
+  }
+  void integer(const core::NumberInfo& info, int& value) override {
+    compareNumber(info, "int", std::to_string(value));
+  }
+  void flag(const char* name, const char* description, bool& value) override {
+    compare(name, "bool", value ? "true" : "false", description);
+  }
+  void choice(const char* name, const std::vector<std::string>& choices, const char* description,
+              std::string& value) override {
+    const Parameter* found = compare(name, "str", value, description);
+    if (found == nullptr) return;
+    for (const std::string& choice : choices) {
+      EXPECT_NE(found->edit_method.find("'value': '" + choice + "'"), std::string::npos)
+          << prefix_ << name << " does not offer " << choice;
+    }
+  }
+
+ private:
+  void compareNumber(const core::NumberInfo& info, const char* type, const std::string& value) {
+    // The seed of every selector is the one parameter `seed`.
+    if (std::string(info.name) == "seed") {
+      const auto found = all_.find("seed");
+      ASSERT_NE(found, all_.end());
+      EXPECT_EQ(found->second.standard, value);
+      EXPECT_EQ(found->second.min, core::formatNumber(info.min));
+      EXPECT_EQ(found->second.max, core::formatNumber(info.max));
+      return;
+    }
+    const std::string unit = info.unit;
+    const Parameter* found =
+        compare(info.name, type, value, info.description + (unit == "-" ? "" : " [" + unit + "]"));
+    if (found == nullptr) return;
+    EXPECT_EQ(found->min, core::formatNumber(info.min)) << prefix_ << info.name;
+    EXPECT_EQ(found->max, core::formatNumber(info.max)) << prefix_ << info.name;
+  }
+
+  const Parameter* compare(const std::string& name, const std::string& type, const std::string& value,
+                           const std::string& description) {
+    const auto found = all_.find(prefix_ + name);
+    if (found == all_.end()) {
+      ADD_FAILURE() << "the cfg has no parameter " << prefix_ << name;
+      return nullptr;
+    }
+    EXPECT_EQ(found->second.type, type) << prefix_ << name;
+    EXPECT_EQ(found->second.standard, value) << prefix_ << name;
+    EXPECT_EQ(found->second.description, description) << prefix_ << name;
+    EXPECT_EQ(found->second.level, level_) << prefix_ << name;
+    open_.erase(prefix_ + name);
+    return &found->second;
+  }
+
+  std::map<std::string, Parameter>& open_;
+  const std::map<std::string, Parameter>& all_;
+  std::string prefix_;
+  std::uint32_t level_;
+};
+
+void compare(const core::OptionSet& options, std::map<std::string, Parameter>& open,
+             const std::map<std::string, Parameter>& all, const std::string& prefix, std::uint32_t level) {
+  Comparison comparison(open, all, prefix, level);
+  const_cast<core::OptionSet&>(options).visit(comparison);  // which only reads
+}
+
+std::vector<std::string> names(const std::map<std::string, Parameter>& parameters) {
+  std::vector<std::string> result;
+  for (const auto& entry : parameters) result.push_back(entry.first);
+  return result;
+}
+
+TEST(Cfg, SelectorParametersEqualTheOptions) {
+  const auto all = parameters(SelectorConfig::__getDescriptionMessage__());
+  auto open = all;
+  for (const std::string& name : core::selectorNames()) {
+    compare(core::createSelector(name)->options(), open, all, name + "_", 2);
+    EXPECT_NE(all.at("selector").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
+  }
+  EXPECT_EQ(names(open), (std::vector<std::string>{"preset", "seed", "selector"}));
+}
+
+TEST(Cfg, FeatureParametersEqualTheOptions) {
+  const auto all = parameters(FeatureMatcherConfig::__getDescriptionMessage__());
+  auto open = all;
+  for (const std::string& name : core::extractorNames()) {
+    compare(core::createExtractor(name)->options(), open, all, name.substr(0, name.find('+')) + "_", 1);
+    EXPECT_NE(all.at("features").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
+  }
+  EXPECT_EQ(names(open), (std::vector<std::string>{"features"}));
+}
+
+/// The lines of a file, comments joined to one text, white space squeezed.
+std::string comments(const std::string& path) {
+  std::ifstream file(path);
+  std::string line, word, text;
+  while (std::getline(file, line)) {
+    std::istringstream words(line);
+    if (!(words >> word) || word != "#") continue;
+    while (words >> word) text += word + " ";
+  }
+  return text;
+}
+
+TEST(Cfg, LiveYamlSaysTheSame) {
+  const std::string path =
+      (std::filesystem::path(__FILE__).parent_path() / ".." / ".." / "config" / "live.yaml").string();
+  const std::string text = comments(path);
+  ASSERT_FALSE(text.empty()) << path;
+  std::ifstream file(path);
+  const std::string content(std::istreambuf_iterator<char>(file), {});
+  for (const auto* config :
+       {&SelectorConfig::__getDescriptionMessage__(), &FeatureMatcherConfig::__getDescriptionMessage__()}) {
+    for (const auto& [name, parameter] : parameters(*config)) {
+      EXPECT_NE(text.find(parameter.description), std::string::npos) << name << ": " << parameter.description;
+      const std::size_t start = content.find("\n  " + name + ": ");
+      ASSERT_NE(start, std::string::npos) << name;
+      const std::size_t colon = content.find(": ", start);
+      std::string value = content.substr(colon + 2, content.find('\n', colon) - colon - 2);
+      if (value == "\"\"") value.clear();
+      if (parameter.type == "double") value = core::formatNumber(core::parseNumber(value, name));
+      EXPECT_EQ(value, parameter.standard) << name;
+    }
+  }
+}
+
+TEST(ChangedOptions, DefaultsAreNotPassedOn) {
+  SelectorConfig config = SelectorConfig::__getDefault__();
+  EXPECT_TRUE(changedOptions(config, "gms_").empty());
+  config.gms_alpha = 6.5;
+  config.gms_grid = 10;
+  config.gms_rotation = true;
+  config.lpm_cost = "multiscale";
+  EXPECT_EQ(changedOptions(config, "gms_"),
+            (core::OptionMap{{"alpha", "6.5"}, {"grid", "10"}, {"rotation", "true"}}));
+  EXPECT_EQ(changedOptions(config, "lpm_"), (core::OptionMap{{"cost", "multiscale"}}));
+  EXPECT_TRUE(changedOptions(config, "nnsr_").empty());
+}
+
+TEST(ChangedOptions, AreAcceptedByTheSelectors) {
+  SelectorConfig config = SelectorConfig::__getDefault__();
+  config.lpm_k = 8;
+  const auto options =
+      core::listOptions(core::createSelector("lpm:v2", changedOptions(config, "lpm_"))->options());
+  const auto value = [&options](const std::string& name) {
+    const auto found =
+        std::find_if(options.begin(), options.end(), [&](const auto& o) { return o.name == name; });
+    return found == options.end() ? "" : found->value;
+  };
+  EXPECT_EQ(value("k"), "8");              // changed by the user: wins
+  EXPECT_EQ(value("cost"), "multiscale");  // left at its default: the preset stands
+}
+
+}  // namespace
+}  // namespace corrsel

@@ -1,0 +1,357 @@
+#include <gtest/gtest.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <boost/make_shared.hpp>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "corrsel/ros/conversions.h"
+
+namespace corrsel {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+/// Equal, with NaN equal to NaN.
+template <class Vector>
+void expectSame(const Vector& a, const Vector& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_TRUE(a[i] == b[i] || (a[i] != a[i] && b[i] != b[i])) << i;
+}
+
+void expectSame(const core::Correspondences& a, const core::Correspondences& b) {
+  expectSame(a.left_x, b.left_x);
+  expectSame(a.left_y, b.left_y);
+  expectSame(a.right_x, b.right_x);
+  expectSame(a.right_y, b.right_y);
+  expectSame(a.distance, b.distance);
+  expectSame(a.second_distance, b.second_distance);
+  EXPECT_EQ(a.left_frame, b.left_frame);
+  EXPECT_EQ(a.right_frame, b.right_frame);
+  EXPECT_EQ(a.left_index, b.left_index);
+  EXPECT_EQ(a.right_index, b.right_index);
+  EXPECT_EQ(a.left_size, b.left_size);
+  EXPECT_EQ(a.right_size, b.right_size);
+}
+
+PairInfo exampleInfo() {
+  PairInfo info;
+  info.header.stamp = ros::Time(12, 34);
+  info.header.frame_id = "left_camera_optical";
+  info.right_stamp = ros::Time(12, 99);
+  info.right_frame_id = "right_camera_optical";
+  info.id = {"vgg", "graf", "1-3"};
+  info.features = "sift+sift";
+  info.n_left_features = 100;
+  info.n_right_features = 200;
+  info.detect_seconds = 0.25;
+  info.match_seconds = 0.5;  // describe_seconds stays NaN
+  return info;
+}
+
+core::Correspondences exampleMatches() {
+  core::Correspondences matches;
+  matches.add({1.5F, 2.5F}, {3.5F, 4.5F});
+  matches.add({kNaN, 0.0F}, {std::numeric_limits<float>::infinity(), -1.0F});
+  matches.distance = {0.5F, 0.25F};
+  matches.second_distance = {1.0F, kNaN};
+  matches.left_frame = {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 12}};
+  matches.right_frame = {{-1, -2, -3, -4, -5, -6}, {0, 0, 0, 0, 0, 0}};
+  matches.left_index = {7, 8};
+  matches.right_index = {9, 9};
+  matches.left_size = {640, 480};
+  matches.right_size = {800, 600};
+  return matches;
+}
+
+/// Expects std::invalid_argument whose text names `field`.
+void expectRefused(const std::function<void()>& action, const std::string& field) {
+  try {
+    action();
+    ADD_FAILURE() << "accepted, expected a complaint about " << field;
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find(field), std::string::npos) << error.what();
+  }
+}
+
+TEST(CorrespondencesMessage, RoundTripKeepsEverything) {
+  const PairInfo info = exampleInfo();
+  const core::Correspondences matches = exampleMatches();
+  PairInfo back;
+  expectSame(fromMsg(toMsg(matches, info), &back), matches);
+  EXPECT_EQ(back.header.stamp, info.header.stamp);
+  EXPECT_EQ(back.header.frame_id, info.header.frame_id);
+  EXPECT_EQ(back.right_stamp, info.right_stamp);
+  EXPECT_EQ(back.right_frame_id, info.right_frame_id);
+  EXPECT_EQ(back.id, info.id);
+  EXPECT_EQ(back.features, info.features);
+  EXPECT_EQ(back.n_left_features, info.n_left_features);
+  EXPECT_EQ(back.n_right_features, info.n_right_features);
+  EXPECT_EQ(back.detect_seconds, info.detect_seconds);
+  EXPECT_TRUE(std::isnan(back.describe_seconds));
+  EXPECT_EQ(back.match_seconds, info.match_seconds);
+}
+
+TEST(CorrespondencesMessage, RoundTripOfCoordinatesOnly) {
+  core::Correspondences matches;
+  matches.add({1, 2}, {3, 4});
+  const Correspondences msg = toMsg(matches, {});
+  EXPECT_TRUE(msg.distance.empty());
+  EXPECT_TRUE(msg.left_frame.empty());
+  EXPECT_EQ(msg.left_width, 0u);
+  EXPECT_TRUE(std::isnan(msg.detect_seconds));
+  expectSame(fromMsg(msg), matches);
+}
+
+TEST(CorrespondencesMessage, RoundTripOfNothing) {
+  expectSame(fromMsg(toMsg(core::Correspondences(), {})), core::Correspondences());
+}
+
+TEST(CorrespondencesMessage, LengthsThatDisagreeAreNamed) {
+  const auto with = [](const std::function<void(Correspondences&)>& damage) {
+    Correspondences msg = toMsg(exampleMatches(), exampleInfo());
+    damage(msg);
+    return [msg] { fromMsg(msg); };
+  };
+  expectRefused(with([](Correspondences& m) { m.left_y.pop_back(); }), "left_y");
+  expectRefused(with([](Correspondences& m) { m.right_x.push_back(0); }), "right_x");
+  expectRefused(with([](Correspondences& m) { m.right_y.clear(); }), "right_y");
+  expectRefused(with([](Correspondences& m) { m.distance.pop_back(); }), "distance");
+  expectRefused(with([](Correspondences& m) { m.second_distance.pop_back(); }), "second_distance");
+  expectRefused(with([](Correspondences& m) { m.left_frame.pop_back(); }), "left_frame");
+  expectRefused(with([](Correspondences& m) { m.right_frame.resize(6); }), "right_frame");
+  expectRefused(with([](Correspondences& m) { m.left_index.push_back(1); }), "left_index");
+  expectRefused(with([](Correspondences& m) { m.right_index.pop_back(); }), "right_index");
+  expectRefused(with([](Correspondences& m) { m.left_width = 0xffffffffu; }), "left_width");
+  expectRefused(with([](Correspondences& m) { m.right_height = 0xffffffffu; }), "right_height");
+}
+
+core::Selection exampleSelection() {
+  core::Selection selection;
+  selection.mask = {1, 0, 1};
+  selection.score = {0.5F, kNaN, 1.0F};
+  selection.model_kind = core::ModelKind::kFundamental;
+  selection.model = cv::Matx33d(1, 2, 3, 4, 5, 6, 7, 8, 9);
+  selection.status = core::Status::kTimeLimit;
+  selection.message = "stopped";
+  selection.n_input = 3;
+  selection.n_ignored = 1;
+  selection.n_selected = 2;
+  selection.iterations = 17;
+  selection.seconds = 0.125;
+  return selection;
+}
+
+TEST(SelectionMessage, RoundTripKeepsEverything) {
+  const core::Selection selection = exampleSelection();
+  PairInfo info;
+  std::string selector;
+  const core::Selection back = fromMsg(toMsg(selection, exampleInfo(), "lpm:v2"), &info, &selector);
+  EXPECT_EQ(back.mask, selection.mask);
+  expectSame(back.score, selection.score);
+  EXPECT_EQ(back.model_kind, selection.model_kind);
+  EXPECT_EQ(back.model, selection.model);
+  EXPECT_EQ(back.status, selection.status);
+  EXPECT_EQ(back.message, selection.message);
+  EXPECT_EQ(back.n_input, selection.n_input);
+  EXPECT_EQ(back.n_ignored, selection.n_ignored);
+  EXPECT_EQ(back.n_selected, selection.n_selected);
+  EXPECT_EQ(back.iterations, selection.iterations);
+  EXPECT_EQ(back.seconds, selection.seconds);
+  EXPECT_EQ(selector, "lpm:v2");
+  EXPECT_EQ(info.header.stamp, exampleInfo().header.stamp);
+  EXPECT_EQ(info.right_frame_id, exampleInfo().right_frame_id);
+  EXPECT_EQ(info.detect_seconds, exampleInfo().detect_seconds);
+}
+
+TEST(SelectionMessage, WithoutModelItIsNaN) {
+  const Selection msg = toMsg(core::Selection(), {}, "gms");
+  for (const double number : msg.model) EXPECT_TRUE(std::isnan(number));
+  const core::Selection back = fromMsg(msg);
+  EXPECT_EQ(back.model_kind, core::ModelKind::kNone);
+  EXPECT_TRUE(back.mask.empty());
+}
+
+TEST(SelectionMessage, NonsenseIsNamed) {
+  const auto with = [](const std::function<void(Selection&)>& damage) {
+    Selection msg = toMsg(exampleSelection(), exampleInfo(), "gms");
+    damage(msg);
+    return [msg] { fromMsg(msg); };
+  };
+  expectRefused(with([](Selection& m) { m.status = 8; }), "status");
+  expectRefused(with([](Selection& m) { m.model_kind = 3; }), "model_kind");
+  expectRefused(with([](Selection& m) { m.mask[1] = 2; }), "mask");
+  expectRefused(with([](Selection& m) { m.score.pop_back(); }), "score");
+  expectRefused(with([](Selection& m) { m.n_input = 4; }), "n_input");
+  expectRefused(with([](Selection& m) { m.n_selected = 3; }), "n_selected");
+  expectRefused(with([](Selection& m) { m.model[4] = std::nan(""); }), "model");
+}
+
+TEST(SelectionMessage, EveryStatusAndKindHasItsConstant) {
+  EXPECT_EQ(static_cast<int>(core::Status::kOk), Selection::STATUS_OK);
+  EXPECT_EQ(static_cast<int>(core::Status::kTooFew), Selection::STATUS_TOO_FEW);
+  EXPECT_EQ(static_cast<int>(core::Status::kDegenerate), Selection::STATUS_DEGENERATE);
+  EXPECT_EQ(static_cast<int>(core::Status::kNoModel), Selection::STATUS_NO_MODEL);
+  EXPECT_EQ(static_cast<int>(core::Status::kUnsupportedInput), Selection::STATUS_UNSUPPORTED_INPUT);
+  EXPECT_EQ(static_cast<int>(core::Status::kTooLarge), Selection::STATUS_TOO_LARGE);
+  EXPECT_EQ(static_cast<int>(core::Status::kTimeLimit), Selection::STATUS_TIME_LIMIT);
+  EXPECT_EQ(static_cast<int>(core::Status::kFailed), Selection::STATUS_FAILED);
+  EXPECT_EQ(static_cast<int>(core::ModelKind::kNone), Selection::MODEL_NONE);
+  EXPECT_EQ(static_cast<int>(core::ModelKind::kHomography), Selection::MODEL_HOMOGRAPHY);
+  EXPECT_EQ(static_cast<int>(core::ModelKind::kFundamental), Selection::MODEL_FUNDAMENTAL);
+  EXPECT_EQ(static_cast<int>(core::TruthKind::kNone), GroundTruth::KIND_NONE);
+  EXPECT_EQ(static_cast<int>(core::TruthKind::kHomography), GroundTruth::KIND_HOMOGRAPHY);
+  EXPECT_EQ(static_cast<int>(core::TruthKind::kFundamental), GroundTruth::KIND_FUNDAMENTAL);
+  EXPECT_EQ(static_cast<int>(core::TruthKind::kLabels), GroundTruth::KIND_LABELS);
+  EXPECT_EQ(static_cast<int>(core::TruthKind::kDisparity), GroundTruth::KIND_DISPARITY);
+}
+
+TEST(GroundTruthMessage, RoundTripOfEveryKind) {
+  core::GroundTruth truth;
+  truth.matrix = cv::Matx33d(1, 2, 3, 4, 5, 6, 7, 8, 9);
+  for (const core::TruthKind kind : {core::TruthKind::kHomography, core::TruthKind::kFundamental}) {
+    truth.kind = kind;
+    PairInfo info;
+    const core::GroundTruth back = fromMsg(toMsg(truth, exampleInfo()), &info);
+    EXPECT_EQ(back.kind, kind);
+    EXPECT_EQ(back.matrix, truth.matrix);
+    EXPECT_EQ(info.id, exampleInfo().id);
+    EXPECT_EQ(info.header.stamp, exampleInfo().header.stamp);
+  }
+
+  truth.kind = core::TruthKind::kLabels;
+  truth.labels = {0, 2, 1};
+  const GroundTruth labels = toMsg(truth, {});
+  EXPECT_TRUE(std::isnan(labels.matrix[0]));
+  EXPECT_EQ(fromMsg(labels).labels, truth.labels);
+
+  truth.kind = core::TruthKind::kDisparity;
+  const cv::Mat wide = (cv::Mat_<float>(2, 4) << 1, kNaN, 3, 0, 4, 5, 6, 0);
+  truth.disparity = wide.colRange(0, 3);  // rows that do not follow each other in memory
+  const core::GroundTruth back = fromMsg(toMsg(truth, {}));
+  ASSERT_EQ(back.disparity.size(), cv::Size(3, 2));
+  EXPECT_TRUE(std::isnan(back.disparity.at<float>(0, 1)));
+  EXPECT_EQ(back.disparity.at<float>(1, 0), 4.0F);
+  EXPECT_EQ(back.disparity.at<float>(1, 2), 6.0F);
+
+  EXPECT_EQ(fromMsg(toMsg(core::GroundTruth(), {})).kind, core::TruthKind::kNone);
+}
+
+TEST(GroundTruthMessage, NonsenseIsNamed) {
+  GroundTruth msg = toMsg(core::GroundTruth(), {});
+  msg.kind = 5;
+  expectRefused([&] { fromMsg(msg); }, "kind");
+  msg.kind = GroundTruth::KIND_HOMOGRAPHY;  // the matrix is NaN
+  expectRefused([&] { fromMsg(msg); }, "matrix");
+  msg.kind = GroundTruth::KIND_DISPARITY;
+  msg.disparity_width = 3;
+  msg.disparity_height = 2;
+  msg.disparity.assign(5, 0.0F);
+  expectRefused([&] { fromMsg(msg); }, "disparity");
+}
+
+TEST(ScoreMessage, HoldsTheEvaluation) {
+  core::Evaluation evaluation;
+  evaluation.n_putative = 10;
+  evaluation.n_ground_truth = 5;
+  evaluation.n_selected = 4;
+  evaluation.metrics.resize(2);
+  evaluation.metrics[0].tau = 1.0;
+  evaluation.metrics[0].n_correct = 3;
+  evaluation.metrics[0].precision = 0.75;
+  evaluation.metrics[1].tau = 2.0;
+  ScoreLabels labels;
+  labels.pair = exampleInfo();
+  labels.selector = "gms";
+  labels.status = core::Status::kTooFew;
+  labels.select_seconds = 0.5;
+  const Score msg = toMsg(evaluation, labels);
+  EXPECT_EQ(msg.header.stamp, exampleInfo().header.stamp);
+  EXPECT_EQ(msg.sequence, "graf");
+  EXPECT_EQ(msg.features, "sift+sift");
+  EXPECT_EQ(msg.preselection, "none");
+  EXPECT_EQ(msg.selector, "gms");
+  EXPECT_EQ(msg.status, Selection::STATUS_TOO_FEW);
+  EXPECT_EQ(msg.n_putative, 10u);
+  EXPECT_EQ(msg.n_ground_truth, 5u);
+  EXPECT_EQ(msg.n_selected, 4u);
+  ASSERT_EQ(msg.tolerance.size(), 2u);
+  EXPECT_EQ(msg.tolerance[1], 2.0);
+  EXPECT_EQ(msg.n_correct[0], 3u);
+  EXPECT_EQ(msg.precision[0], 0.75);
+  EXPECT_TRUE(std::isnan(msg.precision[1]));
+  EXPECT_EQ(msg.f_paper.size(), 2u);
+  EXPECT_EQ(msg.select_seconds, 0.5);
+}
+
+sensor_msgs::ImageConstPtr imageMsg(const std::string& encoding, const cv::Mat& image) {
+  return cv_bridge::CvImage(std_msgs::Header(), encoding, image).toImageMsg();
+}
+
+TEST(ImageMessage, EightBitIsShared) {
+  for (const char* encoding : {"mono8", "8UC1"}) {
+    const auto msg = imageMsg(encoding, cv::Mat(3, 5, CV_8UC1, cv::Scalar(7)));
+    EXPECT_EQ(fromMsg(msg)->image.data, msg->data.data()) << encoding;
+    EXPECT_EQ(fromMsg(msg)->image.type(), CV_8UC1);
+  }
+  const auto colour = imageMsg("bgr8", cv::Mat(3, 5, CV_8UC3, cv::Scalar(1, 2, 3)));
+  EXPECT_EQ(fromMsg(colour)->image.data, colour->data.data());
+}
+
+TEST(ImageMessage, OthersAreConverted) {
+  EXPECT_EQ(fromMsg(imageMsg("rgb8", cv::Mat(3, 5, CV_8UC3, cv::Scalar(1, 2, 3))))->image.at<cv::Vec3b>(0, 0),
+            cv::Vec3b(3, 2, 1));
+  EXPECT_EQ(fromMsg(imageMsg("bgra8", cv::Mat(3, 5, CV_8UC4, cv::Scalar(1, 2, 3, 4))))->image.type(),
+            CV_8UC3);
+  for (const char* encoding : {"mono16", "16UC1"}) {
+    const cv::Mat grey = fromMsg(imageMsg(encoding, cv::Mat(3, 5, CV_16UC1, cv::Scalar(65535))))->image;
+    ASSERT_EQ(grey.type(), CV_8UC1) << encoding;
+    EXPECT_EQ(grey.at<std::uint8_t>(0, 0), 255) << encoding;
+  }
+  EXPECT_EQ(fromMsg(imageMsg("bayer_rggb8", cv::Mat(4, 6, CV_8UC1, cv::Scalar(9))))->image.type(), CV_8UC3);
+  EXPECT_EQ(fromMsg(imageMsg("yuv422", cv::Mat(4, 6, CV_8UC2, cv::Scalar(128, 128))))->image.type(), CV_8UC3);
+}
+
+TEST(ImageMessage, UnsupportedEncodingsAreNamed) {
+  expectRefused([] { fromMsg(imageMsg("32FC1", cv::Mat(3, 5, CV_32FC1, cv::Scalar(1)))); }, "32FC1");
+  const auto msg = boost::make_shared<sensor_msgs::Image>();
+  msg->encoding = "no such thing";
+  expectRefused([&] { fromMsg(sensor_msgs::ImageConstPtr(msg)); }, "no such thing");
+}
+
+TEST(ImageMessage, DataThatDoesNotFitIsRefused) {
+  const auto msg = boost::make_shared<sensor_msgs::Image>();
+  msg->encoding = "mono8";
+  msg->width = 100;
+  msg->height = 100;
+  msg->step = 100;
+  msg->data.resize(50);
+  expectRefused([&] { fromMsg(sensor_msgs::ImageConstPtr(msg)); }, "mono8");
+  msg->step = 10;
+  msg->data.resize(1000);
+  expectRefused([&] { fromMsg(sensor_msgs::ImageConstPtr(msg)); }, "mono8");
+}
+
+TEST(CompressedImageMessage, IsDecoded) {
+  sensor_msgs::CompressedImage msg;
+  msg.format = "png";
+  ASSERT_TRUE(cv::imencode(".png", cv::Mat(3, 5, CV_8UC3, cv::Scalar(1, 2, 3)), msg.data));
+  EXPECT_EQ(fromMsg(msg).type(), CV_8UC3);
+  ASSERT_TRUE(cv::imencode(".png", cv::Mat(3, 5, CV_16UC1, cv::Scalar(65535)), msg.data));
+  EXPECT_EQ(fromMsg(msg).at<std::uint8_t>(0, 0), 255);
+}
+
+TEST(CompressedImageMessage, GarbageIsNamed) {
+  sensor_msgs::CompressedImage msg;
+  msg.format = "strange";
+  expectRefused([&] { fromMsg(msg); }, "strange");
+  msg.data.assign(100, 42);
+  expectRefused([&] { fromMsg(msg); }, "strange");
+}
+
+}  // namespace
+}  // namespace corrsel
