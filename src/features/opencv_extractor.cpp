@@ -40,7 +40,7 @@ Features OpenCvExtractor::extract(const cv::Mat& image) const {
   features.image_size = image.size();
   const cv::Mat grey = toGrey(image);
   if (grey.cols <= 2 * border_ || grey.rows <= 2 * border_) return features;
-  const cv::Ptr<cv::Feature2D> algorithm = create_();
+  const cv::Ptr<cv::Feature2D> algorithm = create_(grey.size());
   Stopwatch watch;
   algorithm->detect(grey, features.keypoints);
   std::sort(features.keypoints.begin(), features.keypoints.end(), stronger);

@@ -1,5 +1,6 @@
 #include "corrsel/features/orb.h"
 
+#include <algorithm>
 #include <opencv2/features2d.hpp>
 
 #include "corrsel/features/opencv_extractor.h"
@@ -16,13 +17,28 @@ void OrbOptions::visit(OptionVisitor& visitor) {
                   patch_size);
 }
 
+namespace {
+
+/// Levels on which a patch still fits: OpenCV fails on a pyramid that shrinks to nothing.
+int usableLevels(const OrbOptions& options, const cv::Size& size) {
+  const double smallest = options.patch_size + 1.0;
+  int levels = 1;
+  for (double side = std::min(size.width, size.height) / options.scale_factor;
+       levels < options.levels && side > smallest; side /= options.scale_factor) {
+    ++levels;
+  }
+  return levels;
+}
+
+}  // namespace
+
 OrbExtractor::OrbExtractor(OrbOptions options)
     : OpenCvExtractor(
           "orb+orb",
-          [options] {
+          [options](const cv::Size& size) {
             return cv::ORB::create(options.max_features, static_cast<float>(options.scale_factor),
-                                   options.levels, options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
-                                   options.patch_size, options.fast_threshold);
+                                   usableLevels(options, size), options.patch_size, 0, 2,
+                                   cv::ORB::HARRIS_SCORE, options.patch_size, options.fast_threshold);
           },
           options.max_features, options.patch_size),
       options_(options) {

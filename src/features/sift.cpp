@@ -20,7 +20,7 @@ void SiftOptions::visit(OptionVisitor& visitor) {
 SiftExtractor::SiftExtractor(SiftOptions options)
     : OpenCvExtractor(
           "sift+sift",
-          [options] {
+          [options](const cv::Size&) {
             return cv::SIFT::create(0, options.octave_layers, options.contrast_threshold,
                                     options.edge_threshold, options.sigma);
           },

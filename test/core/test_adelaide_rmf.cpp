@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -11,35 +10,13 @@
 #include <vector>
 
 #include "corrsel/datasets/adelaide_rmf.h"
-
-#ifndef CORRSEL_SHARED_DATA_DIR
-#define CORRSEL_SHARED_DATA_DIR ""
-#endif
+#include "test_support.h"
 
 namespace corrsel::core {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string realFolder() {
-  const char* const set = std::getenv("CORRSEL_TEST_DATA");
-  return std::string(set ? set : CORRSEL_SHARED_DATA_DIR) + "/adelaidermf";
-}
-
-/// The message of the DatasetError that `action` throws; empty when it throws none.
-template <typename Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const DatasetError& error) {
-    return error.what();
-  }
-  return "";
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using namespace testing;
 
 /// A field to be written, with its values in column-major order.
 struct FieldSpec {
@@ -100,7 +77,7 @@ class AdelaideFolder : public ::testing::Test {
     fields_[name] = replacement;
     writeFile();
     fields_[name] = good;
-    const std::string error = errorOf([this] { read(); });
+    const std::string error = errorOf<DatasetError>([this] { read(); });
     EXPECT_TRUE(contains(error, path() + ": field '" + name + "'")) << error;
     EXPECT_TRUE(contains(error, expected)) << error;
   }
@@ -175,8 +152,8 @@ TEST_F(AdelaideFolder, AcceptsEveryNumericClass) {
 
 TEST_F(AdelaideFolder, RefusesMissingAndEmptyFolders) {
   const std::string missing = (root_ / "nowhere").string();
-  EXPECT_TRUE(contains(errorOf([&] { AdelaideRmfReader reader(missing); }), missing));
-  EXPECT_TRUE(contains(errorOf([&] { AdelaideRmfReader reader(root_.string()); }), "no .mat file"));
+  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { AdelaideRmfReader reader(missing); }), missing));
+  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { AdelaideRmfReader reader(root_.string()); }), "no .mat file"));
 }
 
 TEST_F(AdelaideFolder, NamesTheMissingField) {
@@ -185,7 +162,7 @@ TEST_F(AdelaideFolder, NamesTheMissingField) {
     fields_.erase(name);
     writeFile();
     fields_[name] = good;
-    const std::string error = errorOf([this] { read(); });
+    const std::string error = errorOf<DatasetError>([this] { read(); });
     EXPECT_TRUE(contains(error, path() + ": field '" + name + "' is missing")) << error;
   }
 }
@@ -206,7 +183,7 @@ TEST_F(AdelaideFolder, RefusesWrongShapesAndValues) {
 
 TEST_F(AdelaideFolder, RefusesWhatIsNoMatlabFile) {
   std::ofstream(path()) << "This is not a MATLAB file.";
-  const std::string error = errorOf([this] { read(); });
+  const std::string error = errorOf<DatasetError>([this] { read(); });
   EXPECT_TRUE(contains(error, path())) << error;
 }
 
@@ -217,7 +194,7 @@ TEST_F(AdelaideFolder, RefusesFilesCutOffAnywhere) {
          length -= std::min<std::uintmax_t>(length, 3)) {
       fs::resize_file(path(), length);
       // Where the cut falls between two fields, only an optional one may go unnoticed: score is the last.
-      const std::string error = errorOf([this] {
+      const std::string error = errorOf<DatasetError>([this] {
         const ImagePair pair = read();
         if (!pair.given->distance.empty()) ADD_FAILURE() << "read a damaged score";
       });
@@ -229,8 +206,9 @@ TEST_F(AdelaideFolder, RefusesFilesCutOffAnywhere) {
 }
 
 TEST(AdelaideRmf, ReadsTheRealDataset) {
-  if (!fs::is_directory(realFolder())) GTEST_SKIP() << "skipped: the AdelaideRMF files are not here";
-  const AdelaideRmfReader reader(realFolder());
+  const std::string folder = sharedData("adelaidermf");
+  if (folder.empty()) GTEST_SKIP() << "skipped: the AdelaideRMF files are not here";
+  const AdelaideRmfReader reader(folder);
   ASSERT_EQ(reader.size(), 36u);
   for (std::size_t i = 0; i < reader.size(); ++i) {
     const ImagePair pair = reader.read(i);

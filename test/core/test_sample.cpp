@@ -14,11 +14,13 @@
 #include <sstream>
 
 #include "corrsel/datasets/sample.h"
+#include "test_support.h"
 
 namespace corrsel::core {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace testing;
 
 /// Where scripts/fetch_samples.sh puts the images.
 std::string realFolder() {
@@ -26,26 +28,6 @@ std::string realFolder() {
   if (const char* const cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/corrsel/sample";
   const char* const home = std::getenv("HOME");
   return std::string(home ? home : "") + "/.cache/corrsel/sample";
-}
-
-/// The message of the DatasetError that `action` throws; empty when it throws none.
-template <typename Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const DatasetError& error) {
-    return error.what();
-  }
-  return "";
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
-cv::Point2d map(const cv::Matx33d& h, const cv::Point2f& p) {
-  const cv::Vec3d q = h * cv::Vec3d(p.x, p.y, 1.0);
-  return {q[0] / q[2], q[1] / q[2]};
 }
 
 bool same(const cv::Mat& a, const cv::Mat& b) {
@@ -77,7 +59,7 @@ std::vector<Match> siftMatches(const ImagePair& pair) {
 /// Part of the matches that lie within `tolerance` px of the homography.
 double agreement(const ImagePair& pair, const std::vector<Match>& matches, double tolerance) {
   const auto agrees = [&](const Match& m) {
-    return cv::norm(map(pair.truth.matrix, m.left) - cv::Point2d(m.right)) <= tolerance;
+    return cv::norm(projected(pair.truth.matrix, m.left.x, m.left.y) - cv::Point2d(m.right)) <= tolerance;
   };
   return double(std::count_if(matches.begin(), matches.end(), agrees)) / double(matches.size());
 }
@@ -137,7 +119,7 @@ TEST_F(SampleImages, GeneratedPairsFollowTheirHomographies) {
       }
     }
     const cv::Point2d centre(0.5 * (pair.left.cols - 1), 0.5 * (pair.left.rows - 1));
-    EXPECT_LT(cv::norm(map(pair.truth.matrix, centre) - centre), 0.05 * pair.left.cols);
+    EXPECT_LT(cv::norm(projected(pair.truth.matrix, centre.x, centre.y) - centre), 0.05 * pair.left.cols);
 
     // At the weakest strength most distinctive features must be where the homography puts them.
     if (pair.id.pair != "0-1") continue;
@@ -199,9 +181,9 @@ TEST_F(SampleImages, AloeFollowsItsDisparity) {
 TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
   const fs::path copy = fs::temp_directory_path() / ("corrsel_sample_" + std::to_string(::getpid()));
   fs::remove_all(copy);
-  EXPECT_TRUE(contains(errorOf([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
+  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
   fs::create_directories(copy);
-  EXPECT_TRUE(contains(errorOf([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
+  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
 
   for (const std::string& name : SampleReader::imageNames())
     fs::copy(fs::path(realFolder()) / name, copy / name);
@@ -214,7 +196,7 @@ TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
     const char* file;
   } cases[] = {{0, "graf3.png"}, {1, "aloeGT.png"}, {12, "baboon.jpg"}, {16, "baboon.jpg"}};
   for (const auto& c : cases) {
-    const std::string error = errorOf([&] { reader.read(c.pair); });
+    const std::string error = errorOf<DatasetError>([&] { reader.read(c.pair); });
     EXPECT_TRUE(contains(error, (copy / c.file).string())) << error;
     EXPECT_TRUE(contains(error, "rosrun corrsel fetch_samples.sh")) << error;
   }
@@ -225,7 +207,7 @@ TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
                 fs::copy_options::overwrite_existing);
   for (const char* text : {"<?xml", "<?xml version=\"1.0\"?><opencv_storage><H>1</H></opencv_storage>"}) {
     std::ofstream(copy / "H1to3p.xml") << text;
-    const std::string error = errorOf([&] { reader.read(0); });
+    const std::string error = errorOf<DatasetError>([&] { reader.read(0); });
     EXPECT_TRUE(contains(error, (copy / "H1to3p.xml").string())) << error;
   }
   fs::remove_all(copy);

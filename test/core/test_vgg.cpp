@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -9,37 +8,15 @@
 #include <set>
 
 #include "corrsel/datasets/vgg.h"
-
-#ifndef CORRSEL_SHARED_DATA_DIR
-#define CORRSEL_SHARED_DATA_DIR ""
-#endif
+#include "test_support.h"
 
 namespace corrsel::core {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string realFolder() {
-  const char* const set = std::getenv("CORRSEL_TEST_DATA");
-  return std::string(set ? set : CORRSEL_SHARED_DATA_DIR) + "/vgg";
-}
-
-/// The message of the DatasetError that `action` throws; empty when it throws none.
-template <typename Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const DatasetError& error) {
-    return error.what();
-  }
-  return "";
-}
+using namespace testing;
 
 void write(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 /// A folder with the scenes "one" (ppm, colour) and "two" (pgm, grey), removed at the end.
 class VggFolder : public ::testing::Test {
@@ -72,7 +49,7 @@ class VggFolder : public ::testing::Test {
         EXPECT_NO_THROW(reader.read(i)) << reader.id(i).text();
       }
     }
-    return errorOf([&] { reader.read(index); });
+    return errorOf<DatasetError>([&] { reader.read(index); });
   }
 
   fs::path root_;
@@ -99,19 +76,15 @@ TEST_F(VggFolder, GivesFivePairsPerSceneInAlphabeticalOrder) {
 TEST_F(VggFolder, IsFoundByName) {
   EXPECT_EQ(openDataset("vgg", root_.string())->size(), 10u);
   EXPECT_EQ(datasetNames(), (std::vector<std::string>{"adelaidermf", "sample", "vgg"}));
-  try {
-    openDataset("vg", root_.string());
-    FAIL();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(), "unknown dataset 'vg'; valid: adelaidermf, sample, vgg");
-  }
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] { openDataset("vg", root_.string()); }),
+            "unknown dataset 'vg'; valid: adelaidermf, sample, vgg");
 }
 
 TEST_F(VggFolder, RefusesMissingAndEmptyFolders) {
   const std::string missing = (root_ / "nowhere").string();
-  EXPECT_TRUE(contains(errorOf([&] { VggReader reader(missing); }), missing));
+  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { VggReader reader(missing); }), missing));
   fs::create_directories(root_ / "empty" / "scene");
-  EXPECT_TRUE(contains(errorOf([&] { VggReader reader((root_ / "empty").string()); }), "no subfolder"));
+  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { VggReader reader((root_ / "empty").string()); }), "no subfolder"));
 }
 
 TEST_F(VggFolder, NamesTheMissingImage) {
@@ -154,8 +127,9 @@ TEST_F(VggFolder, RefusesBadHomographies) {
 }
 
 TEST(Vgg, ReadsTheRealDataset) {
-  if (!fs::is_directory(realFolder())) GTEST_SKIP() << "skipped: the VGG images are not here";
-  const VggReader reader(realFolder());
+  const std::string folder = sharedData("vgg");
+  if (folder.empty()) GTEST_SKIP() << "skipped: the VGG images are not here";
+  const VggReader reader(folder);
   ASSERT_EQ(reader.size(), 40u);
   std::set<std::string> sequences;
   for (std::size_t i = 0; i < reader.size(); ++i) {

@@ -12,9 +12,10 @@ namespace corrsel::core {
 /// blank and tiny images, a fixed order of features, the cap, and the seconds of each stage.
 class OpenCvExtractor : public FeatureExtractor {
  public:
-  using Create = std::function<cv::Ptr<cv::Feature2D>()>;
+  using Create = std::function<cv::Ptr<cv::Feature2D>(const cv::Size& image_size)>;
 
-  /// @param create        makes the algorithm; called once per extract(), since OpenCV's objects keep state
+  /// @param create        makes the algorithm for an image size; called once per extract(), since OpenCV's
+  /// objects keep state
   /// @param max_features  strongest kept, 0 = no cap
   /// @param border        features closer to the image border than this are beyond the descriptor, px
   OpenCvExtractor(std::string name, Create create, int max_features, int border);

@@ -1,0 +1,131 @@
+#include <gtest/gtest.h>
+
+#include "corrsel/evaluation/metrics.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using namespace testing;
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+EvaluationOptions at(std::vector<double> tolerances, double ground_truth_tolerance = 10) {
+  return {std::move(tolerances), ground_truth_tolerance};
+}
+
+TEST(Metrics, TenMatchesByHand) {
+  // match              0    1  2    3  4   5     6   7     8     9
+  const std::vector<double> errors = {0.5, 2, 5, 5.5, 9, 10, 10.5, 80, kInf, 1};
+  const std::vector<std::uint8_t> mask = {1, 1, 1, 1, 0, 0, 1, 1, 0, 0};
+  const Evaluation e = evaluate(TruthKind::kHomography, errors, mask, at({1, 5, 10}));
+  EXPECT_EQ(e.n_putative, 10u);
+  EXPECT_EQ(e.n_ground_truth, 7u);  // 0 1 2 3 4 5 9: the tolerance itself counts
+  EXPECT_EQ(e.n_selected, 6u);
+  ASSERT_EQ(e.metrics.size(), 3u);
+
+  // tau 1: right are 0 and 9, selected of them 0.
+  EXPECT_EQ(e.metrics[0].tau, 1);
+  EXPECT_EQ(e.metrics[0].n_correct, 1u);
+  EXPECT_DOUBLE_EQ(e.metrics[0].precision, 1.0 / 6);
+  EXPECT_DOUBLE_EQ(e.metrics[0].recall_paper, 1.0 / 7);
+  EXPECT_DOUBLE_EQ(e.metrics[0].recall_same_tau, 1.0 / 2);
+  EXPECT_DOUBLE_EQ(e.metrics[0].f_paper, 2.0 / 13);
+  EXPECT_DOUBLE_EQ(e.metrics[0].f_same_tau, 2.0 / 8);
+
+  // tau 5: right are 0 1 2 9, selected 0 1 2.
+  EXPECT_EQ(e.metrics[1].n_correct, 3u);
+  EXPECT_DOUBLE_EQ(e.metrics[1].precision, 3.0 / 6);
+  EXPECT_DOUBLE_EQ(e.metrics[1].recall_paper, 3.0 / 7);
+  EXPECT_DOUBLE_EQ(e.metrics[1].recall_same_tau, 3.0 / 4);
+  EXPECT_DOUBLE_EQ(e.metrics[1].f_paper, 6.0 / 13);
+  EXPECT_DOUBLE_EQ(e.metrics[1].f_same_tau, 6.0 / 10);
+
+  // tau 10: both recalls are one.
+  EXPECT_EQ(e.metrics[2].n_correct, 4u);
+  EXPECT_DOUBLE_EQ(e.metrics[2].recall_paper, 4.0 / 7);
+  EXPECT_DOUBLE_EQ(e.metrics[2].recall_same_tau, 4.0 / 7);
+}
+
+TEST(Metrics, DefaultsAreThoseOfThePaper) {
+  const Evaluation e = evaluate(TruthKind::kHomography, {10, 10.1}, {1, 1});
+  ASSERT_EQ(e.metrics.size(), 10u);
+  for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(e.metrics[i].tau, double(i + 1));
+  EXPECT_EQ(e.n_ground_truth, 1u);
+}
+
+TEST(Metrics, GroundTruthToleranceIsIndependentOfTau) {
+  const Evaluation e = evaluate(TruthKind::kHomography, {1, 3, 4, 8}, {1, 1, 1, 1}, at({4}, 2));
+  EXPECT_EQ(e.n_ground_truth, 1u);
+  EXPECT_DOUBLE_EQ(e.metrics[0].recall_paper, 3);
+  EXPECT_DOUBLE_EQ(e.metrics[0].recall_same_tau, 1);
+}
+
+TEST(Metrics, NothingSelected) {
+  const Metrics m = evaluate(TruthKind::kHomography, {1, 50}, {0, 0}, at({5})).metrics[0];
+  EXPECT_TRUE(std::isnan(m.precision));
+  EXPECT_EQ(m.recall_paper, 0);
+  EXPECT_EQ(m.recall_same_tau, 0);
+  EXPECT_EQ(m.f_paper, 0);
+  EXPECT_EQ(m.f_same_tau, 0);
+}
+
+TEST(Metrics, OnlyWrongOnesSelected) {
+  const Metrics m = evaluate(TruthKind::kHomography, {1, 50}, {0, 1}, at({5})).metrics[0];
+  EXPECT_EQ(m.precision, 0);
+  EXPECT_EQ(m.f_paper, 0);
+  EXPECT_EQ(m.f_same_tau, 0);
+}
+
+TEST(Metrics, NoInlier) {
+  const Evaluation e = evaluate(TruthKind::kHomography, {50, kInf}, {1, 0}, at({5}));
+  EXPECT_EQ(e.n_ground_truth, 0u);
+  EXPECT_EQ(e.metrics[0].precision, 0);
+  EXPECT_TRUE(std::isnan(e.metrics[0].recall_paper));
+  EXPECT_TRUE(std::isnan(e.metrics[0].recall_same_tau));
+  EXPECT_TRUE(std::isnan(e.metrics[0].f_paper));
+  EXPECT_TRUE(std::isnan(e.metrics[0].f_same_tau));
+  // An inlier at 10 px but none at tau.
+  const Metrics m = evaluate(TruthKind::kHomography, {8}, {1}, at({5})).metrics[0];
+  EXPECT_EQ(m.recall_paper, 0);
+  EXPECT_EQ(m.f_paper, 0);
+  EXPECT_TRUE(std::isnan(m.recall_same_tau));
+  EXPECT_TRUE(std::isnan(m.f_same_tau));
+}
+
+TEST(Metrics, UnknownTruthTakesNoPart) {
+  const Evaluation e = evaluate(TruthKind::kDisparity, {1, kUndefined, kUndefined, 50}, {1, 1, 0, 1}, at({5}));
+  EXPECT_EQ(e.n_putative, 2u);
+  EXPECT_EQ(e.n_selected, 2u);
+  EXPECT_EQ(e.n_ground_truth, 1u);
+  EXPECT_DOUBLE_EQ(e.metrics[0].precision, 0.5);
+  EXPECT_DOUBLE_EQ(e.metrics[0].recall_paper, 1);
+}
+
+TEST(Metrics, LabelsHaveOneRowWithoutTolerance) {
+  const Evaluation e = evaluate(TruthKind::kLabels, {0, 0, 0, kInf, kInf}, {1, 1, 0, 1, 0});
+  EXPECT_EQ(e.n_putative, 5u);
+  EXPECT_EQ(e.n_ground_truth, 3u);
+  ASSERT_EQ(e.metrics.size(), 1u);
+  EXPECT_TRUE(std::isnan(e.metrics[0].tau));
+  EXPECT_EQ(e.metrics[0].n_correct, 2u);
+  EXPECT_DOUBLE_EQ(e.metrics[0].precision, 2.0 / 3);
+  EXPECT_DOUBLE_EQ(e.metrics[0].recall_paper, 2.0 / 3);
+  EXPECT_DOUBLE_EQ(e.metrics[0].recall_same_tau, 2.0 / 3);
+  EXPECT_DOUBLE_EQ(e.metrics[0].f_paper, 2.0 / 3);
+}
+
+TEST(Metrics, EmptyInput) {
+  const Evaluation e = evaluate(TruthKind::kHomography, {}, {}, at({5}));
+  EXPECT_EQ(e.n_putative + e.n_selected + e.n_ground_truth, 0u);
+  EXPECT_TRUE(std::isnan(e.metrics[0].precision) && std::isnan(e.metrics[0].f_paper));
+  EXPECT_TRUE(evaluate(TruthKind::kHomography, {1}, {1}, at({})).metrics.empty());
+}
+
+TEST(Metrics, RefusesAMaskOfAnotherLength) {
+  EXPECT_EQ(errorOf<std::invalid_argument>([] { evaluate(TruthKind::kHomography, {1, 2}, {1}); }),
+            "mask has 1 elements for 2 matches");
+}
+
+}  // namespace
+}  // namespace corrsel::core

@@ -1,0 +1,122 @@
+#include <gtest/gtest.h>
+
+#include "corrsel/selectors/neighbours.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using Points = std::vector<cv::Point2f>;
+using Indices = std::vector<std::uint32_t>;
+
+/// The k nearest by sorting all, equal distances by index.
+Indices byBruteForce(const Points& points, const cv::Point2f& query, int k) {
+  std::vector<std::pair<double, std::uint32_t>> all;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const double dx = double(points[i].x) - query.x, dy = double(points[i].y) - query.y;
+    all.emplace_back(dx * dx + dy * dy, i);
+  }
+  std::sort(all.begin(), all.end());
+  Indices nearest;
+  for (std::size_t i = 0; i < all.size() && i < std::size_t(k); ++i) nearest.push_back(all[i].second);
+  return nearest;
+}
+
+/// Asks for the neighbours of every point and of `queries`, which must be those found by brute force.
+void expectExact(const Points& points, int k, Points queries = {}) {
+  std::vector<float> x, y;
+  for (const cv::Point2f& p : points) {
+    x.push_back(p.x);
+    y.push_back(p.y);
+  }
+  const PlanarNeighbours neighbours(x.data(), y.data(), points.size(), k);
+  queries.insert(queries.end(), points.begin(), points.end());
+  for (const cv::Point2f& query : queries) {
+    Indices found(std::size_t(k) + 1, 4711);
+    const int count = neighbours.nearest(query.x, query.y, k, found.data());
+    ASSERT_EQ(found[std::size_t(k)], 4711u) << "written beyond k";
+    found.resize(std::size_t(count));
+    ASSERT_EQ(found, byBruteForce(points, query, k)) << points.size() << " points, k " << k << ", at " << query;
+  }
+}
+
+Points scattered(std::size_t n, std::uint64_t seed, double width = 800, double height = 600) {
+  Random random(seed);
+  Points points;
+  for (std::size_t i = 0; i < n; ++i) {
+    points.emplace_back(float(random.uniform(0, width)), float(random.uniform(0, height)));
+  }
+  return points;
+}
+
+TEST(Neighbours, EvenlySpread) {
+  for (const std::size_t n : {1u, 2u, 9u, 50u, 700u}) {
+    for (const int k : {1, 5, 9, 35}) expectExact(scattered(n, n), k, scattered(20, 99, 1000, 1000));
+  }
+}
+
+TEST(Neighbours, NoPoints) {
+  const PlanarNeighbours neighbours(nullptr, nullptr, 0, 4);
+  std::uint32_t out = 4711;
+  EXPECT_EQ(neighbours.nearest(1, 2, 4, &out), 0);
+  EXPECT_EQ(out, 4711u);
+}
+
+TEST(Neighbours, FewerAskedForThanPreparedFor) {
+  const Points points = scattered(100, 1);
+  std::vector<float> x, y;
+  for (const cv::Point2f& p : points) {
+    x.push_back(p.x);
+    y.push_back(p.y);
+  }
+  const PlanarNeighbours neighbours(x.data(), y.data(), 100, 9);
+  Indices found(3);
+  EXPECT_EQ(neighbours.nearest(400, 300, 3, found.data()), 3);
+  EXPECT_EQ(found, byBruteForce(points, {400, 300}, 3));
+}
+
+TEST(Neighbours, TiesGoToTheLowestIndex) {
+  Points lattice;
+  for (const std::uint32_t i : testing::permutation(400, 2)) lattice.emplace_back(float(i % 20), float(i / 20));
+  for (const int k : {1, 3, 4, 6, 9, 13}) expectExact(lattice, k, {{9.5f, 9.5f}, {3, 4.5f}, {-5, 10}});
+}
+
+TEST(Neighbours, Duplicates) {
+  Points points = scattered(60, 3);
+  for (std::size_t i = 0; i < 60; ++i) {
+    for (std::size_t copy = 0; copy < i % 12; ++copy) points.push_back(points[i]);
+  }
+  const Points unordered = testing::reordered(points, testing::permutation(points.size(), 4));
+  for (const int k : {1, 4, 9}) expectExact(unordered, k, scattered(20, 5));
+  expectExact(Points(100, {7, 7}), 5, {{0, 0}, {7.5f, 7}});
+  expectExact(Points(3, {-7, 0}), 5);
+}
+
+TEST(Neighbours, FarOutliers) {
+  Points points = scattered(300, 6);
+  const Points far = {{1e6f, 1e6f}, {-1e6f, 300}, {400, -1e6f}, {1e6f, -999999}, {5000, 300}, {5001, 301}};
+  points.insert(points.begin() + 100, far.begin(), far.end());
+  expectExact(points, 6, {{-1e6f, -1e6f}, {1e6f, 0}, {2900, 300}});
+}
+
+TEST(Neighbours, Collinear) {
+  Random random(7);
+  Points horizontal, vertical, slanted;
+  for (int i = 0; i < 300; ++i) {
+    const float t = float(random.uniform(0, 1000));
+    horizontal.emplace_back(t, 5.0f);
+    vertical.emplace_back(-3.0f, t);
+    slanted.emplace_back(t, 2 * t + 1);
+  }
+  for (const Points& line : {horizontal, vertical, slanted}) expectExact(line, 5, scattered(20, 8));
+}
+
+TEST(Neighbours, Clusters) {
+  Points points = scattered(200, 9, 0.01, 0.01);
+  for (const cv::Point2f& p : scattered(200, 10, 0.01, 0.01)) points.push_back(p + cv::Point2f(900, 0));
+  for (const cv::Point2f& p : scattered(30, 11, 900, 900)) points.push_back(p);
+  expectExact(points, 7, scattered(50, 12, 1000, 1000));
+}
+
+}  // namespace
+}  // namespace corrsel::core

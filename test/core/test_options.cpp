@@ -1,0 +1,119 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "corrsel/options.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using namespace testing;
+
+struct Sample : OptionSet {
+  double size = 0.1;
+  int count = 3;
+  bool quick = true;
+  std::string mode = "one";
+
+  void visit(OptionVisitor& visitor) override {
+    visitor.number({"size", 0.1, 2.5, "px", "How large"}, size);
+    visitor.integer({"count", 1, 9, "-", "How many"}, count);
+    visitor.flag("quick", "Whether quick", quick);
+    visitor.choice("mode", {"one", "two"}, "Which", mode);
+  }
+};
+
+std::string refusal(const OptionMap& values) {
+  return errorOf<std::invalid_argument>([&values] {
+    Sample options;
+    setOptions(options, values, "thing");
+  });
+}
+
+TEST(Options, AreListedInOrderOfDeclaration) {
+  Sample options;
+  options.quick = false;
+  const std::vector<OptionText> rows = listOptions(options);
+  ASSERT_EQ(rows.size(), 4u);
+  const std::vector<std::vector<std::string>> expected = {
+      {"size", "0.1", "[0.1, 2.5]", "px", "How large"},
+      {"count", "3", "[1, 9]", "-", "How many"},
+      {"quick", "false", "true, false", "-", "Whether quick"},
+      {"mode", "one", "one, two", "-", "Which"},
+  };
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const OptionText& r = rows[i];
+    EXPECT_EQ((std::vector<std::string>{r.name, r.value, r.range, r.unit, r.description}), expected[i]);
+  }
+}
+
+TEST(Options, ListedValuesReadBackIdentically) {
+  for (const double value : {0.1 + 0.2, 1.0 / 3, std::nextafter(1.0, 2.0), 2.5}) {
+    Sample written, read;
+    written.size = value;
+    OptionMap values;
+    for (const OptionText& row : listOptions(written)) values[row.name] = row.value;
+    setOptions(read, values, "thing");
+    EXPECT_EQ(read.size, value);
+  }
+}
+
+TEST(Options, AreSetByName) {
+  Sample options;
+  setOptions(options, {{"size", " 2.5 "}, {"count", "1"}, {"quick", "false"}, {"mode", "two"}}, "thing");
+  EXPECT_EQ(options.size, 2.5);
+  EXPECT_EQ(options.count, 1);
+  EXPECT_FALSE(options.quick);
+  EXPECT_EQ(options.mode, "two");
+  setOptions(options, {{"count", "9"}}, "thing");
+  EXPECT_EQ(options.count, 9);
+  EXPECT_EQ(options.mode, "two");
+  EXPECT_NO_THROW(options.check());
+}
+
+TEST(Options, RefusesUnknownNamesAndUnreadableValues) {
+  EXPECT_EQ(refusal({{"colour", "red"}}), "unknown option thing.colour; valid: size, count, quick, mode");
+  EXPECT_EQ(refusal({{"size", "big"}}), "option thing.size: 'big' is not a number");
+  EXPECT_EQ(refusal({{"size", ""}}), "option thing.size: '' is not a number");
+  EXPECT_EQ(refusal({{"count", "1.5"}}), "option thing.count: '1.5' is not a whole number in the range of int");
+  EXPECT_EQ(refusal({{"quick", "maybe"}}), "option thing.quick: 'maybe' is neither true nor false");
+  struct None : OptionSet {
+    void visit(OptionVisitor&) override {}
+  } none;
+  EXPECT_EQ(errorOf<std::invalid_argument>([&none] { setOptions(none, {{"a", "1"}}, "none"); }),
+            "unknown option none.a; valid: none");
+}
+
+TEST(Options, SkipsUnknownNamesOnlyWhereAsked) {
+  Sample options;
+  setOptionsWherePresent(options, {{"colour", "red"}, {"count", "7"}}, "thing");
+  EXPECT_EQ(options.count, 7);
+  EXPECT_EQ(
+      errorOf<std::invalid_argument>([&options] { setOptionsWherePresent(options, {{"count", "x"}}, "thing"); }),
+      "option thing.count: 'x' is not a number");
+}
+
+TEST(Options, CheckNamesOptionValueAndRange) {
+  const auto complaint = [](double size, int count, const std::string& mode) {
+    Sample options;
+    options.size = size;
+    options.count = count;
+    options.mode = mode;
+    return errorOf<std::invalid_argument>([&options] { options.check(); });
+  };
+  // Both ends belong to the range.
+  EXPECT_EQ(complaint(0.1, 1, "one"), "");
+  EXPECT_EQ(complaint(2.5, 9, "two"), "");
+  EXPECT_EQ(complaint(std::nextafter(0.1, 0), 3, "one"),
+            "option size = 0.09999999999999999 is outside [0.1, 2.5]");
+  EXPECT_EQ(complaint(2.75, 3, "one"), "option size = 2.75 is outside [0.1, 2.5]");
+  EXPECT_EQ(complaint(std::nan(""), 3, "one"), "option size =  is outside [0.1, 2.5]");
+  EXPECT_EQ(complaint(INFINITY, 3, "one"), "option size = inf is outside [0.1, 2.5]");
+  EXPECT_EQ(complaint(1, 0, "one"), "option count = 0 is outside [1, 9]");
+  EXPECT_EQ(complaint(1, 10, "one"), "option count = 10 is outside [1, 9]");
+  EXPECT_EQ(complaint(1, 3, "three"), "option mode = 'three' is not one of one, two");
+}
+
+}  // namespace
+}  // namespace corrsel::core

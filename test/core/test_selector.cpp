@@ -1,0 +1,187 @@
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+#include "corrsel/selectors/keep_all.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using Mask = std::vector<std::uint8_t>;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+/// A selector that does what the test says.
+class Stub : public Selector {
+ public:
+  using Run = std::function<void(const Correspondences&, Selection&)>;
+  explicit Stub(Run run, bool needs_distance = false) : run_(std::move(run)), needs_distance_(needs_distance) {}
+  std::string name() const override { return "stub"; }
+  const OptionSet& options() const override { return options_; }
+
+ protected:
+  std::string missingInput(const Correspondences& matches) const override {
+    return needs_distance_ && matches.distance.empty() ? "stub needs the column distance" : "";
+  }
+  void run(const Correspondences& matches, Selection& result) const override { run_(matches, result); }
+
+ private:
+  Run run_;
+  bool needs_distance_;
+  KeepAllOptions options_;
+};
+
+Correspondences matches(std::size_t n) {
+  Correspondences m;
+  for (std::size_t i = 0; i < n; ++i) m.add({float(i), float(i + 100)}, {float(i + 200), float(i + 300)});
+  return m;
+}
+
+/// Selects matches with an even left x; the score is the left x, the distance must be ten times it.
+void selectEven(const Correspondences& m, Selection& result) {
+  ASSERT_EQ(result.mask, Mask(m.size(), 0));
+  result.score.resize(m.size());
+  for (std::size_t i = 0; i < m.size(); ++i) {
+    result.mask[i] = int(m.left_x[i]) % 2 == 0;
+    result.score[i] = m.left_x[i];
+    if (!m.distance.empty()) {
+      EXPECT_EQ(m.distance[i], 10 * m.left_x[i]);
+    }
+  }
+  result.status = Status::kTimeLimit;
+  result.message = "half";
+  result.iterations = 5;
+  result.model_kind = ModelKind::kHomography;
+  result.model(0, 2) = 7;
+}
+
+TEST(Selector, HandsOverTheAnswer) {
+  const Selection s = Stub(selectEven).select(matches(5));
+  EXPECT_EQ(s.mask, (Mask{1, 0, 1, 0, 1}));
+  EXPECT_EQ(s.score, (std::vector<float>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(s.status, Status::kTimeLimit);
+  EXPECT_EQ(s.message, "half");
+  EXPECT_EQ(s.iterations, 5);
+  EXPECT_EQ(s.model_kind, ModelKind::kHomography);
+  EXPECT_EQ(s.model(0, 2), 7);
+  EXPECT_EQ(s.n_input, 5u);
+  EXPECT_EQ(s.n_ignored, 0u);
+  EXPECT_EQ(s.n_selected, 3u);
+  EXPECT_GT(s.seconds, 0);
+  EXPECT_LT(s.seconds, 1);
+}
+
+TEST(Selector, SetsUnusableRowsAside) {
+  for (const float bad : {kNaN, kInf, -kInf, 1000001.0f, -1000001.0f}) {
+    using Column = std::vector<float> Correspondences::*;
+    for (const Column column : {&Correspondences::left_x, &Correspondences::left_y, &Correspondences::right_x,
+                                &Correspondences::right_y}) {
+      Correspondences m = matches(6);
+      m.distance = {0, 10, 20, 30, 40, 50};
+      (m.*column)[0] = (m.*column)[4] = bad;
+      const Selection s = Stub(selectEven).select(m);
+      EXPECT_EQ(s.mask, (Mask{0, 0, 1, 0, 0, 0})) << bad;
+      ASSERT_EQ(s.score.size(), 6u);
+      for (std::size_t i : {1, 2, 3, 5}) EXPECT_EQ(s.score[i], float(i));
+      EXPECT_TRUE(std::isnan(s.score[0]) && std::isnan(s.score[4]));
+      EXPECT_EQ(s.n_input, 6u);
+      EXPECT_EQ(s.n_ignored, 2u);
+      EXPECT_EQ(s.n_selected, 1u);
+      EXPECT_EQ(s.status, Status::kTimeLimit);
+      EXPECT_EQ(s.message, "half");
+      EXPECT_EQ(s.iterations, 5);
+      EXPECT_EQ(s.model_kind, ModelKind::kHomography);
+      EXPECT_EQ(s.model(0, 2), 7);
+    }
+  }
+}
+
+TEST(Selector, KeepsTheLargestUsableCoordinates) {
+  Correspondences m = matches(3);
+  m.left_y = {1e6f, -1e6f, 0};
+  EXPECT_EQ(Stub(selectEven).select(m).n_ignored, 0u);
+}
+
+TEST(Selector, GivesNoScoreWhereTheMethodGivesNone) {
+  Correspondences m = matches(3);
+  m.right_y[1] = kNaN;
+  const Selection s = Stub([](const Correspondences&, Selection& result) { result.mask[1] = 1; }).select(m);
+  EXPECT_EQ(s.mask, (Mask{0, 0, 1}));
+  EXPECT_TRUE(s.score.empty());
+}
+
+TEST(Selector, RunsOnEmptyInput) {
+  bool ran = false;
+  const Stub stub([&ran](const Correspondences& m, Selection&) { ran = m.empty(); });
+  EXPECT_EQ(stub.select({}).status, Status::kOk);
+  EXPECT_TRUE(ran);
+  Correspondences bad = matches(2);
+  bad.left_x = {kNaN, kNaN};
+  ran = false;
+  const Selection s = stub.select(bad);
+  EXPECT_TRUE(ran);
+  EXPECT_EQ(s.mask, Mask(2, 0));
+  EXPECT_EQ(s.n_ignored, 2u);
+}
+
+TEST(Selector, AnswersMissingAndInconsistentColumns) {
+  bool ran = false;
+  const Stub stub([&ran](const Correspondences&, Selection&) { ran = true; }, true);
+  Selection s = stub.select(matches(3));
+  EXPECT_EQ(s.status, Status::kUnsupportedInput);
+  EXPECT_EQ(s.message, "stub needs the column distance");
+  EXPECT_EQ(s.mask, Mask(3, 0));
+
+  Correspondences m = matches(3);
+  m.distance = {1, 2};
+  s = stub.select(m);
+  EXPECT_EQ(s.status, Status::kUnsupportedInput);
+  EXPECT_EQ(s.message, "column distance has 2 elements, left_x has 3");
+  m = matches(3);
+  m.left_y.pop_back();
+  m.distance = {1, 2, 3};
+  s = stub.select(m);
+  EXPECT_EQ(s.status, Status::kUnsupportedInput);
+  EXPECT_EQ(s.mask, Mask(3, 0));
+  EXPECT_EQ(s.n_input, 3u);
+  EXPECT_FALSE(ran);
+}
+
+TEST(Selector, TurnsExceptionsIntoStatuses) {
+  for (const bool with_bad_row : {false, true}) {
+    Correspondences m = matches(3);
+    if (with_bad_row) m.left_x[1] = kNaN;
+    const auto spoil = [](Selection& result) {
+      result.mask[0] = 1;
+      result.score = {1};
+      result.model_kind = ModelKind::kFundamental;
+    };
+    const Selection failed = Stub([&spoil](const Correspondences&, Selection& result) {
+                               spoil(result);
+                               throw std::runtime_error("division by zero");
+                             }).select(m);
+    EXPECT_EQ(failed.status, Status::kFailed);
+    EXPECT_EQ(failed.message, "division by zero");
+    const Selection large = Stub([&spoil](const Correspondences&, Selection& result) {
+                              spoil(result);
+                              throw std::bad_alloc();
+                            }).select(m);
+    EXPECT_EQ(large.status, Status::kTooLarge);
+    EXPECT_EQ(large.message, "out of memory with 3 matches");
+    for (const Selection& s : {failed, large}) {
+      EXPECT_EQ(s.mask, Mask(3, 0));
+      EXPECT_TRUE(s.score.empty());
+      EXPECT_EQ(s.model_kind, ModelKind::kNone);
+      EXPECT_EQ(s.n_input, 3u);
+      EXPECT_EQ(s.n_selected, 0u);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace corrsel::core

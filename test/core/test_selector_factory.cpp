@@ -1,0 +1,377 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <map>
+#include <thread>
+
+#include "corrsel/selectors/factory.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using namespace testing;
+using Mask = std::vector<std::uint8_t>;
+
+std::string refusal(const std::string& spec, const OptionMap& options = {}, const OptionMap& common = {}) {
+  return errorOf<std::invalid_argument>([&] { createSelector(spec, options, common); });
+}
+
+OptionMap optionsOf(const Selector& selector) {
+  OptionMap values;
+  for (const OptionText& option : listOptions(selector.options())) values[option.name] = option.value;
+  return values;
+}
+
+TEST(SelectorFactory, KnowsNamesAndPresets) {
+  EXPECT_EQ(selectorNames(), (std::vector<std::string>{"nnsr", "ransac", "gms", "lpm", "keep_all"}));
+  EXPECT_EQ(selectorPresets("gms"), (std::vector<std::string>{"rotation", "scale", "rotation_scale"}));
+  EXPECT_EQ(selectorPresets("lpm"), (std::vector<std::string>{"paper", "v1", "v2"}));
+  EXPECT_EQ(selectorPresets("ransac"), (std::vector<std::string>{"h", "f"}));
+  EXPECT_TRUE(selectorPresets("nnsr").empty());
+  for (const std::string& name : selectorNames()) {
+    EXPECT_EQ(createSelector(name)->name(), name);
+    for (const std::string& preset : selectorPresets(name)) {
+      EXPECT_EQ(createSelector(name + ":" + preset)->name(), name);
+    }
+  }
+}
+
+TEST(SelectorFactory, ListsWhatIsValid) {
+  const std::string names = "; valid: nnsr, ransac, gms, lpm, keep_all";
+  EXPECT_EQ(refusal("ransack"), "unknown selector 'ransack'" + names);
+  EXPECT_EQ(refusal(""), "unknown selector ''" + names);
+  EXPECT_EQ(refusal("GMS:scale"), "unknown selector 'GMS'" + names);
+  EXPECT_EQ(errorOf<std::invalid_argument>([] { selectorPresets("gsm"); }), "unknown selector 'gsm'" + names);
+  EXPECT_EQ(refusal("lpm:v3"), "unknown preset 'v3' of selector lpm; valid: paper, v1, v2");
+  EXPECT_EQ(refusal("lpm:"), "unknown preset '' of selector lpm; valid: paper, v1, v2");
+  EXPECT_EQ(refusal("nnsr:h"), "unknown preset 'h' of selector nnsr; valid: none");
+  EXPECT_EQ(refusal("nnsr", {{"bin", "3"}}),
+            "unknown option nnsr.bin; valid: bins, fallback, min_threshold, max_threshold");
+  EXPECT_EQ(refusal("keep_all", {{"seed", "3"}}), "unknown option keep_all.seed; valid: none");
+}
+
+TEST(SelectorFactory, NamesValuesOutOfRange) {
+  EXPECT_EQ(refusal("gms", {{"grid", "1"}}), "gms: option grid = 1 is outside [2, 100]");
+  EXPECT_EQ(refusal("gms", {{"alpha", "-0.5"}}), "gms: option alpha = -0.5 is outside [0, 100]");
+  EXPECT_EQ(refusal("ransac", {{"threshold", "0"}}), "ransac: option threshold = 0 is outside [0.01, 1000]");
+  EXPECT_EQ(refusal("ransac", {{"model", "affine"}}),
+            "ransac: option model = 'affine' is not one of homography, fundamental");
+  EXPECT_EQ(refusal("ransac", {}, {{"seed", "-1"}}), "ransac: option seed = -1 is outside [0, 2147483647]");
+  EXPECT_EQ(refusal("lpm", {{"k", "33"}}), "lpm: option k = 33 is outside [1, 32]");
+  EXPECT_EQ(refusal("lpm:v2", {{"k", "2"}}),
+            "lpm: option k = 2 is too small for cost = multiscale: at least 3");
+  EXPECT_EQ(refusal("nnsr", {{"bins", "many"}}), "option nnsr.bins: 'many' is not a number");
+  EXPECT_EQ(refusal("nnsr", {}, {{"bins", "70000"}}), "nnsr: option bins = 70000 is outside [0, 65536]");
+}
+
+TEST(SelectorFactory, PresetsSetTheirOptions) {
+  EXPECT_EQ(optionsOf(*createSelector("lpm:paper")), optionsOf(*createSelector("lpm")));
+  EXPECT_EQ(optionsOf(*createSelector("ransac:h")), optionsOf(*createSelector("ransac")));
+  const struct {
+    const char* spec;
+    const char* name;
+    OptionMap different;
+  } cases[] = {
+      {"lpm:v1", "lpm", {{"lambda_second", "4"}}},
+      {"lpm:v2",
+       "lpm",
+       {{"cost", "multiscale"}, {"k", "6"}, {"lambda_first", "0.8"}, {"lambda_second", "0.5"}, {"tau", "0.2"}}},
+      {"ransac:f", "ransac", {{"model", "fundamental"}}},
+      {"gms:rotation", "gms", {{"rotation", "true"}}},
+      {"gms:scale", "gms", {{"scale", "true"}}},
+      {"gms:rotation_scale", "gms", {{"rotation", "true"}, {"scale", "true"}}},
+  };
+  for (const auto& c : cases) {
+    OptionMap expected = optionsOf(*createSelector(c.name));
+    for (const auto& [name, value] : c.different) expected[name] = value;
+    EXPECT_EQ(optionsOf(*createSelector(c.spec)), expected) << c.spec;
+  }
+}
+
+TEST(SelectorFactory, DefaultsAreThoseOfThePaper) {
+  const OptionMap gms = optionsOf(*createSelector("gms")), lpm = optionsOf(*createSelector("lpm"));
+  const OptionMap ransac = optionsOf(*createSelector("ransac")), nnsr = optionsOf(*createSelector("nnsr"));
+  EXPECT_EQ(gms.at("alpha"), "4");
+  EXPECT_EQ(gms.at("grid"), "20");
+  EXPECT_EQ(gms.at("rotation") + gms.at("scale"), "falsefalse");
+  EXPECT_EQ(lpm.at("k"), "4");
+  EXPECT_EQ(lpm.at("lambda_first") + lpm.at("lambda_second"), "66");
+  EXPECT_EQ(ransac.at("threshold"), "10");
+  EXPECT_EQ(ransac.at("max_iterations"), "2000");
+  EXPECT_EQ(nnsr.at("bins"), "256");
+  EXPECT_EQ(nnsr.at("fallback"), "0.8");
+}
+
+TEST(SelectorFactory, OptionsWinOverPresetAndPresetOverCommonValues) {
+  const OptionMap common = {{"model", "homography"}, {"seed", "7"}, {"threshold", "2"}, {"nonsense", "x"}};
+  OptionMap values = optionsOf(*createSelector("ransac:f", {}, common));
+  EXPECT_EQ(values["model"], "fundamental");
+  EXPECT_EQ(values["seed"], "7");
+  EXPECT_EQ(values["threshold"], "2");
+  values = optionsOf(*createSelector("ransac:f", {{"model", "homography"}, {"seed", "8"}}, common));
+  EXPECT_EQ(values["model"], "homography");
+  EXPECT_EQ(values["seed"], "8");
+  EXPECT_EQ(values["threshold"], "2");
+  EXPECT_EQ(optionsOf(*createSelector("gms", {}, common)), optionsOf(*createSelector("gms")));
+}
+
+/// Selectors under test, "name" or "name:preset".
+const std::vector<std::string> kSpecs = {"nnsr", "ransac:h", "ransac:f", "gms", "gms:rotation_scale",
+                                         "lpm",  "lpm:v2",   "keep_all"};
+
+/// What must hold for every selector.
+class EverySelector : public ::testing::TestWithParam<std::string> {
+ protected:
+  std::string spec() const { return GetParam(); }
+  std::string name() const { return spec().substr(0, spec().find(':')); }
+  bool is(const std::string& prefix) const { return spec().rfind(prefix, 0) == 0; }
+  Selection select(const Correspondences& matches) const { return createSelector(spec())->select(matches); }
+
+  /// A scene that the selector can solve.
+  Scene scene(std::size_t n = 600, double inlier_ratio = 0.6, double noise = 0.5, std::uint64_t seed = 1) const {
+    const SceneOptions options{n, inlier_ratio, noise, seed};
+    return spec() == "ransac:f" ? stereoScene(options) : homographyScene(options);
+  }
+};
+
+void expectSame(const Selection& a, const Selection& b) {
+  EXPECT_EQ(a.mask, b.mask);
+  EXPECT_EQ(a.score, b.score);
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(a.message, b.message);
+  EXPECT_EQ(a.model_kind, b.model_kind);
+  EXPECT_EQ(a.model, b.model);
+  EXPECT_EQ(a.iterations, b.iterations);
+}
+
+TEST_P(EverySelector, AnswersEveryNumberOfMatches) {
+  const std::map<std::string, std::size_t> least = {
+      {"ransac:h", 4}, {"ransac:f", 7}, {"lpm", 6}, {"lpm:v2", 10}};
+  const std::size_t needed = least.count(spec()) ? least.at(spec()) : 0;
+  for (const std::size_t n : {0, 1, 2, 3, 4, 7, 8, 20}) {
+    SCOPED_TRACE(n);
+    const Selection s = select(scene(n, 1.0, 0.0, 3).matches);
+    EXPECT_EQ(s.mask.size(), n);
+    EXPECT_TRUE(s.score.empty() || s.score.size() == n);
+    EXPECT_EQ(s.n_input, n);
+    EXPECT_EQ(s.n_ignored, 0u);
+    EXPECT_EQ(s.n_selected, selectedRows(s.mask).size());
+    const bool unverified = name() == "ransac" && n == needed;
+    EXPECT_EQ(s.status, n < needed ? Status::kTooFew : unverified ? Status::kDegenerate : Status::kOk);
+    if (n < needed || unverified || (is("gms") && n < 2)) {
+      EXPECT_EQ(s.n_selected, 0u);
+    }
+    if (s.status != Status::kOk) {
+      EXPECT_FALSE(s.message.empty());
+    }
+    if (name() == "keep_all" || (name() == "ransac" && n > needed)) {
+      EXPECT_EQ(s.n_selected, n);
+    }
+  }
+}
+
+TEST_P(EverySelector, FindsTheRightMatches) {
+  const std::map<std::string, std::pair<double, double>> floors = {
+      {"nnsr", {99, 99}}, {"ransac:h", {99, 99}}, {"ransac:f", {90, 99}}, {"gms", {97, 85}}, {"gms:rotation_scale", {97, 85}},
+      {"lpm", {85, 99}},  {"lpm:v2", {97, 97}},   {"keep_all", {59, 100}}};
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Scene s = scene(2000, 0.6, 0.5, seed);
+    const Quality q = quality(select(s.matches).mask, s.inlier);
+    EXPECT_GE(q.precision, floors.at(spec()).first);
+    EXPECT_GE(q.recall, floors.at(spec()).second);
+  }
+}
+
+TEST_P(EverySelector, DoesNotDependOnTheOrder) {
+  if (name() == "ransac") return;  // draws rows
+  Correspondences m = scene().matches;
+  // Ties: many-to-one matches, duplicates and positions on a lattice.
+  for (std::size_t i = 0; i < 200; ++i) {
+    m.left_x[i] = std::round(m.left_x[i] / 40) * 40;
+    m.left_y[i] = std::round(m.left_y[i] / 40) * 40;
+    if (i % 4 == 0) {
+      m.right_x[i] = m.right_x[i + 1];
+      m.right_y[i] = m.right_y[i + 1];
+    }
+  }
+  std::vector<std::uint32_t> rows(m.size() + 50);
+  for (std::uint32_t i = 0; i < rows.size(); ++i) rows[i] = i % std::uint32_t(m.size());
+  m = m.subset(rows);
+  const Selection expected = select(m);
+  for (const std::uint64_t seed : {1, 2}) {
+    const std::vector<std::uint32_t> order = permutation(m.size(), seed);
+    const Selection s = select(m.subset(order));
+    EXPECT_EQ(s.mask, reordered(expected.mask, order));
+    if (!expected.score.empty()) {
+      EXPECT_EQ(s.score, reordered(expected.score, order));
+    }
+    EXPECT_EQ(s.message, expected.message);
+  }
+}
+
+TEST_P(EverySelector, IsNotInfluencedByUnusableRows) {
+  const Scene clean = scene();
+  const Selection expected = select(clean.matches);
+  const float bad[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+                       -std::numeric_limits<float>::infinity(), 1.1e6f, -3e38f};
+  // Every fifth row is a copy of another with one coordinate spoilt.
+  std::vector<std::uint32_t> rows;
+  std::vector<bool> spoilt;
+  for (std::uint32_t i = 0; i < clean.matches.size(); ++i) {
+    if (i % 4 == 0) {
+      rows.push_back(i);
+      spoilt.push_back(true);
+    }
+    rows.push_back(i);
+    spoilt.push_back(false);
+  }
+  Correspondences m = clean.matches.subset(rows);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!spoilt[i]) continue;
+    std::vector<float>* const columns[] = {&m.left_x, &m.left_y, &m.right_x, &m.right_y};
+    (*columns[count % 4])[i] = bad[count % 5];
+    ++count;
+  }
+  const Selection s = select(m);
+  EXPECT_EQ(s.n_ignored, count);
+  EXPECT_EQ(s.n_selected, expected.n_selected);
+  EXPECT_EQ(s.iterations, expected.iterations);
+  EXPECT_EQ(s.model, expected.model);
+  EXPECT_EQ(s.message, expected.message);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    ASSERT_EQ(s.mask[i], spoilt[i] ? 0 : expected.mask[rows[i]]) << i;
+    if (s.score.empty()) continue;
+    ASSERT_TRUE(spoilt[i] ? std::isnan(s.score[i]) : s.score[i] == expected.score[rows[i]]) << i;
+  }
+
+  m.left_x.assign(m.size(), bad[0]);
+  const Selection none = select(m), empty = select(m.subset({}));
+  EXPECT_EQ(none.mask, Mask(m.size(), 0));
+  EXPECT_EQ(none.status, empty.status);
+}
+
+TEST_P(EverySelector, AnswersDuplicatesAlike) {
+  const Scene once = scene(300);
+  const std::size_t n = once.matches.size();
+  std::vector<std::uint32_t> rows(3 * n);
+  for (std::uint32_t i = 0; i < rows.size(); ++i) rows[i] = i % std::uint32_t(n);
+  const Selection s = select(once.matches.subset(rows));
+  EXPECT_EQ(s.status, Status::kOk);
+  for (std::size_t i = 0; i < n; ++i) {
+    EXPECT_EQ(s.mask[i], s.mask[i + n]);
+    EXPECT_EQ(s.mask[i], s.mask[i + 2 * n]);
+  }
+  EXPECT_GT(quality(s.mask, reordered(once.inlier, rows)).recall, 80);
+}
+
+TEST_P(EverySelector, AllPointsEqual) {
+  Correspondences m = scene(50).matches;
+  const Mask by_ratio = createSelector("nnsr")->select(m).mask;
+  m.left_x.assign(50, 310);
+  m.left_y.assign(50, 210);
+  m.right_x.assign(50, 415);
+  m.right_y.assign(50, 130);
+  const Selection s = select(m);
+  if (name() == "nnsr") {
+    EXPECT_EQ(s.mask, by_ratio);
+  } else if (is("gms") || name() == "keep_all") {
+    EXPECT_EQ(s.mask, Mask(50, 1));
+    EXPECT_EQ(s.status, Status::kOk);
+  } else {
+    EXPECT_EQ(s.mask, Mask(50, 0));
+    EXPECT_EQ(s.model_kind, ModelKind::kNone);
+    EXPECT_EQ(s.status, name() == "ransac" ? Status::kDegenerate : Status::kTooFew);  // one distinct match
+    EXPECT_FALSE(s.message.empty());
+  }
+}
+
+TEST_P(EverySelector, AllPointsOnALine) {
+  Correspondences m = scene(200).matches;
+  const Mask by_ratio = createSelector("nnsr")->select(m).mask;
+  for (std::size_t i = 0; i < 200; ++i) {
+    const float t = m.left_x[i];
+    m.left_y[i] = 100 + 0.37f * t;
+    m.right_x[i] = 0.9f * t + 20;
+    m.right_y[i] = 400 - 0.21f * t;
+  }
+  const Selection s = select(m);
+  if (name() == "nnsr") {
+    EXPECT_EQ(s.mask, by_ratio);
+  } else if (name() == "ransac") {
+    EXPECT_EQ(s.status, Status::kDegenerate);
+    EXPECT_EQ(s.mask, Mask(200, 0));
+  } else {
+    EXPECT_EQ(s.status, Status::kOk);
+    EXPECT_GE(s.n_selected, 190u);
+  }
+}
+
+TEST_P(EverySelector, IdenticalImages) {
+  Correspondences m = scene(2000).matches;
+  const Mask by_ratio = createSelector("nnsr")->select(m).mask;
+  m.right_x = m.left_x;
+  m.right_y = m.left_y;
+  const Selection s = select(m);
+  if (name() == "nnsr") {
+    EXPECT_EQ(s.mask, by_ratio);
+  } else if (spec() == "ransac:f") {
+    // Every skew-symmetric matrix is a fundamental matrix of these matches.
+    EXPECT_EQ(s.status, Status::kNoModel);
+    EXPECT_EQ(s.mask, Mask(2000, 0));
+  } else {
+    EXPECT_EQ(s.status, Status::kOk);
+    EXPECT_EQ(s.mask, Mask(2000, 1));
+  }
+}
+
+TEST_P(EverySelector, AnswersAlikeAgainAndOnManyThreads) {
+  const auto selector = createSelector(spec());
+  std::vector<Scene> scenes;
+  std::vector<Selection> expected;
+  // Of different sizes, so that memory kept between calls would show.
+  for (const std::size_t n : {900, 40, 400, 1}) {
+    scenes.push_back(scene(n, 0.6, 0.5, n));
+    expected.push_back(createSelector(spec())->select(scenes.back().matches));
+  }
+  std::vector<std::vector<Selection>> answers(4);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < answers.size(); ++t) {
+    threads.emplace_back([&, t] {
+      for (std::size_t k = 0; k < 12; ++k) answers[t].push_back(selector->select(scenes[(k + t) % 4].matches));
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t t = 0; t < answers.size(); ++t) {
+    for (std::size_t k = 0; k < 12; ++k) expectSame(answers[t][k], expected[(k + t) % 4]);
+  }
+}
+
+TEST_P(EverySelector, RefusesInconsistentColumns) {
+  Correspondences m = scene(30).matches;
+  m.right_y.pop_back();
+  const Selection s = select(m);
+  EXPECT_EQ(s.status, Status::kUnsupportedInput);
+  EXPECT_EQ(s.mask, Mask(30, 0));
+  EXPECT_TRUE(contains(s.message, "right_y")) << s.message;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EverySelector, ::testing::ValuesIn(kSpecs),
+                         [](const ::testing::TestParamInfo<std::string>& info) {
+                           std::string name = info.param;
+                           std::replace(name.begin(), name.end(), ':', '_');
+                           return name;
+                         });
+
+TEST(SelectorFactory, EverySelectorIsTested) {
+  for (const std::string& name : selectorNames()) {
+    const bool tested = std::any_of(kSpecs.begin(), kSpecs.end(), [&name](const std::string& spec) {
+      return spec.substr(0, spec.find(':')) == name;
+    });
+    EXPECT_TRUE(tested) << "add " << name << " to the list of this file";
+  }
+}
+
+}  // namespace
+}  // namespace corrsel::core

@@ -1,0 +1,213 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <numeric>
+#include <opencv2/core.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "corrsel/correspondences.h"
+#include "corrsel/datasets/reader.h"
+#include "corrsel/evaluation/errors.h"
+#include "corrsel/evaluation/metrics.h"
+#include "corrsel/evaluation/statistics.h"
+#include "corrsel/random.h"
+#include "corrsel/selectors/factory.h"
+
+#ifndef CORRSEL_SHARED_DATA_DIR
+#define CORRSEL_SHARED_DATA_DIR ""
+#endif
+
+namespace corrsel::core::testing {
+
+/// The message of the exception that `action` throws; empty when it throws none.
+template <typename Error = std::exception, typename Action>
+std::string errorOf(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Folder of a real dataset; empty where it does not exist: the test must then be skipped.
+inline std::string sharedData(const std::string& name) {
+  const char* const set = std::getenv("CORRSEL_TEST_DATA");
+  const std::string path = std::string(set ? set : CORRSEL_SHARED_DATA_DIR) + "/" + name;
+  return std::filesystem::is_directory(path) ? path : "";
+}
+
+/// Generated matches, and which of them are right.
+struct Scene {
+  Correspondences matches;
+  std::vector<std::uint8_t> inlier;
+  cv::Matx33d model;  ///< homography or fundamental matrix, px
+};
+
+struct SceneOptions {
+  std::size_t n = 500;
+  double inlier_ratio = 0.6;
+  double noise = 0.5;  ///< standard deviation of the right points, px
+  std::uint64_t seed = 1;
+};
+
+inline constexpr int kSceneWidth = 800, kSceneHeight = 600;
+
+inline cv::Point2d projected(const cv::Matx33d& h, double x, double y) {
+  const cv::Vec3d p = h * cv::Vec3d(x, y, 1);
+  return {p[0] / p[2], p[1] / p[2]};
+}
+
+/// Distance of the right point from the epipolar line of the left one, px.
+inline double lineDistance(const cv::Matx33d& f, const cv::Point2d& left, const cv::Point2d& right) {
+  const cv::Vec3d line = f * cv::Vec3d(left.x, left.y, 1);
+  return std::abs(line.dot(cv::Vec3d(right.x, right.y, 1))) / std::hypot(line[0], line[1]);
+}
+
+/// Adds a match with descriptor distances: ratio below 0.6 if it is right, above 0.87 if it is wrong.
+inline void addMatch(Scene& scene, Random& random, const cv::Point2d& left, const cv::Point2d& right,
+                     bool inlier) {
+  Correspondences& m = scene.matches;
+  m.left_x.push_back(static_cast<float>(left.x));
+  m.left_y.push_back(static_cast<float>(left.y));
+  m.right_x.push_back(static_cast<float>(right.x));
+  m.right_y.push_back(static_cast<float>(right.y));
+  m.distance.push_back(static_cast<float>(random.uniform(50, 150)));
+  m.second_distance.push_back(static_cast<float>(inlier ? random.uniform(250, 400)
+                                                        : m.distance.back() * random.uniform(1, 1.15)));
+  scene.inlier.push_back(inlier ? 1 : 0);
+}
+
+/// Matches of a plane seen by two cameras; wrong ones end anywhere, but at least 30 px from the truth.
+inline Scene homographyScene(const SceneOptions& options = {}) {
+  Random random(options.seed);
+  Scene scene;
+  scene.model = cv::Matx33d(0.9, -0.15, 90, 0.12, 0.95, -20, 1e-4, 5e-5, 1);
+  scene.matches.left_size = scene.matches.right_size = {kSceneWidth, kSceneHeight};
+  while (scene.inlier.size() < options.n) {
+    const cv::Point2d left(random.uniform(0, kSceneWidth - 1), random.uniform(0, kSceneHeight - 1));
+    const cv::Point2d truth = projected(scene.model, left.x, left.y);
+    const bool inlier = scene.inlier.size() < std::round(options.inlier_ratio * double(options.n));
+    cv::Point2d right(random.uniform(0, kSceneWidth - 1), random.uniform(0, kSceneHeight - 1));
+    if (inlier) right = truth + options.noise * cv::Point2d(random.normal(), random.normal());
+    const bool visible =
+        right.x >= 0 && right.y >= 0 && right.x <= kSceneWidth - 1 && right.y <= kSceneHeight - 1;
+    if (!visible || (!inlier && cv::norm(right - truth) < 30)) continue;
+    addMatch(scene, random, left, right, inlier);
+  }
+  return scene;
+}
+
+/// Matches of points in space seen by two cameras; wrong ones end at least 20 px from the epipolar line.
+inline Scene stereoScene(const SceneOptions& options = {}) {
+  Random random(options.seed);
+  Scene scene;
+  const cv::Matx33d camera(700, 0, 400, 0, 700, 300, 0, 0, 1);
+  const double angle = 0.1;
+  const cv::Matx33d rotation(std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0,
+                             std::cos(angle));
+  const cv::Vec3d shift(-1.0, 0.15, 0.2);
+  const cv::Matx33d cross(0, -shift[2], shift[1], shift[2], 0, -shift[0], -shift[1], shift[0], 0);
+  scene.model = camera.inv().t() * cross * rotation * camera.inv();
+  scene.model *= 1.0 / cv::norm(scene.model);
+  scene.matches.left_size = scene.matches.right_size = {kSceneWidth, kSceneHeight};
+  while (scene.inlier.size() < options.n) {
+    const cv::Point2d left(random.uniform(0, kSceneWidth - 1), random.uniform(0, kSceneHeight - 1));
+    const cv::Vec3d point = camera.inv() * cv::Vec3d(left.x, left.y, 1) * random.uniform(4, 12);
+    const cv::Vec3d seen = camera * (rotation * point + shift);
+    const bool inlier = scene.inlier.size() < std::round(options.inlier_ratio * double(options.n));
+    cv::Point2d right(random.uniform(0, kSceneWidth - 1), random.uniform(0, kSceneHeight - 1));
+    if (inlier) {
+      right = cv::Point2d(seen[0] / seen[2], seen[1] / seen[2]) +
+              options.noise * cv::Point2d(random.normal(), random.normal());
+    }
+    const bool visible =
+        right.x >= 0 && right.y >= 0 && right.x <= kSceneWidth - 1 && right.y <= kSceneHeight - 1;
+    if (!visible || (!inlier && lineDistance(scene.model, left, right) < 20)) continue;
+    addMatch(scene, random, left, right, inlier);
+  }
+  return scene;
+}
+
+/// The numbers 0 .. n-1 in random order.
+inline std::vector<std::uint32_t> permutation(std::size_t n, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<std::uint32_t> order(n);
+  std::iota(order.begin(), order.end(), 0U);
+  for (std::size_t i = n; i > 1; --i) std::swap(order[i - 1], order[random.index(std::uint32_t(i))]);
+  return order;
+}
+
+/// A column's elements in the order given by `order`.
+template <typename T>
+std::vector<T> reordered(const std::vector<T>& column, const std::vector<std::uint32_t>& order) {
+  std::vector<T> result;
+  for (const std::uint32_t i : order) result.push_back(column[i]);
+  return result;
+}
+
+/// Precision, recall and F in percent.
+struct Quality {
+  double precision = 0, recall = 0, f = 0;
+};
+
+inline Quality quality(const std::vector<std::uint8_t>& mask, const std::vector<std::uint8_t>& inlier) {
+  double selected = 0, inliers = 0, both = 0;
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    selected += mask[i];
+    inliers += inlier[i];
+    both += mask[i] && inlier[i] ? 1 : 0;
+  }
+  return {100 * both / selected, 100 * both / inliers, 200 * both / (selected + inliers)};
+}
+
+/// A pair of AdelaideRMF without its images.
+struct LabelledPair {
+  std::string name;
+  Correspondences matches;
+  GroundTruth truth;
+};
+
+/// The pairs of AdelaideRMF, read once; empty where the dataset is not here.
+inline const std::vector<LabelledPair>& adelaidePairs() {
+  static const std::vector<LabelledPair> pairs = [] {
+    std::vector<LabelledPair> read;
+    const std::string folder = sharedData("adelaidermf");
+    if (folder.empty()) return read;
+    const auto reader = openDataset("adelaidermf", folder);
+    for (std::size_t i = 0; i < reader->size(); ++i) {
+      ImagePair pair = reader->read(i);
+      read.push_back({pair.id.sequence, *pair.given, pair.truth});
+    }
+    return read;
+  }();
+  return pairs;
+}
+
+/// Means over AdelaideRMF of the per-pair values, in percent.
+inline Quality adelaideMeans(const std::string& spec, const OptionMap& options = {}) {
+  const auto selector = createSelector(spec, options);
+  std::vector<double> precision, recall, f;
+  for (const LabelledPair& pair : adelaidePairs()) {
+    const Evaluation evaluation =
+        evaluate(TruthKind::kLabels, groundTruthErrors(pair.truth, pair.matches),
+                 selector->select(pair.matches).mask);
+    precision.push_back(100 * evaluation.metrics[0].precision);
+    recall.push_back(100 * evaluation.metrics[0].recall_paper);
+    f.push_back(100 * evaluation.metrics[0].f_paper);
+  }
+  return {mean(precision), mean(recall), mean(f)};
+}
+
+}  // namespace corrsel::core::testing
