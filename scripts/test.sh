@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is needed, builds, runs all tests, and ends with "N passed, N failed, N skipped".
-# Arguments go to CMake, e.g. -DCORRSEL_WERROR=ON. Exit code 0 only where no test failed.
+# Arguments go to CMake, e.g. -Dcorrsel_WERROR=ON. Exit code 0 only where no test failed.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 

@@ -48,9 +48,9 @@ cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Corresponde
   }
   const int thickness = std::max(1, canvas.cols / 1600);
   const auto draw = [&](const std::vector<std::size_t>& rows, const cv::Scalar& colour) {
-    const double step = std::max(1.0, static_cast<double>(rows.size()) / static_cast<double>(max_lines));
-    for (double k = 0; k < static_cast<double>(rows.size()); k += step) {
-      const std::size_t i = rows[static_cast<std::size_t>(k)];
+    const std::size_t count = std::min(rows.size(), max_lines);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = rows[k * rows.size() / count];
       const cv::Point from(cvRound(matches.left_x[i]), cvRound(matches.left_y[i]));
       const cv::Point to(cvRound(matches.right_x[i]) + left.cols, cvRound(matches.right_y[i]));
       cv::line(canvas, from, to, colour, thickness, cv::LINE_AA);

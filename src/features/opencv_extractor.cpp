@@ -1,6 +1,7 @@
 #include "corrsel/features/opencv_extractor.h"
 
 #include <algorithm>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <tuple>
@@ -30,6 +31,26 @@ bool stronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
          std::make_tuple(-b.response, b.pt.y, b.pt.x, b.size, b.angle, b.octave);
 }
 
+/// Some algorithms reorder what they are asked to describe: ORB by pyramid level.
+void sortStrongestFirst(Features& features) {
+  std::vector<int> order(features.keypoints.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto before = [&features](int a, int b) {
+    return stronger(features.keypoints[static_cast<std::size_t>(a)],
+                    features.keypoints[static_cast<std::size_t>(b)]);
+  };
+  if (std::is_sorted(order.begin(), order.end(), before)) return;
+  std::stable_sort(order.begin(), order.end(), before);
+  Features sorted;
+  sorted.descriptors.create(features.descriptors.size(), features.descriptors.type());
+  for (const int i : order) {
+    features.descriptors.row(i).copyTo(sorted.descriptors.row(static_cast<int>(sorted.keypoints.size())));
+    sorted.keypoints.push_back(features.keypoints[static_cast<std::size_t>(i)]);
+  }
+  features.keypoints = std::move(sorted.keypoints);
+  features.descriptors = sorted.descriptors;
+}
+
 }  // namespace
 
 OpenCvExtractor::OpenCvExtractor(std::string name, Create create, int max_features, int border)
@@ -48,7 +69,10 @@ Features OpenCvExtractor::extract(const cv::Mat& image) const {
     features.keypoints.resize(static_cast<std::size_t>(max_features_));
   }
   features.detect_seconds = watch.restart();
-  if (!features.keypoints.empty()) algorithm->compute(grey, features.keypoints, features.descriptors);
+  if (!features.keypoints.empty()) {
+    algorithm->compute(grey, features.keypoints, features.descriptors);
+    sortStrongestFirst(features);
+  }
   features.describe_seconds = watch.seconds();
   return features;
 }

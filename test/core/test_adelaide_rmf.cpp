@@ -153,7 +153,8 @@ TEST_F(AdelaideFolder, AcceptsEveryNumericClass) {
 TEST_F(AdelaideFolder, RefusesMissingAndEmptyFolders) {
   const std::string missing = (root_ / "nowhere").string();
   EXPECT_TRUE(contains(errorOf<DatasetError>([&] { AdelaideRmfReader reader(missing); }), missing));
-  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { AdelaideRmfReader reader(root_.string()); }), "no .mat file"));
+  EXPECT_TRUE(
+      contains(errorOf<DatasetError>([&] { AdelaideRmfReader reader(root_.string()); }), "no .mat file"));
 }
 
 TEST_F(AdelaideFolder, NamesTheMissingField) {

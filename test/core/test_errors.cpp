@@ -37,8 +37,8 @@ TEST(Errors, HomographyTransfersForward) {
   truth.kind = TruthKind::kHomography;
   truth.matrix = cv::Matx33d(2, 0, 1, 0, 3, -1, 0, 0.5, 1);
   // (4, 2) goes to (4.5, 2.5); rows 2 and 3 lie at and behind the line w = 0.
-  const std::vector<double> errors =
-      groundTruthErrors(truth, matches({{4, 2, 4.5f, 2.5f}, {4, 2, 7.5f, -1.5f}, {4, -2, 0, 0}, {4, -3, 0, 0}}));
+  const std::vector<double> errors = groundTruthErrors(
+      truth, matches({{4, 2, 4.5f, 2.5f}, {4, 2, 7.5f, -1.5f}, {4, -2, 0, 0}, {4, -3, 0, 0}}));
   EXPECT_DOUBLE_EQ(errors[0], 0);
   EXPECT_DOUBLE_EQ(errors[1], 5);
   EXPECT_EQ(errors[2], INFINITY);
@@ -73,17 +73,17 @@ TEST(Errors, DisparityPredictsTheRightPoint) {
   GroundTruth truth;
   truth.kind = TruthKind::kDisparity;
   truth.disparity = (cv::Mat_<float>(2, 3) << 1, 2, 3, 10, kNaN, 30);
-  const std::vector<double> errors = groundTruthErrors(
-      truth, matches({{2, 0, -1, 0},             // 2 - 3 = -1: right
-                      {2, 0, 2, 4},              // 3 px right, 4 px down of it
-                      {0.4f, 0.6f, -9.6f, 0.6f}, // nearest pixel: column 0, row 1
-                      {1, 1, 0, 0},              // no disparity
-                      {2, 1, -28, 1},            // the last pixel still counts
-                      {2.1f, 1, 0, 1},           // beyond the last column
-                      {2, 1.1f, 0, 1},           // beyond the last row
-                      {-0.1f, 0, 0, 0},
-                      {0, -0.1f, 0, 0},
-                      {kNaN, 0, 0, 0}}));
+  const std::vector<double> errors =
+      groundTruthErrors(truth, matches({{2, 0, -1, 0},              // 2 - 3 = -1: right
+                                        {2, 0, 2, 4},               // 3 px right, 4 px down of it
+                                        {0.4f, 0.6f, -9.6f, 0.6f},  // nearest pixel: column 0, row 1
+                                        {1, 1, 0, 0},               // no disparity
+                                        {2, 1, -28, 1},             // the last pixel still counts
+                                        {2.1f, 1, 0, 1},            // beyond the last column
+                                        {2, 1.1f, 0, 1},            // beyond the last row
+                                        {-0.1f, 0, 0, 0},
+                                        {0, -0.1f, 0, 0},
+                                        {kNaN, 0, 0, 0}}));
   EXPECT_DOUBLE_EQ(errors[0], 0);
   EXPECT_DOUBLE_EQ(errors[1], 5);
   EXPECT_NEAR(errors[2], 0, 1e-5);

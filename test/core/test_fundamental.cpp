@@ -18,7 +18,9 @@ Rows firstRows(std::size_t n) {
 }
 
 /// How far two fundamental matrices of norm 1 are apart, whatever their signs.
-double difference(const cv::Matx33d& a, const cv::Matx33d& b) { return std::min(cv::norm(a - b), cv::norm(a + b)); }
+double difference(const cv::Matx33d& a, const cv::Matx33d& b) {
+  return std::min(cv::norm(a - b), cv::norm(a + b));
+}
 
 /// Least difference of the models through the sample to `truth`, both in pixels; Inf without models.
 double nearest(const NormalizedMatches& m, const cv::Matx33d& truth) {
@@ -112,8 +114,8 @@ cv::Matx33d forwardTruth() {
 void addForward(Correspondences& c, Random& random, double depth, double noise) {
   const cv::Vec3d p = cv::Vec3d(random.uniform(-0.7, 0.7), random.uniform(-0.7, 0.7), 1) * depth;
   const cv::Vec3d q = p + kForward;
-  c.add({float(p[0] / p[2]), float(p[1] / p[2])}, {float(q[0] / q[2] + noise * random.normal()),
-                                                   float(q[1] / q[2] + noise * random.normal())});
+  c.add({float(p[0] / p[2]), float(p[1] / p[2])},
+        {float(q[0] / q[2] + noise * random.normal()), float(q[1] / q[2] + noise * random.normal())});
 }
 
 TEST(Fundamental, ModelsWithPointsBehindACameraAreLeftOut) {
@@ -147,7 +149,8 @@ TEST(Fundamental, DegenerateSamplesAreRefused) {
   // On a line in one image; one point off it is enough.
   for (const bool left : {true, false}) {
     c = good;
-    for (std::size_t i = 0; i < 7; ++i) (left ? c.left_y : c.right_y)[i] = 0.31f * (left ? c.left_x : c.right_x)[i] + 50;
+    for (std::size_t i = 0; i < 7; ++i)
+      (left ? c.left_y : c.right_y)[i] = 0.31f * (left ? c.left_x : c.right_x)[i] + 50;
     EXPECT_FALSE(isValidFundamentalSample(normalizeMatches(c), kSample));
     (left ? c.left_y : c.right_y)[6] += 0.5f;
     EXPECT_TRUE(isValidFundamentalSample(normalizeMatches(c), kSample));
@@ -186,7 +189,8 @@ TEST(Fundamental, FitBeatsMinimalModelsAndHasRankTwo) {
       double sum = 0;
       for (std::size_t i = 0; i < 80; ++i) {
         const Correspondences& e = exact.matches;
-        sum += lineDistance(m.fundamentalToPixels(f), {e.left_x[i], e.left_y[i]}, {e.right_x[i], e.right_y[i]});
+        sum +=
+            lineDistance(m.fundamentalToPixels(f), {e.left_x[i], e.left_y[i]}, {e.right_x[i], e.right_y[i]});
       }
       return sum / 80;
     };

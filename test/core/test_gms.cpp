@@ -30,8 +30,8 @@ Correspondences clumps(std::uint64_t seed, std::size_t n) {
   return m;
 }
 
-/// One variant of GMS as it is defined, on whole tables. Rotation r turns the right neighbourhood by r eighths
-/// clockwise; `side` is the number of right cells per side.
+/// One variant of GMS as it is defined, on whole tables. Rotation r turns the right neighbourhood by r
+/// eighths clockwise; `side` is the number of right cells per side.
 Mask byDefinition(const Correspondences& m, const GmsOptions& o, int side, int rotation) {
   const std::vector<cv::Point> ring = {{-1, -1}, {0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}};
   Mask mask(m.size(), 0);
@@ -44,7 +44,8 @@ Mask byDefinition(const Correspondences& m, const GmsOptions& o, int side, int r
                           int(m.left_x[i] / double(m.left_size.width) * o.grid + dx));
         right.emplace_back(int(m.right_y[i] / double(m.right_size.height) * side),
                            int(m.right_x[i] / double(m.right_size.width) * side));
-        const bool dropped = o.drop_first_cells && ((dx > 0 && left[i].second == 0) || (dy > 0 && left[i].first == 0));
+        const bool dropped =
+            o.drop_first_cells && ((dx > 0 && left[i].second == 0) || (dy > 0 && left[i].first == 0));
         if (dropped || left[i].first >= o.grid || left[i].second >= o.grid) left[i] = {-9, -9};
         if (left[i].first >= 0) ++count[left[i]][right[i]];
       }
@@ -139,7 +140,8 @@ Correspondences turned(double degrees, double scale) {
   while (m.size() < 3000) {
     const double x = random.uniform(-300, 300), y = random.uniform(-300, 300);
     const double u = c * x - s * y, v = s * x + c * y;
-    if (std::max(std::abs(u), std::abs(v)) < 299) m.add({float(x + 300), float(y + 300)}, {float(u + 300), float(v + 300)});
+    if (std::max(std::abs(u), std::abs(v)) < 299)
+      m.add({float(x + 300), float(y + 300)}, {float(u + 300), float(v + 300)});
   }
   return m;
 }
@@ -149,9 +151,9 @@ TEST(Gms, NamesRotationAndScale) {
   const struct {
     double degrees, scale;
     const char* message;
-  } cases[] = {{90, 1, "rotation 90 deg, scale 1"},    {180, 1, "rotation 180 deg, scale 1"},
-               {270, 1, "rotation 270 deg, scale 1"},  {0, 1, "rotation 0 deg, scale 1"},
-               {0, 2, "rotation 0 deg, scale 0.5"},    {0, 0.5, "rotation 0 deg, scale 2"}};
+  } cases[] = {{90, 1, "rotation 90 deg, scale 1"},   {180, 1, "rotation 180 deg, scale 1"},
+               {270, 1, "rotation 270 deg, scale 1"}, {0, 1, "rotation 0 deg, scale 1"},
+               {0, 2, "rotation 0 deg, scale 0.5"},   {0, 0.5, "rotation 0 deg, scale 2"}};
   for (const auto& c : cases) {
     const Correspondences m = turned(c.degrees, c.scale);
     const Selection s = createSelector("gms:rotation_scale", {{"alpha", "6"}})->select(m);
@@ -195,9 +197,9 @@ TEST(Gms, PullsInPointsUpToOnePixelOutside) {
     const struct {
       float x, y;
       bool kept;
-    } cases[] = {{-1, 300, true},    {-1.01f, 300, false}, {600, 300, true},    {600.01f, 300, false},
-                 {300, -1, true},    {300, -1.01f, false}, {300, 600, true},    {300, 600.01f, false},
-                 {-1, 600, true},    {-500, 300, false},   {300, 1e6f, false}};
+    } cases[] = {{-1, 300, true}, {-1.01f, 300, false}, {600, 300, true},  {600.01f, 300, false},
+                 {300, -1, true}, {300, -1.01f, false}, {300, 600, true},  {300, 600.01f, false},
+                 {-1, 600, true}, {-500, 300, false},   {300, 1e6f, false}};
     for (const auto& c : cases) {
       Correspondences m = equalMatches(50);
       (left ? m.left_x : m.right_x).assign(50, c.x);
@@ -279,7 +281,8 @@ TEST_F(GmsOnAdelaideRmf, SelectsAsManyAsTheReferenceCodesPerPair) {
       const Mask mask = selector->select(pair.matches).mask;
       std::size_t correct = 0;
       for (const std::uint32_t i : selectedRows(mask)) correct += pair.truth.labels[i] > 0;
-      EXPECT_EQ(std::to_string(selectedRows(mask).size()), found->second.first) << variant << " " << pair.name;
+      EXPECT_EQ(std::to_string(selectedRows(mask).size()), found->second.first)
+          << variant << " " << pair.name;
       EXPECT_EQ(std::to_string(correct), found->second.second) << variant << " " << pair.name;
     }
   }

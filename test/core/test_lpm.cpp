@@ -9,8 +9,8 @@ namespace {
 using namespace testing;
 using Mask = std::vector<std::uint8_t>;
 
-/// The members nearest to match i, equal distances by the matches' coordinates, with at least the first or the
-/// match itself taken out.
+/// The members nearest to match i, equal distances by the matches' coordinates, with at least the first or
+/// the match itself taken out.
 std::vector<std::uint32_t> neighbourhood(const Correspondences& m, const std::vector<std::uint32_t>& members,
                                          std::uint32_t i, bool left, bool compat) {
   const std::vector<float>&x = left ? m.left_x : m.right_x, &y = left ? m.left_y : m.right_y;

@@ -94,7 +94,8 @@ TEST(Metrics, NoInlier) {
 }
 
 TEST(Metrics, UnknownTruthTakesNoPart) {
-  const Evaluation e = evaluate(TruthKind::kDisparity, {1, kUndefined, kUndefined, 50}, {1, 1, 0, 1}, at({5}));
+  const Evaluation e =
+      evaluate(TruthKind::kDisparity, {1, kUndefined, kUndefined, 50}, {1, 1, 0, 1}, at({5}));
   EXPECT_EQ(e.n_putative, 2u);
   EXPECT_EQ(e.n_selected, 2u);
   EXPECT_EQ(e.n_ground_truth, 1u);
@@ -123,7 +124,9 @@ TEST(Metrics, EmptyInput) {
 }
 
 TEST(Metrics, RefusesAMaskOfAnotherLength) {
-  EXPECT_EQ(errorOf<std::invalid_argument>([] { evaluate(TruthKind::kHomography, {1, 2}, {1}); }),
+  EXPECT_EQ(errorOf<std::invalid_argument>([] {
+              evaluate(TruthKind::kHomography, {1, 2}, {1});
+            }),
             "mask has 1 elements for 2 matches");
 }
 

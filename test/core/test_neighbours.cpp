@@ -36,7 +36,8 @@ void expectExact(const Points& points, int k, Points queries = {}) {
     const int count = neighbours.nearest(query.x, query.y, k, found.data());
     ASSERT_EQ(found[std::size_t(k)], 4711u) << "written beyond k";
     found.resize(std::size_t(count));
-    ASSERT_EQ(found, byBruteForce(points, query, k)) << points.size() << " points, k " << k << ", at " << query;
+    ASSERT_EQ(found, byBruteForce(points, query, k))
+        << points.size() << " points, k " << k << ", at " << query;
   }
 }
 
@@ -77,7 +78,8 @@ TEST(Neighbours, FewerAskedForThanPreparedFor) {
 
 TEST(Neighbours, TiesGoToTheLowestIndex) {
   Points lattice;
-  for (const std::uint32_t i : testing::permutation(400, 2)) lattice.emplace_back(float(i % 20), float(i / 20));
+  for (const std::uint32_t i : testing::permutation(400, 2))
+    lattice.emplace_back(float(i % 20), float(i / 20));
   for (const int k : {1, 3, 4, 6, 9, 13}) expectExact(lattice, k, {{9.5f, 9.5f}, {3, 4.5f}, {-5, 10}});
 }
 

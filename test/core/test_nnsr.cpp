@@ -15,7 +15,8 @@ using Mask = std::vector<std::uint8_t>;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-Selection select(const std::vector<float>& first, const std::vector<float>& second, NnsrOptions options = {}) {
+Selection select(const std::vector<float>& first, const std::vector<float>& second,
+                 NnsrOptions options = {}) {
   Correspondences m;
   for (std::size_t i = 0; i < first.size(); ++i) m.add({float(i), 0}, {0, float(i)});
   m.distance = first;
@@ -47,7 +48,7 @@ TEST(Nnsr, ExactSplitPutsTheThresholdOnARatio) {
 TEST(Nnsr, RejectsMatchesWithoutARatioAndLeavesThemOutOfTheThreshold) {
   const std::vector<float> first = {2, 5, 30, 7, 75}, second = {10, 20, 100, 10, 100};
   const Selection without = select(first, second);
-  const std::pair<float, float> bad[] = {{1, kNaN}, {kNaN, 1}, {0, 0}, {1, 0}, {-1, 2},
+  const std::pair<float, float> bad[] = {{1, kNaN}, {kNaN, 1},    {0, 0},    {1, 0},    {-1, 2},
                                          {2, 1},    {kInf, kInf}, {kInf, 1}, {1, kInf}, {1, -2}};
   for (const auto& [d1, d2] : bad) {
     std::vector<float> f = first, s = second;

@@ -76,12 +76,15 @@ TEST(Options, RefusesUnknownNamesAndUnreadableValues) {
   EXPECT_EQ(refusal({{"colour", "red"}}), "unknown option thing.colour; valid: size, count, quick, mode");
   EXPECT_EQ(refusal({{"size", "big"}}), "option thing.size: 'big' is not a number");
   EXPECT_EQ(refusal({{"size", ""}}), "option thing.size: '' is not a number");
-  EXPECT_EQ(refusal({{"count", "1.5"}}), "option thing.count: '1.5' is not a whole number in the range of int");
+  EXPECT_EQ(refusal({{"count", "1.5"}}),
+            "option thing.count: '1.5' is not a whole number in the range of int");
   EXPECT_EQ(refusal({{"quick", "maybe"}}), "option thing.quick: 'maybe' is neither true nor false");
   struct None : OptionSet {
     void visit(OptionVisitor&) override {}
   } none;
-  EXPECT_EQ(errorOf<std::invalid_argument>([&none] { setOptions(none, {{"a", "1"}}, "none"); }),
+  EXPECT_EQ(errorOf<std::invalid_argument>([&none] {
+              setOptions(none, {{"a", "1"}}, "none");
+            }),
             "unknown option none.a; valid: none");
 }
 
@@ -89,9 +92,10 @@ TEST(Options, SkipsUnknownNamesOnlyWhereAsked) {
   Sample options;
   setOptionsWherePresent(options, {{"colour", "red"}, {"count", "7"}}, "thing");
   EXPECT_EQ(options.count, 7);
-  EXPECT_EQ(
-      errorOf<std::invalid_argument>([&options] { setOptionsWherePresent(options, {{"count", "x"}}, "thing"); }),
-      "option thing.count: 'x' is not a number");
+  EXPECT_EQ(errorOf<std::invalid_argument>([&options] {
+              setOptionsWherePresent(options, {{"count", "x"}}, "thing");
+            }),
+            "option thing.count: 'x' is not a number");
 }
 
 TEST(Options, CheckNamesOptionValueAndRange) {

@@ -13,8 +13,10 @@ namespace {
 // size.
 TEST(Random, GivesTheNumbersOfXoshiro256PlusPlus) {
   const std::pair<std::uint64_t, std::vector<std::uint64_t>> golden[] = {
-      {0, {0x53175d61490b23df, 0x61da6f3dc380d507, 0x5c0fdf91ec9a7bfc, 0x02eebf8c3bbe5e1a, 0x7eca04ebaf4a5eea}},
-      {1, {0xcfc5d07f6f03c29b, 0xbf424132963fe08d, 0x19a37d5757aaf520, 0xbf08119f05cd56d6, 0x2f47184b86186fa4}},
+      {0,
+       {0x53175d61490b23df, 0x61da6f3dc380d507, 0x5c0fdf91ec9a7bfc, 0x02eebf8c3bbe5e1a, 0x7eca04ebaf4a5eea}},
+      {1,
+       {0xcfc5d07f6f03c29b, 0xbf424132963fe08d, 0x19a37d5757aaf520, 0xbf08119f05cd56d6, 0x2f47184b86186fa4}},
       {12345,
        {0x8d948a82def8a568, 0x3477f953796702a0, 0x15caa2fce6db8d69, 0x2cef8853c20c6dd0, 0x43ff3fff9c039cd9}},
       {~0ULL,
@@ -34,7 +36,8 @@ TEST(Random, GivesTheIndicesOfLemiresMethod) {
     EXPECT_EQ(small.index(10), index);
   }
   // Here every third draw is rejected.
-  for (const std::uint32_t index : {166081309u, 516347562u, 2152728384u, 1281629457u, 2890978564u, 2171721285u}) {
+  for (const std::uint32_t index :
+       {166081309u, 516347562u, 2152728384u, 1281629457u, 2890978564u, 2171721285u}) {
     EXPECT_EQ(large.index(3000000000u), index);
   }
   for (int i = 0; i < 100; ++i) EXPECT_EQ(small.index(1), 0u);

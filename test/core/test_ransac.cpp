@@ -120,7 +120,8 @@ TEST(Ransac, StopsAfterTheHypothesesThatTheInliersAskFor) {
         options.seed = seed;
         options.threshold = 1;
         const Scene plane = homographyScene({100, 0.5, 0.0, 20});
-        EXPECT_EQ(RansacSelector(options).select(plane.matches).iterations, hypotheses(50, 100, 4, confidence));
+        EXPECT_EQ(RansacSelector(options).select(plane.matches).iterations,
+                  hypotheses(50, 100, 4, confidence));
         options.model = "fundamental";
         options.threshold = 0.05;
         const Scene space = stereoScene({60, 0.7, 0.0, 21});

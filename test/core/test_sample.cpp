@@ -181,9 +181,11 @@ TEST_F(SampleImages, AloeFollowsItsDisparity) {
 TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
   const fs::path copy = fs::temp_directory_path() / ("corrsel_sample_" + std::to_string(::getpid()));
   fs::remove_all(copy);
-  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
+  EXPECT_TRUE(
+      contains(errorOf<DatasetError>([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
   fs::create_directories(copy);
-  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
+  EXPECT_TRUE(
+      contains(errorOf<DatasetError>([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
 
   for (const std::string& name : SampleReader::imageNames())
     fs::copy(fs::path(realFolder()) / name, copy / name);

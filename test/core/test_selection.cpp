@@ -10,8 +10,8 @@ using namespace testing;
 
 TEST(Selection, StatusTextsAreFixedAndReadBack) {
   // Numbers and texts are in files and messages: they must not change.
-  const std::vector<std::string> texts = {"ok",       "too_few",    "degenerate", "no_model", "unsupported_input",
-                                          "too_large", "time_limit", "failed"};
+  const std::vector<std::string> texts = {
+      "ok", "too_few", "degenerate", "no_model", "unsupported_input", "too_large", "time_limit", "failed"};
   for (std::size_t i = 0; i < texts.size(); ++i) {
     EXPECT_EQ(toString(static_cast<Status>(i)), texts[i]);
     EXPECT_EQ(statusFromString(texts[i]), static_cast<Status>(i));

@@ -20,7 +20,8 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 class Stub : public Selector {
  public:
   using Run = std::function<void(const Correspondences&, Selection&)>;
-  explicit Stub(Run run, bool needs_distance = false) : run_(std::move(run)), needs_distance_(needs_distance) {}
+  explicit Stub(Run run, bool needs_distance = false)
+      : run_(std::move(run)), needs_distance_(needs_distance) {}
   std::string name() const override { return "stub"; }
   const OptionSet& options() const override { return options_; }
 

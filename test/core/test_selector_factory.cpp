@@ -76,7 +76,11 @@ TEST(SelectorFactory, PresetsSetTheirOptions) {
       {"lpm:v1", "lpm", {{"lambda_second", "4"}}},
       {"lpm:v2",
        "lpm",
-       {{"cost", "multiscale"}, {"k", "6"}, {"lambda_first", "0.8"}, {"lambda_second", "0.5"}, {"tau", "0.2"}}},
+       {{"cost", "multiscale"},
+        {"k", "6"},
+        {"lambda_first", "0.8"},
+        {"lambda_second", "0.5"},
+        {"tau", "0.2"}}},
       {"ransac:f", "ransac", {{"model", "fundamental"}}},
       {"gms:rotation", "gms", {{"rotation", "true"}}},
       {"gms:scale", "gms", {{"scale", "true"}}},
@@ -129,7 +133,8 @@ class EverySelector : public ::testing::TestWithParam<std::string> {
   Selection select(const Correspondences& matches) const { return createSelector(spec())->select(matches); }
 
   /// A scene that the selector can solve.
-  Scene scene(std::size_t n = 600, double inlier_ratio = 0.6, double noise = 0.5, std::uint64_t seed = 1) const {
+  Scene scene(std::size_t n = 600, double inlier_ratio = 0.6, double noise = 0.5,
+              std::uint64_t seed = 1) const {
     const SceneOptions options{n, inlier_ratio, noise, seed};
     return spec() == "ransac:f" ? stereoScene(options) : homographyScene(options);
   }
@@ -173,8 +178,9 @@ TEST_P(EverySelector, AnswersEveryNumberOfMatches) {
 
 TEST_P(EverySelector, FindsTheRightMatches) {
   const std::map<std::string, std::pair<double, double>> floors = {
-      {"nnsr", {99, 99}}, {"ransac:h", {99, 99}}, {"ransac:f", {90, 99}}, {"gms", {97, 85}}, {"gms:rotation_scale", {97, 85}},
-      {"lpm", {85, 99}},  {"lpm:v2", {97, 97}},   {"keep_all", {59, 100}}};
+      {"nnsr", {99, 99}},   {"ransac:h", {99, 99}},           {"ransac:f", {90, 99}},
+      {"gms", {97, 85}},    {"gms:rotation_scale", {97, 85}}, {"lpm", {85, 99}},
+      {"lpm:v2", {97, 97}}, {"keep_all", {59, 100}}};
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Scene s = scene(2000, 0.6, 0.5, seed);
     const Quality q = quality(select(s.matches).mask, s.inlier);
@@ -339,7 +345,8 @@ TEST_P(EverySelector, AnswersAlikeAgainAndOnManyThreads) {
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < answers.size(); ++t) {
     threads.emplace_back([&, t] {
-      for (std::size_t k = 0; k < 12; ++k) answers[t].push_back(selector->select(scenes[(k + t) % 4].matches));
+      for (std::size_t k = 0; k < 12; ++k)
+        answers[t].push_back(selector->select(scenes[(k + t) % 4].matches));
     });
   }
   for (std::thread& thread : threads) thread.join();

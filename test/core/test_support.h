@@ -84,8 +84,8 @@ inline void addMatch(Scene& scene, Random& random, const cv::Point2d& left, cons
   m.right_x.push_back(static_cast<float>(right.x));
   m.right_y.push_back(static_cast<float>(right.y));
   m.distance.push_back(static_cast<float>(random.uniform(50, 150)));
-  m.second_distance.push_back(static_cast<float>(inlier ? random.uniform(250, 400)
-                                                        : m.distance.back() * random.uniform(1, 1.15)));
+  m.second_distance.push_back(
+      static_cast<float>(inlier ? random.uniform(250, 400) : m.distance.back() * random.uniform(1, 1.15)));
   scene.inlier.push_back(inlier ? 1 : 0);
 }
 
@@ -200,9 +200,8 @@ inline Quality adelaideMeans(const std::string& spec, const OptionMap& options =
   const auto selector = createSelector(spec, options);
   std::vector<double> precision, recall, f;
   for (const LabelledPair& pair : adelaidePairs()) {
-    const Evaluation evaluation =
-        evaluate(TruthKind::kLabels, groundTruthErrors(pair.truth, pair.matches),
-                 selector->select(pair.matches).mask);
+    const Evaluation evaluation = evaluate(TruthKind::kLabels, groundTruthErrors(pair.truth, pair.matches),
+                                           selector->select(pair.matches).mask);
     precision.push_back(100 * evaluation.metrics[0].precision);
     recall.push_back(100 * evaluation.metrics[0].recall_paper);
     f.push_back(100 * evaluation.metrics[0].f_paper);

@@ -31,10 +31,11 @@ TEST(Text, FormatsTheShortestNumberThatReadsBack) {
 
 TEST(Text, NumbersSurviveTheRoundTrip) {
   using Limits = std::numeric_limits<double>;
-  std::vector<double> values = {Limits::max(), Limits::lowest(), Limits::min(), Limits::denorm_min(),
-                                Limits::epsilon(), 1e22, -0.0};
+  std::vector<double> values = {
+      Limits::max(), Limits::lowest(), Limits::min(), Limits::denorm_min(), Limits::epsilon(), 1e22, -0.0};
   Random random(5);
-  for (int i = 0; i < 1000; ++i) values.push_back(std::ldexp(random.uniform(-1, 1), int(random.index(600)) - 300));
+  for (int i = 0; i < 1000; ++i)
+    values.push_back(std::ldexp(random.uniform(-1, 1), int(random.index(600)) - 300));
   for (const double value : values) {
     const double back = parseNumber(formatNumber(value), "x");
     EXPECT_EQ(back, value) << formatNumber(value);
@@ -100,7 +101,8 @@ TEST(Text, ParsesCsvLines) {
   EXPECT_EQ(parseCsvLine("\"a,b\",\"\"\"\",\"\",d"), (Texts{"a,b", "\"", "", "d"}));
   const Texts fields = {"", "a,b", "\"", "\"\"", "x\",\"y", " blank ", ",", "end"};
   std::string line;
-  for (const std::string& field : fields) line += (line.empty() && &field == &fields[0] ? "" : ",") + csvField(field);
+  for (const std::string& field : fields)
+    line += (line.empty() && &field == &fields[0] ? "" : ",") + csvField(field);
   EXPECT_EQ(parseCsvLine(line), fields);
 }
 

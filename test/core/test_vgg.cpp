@@ -84,7 +84,8 @@ TEST_F(VggFolder, RefusesMissingAndEmptyFolders) {
   const std::string missing = (root_ / "nowhere").string();
   EXPECT_TRUE(contains(errorOf<DatasetError>([&] { VggReader reader(missing); }), missing));
   fs::create_directories(root_ / "empty" / "scene");
-  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { VggReader reader((root_ / "empty").string()); }), "no subfolder"));
+  EXPECT_TRUE(
+      contains(errorOf<DatasetError>([&] { VggReader reader((root_ / "empty").string()); }), "no subfolder"));
 }
 
 TEST_F(VggFolder, NamesTheMissingImage) {

@@ -20,8 +20,8 @@ struct NnsrOptions : OptionSet {
 /// Nearest-neighbour similarity ratio (Lowe, IJCV 2004) with the threshold found per pair by Otsu's method,
 /// as in Zhao et al. (the paper), Eq. 1 and its parameter table: r = d1 / d2 <= t is accepted, d being
 /// distances, not squared ones. Needs the columns distance and second_distance. Matches without a ratio (no
-/// second neighbour, d2 = 0, a distance that is not finite) are rejected and take no part in finding the threshold.
-/// score = 1 - r, 0 without a ratio. O(N + bins) time, O(N) memory.
+/// second neighbour, d2 = 0, a distance that is not finite) are rejected and take no part in finding the
+/// threshold. score = 1 - r, 0 without a ratio. O(N + bins) time, O(N) memory.
 class NnsrSelector : public Selector {
  public:
   explicit NnsrSelector(NnsrOptions options = {});

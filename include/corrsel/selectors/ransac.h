@@ -22,12 +22,13 @@ struct RansacOptions : OptionSet {
 /// RANSAC (Fischler and Bolles, CACM 1981; the paper's Eqs. 2-4) for a homography or a fundamental matrix.
 ///
 /// Uniform minimal samples (4 or 7 matches) from a seeded engine; samples that no camera could have produced
-/// (H: three collinear points, inconsistent orientation; F: equal matches, all collinear) are redrawn before a model is fitted. A hypothesis
-/// replaces the best one if its MSAC cost (Torr and Zisserman, CVIU 2000) is strictly lower, or its inlier
-/// count strictly higher. The search stops after max_iterations or once ln(1-p)/ln(1-P) hypotheses are done,
-/// P being the exact probability of an all-inlier sample without replacement. Deviations from OpenCV, which
-/// the paper used: MSAC score by default, the best model is refined on its inliers, and the mask belongs to
-/// the model that is returned: exactly the matches whose error under it is <= threshold.
+/// (H: three collinear points, inconsistent orientation; F: equal matches, all collinear) are redrawn before
+/// a model is fitted. A hypothesis replaces the best one if its MSAC cost (Torr and Zisserman, CVIU 2000) is
+/// strictly lower, or its inlier count strictly higher. The search stops after max_iterations or once
+/// ln(1-p)/ln(1-P) hypotheses are done, P being the exact probability of an all-inlier sample without
+/// replacement. Deviations from OpenCV, which the paper used: MSAC score by default, the best model is
+/// refined on its inliers, and the mask belongs to the model that is returned: exactly the matches whose
+/// error under it is <= threshold.
 ///
 /// Presets: `h`, `f` choose the model. No model: all zero and too_few (fewer matches than a sample),
 /// degenerate (no valid sample exists, or nothing but the sample itself agrees: the model is returned

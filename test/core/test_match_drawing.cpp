@@ -1,0 +1,118 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "corrsel/evaluation/match_drawing.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using Mask = std::vector<std::uint8_t>;
+
+/// n horizontal matches, 6 rows apart, from column 30 to column 50 of the other image.
+Correspondences rungs(std::size_t n) {
+  Correspondences m;
+  for (std::size_t i = 0; i < n; ++i) m.add({30, float(6 * i + 10)}, {50, float(6 * i + 10)});
+  return m;
+}
+
+cv::Mat black(int columns, int rows, int type = CV_8U) {
+  return cv::Mat(rows, columns, type, cv::Scalar::all(0));
+}
+
+const cv::Vec3b kGround(60, 60, 60);
+
+/// Class of the line at a pixel by its colour, which the smooth drawing of lines changes a little.
+std::string classAt(const cv::Mat& drawing, int row, int column) {
+  const MatchColours colours;
+  const std::pair<const char*, cv::Scalar> classes[] = {{"correct", colours.correct},
+                                                        {"wrong", colours.wrong},
+                                                        {"missed", colours.missed},
+                                                        {"selected", colours.selected},
+                                                        {"nothing", {60, 60, 60}}};
+  const cv::Vec3b pixel = drawing.at<cv::Vec3b>(row, column);
+  for (const auto& [name, colour] : classes) {
+    if (cv::norm(cv::Vec3d(pixel[0] - colour[0], pixel[1] - colour[1], pixel[2] - colour[2])) < 30)
+      return name;
+  }
+  return "other";
+}
+
+/// The class of rung i, read in its middle: at the last column of a left image of width 100.
+std::string classOf(const cv::Mat& drawing, std::size_t i) { return classAt(drawing, int(6 * i + 10), 99); }
+
+TEST(MatchDrawing, PutsPaleImagesSideBySide) {
+  cv::Mat left(40, 100, CV_8U, cv::Scalar(200)), right(60, 70, CV_8UC3, cv::Scalar(100, 50, 0));
+  const cv::Mat drawing = drawMatches(left, right, {}, {}, {}, 5);
+  ASSERT_EQ(drawing.size(), cv::Size(170, 60));
+  ASSERT_EQ(drawing.type(), CV_8UC3);
+  EXPECT_EQ(drawing.at<cv::Vec3b>(39, 99), cv::Vec3b(180, 180, 180));
+  EXPECT_EQ(drawing.at<cv::Vec3b>(40, 99), cv::Vec3b(0, 0, 0));  // below the smaller image
+  EXPECT_EQ(drawing.at<cv::Vec3b>(59, 100), cv::Vec3b(120, 90, 60));
+  EXPECT_EQ(drawing.at<cv::Vec3b>(0, 169), cv::Vec3b(120, 90, 60));
+  EXPECT_EQ(left.at<uchar>(0, 0), 200);
+  EXPECT_EQ(drawMatches(black(5, 5, CV_8UC4), black(5, 5), {}, {}, {}, 5).at<cv::Vec3b>(2, 2), kGround);
+}
+
+TEST(MatchDrawing, ColoursTellTheClasses) {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  // Selected: right (at the tolerance itself), wrong, infinitely wrong, unknown; rejected: right, wrong,
+  // unknown.
+  const Mask mask = {1, 1, 1, 1, 0, 0, 0};
+  const std::vector<double> errors = {5, 5.01, inf, nan, 0, 9, nan};
+  const cv::Mat drawing = drawMatches(black(100, 80), black(100, 80), rungs(7), mask, errors, 5);
+  const std::vector<std::string> expected = {"correct", "wrong",   "wrong",  "selected",
+                                             "missed",  "nothing", "nothing"};
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(classOf(drawing, i), expected[i]) << i;
+  // The line ends at the points; the right one is moved by the width of the left image.
+  EXPECT_EQ(classAt(drawing, 10, 20), "nothing");
+  EXPECT_EQ(classAt(drawing, 10, 40), "correct");
+  EXPECT_EQ(classAt(drawing, 10, 145), "correct");
+  EXPECT_EQ(classAt(drawing, 10, 160), "nothing");
+}
+
+TEST(MatchDrawing, UnknownTruthHasItsColour) {
+  const cv::Mat drawing = drawMatches(black(100, 80), black(100, 80), rungs(3), {1, 0, 1}, {}, 5);
+  EXPECT_EQ(classOf(drawing, 0), "selected");
+  EXPECT_EQ(classOf(drawing, 1), "nothing");
+  EXPECT_EQ(classOf(drawing, 2), "selected");
+}
+
+TEST(MatchDrawing, ThinsEveryClassEvenly) {
+  for (const std::size_t max_lines : {0, 1, 3, 7, 10, 49, 60, 99, 100, 200}) {
+    // 100 right ones and 60 missed ones.
+    Mask mask(160, 1);
+    std::fill(mask.begin() + 100, mask.end(), 0);
+    const cv::Mat drawing = drawMatches(black(100, 1000), black(100, 1000), rungs(160), mask,
+                                        std::vector<double>(160, 0.0), 5, max_lines);
+    std::vector<std::size_t> correct, missed;
+    for (std::size_t i = 0; i < 160; ++i) {
+      if (classOf(drawing, i) == "correct") correct.push_back(i);
+      if (classOf(drawing, i) == "missed") missed.push_back(i);
+    }
+    EXPECT_EQ(correct.size(), std::min<std::size_t>(max_lines, 100)) << max_lines;
+    EXPECT_EQ(missed.size(), std::min<std::size_t>(max_lines, 60)) << max_lines;
+    for (std::size_t k = 1; k < correct.size(); ++k) {
+      EXPECT_LE(double(correct[k] - correct[k - 1]), std::ceil(100.0 / double(max_lines)));
+    }
+  }
+}
+
+TEST(MatchDrawing, LeavesOutWhatCannotBeDrawn) {
+  Correspondences m = rungs(4);
+  m.left_x[0] = std::numeric_limits<float>::quiet_NaN();
+  m.right_y[1] = std::numeric_limits<float>::infinity();
+  m.right_x[2] = 1e9f;
+  const cv::Mat drawing =
+      drawMatches(black(100, 80), black(100, 80), m, Mask(4, 1), std::vector<double>(4, 0.0), 5);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(classOf(drawing, i), "nothing");
+  EXPECT_EQ(classOf(drawing, 3), "correct");
+  // Points outside the image are fine.
+  m = rungs(1);
+  m.left_x[0] = -20000;
+  EXPECT_EQ(classOf(drawMatches(black(100, 80), black(100, 80), m, {1}, {0}, 5), 0), "correct");
+}
+
+}  // namespace
+}  // namespace corrsel::core
