@@ -8,7 +8,9 @@ export ROS_HOSTNAME="${ROS_HOSTNAME:-localhost}"
 export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:11311}"
 
 package_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-build_dir=${CORRSEL_BUILD_DIR:-$package_dir/build}
+# Outside the package: rosrun looks through the package's folder and leaves out build/ in it.
+cache_dir=${XDG_CACHE_HOME:-$HOME/.cache}/corrsel
+build_dir=${CORRSEL_BUILD_DIR:-$cache_dir/build-$(printf %s "$package_dir" | cksum | cut -d' ' -f1)}
 
 # Debian's own ROS 1 packages.
 build_packages=(
@@ -65,8 +67,6 @@ build() {
     shift
   done
   mkdir -p "$build_dir"
-  # Keeps catkin from looking for packages in here when this package lies in a workspace.
-  touch "$build_dir/CATKIN_IGNORE"
   log=$build_dir/build.log
   say "building in $build_dir (log: $log)"
   if ! { cmake -S "$package_dir" -B "$build_dir" -DCATKIN_DEVEL_PREFIX="$build_dir/devel" "${arguments[@]}" &&

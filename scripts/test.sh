@@ -8,6 +8,7 @@ install_packages "${build_packages[@]}" "${test_packages[@]}"
 build all tests -- "$@"
 use_workspace
 export ROS_HOME=$build_dir/ros_home
+"$package_dir/scripts/fetch_samples.sh" || say "no sample photographs: their tests will be skipped"
 results=$build_dir/test_results
 rm -rf "$results"
 say "running the tests (log: $build_dir/tests.log)"

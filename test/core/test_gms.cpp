@@ -192,6 +192,12 @@ TEST(Gms, AcceptsAtTheThresholdItself) {
   EXPECT_EQ(GmsSelector().select(equalMatches(2, 1, 1)).n_selected, 0u);  // 2 < 4 sqrt(2 / 4)
 }
 
+TEST(Gms, TheFirstOfEqualVariantsWins) {
+  const Selection s = createSelector("gms:rotation_scale")->select(equalMatches(200));
+  EXPECT_EQ(s.n_selected, 200u);
+  EXPECT_EQ(s.message, "rotation 0 deg, scale 1");
+}
+
 TEST(Gms, PullsInPointsUpToOnePixelOutside) {
   for (const bool left : {true, false}) {
     const struct {

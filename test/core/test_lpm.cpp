@@ -194,6 +194,10 @@ TEST(Lpm, LeavesOutTheSecondPassWhereTooFewSurvive) {
   EXPECT_EQ(s.iterations, 1);
   EXPECT_EQ(s.status, Status::kOk);
   EXPECT_EQ(s.n_selected, 0u);
+  // Six are just enough.
+  options.lambda_first = 64;
+  m = m.subset({0, 1, 2, 3, 4, 5});
+  EXPECT_EQ(LpmSelector(options).select(m).iterations, 2);
 }
 
 TEST(Lpm, FlagsPointsThatAreAllEqual) {
