@@ -51,6 +51,11 @@ std::vector<double> groundTruthErrors(const GroundTruth& truth, const Correspond
   for (std::size_t i = 0; i < n; ++i) {
     const float lx = matches.left_x[i], ly = matches.left_y[i], rx = matches.right_x[i],
                 ry = matches.right_y[i];
+    const bool finite = std::isfinite(lx) && std::isfinite(ly) && std::isfinite(rx) && std::isfinite(ry);
+    if (!finite && truth.kind != TruthKind::kNone && truth.kind != TruthKind::kLabels) {
+      errors[i] = std::numeric_limits<double>::infinity();
+      continue;
+    }
     switch (truth.kind) {
       case TruthKind::kNone:
         break;

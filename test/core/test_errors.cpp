@@ -89,7 +89,26 @@ TEST(Errors, DisparityPredictsTheRightPoint) {
   EXPECT_NEAR(errors[2], 0, 1e-5);
   EXPECT_TRUE(std::isnan(errors[3]));
   EXPECT_DOUBLE_EQ(errors[4], 0);
-  for (std::size_t i = 5; i < 10; ++i) EXPECT_TRUE(std::isnan(errors[i])) << i;
+  for (std::size_t i = 5; i < 9; ++i) EXPECT_TRUE(std::isnan(errors[i])) << i;
+  EXPECT_EQ(errors[9], std::numeric_limits<double>::infinity());
+}
+
+TEST(Errors, CoordinatesThatAreNotFiniteAreWrongWhateverTheSide) {
+  GroundTruth truth;
+  truth.kind = TruthKind::kHomography;
+  for (const double error : groundTruthErrors(truth, matches({{kNaN, 0, 0, 0}, {0, 0, 0, kNaN}}))) {
+    EXPECT_EQ(error, std::numeric_limits<double>::infinity());
+  }
+}
+
+TEST(Errors, SignOfAHomographyDoesNotMatter) {
+  GroundTruth truth;
+  truth.kind = TruthKind::kHomography;
+  truth.matrix = cv::Matx33d(1, 0, 3, 0, 1, 4, 0, 0, 1) * -0.5;
+  Correspondences m = matches({{10, 20, 10, 20}});
+  EXPECT_DOUBLE_EQ(groundTruthErrors(truth, m)[0], 5);
+  m.left_size = {100, 80};
+  EXPECT_DOUBLE_EQ(groundTruthErrors(truth, m)[0], 5);
 }
 
 }  // namespace

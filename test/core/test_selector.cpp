@@ -153,6 +153,21 @@ TEST(Selector, AnswersMissingAndInconsistentColumns) {
   EXPECT_FALSE(ran);
 }
 
+TEST(Selector, RefusesAnswersOfAnotherLength) {
+  for (const bool with_bad_row : {false, true}) {
+    Correspondences m = matches(3);
+    if (with_bad_row) m.left_x[1] = kNaN;
+    const Selection mask = Stub([](const Correspondences&, Selection& r) { r.mask.assign(9, 1); }).select(m);
+    const Selection score =
+        Stub([](const Correspondences&, Selection& r) { r.score.assign(1, 1); }).select(m);
+    for (const Selection& s : {mask, score}) {
+      EXPECT_EQ(s.status, Status::kFailed);
+      EXPECT_EQ(s.mask, Mask(3, 0));
+      EXPECT_TRUE(s.score.empty());
+    }
+  }
+}
+
 TEST(Selector, TurnsExceptionsIntoStatuses) {
   for (const bool with_bad_row : {false, true}) {
     Correspondences m = matches(3);

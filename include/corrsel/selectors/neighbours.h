@@ -12,7 +12,7 @@ namespace corrsel::core {
 class PlanarNeighbours {
  public:
   /// @param x, y   `count` finite coordinates, copied
-  /// @param max_k  largest k that nearest() will be asked for. O(count log count).
+  /// @param max_k  largest k that nearest() will be asked for, at most 64. O(count log count).
   PlanarNeighbours(const float* x, const float* y, std::size_t count, int max_k);
 
   /// Writes the min(k, count) nearest indices to `out`, nearest first; a query that is itself in the set
