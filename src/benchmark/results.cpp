@@ -379,7 +379,7 @@ void RunFolder::appendImage(ExampleImage image, const cv::Mat& picture) {
 }
 
 std::vector<SummaryRow> RunFolder::writeSummary(const RunState& state) const {
-  const std::vector<SummaryRow> summary = summarize(readRows());
+  std::vector<SummaryRow> summary = summarize(readRows());
   std::string csv = std::string(kSummaryHeader) + "\n";
   nlohmann::ordered_json json;
   json["state"] = {{"complete", state.complete()},

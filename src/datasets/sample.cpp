@@ -233,7 +233,7 @@ cv::Mat readDisparity(const std::string& path, const cv::Size& size) {
 
 SampleReader::SampleReader(const std::string& root, int seed) : root_(root), seed_(seed) {
   requireFolder(root, "sample dataset", kRemedy);
-  if (files().empty()) {
+  if (SampleReader::files().empty()) {
     throw DatasetError("sample dataset: '" + root + "' has none of the sample images; " + kRemedy);
   }
 }

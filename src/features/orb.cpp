@@ -32,7 +32,7 @@ int usableLevels(const OrbOptions& options, const cv::Size& size) {
 
 }  // namespace
 
-OrbExtractor::OrbExtractor(OrbOptions options)
+OrbExtractor::OrbExtractor(const OrbOptions& options)
     : OpenCvExtractor(
           "orb+orb",
           [options](const cv::Size& size) {

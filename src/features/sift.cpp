@@ -17,7 +17,7 @@ void SiftOptions::visit(OptionVisitor& visitor) {
   visitor.number({"sigma", 0.5, 5, "px", "SIFT: blur of the first octave"}, sigma);
 }
 
-SiftExtractor::SiftExtractor(SiftOptions options)
+SiftExtractor::SiftExtractor(const SiftOptions& options)
     : OpenCvExtractor(
           "sift+sift",
           [options](const cv::Size&) {

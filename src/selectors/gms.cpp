@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "corrsel/text.h"
@@ -134,7 +135,7 @@ void GmsOptions::visit(OptionVisitor& visitor) {
                drop_first_cells);
 }
 
-GmsSelector::GmsSelector(GmsOptions options) : options_(options) { options_.check(); }
+GmsSelector::GmsSelector(GmsOptions options) : options_(std::move(options)) { options_.check(); }
 
 Presets GmsSelector::presets() {
   return {{"rotation", {{"rotation", "true"}}},

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "corrsel/selectors/neighbours.h"
 
@@ -191,7 +192,7 @@ void LpmOptions::check() const {
   }
 }
 
-LpmSelector::LpmSelector(LpmOptions options) : options_(options) { options_.check(); }
+LpmSelector::LpmSelector(LpmOptions options) : options_(std::move(options)) { options_.check(); }
 
 Presets LpmSelector::presets() {
   return {{"paper", {}},

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "corrsel/selectors/otsu.h"
 #include "corrsel/text.h"
@@ -29,7 +30,7 @@ void NnsrOptions::check() const {
   }
 }
 
-NnsrSelector::NnsrSelector(NnsrOptions options) : options_(options) { options_.check(); }
+NnsrSelector::NnsrSelector(NnsrOptions options) : options_(std::move(options)) { options_.check(); }
 
 std::string NnsrSelector::missingInput(const Correspondences& matches) const {
   if (matches.empty() || (!matches.distance.empty() && !matches.second_distance.empty())) return "";

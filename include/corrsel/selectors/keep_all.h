@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
@@ -14,7 +15,7 @@ struct KeepAllOptions : OptionSet {
 /// Selects every match with finite coordinates: the baseline that every selector must beat. O(N).
 class KeepAllSelector : public Selector {
  public:
-  explicit KeepAllSelector(KeepAllOptions options = {}) : options_(options) {}
+  explicit KeepAllSelector(KeepAllOptions options = {}) : options_(std::move(options)) {}
   static Presets presets() { return {}; }
   std::string name() const override { return "keep_all"; }
   const OptionSet& options() const override { return options_; }
