@@ -19,7 +19,7 @@ struct OrbOptions : OptionSet {
 /// "orb+orb".
 class OrbExtractor : public OpenCvExtractor {
  public:
-  explicit OrbExtractor(OrbOptions options = {});
+  explicit OrbExtractor(const OrbOptions& options = {});
   const OptionSet& options() const override { return options_; }
 
  private:

@@ -19,7 +19,7 @@ struct SiftOptions : OptionSet {
 /// "sift+sift".
 class SiftExtractor : public OpenCvExtractor {
  public:
-  explicit SiftExtractor(SiftOptions options = {});
+  explicit SiftExtractor(const SiftOptions& options = {});
   const OptionSet& options() const override { return options_; }
 
  private:
