@@ -160,9 +160,9 @@ core::BenchmarkConfig configFrom(std::map<std::string, std::string>& values) {
     throw UsageError("both dataset '" + values["dataset"] + "' and bag '" + values["bag"] +
                      "' are given: leave one");
   }
-  config.data_root =
-      values["data_root"].empty() ? "" : fs::absolute(values["data_root"]).lexically_normal().string();
-  for (std::string& bag : config.bags) bag = fs::absolute(bag).lexically_normal().string();
+  const std::string& working_dir = values["working_dir"];
+  config.data_root = values["data_root"].empty() ? "" : absolutePath(values["data_root"], working_dir);
+  for (std::string& bag : config.bags) bag = absolutePath(bag, working_dir);
   config.features = core::splitList(values["features"]);
   config.preselection = core::splitList(values["preselection"]);
   config.selectors = core::splitList(values["selectors"]);

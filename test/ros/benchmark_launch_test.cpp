@@ -120,9 +120,10 @@ TEST_F(BenchmarkLaunch, LaunchWritesACompleteFolderAndPublishes) {
   ros::AsyncSpinner spinner(1);
   spinner.start();
   const fs::path run = root_ / "launched";
+  // Relative paths start from where the user is, not from ROS_HOME, where roslaunch starts nodes.
   const Output output =
-      shell("roslaunch corrsel benchmark.launch dataset:=vgg data_root:=" + (root_ / "data").string() +
-            " output_dir:=" + run.string());
+      shell("cd " + root_.string() +
+            " && roslaunch corrsel benchmark.launch dataset:=vgg data_root:=data output_dir:=launched");
   EXPECT_NE(output.text.find("vgg, sift+sift, preselection none, tau = 5 px"), std::string::npos)
       << output.text;
   EXPECT_NE(output.text.find("report.html"), std::string::npos) << output.text;
