@@ -1615,7 +1615,7 @@ code, pre { font-family: ui-monospace, "SFMono-Regular", Menlo, Consolas, "DejaV
 table { border-collapse: collapse; min-width: 100%; font-variant-numeric: tabular-nums;
   font-size: .92rem; line-height: 1.35; }
 caption { text-align: left; color: #555; padding: 0 0 .5rem; font-size: .92rem; }
-caption { position: sticky; left: 0; }
+caption { position: sticky; left: 0; max-width: calc(100vw - 3rem); }
 th, td { padding: .42rem .8rem; text-align: right; vertical-align: baseline; white-space: nowrap; }
 th { font-weight: 650; }
 thead th { border-bottom: 1.5px solid #1b1b1b; vertical-align: bottom; font-size: .88rem; }
@@ -1680,7 +1680,6 @@ footer { margin-top: 3rem; padding-top: .8rem; border-top: 1px solid #d5d5d5; co
   h1 { font-size: 1.6rem; } h2 { font-size: 1.25rem; margin-top: 2.6rem; }
   h3 .sub { display: block; margin: .15rem 0 0; font-size: .95rem; }
   table { font-size: .86rem; } th, td { padding: .4rem .6rem; }
-  caption { max-width: calc(100vw - 2rem); }
   th:first-child { min-width: 5.6rem; max-width: 9.5rem; white-space: normal; overflow-wrap: break-word; }
 }
 @media print {
