@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "corrsel/kernels/kernels.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -169,17 +171,9 @@ double sampsonError(const cv::Matx33d& f, double x, double y, double u, double v
 
 void sampsonErrors(const cv::Matx33d& f, const NormalizedMatches& m, std::size_t begin, std::size_t end,
                    float* out) {
-  float k[9];
-  for (int i = 0; i < 9; ++i) k[i] = static_cast<float>(f.val[i]);
-  const float *lx = m.left_x.data(), *ly = m.left_y.data(), *rx = m.right_x.data(), *ry = m.right_y.data();
-  for (std::size_t i = begin; i < end; ++i) {
-    const float x = lx[i], y = ly[i], u = rx[i], v = ry[i];
-    const float a = k[0] * x + k[1] * y + k[2], b = k[3] * x + k[4] * y + k[5];
-    const float c = k[0] * u + k[3] * v + k[6], d = k[1] * u + k[4] * v + k[7];
-    const float residual = u * a + v * b + k[6] * x + k[7] * y + k[8];
-    const float gradient = a * a + b * b + c * c + d * d;
-    out[i - begin] = residual * residual / (gradient + std::numeric_limits<float>::min());
-  }
+  ResidualModel model{};
+  for (int i = 0; i < 9; ++i) model.forward[i] = static_cast<float>(f.val[i]);
+  kernels().errors[static_cast<std::size_t>(Residual::kSampson)](model, m.columns(), begin, end, out);
 }
 
 double epipolarLineDistance(const cv::Matx33d& f, double x, double y, double u, double v) {

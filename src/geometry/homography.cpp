@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "corrsel/kernels/kernels.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -92,18 +94,9 @@ double homographyError(const cv::Matx33d& h, double left_x, double left_y, doubl
 
 void homographyErrors(const cv::Matx33d& h, const NormalizedMatches& m, std::size_t begin, std::size_t end,
                       float* out) {
-  float k[9];
-  for (int i = 0; i < 9; ++i) k[i] = static_cast<float>(h.val[i]);
-  const float *lx = m.left_x.data(), *ly = m.left_y.data(), *rx = m.right_x.data(), *ry = m.right_y.data();
-  for (std::size_t i = begin; i < end; ++i) {
-    const float x = lx[i], y = ly[i];
-    const float w = k[6] * x + k[7] * y + k[8];
-    const float inverse = 1.0F / w;
-    const float dx = (k[0] * x + k[1] * y + k[2]) * inverse - rx[i];
-    const float dy = (k[3] * x + k[4] * y + k[5]) * inverse - ry[i];
-    const float squared = dx * dx + dy * dy;
-    out[i - begin] = w > 0.0F ? squared : std::numeric_limits<float>::infinity();
-  }
+  ResidualModel model{};
+  for (int i = 0; i < 9; ++i) model.forward[i] = static_cast<float>(h.val[i]);
+  kernels().errors[static_cast<std::size_t>(Residual::kTransfer)](model, m.columns(), begin, end, out);
 }
 
 bool isValidHomographySample(const NormalizedMatches& m, const std::uint32_t* s) {

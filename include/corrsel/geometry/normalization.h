@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "corrsel/correspondences.h"
+#include "corrsel/kernels/kernels.h"
 
 namespace corrsel::core {
 
@@ -18,6 +19,11 @@ struct NormalizedMatches {
   cv::Matx33d left, right;  ///< pixel to normalised coordinates, homogeneous
 
   std::size_t size() const { return left_x.size(); }
+
+  /// The coordinates as the kernels read them; valid as long as the vectors are not changed.
+  MatchColumns columns() const {
+    return {left_x.data(), left_y.data(), right_x.data(), right_y.data(), left_x.size()};
+  }
 
   /// Homography between normalised coordinates to one between pixels, with H(2,2) = 1 where that is not near
   /// 0.

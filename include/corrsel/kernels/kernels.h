@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace corrsel::core {
+
+/// Instruction sets that the kernels are compiled for: the baseline is SSE2 on x86-64 and NEON on ARM.
+enum class KernelLevel : std::uint8_t { kBaseline, kAvx2, kAvx512 };
+
+std::string toString(KernelLevel level);
+
+/// The levels that this build and this processor offer, lowest first.
+std::vector<KernelLevel> supportedKernelLevels();
+
+/// The level in use: the highest supported one, unless the environment variable CORRSEL_KERNELS (baseline,
+/// avx2 or avx512) or setKernelLevel() says otherwise. Throws std::invalid_argument where the variable names
+/// a level that does not exist or that the processor lacks.
+KernelLevel kernelLevel();
+
+/// For tests and measurements. Throws std::invalid_argument for a level that is not supported.
+void setKernelLevel(KernelLevel level);
+
+/// How a match is compared with a model; the number of the kernel in Kernels::errors and Kernels::score.
+enum class Residual : std::uint8_t {
+  kTransfer,           ///< |x' - Hx|^2
+  kSymmetricTransfer,  ///< |x' - Hx|^2 + |x - H^-1 x'|^2
+  kSampson             ///< squared Sampson distance of x'^T F x
+};
+constexpr std::size_t kResiduals = 3;
+
+/// Four columns of equal length: left x, y, right x, y.
+struct MatchColumns {
+  const float *left_x, *left_y, *right_x, *right_y;
+  std::size_t size;
+};
+
+/// A 3x3 matrix, row-major, and for Residual::kSymmetricTransfer its inverse, scaled so that the third
+/// coordinate of both mappings is positive in front of the cameras.
+struct ResidualModel {
+  float forward[9];
+  float backward[9];
+};
+
+/// What the score of a model counts, and when scoring gives up.
+struct ScoreRule {
+  float squared_threshold;  ///< a match with error <= this is an inlier
+  float cost_per_error;   ///< cost of an inlier = error * this: kOutlierCost / threshold^2 is MSAC, 0 counts
+                          ///< outliers
+  std::int64_t limit;     ///< give up once the cost reaches this
+  std::size_t start = 0;  ///< first match; a multiple of kBlock. Matches are visited cyclically
+  double log_consistent = 0;    ///< SPRT: ln(delta / epsilon), added per inlier; both 0 = no SPRT
+  double log_inconsistent = 0;  ///< SPRT: ln((1 - delta) / (1 - epsilon)), added per outlier
+  double log_decision = 0;      ///< SPRT: ln(A): reject above this
+
+  static constexpr std::int32_t kOutlierCost = 65536;  ///< whole numbers add up alike in any order
+  static constexpr std::size_t kBlock = 16;            ///< the SPRT decides after every block
+};
+
+struct ModelScore {
+  std::int64_t cost = 0;    ///< sum over the matches seen
+  std::size_t inliers = 0;  ///< among the matches seen
+  std::size_t seen = 0;     ///< matches seen before giving up; all of them unless rejected
+  bool rejected = false;    ///< by the limit or by the SPRT
+  bool rejected_by_sprt = false;
+};
+
+/// The hot loops, one set per level. All levels give bit-identical results: they run the same operations in
+/// the same order, without contraction, on vectors of different width.
+struct Kernels {
+  /// Squared errors of matches [begin, end), written to out[0 .. end - begin). An error that does not exist
+  /// (point behind the camera) is +Inf.
+  void (*errors[kResiduals])(const ResidualModel& model, const MatchColumns& matches, std::size_t begin,
+                             std::size_t end, float* out);
+
+  /// Truncated cost and inliers of a model. O(matches seen).
+  ModelScore (*score[kResiduals])(const ResidualModel& model, const MatchColumns& matches,
+                                  const ScoreRule& rule);
+};
+
+/// The kernels of the level in use. Throws like kernelLevel().
+const Kernels& kernels();
+
+}  // namespace corrsel::core

@@ -1,0 +1,7 @@
+#include "table.h"
+
+namespace corrsel::core {
+
+const Kernels kBaselineKernels = kTable;
+
+}  // namespace corrsel::core

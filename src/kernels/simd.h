@@ -1,0 +1,93 @@
+#pragma once
+
+// Vectors of the width that the including file is compiled for. Included by the level_*.cpp files only, which
+// are compiled for different processors: everything here and in the *_kernels.h files has internal linkage
+// and uses no standard library templates, whose copies the linker would share between levels.
+
+#include <cstddef>
+#include <cstdint>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#elif defined(__ARM_NEON)
+#include <arm_neon.h>
+#endif
+
+namespace corrsel::core {
+namespace {
+
+#if defined(__AVX512F__)
+constexpr int kWidth = 16;
+#elif defined(__AVX2__)
+constexpr int kWidth = 8;
+#else
+constexpr int kWidth = 4;
+#endif
+
+/// kWidth lanes. Arithmetic, comparisons (lanes of all ones or zeros) and mask ? a : b are the compiler's.
+typedef float FloatV __attribute__((vector_size(kWidth * 4)));
+typedef std::int32_t IntV __attribute__((vector_size(kWidth * 4)));
+
+/// Sums are kept in kLanes lanes at every level, so that they round alike: kParts vectors.
+constexpr int kLanes = 16;
+constexpr int kParts = kLanes / kWidth;
+
+inline FloatV load(const float* p) {
+  FloatV v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline void store(float* p, FloatV v) { __builtin_memcpy(p, &v, sizeof v); }
+
+inline FloatV splat(float value) { return value - FloatV{}; }
+inline IntV splat(std::int32_t value) { return value - IntV{}; }
+
+inline FloatV toFloat(IntV v) { return __builtin_convertvector(v, FloatV); }
+
+/// Towards zero. @pre |v| < 2^31
+inline IntV truncate(FloatV v) { return __builtin_convertvector(v, IntV); }
+inline std::int32_t truncate(float v) { return static_cast<std::int32_t>(v); }
+
+inline FloatV minimum(FloatV a, FloatV b) { return a < b ? a : b; }
+inline FloatV maximum(FloatV a, FloatV b) { return a > b ? a : b; }
+
+/// Exactly rounded square roots.
+inline FloatV squareRoot(FloatV v) {
+#if defined(__AVX512F__)
+  return (FloatV)_mm512_sqrt_ps((__m512)v);
+#elif defined(__AVX2__)
+  return (FloatV)_mm256_sqrt_ps((__m256)v);
+#elif defined(__SSE2__)
+  return (FloatV)_mm_sqrt_ps((__m128)v);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+  return (FloatV)vsqrtq_f32((float32x4_t)v);
+#else
+  for (int k = 0; k < kWidth; ++k) v[k] = __builtin_sqrtf(v[k]);
+  return v;
+#endif
+}
+
+/// Lanes of a mask that are set.
+inline std::uint32_t countTrue(IntV mask) {
+#if defined(__AVX512F__)
+  return static_cast<std::uint32_t>(__builtin_popcount(_mm512_movepi32_mask((__m512i)mask)));
+#elif defined(__AVX2__)
+  return static_cast<std::uint32_t>(
+      __builtin_popcount(static_cast<unsigned>(_mm256_movemask_ps((__m256)mask))));
+#else
+  std::uint32_t count = 0;
+  for (int k = 0; k < kWidth; ++k) count -= static_cast<std::uint32_t>(mask[k]);
+  return count;
+#endif
+}
+inline std::uint32_t countTrue(bool mask) { return mask ? 1U : 0U; }
+
+inline std::int64_t sum(IntV v) {
+  std::int64_t total = 0;
+  for (int k = 0; k < kWidth; ++k) total += v[k];
+  return total;
+}
+
+}  // namespace
+}  // namespace corrsel::core

@@ -1,0 +1,149 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "corrsel/kernels/kernels.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using namespace testing;
+
+/// Restores the level that was in use.
+class Kernels : public ::testing::Test {
+ protected:
+  ~Kernels() override { setKernelLevel(before_); }
+
+ private:
+  KernelLevel before_ = kernelLevel();
+};
+
+ResidualModel modelOf(Residual residual, const Scene& plane, const Scene& space) {
+  ResidualModel model{};
+  const cv::Matx33d forward = residual == Residual::kSampson ? space.model : plane.model;
+  const cv::Matx33d backward = plane.model.inv();
+  for (int i = 0; i < 9; ++i) {
+    model.forward[i] = static_cast<float>(forward.val[i]);
+    model.backward[i] = static_cast<float>(backward.val[i]);
+  }
+  return model;
+}
+
+MatchColumns columns(const Correspondences& m, std::size_t size) {
+  return {m.left_x.data(), m.left_y.data(), m.right_x.data(), m.right_y.data(), size};
+}
+
+TEST_F(Kernels, LevelsAreNamedAndOrdered) {
+  const std::vector<KernelLevel> levels = supportedKernelLevels();
+  ASSERT_FALSE(levels.empty());
+  EXPECT_EQ(toString(levels[0]), "baseline");
+  for (const KernelLevel level : levels) {
+    setKernelLevel(level);
+    EXPECT_EQ(kernelLevel(), level);
+  }
+  if (levels.back() != KernelLevel::kAvx512) {
+    EXPECT_NE(errorOf<std::invalid_argument>([] { setKernelLevel(KernelLevel::kAvx512); }), "");
+  }
+}
+
+TEST_F(Kernels, ErrorsAndScoresAreTheSameAtEveryLevel) {
+  const Scene plane = homographyScene({1003, 0.5, 2.0, 5}), space = stereoScene({1003, 0.5, 2.0, 5});
+  for (const Residual residual : {Residual::kTransfer, Residual::kSymmetricTransfer, Residual::kSampson}) {
+    const auto number = static_cast<std::size_t>(residual);
+    const Scene& scene = residual == Residual::kSampson ? space : plane;
+    const ResidualModel model = modelOf(residual, plane, space);
+    for (const std::size_t n : {1, 3, 4, 7, 8, 15, 16, 17, 31, 255, 256, 300, 1003}) {
+      SCOPED_TRACE(std::to_string(number) + " " + std::to_string(n));
+      const MatchColumns m = columns(scene.matches, n);
+      setKernelLevel(KernelLevel::kBaseline);
+      std::vector<float> expected(n);
+      kernels().errors[number](model, m, 0, n, expected.data());
+      for (const bool msac : {true, false}) {
+        for (const bool sprt : {true, false}) {
+          for (const double share : {2.0, 0.6, 0.2}) {
+            ScoreRule rule{9.0F, msac ? ScoreRule::kOutlierCost / 9.0F : 0.0F,
+                           std::int64_t(share * double(n) * ScoreRule::kOutlierCost)};
+            rule.start = n > 40 ? 32 : 0;
+            if (sprt) {
+              rule.log_consistent = std::log(0.05 / 0.5);
+              rule.log_inconsistent = std::log(0.95 / 0.5);
+              rule.log_decision = std::log(10.0);
+            }
+            setKernelLevel(KernelLevel::kBaseline);
+            const ModelScore wanted = kernels().score[number](model, m, rule);
+            for (const KernelLevel level : supportedKernelLevels()) {
+              setKernelLevel(level);
+              std::vector<float> errors(n);
+              kernels().errors[number](model, m, 0, n, errors.data());
+              ASSERT_EQ(errors, expected) << toString(level);
+              const ModelScore score = kernels().score[number](model, m, rule);
+              ASSERT_EQ(score.cost, wanted.cost) << toString(level);
+              ASSERT_EQ(score.inliers, wanted.inliers) << toString(level);
+              ASSERT_EQ(score.seen, wanted.seen) << toString(level);
+              ASSERT_EQ(score.rejected, wanted.rejected) << toString(level);
+              ASSERT_EQ(score.rejected_by_sprt, wanted.rejected_by_sprt) << toString(level);
+            }
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_F(Kernels, ScoreAddsUpTheErrors) {
+  const Scene plane = homographyScene({777, 0.5, 2.0, 6}), space = stereoScene({777, 0.5, 2.0, 6});
+  for (const Residual residual : {Residual::kTransfer, Residual::kSymmetricTransfer, Residual::kSampson}) {
+    const auto number = static_cast<std::size_t>(residual);
+    const Scene& scene = residual == Residual::kSampson ? space : plane;
+    const ResidualModel model = modelOf(residual, plane, space);
+    const MatchColumns m = columns(scene.matches, 777);
+    std::vector<float> errors(777);
+    kernels().errors[number](model, m, 0, 777, errors.data());
+    std::size_t inliers = 0;
+    double cost = 0;
+    for (const float error : errors) {
+      inliers += error <= 4.0F ? 1 : 0;
+      cost += error <= 4.0F ? error / 4.0 : 1.0;
+    }
+    ScoreRule rule{4.0F, ScoreRule::kOutlierCost / 4.0F, std::numeric_limits<std::int64_t>::max()};
+    const ModelScore msac = kernels().score[number](model, m, rule);
+    EXPECT_EQ(msac.inliers, inliers);
+    EXPECT_EQ(msac.seen, 777u);
+    EXPECT_NEAR(double(msac.cost) / ScoreRule::kOutlierCost, cost, 0.02);
+    EXPECT_GT(inliers, 50u);
+    rule.cost_per_error = 0;
+    EXPECT_EQ(kernels().score[number](model, m, rule).cost,
+              std::int64_t(777 - inliers) * ScoreRule::kOutlierCost);
+  }
+}
+
+TEST_F(Kernels, SprtRejectsAWrongModelEarlyAndKeepsARightOne) {
+  const Scene scene = homographyScene({2000, 0.5, 0.5, 7});
+  Correspondences mixed = scene.matches.subset(permutation(2000, 3));
+  ResidualModel model = modelOf(Residual::kTransfer, scene, scene);
+  ScoreRule rule{9.0F, 0.0F, std::numeric_limits<std::int64_t>::max()};
+  rule.log_consistent = std::log(0.01 / 0.4);
+  rule.log_inconsistent = std::log(0.99 / 0.6);
+  rule.log_decision = std::log(20.0);
+  const ModelScore right = kernels().score[0](model, columns(mixed, 2000), rule);
+  EXPECT_FALSE(right.rejected);
+  EXPECT_EQ(right.seen, 2000u);
+  EXPECT_GE(right.inliers, 990u);
+  model.forward[2] += 100;
+  const ModelScore wrong = kernels().score[0](model, columns(mixed, 2000), rule);
+  EXPECT_TRUE(wrong.rejected_by_sprt);
+  EXPECT_LE(wrong.seen, 64u);
+}
+
+TEST_F(Kernels, PointsBehindTheCameraHaveNoError) {
+  const float x[] = {1}, y[] = {1};
+  const MatchColumns m = {x, y, x, y, 1};
+  const ResidualModel model = {{1, 0, 0, 0, 1, 0, -1, 0, 0.5}, {}};
+  float error = 0;
+  kernels().errors[0](model, m, 0, 1, &error);
+  EXPECT_TRUE(std::isinf(error));
+}
+
+}  // namespace
+}  // namespace corrsel::core
