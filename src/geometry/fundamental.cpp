@@ -5,7 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "corrsel/kernels/kernels.h"
+#include "corrsel/geometry/homography.h"
+#include "corrsel/geometry/residual.h"
 
 namespace corrsel::core {
 namespace {
@@ -111,20 +112,8 @@ int realRoots(double a, double b, double c, double d, double roots[3]) {
 /// Oriented epipolar constraint: with e' the right epipole, (e' x x') and F x are parallel with the same sign
 /// for all points, or with the opposite sign for all.
 bool isOriented(const cv::Matx33d& f, const NormalizedMatches& m, const std::uint32_t* sample) {
-  // The left null vector of F as the largest cross product of two of its columns.
-  cv::Vec3d epipole;
-  double largest = 0;
-  for (int a = 0; a < 3; ++a) {
-    const int b = (a + 1) % 3;
-    const cv::Vec3d product =
-        cv::Vec3d(f(0, a), f(1, a), f(2, a)).cross(cv::Vec3d(f(0, b), f(1, b), f(2, b)));
-    const double norm = product.dot(product);
-    if (norm > largest) {
-      largest = norm;
-      epipole = product;
-    }
-  }
-  if (largest == 0) return false;
+  const cv::Vec3d epipole = leftNullVector(f);
+  if (epipole == cv::Vec3d(0, 0, 0)) return false;
   int positive = 0;
   for (int k = 0; k < 7; ++k) {
     const std::uint32_t i = sample[k];
@@ -161,19 +150,28 @@ double gradientNorm(const cv::Matx33d& f, double x, double y, double u, double v
 
 }  // namespace
 
+cv::Vec3d leftNullVector(const cv::Matx33d& f) {
+  cv::Vec3d result(0, 0, 0);
+  double largest = 0;
+  for (int a = 0; a < 3; ++a) {
+    const int b = (a + 1) % 3;
+    const cv::Vec3d product =
+        cv::Vec3d(f(0, a), f(1, a), f(2, a)).cross(cv::Vec3d(f(0, b), f(1, b), f(2, b)));
+    const double norm = product.dot(product);
+    if (norm > largest) {
+      largest = norm;
+      result = product;
+    }
+  }
+  return result;
+}
+
 double sampsonError(const cv::Matx33d& f, double x, double y, double u, double v) {
   const double residual = u * (f(0, 0) * x + f(0, 1) * y + f(0, 2)) +
                           v * (f(1, 0) * x + f(1, 1) * y + f(1, 2)) + f(2, 0) * x + f(2, 1) * y + f(2, 2);
   const double gradient = gradientNorm(f, x, y, u, v);
   if (gradient == 0) return residual == 0 ? 0.0 : std::numeric_limits<double>::infinity();
   return residual * residual / gradient;
-}
-
-void sampsonErrors(const cv::Matx33d& f, const NormalizedMatches& m, std::size_t begin, std::size_t end,
-                   float* out) {
-  ResidualModel model{};
-  for (int i = 0; i < 9; ++i) model.forward[i] = static_cast<float>(f.val[i]);
-  kernels().errors[static_cast<std::size_t>(Residual::kSampson)](model, m.columns(), begin, end, out);
 }
 
 double epipolarLineDistance(const cv::Matx33d& f, double x, double y, double u, double v) {
@@ -230,28 +228,44 @@ int fundamentalFromSeven(const NormalizedMatches& m, const std::uint32_t* sample
   return kept;
 }
 
-bool fitFundamental(const NormalizedMatches& m, const std::vector<std::uint32_t>& rows, cv::Matx33d& f) {
-  if (rows.size() < 8) return false;
-  cv::Matx33d fitted;
-  for (int round = 0; round < 3; ++round) {
-    Eigen::Matrix<double, 9, 9> normal = Eigen::Matrix<double, 9, 9>::Zero();
-    for (const std::uint32_t i : rows) {
-      double weight = 1.0;
-      if (round > 0) {
-        const double gradient = gradientNorm(fitted, m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
-        weight = 1.0 / std::max(gradient, 1e-12);
+bool refineFundamental(const NormalizedMatches& matches, float squared_threshold, cv::Matx33d& f) {
+  using Matrix9 = Eigen::Matrix<double, 9, 9>;
+  constexpr auto kResidual = Residual::kSampson;
+  double sums[kFundamentalSums];
+  kernels().normal[static_cast<std::size_t>(kResidual)](residualModel(kResidual, f), matches.columns(),
+                                                        squared_threshold, sums);
+  Matrix9 normal;
+  const double* block = sums;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j, block += 6) {
+      int k = 0;
+      for (int a = 0; a < 3; ++a) {
+        for (int b = a; b < 3; ++b, ++k) {
+          normal(3 * i + a, 3 * j + b) = normal(3 * i + b, 3 * j + a) = block[k];
+          normal(3 * j + a, 3 * i + b) = normal(3 * j + b, 3 * i + a) = block[k];
+        }
       }
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(epipolarRow(m, i), weight);
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> solver(normal);
-    if (solver.info() != Eigen::Success || !(solver.eigenvalues()(1) > 1e-14 * solver.eigenvalues()(8)))
-      return false;
-    const cv::Matx33d candidate = enforceRankTwo(toMatrix(solver.eigenvectors().col(0)));
-    const double norm = cv::norm(candidate);
-    if (!(norm > 0) || !std::isfinite(norm)) return false;
-    fitted = candidate * (1.0 / norm);
   }
-  f = fitted;
+  // Steps stay on the surface |F| = 1, det F = 0 to first order: its normals are F itself and its cofactors.
+  const cv::Matx33d cofactors = adjugateOf(f).t();
+  Eigen::Matrix<double, 9, 2> normals;
+  normals.col(0) = Eigen::Map<const Vector9>(f.val);
+  normals.col(1) = Eigen::Map<const Vector9>(cofactors.val);
+  if (!(normals.col(1).norm() > 1e-12)) return false;
+  normals.col(1).normalize();
+  const Matrix9 basis = Eigen::HouseholderQR<Eigen::Matrix<double, 9, 2>>(normals).householderQ();
+  const Eigen::Matrix<double, 9, 7> tangent = basis.rightCols<7>();
+  const Eigen::Matrix<double, 7, 7> reduced = tangent.transpose() * normal * tangent;
+  const Eigen::LDLT<Eigen::Matrix<double, 7, 7>> solver(reduced);
+  if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 1e-12 * reduced.trace()))
+    return false;
+  const Eigen::Matrix<double, 7, 1> right = tangent.transpose() * (normal * normals.col(0));
+  const Vector9 refined = normals.col(0) - tangent * solver.solve(right);
+  const cv::Matx33d candidate = enforceRankTwo(toMatrix(refined));
+  const double norm = cv::norm(candidate);
+  if (!std::isfinite(norm) || !(norm > 0)) return false;
+  f = candidate * (1.0 / norm);
   return true;
 }
 

@@ -3,66 +3,65 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace corrsel::core {
 namespace {
 
-double mean(const std::vector<float>& values) {
-  double sum = 0;
-  for (const float value : values) sum += value;
-  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
-}
-
-double squaredSpread(const std::vector<float>& values, double centre) {
-  double sum = 0;
-  for (const float value : values) sum += (value - centre) * (value - centre);
-  return sum;
-}
-
-double largestMagnitude(const std::vector<float>& values) {
-  double largest = 0;
-  for (const float value : values) largest = std::max(largest, static_cast<double>(std::abs(value)));
+/// Gathers a column. @return its largest magnitude
+double gather(const std::vector<float>& column, const std::vector<std::uint32_t>& rows,
+              std::vector<float>& out) {
+  out.resize(rows.size());
+  float largest = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    out[i] = column[rows[i]];
+    largest = std::max(largest, std::abs(out[i]));
+  }
   return largest;
-}
-
-std::vector<float> shifted(const std::vector<float>& values, double centre, double scale) {
-  std::vector<float> result(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i)
-    result[i] = static_cast<float>((values[i] - centre) * scale);
-  return result;
 }
 
 }  // namespace
 
-NormalizedMatches normalizeMatches(const Correspondences& matches) {
-  NormalizedMatches result;
-  const double lx = mean(matches.left_x), ly = mean(matches.left_y);
-  const double rx = mean(matches.right_x), ry = mean(matches.right_y);
-  const double spread = squaredSpread(matches.left_x, lx) + squaredSpread(matches.left_y, ly) +
-                        squaredSpread(matches.right_x, rx) + squaredSpread(matches.right_y, ry);
-  const double rms = matches.empty() ? 0.0 : std::sqrt(spread / (2.0 * static_cast<double>(matches.size())));
-  if (rms > 0) result.scale = std::sqrt(2.0) / rms;
-  const double s = result.scale;
+void normalizeMatches(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
+                      NormalizedMatches& result) {
+  std::vector<float>* const columns[4] = {&result.left_x, &result.left_y, &result.right_x, &result.right_y};
+  const std::vector<float>* const from[4] = {&matches.left_x, &matches.left_y, &matches.right_x,
+                                             &matches.right_y};
+  double largest = 0;
+  for (int c = 0; c < 4; ++c) largest = std::max(largest, gather(*from[c], rows, *columns[c]));
+  const std::size_t n = rows.size();
+  double mean[4] = {0, 0, 0, 0}, spread = 0;
+  // The four columns side by side: their sums do not wait for one another.
+  for (std::size_t i = 0; i < n; ++i) {
+    for (int c = 0; c < 4; ++c) mean[c] += (*columns[c])[i];
+  }
+  for (double& value : mean) value = n == 0 ? 0.0 : value / static_cast<double>(n);
+  double squares[4] = {0, 0, 0, 0};
+  for (std::size_t i = 0; i < n; ++i) {
+    for (int c = 0; c < 4; ++c) {
+      const double offset = (*columns[c])[i] - mean[c];
+      squares[c] += offset * offset;
+    }
+  }
+  for (const double square : squares) spread += square;
+  const double rms = n == 0 ? 0.0 : std::sqrt(spread / (2.0 * static_cast<double>(n)));
+  const double s = rms > 0 ? std::sqrt(2.0) / rms : 1.0;
+  result.scale = s;
   // Rounding of the pixel and of the normalised coordinate, some times over.
-  result.rounding = 8.0 * std::numeric_limits<float>::epsilon() * s *
-                    std::max({largestMagnitude(matches.left_x), largestMagnitude(matches.left_y),
-                              largestMagnitude(matches.right_x), largestMagnitude(matches.right_y)});
-  result.left = cv::Matx33d(s, 0, -s * lx, 0, s, -s * ly, 0, 0, 1);
-  result.right = cv::Matx33d(s, 0, -s * rx, 0, s, -s * ry, 0, 0, 1);
-  result.left_x = shifted(matches.left_x, lx, s);
-  result.left_y = shifted(matches.left_y, ly, s);
-  result.right_x = shifted(matches.right_x, rx, s);
-  result.right_y = shifted(matches.right_y, ry, s);
-  return result;
+  result.rounding = 8.0 * std::numeric_limits<float>::epsilon() * s * largest;
+  result.left = cv::Matx33d(s, 0, -s * mean[0], 0, s, -s * mean[1], 0, 0, 1);
+  result.right = cv::Matx33d(s, 0, -s * mean[2], 0, s, -s * mean[3], 0, 0, 1);
+  for (int c = 0; c < 4; ++c) {
+    for (float& value : *columns[c]) value = static_cast<float>((value - mean[c]) * s);
+  }
 }
 
-double triangleArea(const std::vector<float>& x, const std::vector<float>& y, std::uint32_t a,
-                    std::uint32_t b, std::uint32_t c, double rounding) {
-  const double bx = static_cast<double>(x[b]) - x[a], by = static_cast<double>(y[b]) - y[a];
-  const double cx = static_cast<double>(x[c]) - x[a], cy = static_cast<double>(y[c]) - y[a];
-  const double area = bx * cy - by * cx;
-  const double error = rounding * (std::abs(bx) + std::abs(by) + std::abs(cx) + std::abs(cy));
-  return std::abs(area) <= error ? 0.0 : area;
+NormalizedMatches normalizeMatches(const Correspondences& matches) {
+  std::vector<std::uint32_t> rows(matches.size());
+  std::iota(rows.begin(), rows.end(), 0U);
+  NormalizedMatches result;
+  normalizeMatches(matches, rows, result);
+  return result;
 }
 
 cv::Matx33d NormalizedMatches::homographyToPixels(const cv::Matx33d& normalized) const {

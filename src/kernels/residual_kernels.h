@@ -8,54 +8,77 @@
 namespace corrsel::core {
 namespace {
 
-constexpr float kInfinity = __builtin_inff();
+inline IntV both(IntV a, IntV b) { return a & b; }
+inline bool both(bool a, bool b) { return a && b; }
 
-/// Squared distance of (u, v) from the image of (x, y); +Inf where that lies behind the camera.
+/// A squared error as a fraction: whether it is below a threshold can be told without dividing.
 template <class T>
-inline T transferError(const float (&h)[9], T x, T y, T u, T v) {
+struct Fraction {
+  T numerator, denominator;
+  decltype(T{} > T{}) exists;  // whether the point lies before the cameras
+
+  decltype(T{} > T{}) below(float threshold) const {
+    return both(numerator <= threshold * denominator, exists);
+  }
+  T value() const { return exists ? numerator / denominator : __builtin_inff() - T{}; }
+};
+
+/// Squared distance of (u, v) from the image of (x, y), which must not lie behind the camera or at infinity.
+template <class T>
+inline Fraction<T> transferError(const float (&h)[9], T x, T y, T u, T v) {
+  constexpr float kInfinitelyFar = 1e-9F;  // third coordinate, coordinates and H being about 1
   const T w = h[6] * x + h[7] * y + h[8];
-  const T inverse = 1.0F / w;
-  const T dx = (h[0] * x + h[1] * y + h[2]) * inverse - u;
-  const T dy = (h[3] * x + h[4] * y + h[5]) * inverse - v;
-  const T squared = dx * dx + dy * dy;
-  return w > 0.0F ? squared : kInfinity - T{};
+  const T dx = h[0] * x + h[1] * y + h[2] - u * w;
+  const T dy = h[3] * x + h[4] * y + h[5] - v * w;
+  return {dx * dx + dy * dy, w * w, w > kInfinitelyFar};
 }
 
 struct Transfer {
   template <class T>
-  static T error(const ResidualModel& model, T x, T y, T u, T v) {
+  static Fraction<T> error(const ResidualModel& model, T x, T y, T u, T v) {
     return transferError(model.forward, x, y, u, v);
   }
 };
 
 struct SymmetricTransfer {
   template <class T>
-  static T error(const ResidualModel& model, T x, T y, T u, T v) {
-    return transferError(model.forward, x, y, u, v) + transferError(model.backward, u, v, x, y);
+  static Fraction<T> error(const ResidualModel& model, T x, T y, T u, T v) {
+    const Fraction<T> there = transferError(model.forward, x, y, u, v);
+    const Fraction<T> back = transferError(model.backward, u, v, x, y);
+    return {there.numerator * back.denominator + back.numerator * there.denominator,
+            there.denominator * back.denominator, both(there.exists, back.exists)};
   }
 };
 
 struct Sampson {
   template <class T>
-  static T error(const ResidualModel& model, T x, T y, T u, T v) {
+  static Fraction<T> error(const ResidualModel& model, T x, T y, T u, T v) {
     const float(&f)[9] = model.forward;
     const T a = f[0] * x + f[1] * y + f[2], b = f[3] * x + f[4] * y + f[5];
     const T c = f[0] * u + f[3] * v + f[6], d = f[1] * u + f[4] * v + f[7];
     const T residual = u * a + v * b + f[6] * x + f[7] * y + f[8];
-    return residual * residual / (a * a + b * b + c * c + d * d + __FLT_MIN__);
+    const T gradient = a * a + b * b + c * c + d * d + __FLT_MIN__;
+    return {residual * residual, gradient, gradient > 0.0F};
   }
 };
+
+template <class R>
+inline Fraction<FloatV> errorAt(const ResidualModel& model, const MatchColumns& m, std::size_t i) {
+  return R::template error<FloatV>(model, load(m.left_x + i), load(m.left_y + i), load(m.right_x + i),
+                                   load(m.right_y + i));
+}
+
+template <class R>
+inline Fraction<float> scalarErrorAt(const ResidualModel& model, const MatchColumns& m, std::size_t i) {
+  return R::template error<float>(model, m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
+}
 
 template <class R>
 void errorsKernel(const ResidualModel& model, const MatchColumns& m, std::size_t begin, std::size_t end,
                   float* out) {
   std::size_t i = begin;
-  for (; i + kWidth <= end; i += kWidth) {
-    store(out + (i - begin), R::template error<FloatV>(model, load(m.left_x + i), load(m.left_y + i),
-                                                       load(m.right_x + i), load(m.right_y + i)));
-  }
-  for (; i < end; ++i)
-    out[i - begin] = R::template error<float>(model, m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
+  for (; i + kWidth <= end; i += kWidth) store(out + (i - begin), errorAt<R>(model, m, i).value());
+  for (; i < end; ++i) out[i - begin] = scalarErrorAt<R>(model, m, i).value();
 }
 
 /// Adds matches [begin, end), fewer than 2^14, to the score.
@@ -63,54 +86,55 @@ template <class R>
 inline void addBlock(const ResidualModel& model, const MatchColumns& m, const ScoreRule& rule,
                      std::size_t begin, std::size_t end, ModelScore& score) {
   std::size_t i = begin;
-  IntV cost{};
-  std::uint32_t inliers = 0;
+  IntV saved{}, count{};
   for (; i + kWidth <= end; i += kWidth) {
-    const FloatV error = R::template error<FloatV>(model, load(m.left_x + i), load(m.left_y + i),
-                                                   load(m.right_x + i), load(m.right_y + i));
-    const IntV inlier = error <= rule.squared_threshold;
-    inliers += countTrue(inlier);
-    cost +=
-        inlier ? truncate(inlier ? error * rule.cost_per_error : FloatV{}) : splat(ScoreRule::kOutlierCost);
+    const Fraction<FloatV> error = errorAt<R>(model, m, i);
+    const IntV inlier = error.below(rule.squared_threshold);
+    if (!anyTrue(inlier)) continue;  // the rule for a wrong model
+    count -= inlier;                 // a set lane is -1
+    const FloatV cost = error.numerator / error.denominator * rule.cost_per_error;
+    saved += inlier ? ScoreRule::kOutlierCost - truncate(inlier ? cost : FloatV{}) : IntV{};
   }
-  score.cost += sum(cost);
+  std::int32_t inliers = sum(count), saved_sum = sum(saved);
   for (; i < end; ++i) {
-    const float error = R::template error<float>(model, m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
-    const bool inlier = error <= rule.squared_threshold;
-    inliers += countTrue(inlier);
-    score.cost += inlier ? truncate(error * rule.cost_per_error) : ScoreRule::kOutlierCost;
+    const Fraction<float> error = scalarErrorAt<R>(model, m, i);
+    if (!error.below(rule.squared_threshold)) continue;
+    ++inliers;
+    saved_sum +=
+        ScoreRule::kOutlierCost - truncate(error.numerator / error.denominator * rule.cost_per_error);
   }
-  score.inliers += inliers;
+  score.cost += static_cast<std::int64_t>(end - begin) * ScoreRule::kOutlierCost - saved_sum;
+  score.inliers += static_cast<std::size_t>(inliers);
   score.seen += end - begin;
 }
 
-/// Scores matches [begin, end). @return false where the model is rejected.
-template <class R, std::size_t kStep>
-inline bool addRange(const ResidualModel& model, const MatchColumns& m, const ScoreRule& rule,
-                     std::size_t begin, std::size_t end, ModelScore& score) {
-  for (std::size_t i = begin; i < end; i += kStep) {
-    addBlock<R>(model, m, rule, i, i + kStep < end ? i + kStep : end, score);
-    if (kStep == ScoreRule::kBlock) {
-      const double log_ratio = static_cast<double>(score.inliers) * rule.log_consistent +
-                               static_cast<double>(score.seen - score.inliers) * rule.log_inconsistent;
-      score.rejected_by_sprt = log_ratio > rule.log_decision;
-    }
-    score.rejected = score.rejected_by_sprt || score.cost >= rule.limit;
-    if (score.rejected) return false;
+/// Whether the model can be given up after the matches that the score has seen.
+inline void judge(const ScoreRule& rule, std::size_t matches, bool sprt, ModelScore& score) {
+  const auto seen = static_cast<double>(score.seen), inliers = static_cast<double>(score.inliers);
+  if (sprt) {
+    score.rejected_by_sprt =
+        inliers * rule.log_consistent + (seen - inliers) * rule.log_inconsistent > rule.log_decision;
   }
-  return true;
+  const double excess = static_cast<double>(score.cost) -
+                        static_cast<double>(rule.limit) * (seen / static_cast<double>(matches));
+  score.rejected = score.rejected_by_sprt || score.cost >= rule.limit ||
+                   (excess > 0 && excess * excess > rule.squared_margin * seen);
 }
 
 template <class R>
 ModelScore scoreKernel(const ResidualModel& model, const MatchColumns& m, const ScoreRule& rule) {
+  constexpr std::size_t kLongBlock = 128;
   ModelScore score;
   const bool sprt = rule.log_consistent != 0 || rule.log_inconsistent != 0;
+  const std::size_t step = sprt ? ScoreRule::kBlock : kLongBlock;
   const std::size_t start = rule.start < m.size ? rule.start : 0;
-  if (sprt) {
-    if (addRange<R, ScoreRule::kBlock>(model, m, rule, start, m.size, score))
-      addRange<R, ScoreRule::kBlock>(model, m, rule, 0, start, score);
-  } else if (addRange<R, 256>(model, m, rule, start, m.size, score)) {
-    addRange<R, 256>(model, m, rule, 0, start, score);
+  const std::size_t ranges[2][2] = {{start, m.size}, {0, start}};
+  for (const auto& range : ranges) {
+    for (std::size_t i = range[0]; i < range[1]; i += step) {
+      addBlock<R>(model, m, rule, i, i + step < range[1] ? i + step : range[1], score);
+      judge(rule, m.size, sprt, score);
+      if (score.rejected) return score;
+    }
   }
   return score;
 }

@@ -68,25 +68,37 @@ inline FloatV squareRoot(FloatV v) {
 #endif
 }
 
-/// Lanes of a mask that are set.
-inline std::uint32_t countTrue(IntV mask) {
+/// Whether a lane of a mask is set.
+inline bool anyTrue(IntV mask) {
 #if defined(__AVX512F__)
-  return static_cast<std::uint32_t>(__builtin_popcount(_mm512_movepi32_mask((__m512i)mask)));
+  return _mm512_movepi32_mask((__m512i)mask) != 0;
 #elif defined(__AVX2__)
-  return static_cast<std::uint32_t>(
-      __builtin_popcount(static_cast<unsigned>(_mm256_movemask_ps((__m256)mask))));
+  return _mm256_movemask_ps((__m256)mask) != 0;
+#elif defined(__SSE2__)
+  return _mm_movemask_ps((__m128)mask) != 0;
 #else
-  std::uint32_t count = 0;
-  for (int k = 0; k < kWidth; ++k) count -= static_cast<std::uint32_t>(mask[k]);
-  return count;
+  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
 #endif
 }
-inline std::uint32_t countTrue(bool mask) { return mask ? 1U : 0U; }
+inline bool anyTrue(bool mask) { return mask; }
 
-inline std::int64_t sum(IntV v) {
-  std::int64_t total = 0;
-  for (int k = 0; k < kWidth; ++k) total += v[k];
-  return total;
+/// Sum of the lanes. @pre it fits
+inline std::int32_t sum(IntV v) {
+#if defined(__AVX2__)
+  __m256i parts[kWidth / 8];
+  __builtin_memcpy(parts, &v, sizeof v);
+  const __m256i eight = kWidth == 16 ? _mm256_add_epi32(parts[0], parts[kWidth / 8 - 1]) : parts[0];
+  __m128i four = _mm_add_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
+#elif defined(__SSE2__)
+  __m128i four = (__m128i)v;
+#endif
+#if defined(__SSE2__)
+  four = _mm_add_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(1, 0, 3, 2)));
+  four = _mm_add_epi32(four, _mm_shuffle_epi32(four, _MM_SHUFFLE(2, 3, 0, 1)));
+  return _mm_cvtsi128_si32(four);
+#else
+  return v[0] + v[1] + v[2] + v[3];
+#endif
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 // The kernels of one level, as the level_*.cpp files compile them.
 
 #include "corrsel/kernels/kernels.h"
+#include "normal_kernels.h"
 #include "residual_kernels.h"
 
 namespace corrsel::core {
@@ -14,6 +15,8 @@ namespace {
 constexpr Kernels kTable = {
     {errorsKernel<Transfer>, errorsKernel<SymmetricTransfer>, errorsKernel<Sampson>},
     {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>},
+    {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
+     normalKernel<Sampson, SampsonTerms>},
 };
 
 }  // namespace

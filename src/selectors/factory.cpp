@@ -7,6 +7,7 @@
 #include "corrsel/selectors/lpm.h"
 #include "corrsel/selectors/nnsr.h"
 #include "corrsel/selectors/ransac.h"
+#include "corrsel/selectors/usac.h"
 #include "corrsel/text.h"
 
 namespace corrsel::core {
@@ -39,11 +40,9 @@ Entry entry(const std::string& name) {
 /// The one place where a selector is announced, in the paper's order.
 const std::vector<Entry>& entries() {
   static const std::vector<Entry> table = {
-      entry<NnsrSelector, NnsrOptions>("nnsr"),
-      entry<RansacSelector, RansacOptions>("ransac"),
-      entry<GmsSelector, GmsOptions>("gms"),
-      entry<LpmSelector, LpmOptions>("lpm"),
-      entry<KeepAllSelector, KeepAllOptions>("keep_all"),
+      entry<NnsrSelector, NnsrOptions>("nnsr"), entry<RansacSelector, RansacOptions>("ransac"),
+      entry<UsacSelector, UsacOptions>("usac"), entry<GmsSelector, GmsOptions>("gms"),
+      entry<LpmSelector, LpmOptions>("lpm"),    entry<KeepAllSelector, KeepAllOptions>("keep_all"),
   };
   return table;
 }

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "corrsel/geometry/fundamental.h"
+#include "corrsel/geometry/residual.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -10,12 +11,6 @@ using namespace testing;
 using Rows = std::vector<std::uint32_t>;
 
 constexpr std::uint32_t kSample[7] = {0, 1, 2, 3, 4, 5, 6};
-
-Rows firstRows(std::size_t n) {
-  Rows rows(n);
-  std::iota(rows.begin(), rows.end(), 0U);
-  return rows;
-}
 
 /// How far two fundamental matrices of norm 1 are apart, whatever their signs.
 double difference(const cv::Matx33d& a, const cv::Matx33d& b) {
@@ -57,12 +52,12 @@ TEST(Fundamental, SampsonErrorsInBlocksAreTheSame) {
   const NormalizedMatches m = normalizeMatches(stereoScene({40, 0.5, 1.0, 2}).matches);
   const cv::Matx33d f(0.1, -0.2, 0.3, 0.25, 0.15, -0.4, -0.35, 0.5, 0.05);
   std::vector<float> errors(30);
-  sampsonErrors(f, m, 5, 35, errors.data());
+  modelErrors(Residual::kSampson, f, m, 5, 35, errors.data());
   for (std::size_t i = 5; i < 35; ++i) {
     const double e = sampsonError(f, m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
     EXPECT_NEAR(errors[i - 5], e, 1e-4 * e + 1e-8);
   }
-  sampsonErrors(cv::Matx33d::zeros(), m, 0, 1, errors.data());
+  modelErrors(Residual::kSampson, cv::Matx33d::zeros(), m, 0, 1, errors.data());
   EXPECT_EQ(errors[0], 0.0f);
 }
 
@@ -165,12 +160,29 @@ TEST(Fundamental, DegenerateSamplesAreRefused) {
   EXPECT_EQ(fundamentalFromSeven(normalizeMatches(c), kSample, f), 0);
 }
 
-TEST(Fundamental, FitIsExactOnExactData) {
+/// A model through seven matches, refined on all those within the threshold; zeros where the seven give none.
+cv::Matx33d refined(const NormalizedMatches& m, float squared_threshold, int steps = 10) {
+  cv::Matx33d models[3];
+  const int count = fundamentalFromSeven(m, kSample, models);
+  if (count == 0) return cv::Matx33d::zeros();
+  const auto truncated = [&m, squared_threshold](const cv::Matx33d& f) {
+    std::vector<float> errors(m.size());
+    modelErrors(Residual::kSampson, f, m, 0, m.size(), errors.data());
+    double sum = 0;
+    for (const float error : errors) sum += std::min(error, squared_threshold);
+    return sum;
+  };
+  cv::Matx33d best = models[0];
+  for (int k = 1; k < count; ++k) best = truncated(models[k]) < truncated(best) ? models[k] : best;
+  for (int step = 0; step < steps; ++step) EXPECT_TRUE(refineFundamental(m, squared_threshold, best));
+  return best;
+}
+
+TEST(Fundamental, RefinementIsExactOnExactData) {
   for (const std::size_t n : {20, 200}) {
     const Scene scene = stereoScene({n, 1.0, 0.0, 4});
     const NormalizedMatches m = normalizeMatches(scene.matches);
-    cv::Matx33d f;
-    ASSERT_TRUE(fitFundamental(m, firstRows(n), f));
+    const cv::Matx33d f = refined(m, INFINITY);
     EXPECT_NEAR(cv::norm(f), 1, 1e-12);
     const cv::Matx33d pixels = m.fundamentalToPixels(f);
     EXPECT_NEAR(cv::norm(pixels), 1, 1e-12);
@@ -178,7 +190,14 @@ TEST(Fundamental, FitIsExactOnExactData) {
   }
 }
 
-TEST(Fundamental, FitBeatsMinimalModelsAndHasRankTwo) {
+TEST(Fundamental, RefinementUsesTheInliersOnly) {
+  const Scene scene = stereoScene({200, 0.5, 0.0, 4});  // the first half is right
+  const NormalizedMatches m = normalizeMatches(scene.matches);
+  const auto threshold = static_cast<float>(std::pow(2 * m.scale, 2));
+  EXPECT_LT(difference(m.fundamentalToPixels(refined(m, threshold)), scene.model), 1e-3);
+}
+
+TEST(Fundamental, RefinementBeatsMinimalModelsAndHasRankTwo) {
   double fitted = 0, minimal = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const Scene noisy = stereoScene({80, 1.0, 1.0, seed});
@@ -194,13 +213,13 @@ TEST(Fundamental, FitBeatsMinimalModelsAndHasRankTwo) {
       }
       return sum / 80;
     };
-    cv::Matx33d few[3], all;
+    cv::Matx33d few[3];
     const int count = fundamentalFromSeven(m, kSample, few);
-    ASSERT_TRUE(fitFundamental(m, firstRows(80), all));
+    if (count == 0) continue;
+    const cv::Matx33d all = refined(m, INFINITY);
     EXPECT_NEAR(cv::determinant(all), 0, 1e-12);
     double best = INFINITY;
     for (int k = 0; k < count; ++k) best = std::min(best, distance(few[k]));
-    if (count == 0) continue;
     minimal += std::min(best, 100.0);
     fitted += distance(all);
   }
@@ -208,7 +227,7 @@ TEST(Fundamental, FitBeatsMinimalModelsAndHasRankTwo) {
   EXPECT_LT(fitted / 30, 1.0);
 }
 
-TEST(Fundamental, FitIsWeightedTowardsTheSampsonDistance) {
+TEST(Fundamental, RefinementLowersTheSampsonDistances) {
   // Compared with the plain eight-point algorithm (one round), the sum of Sampson distances is lower.
   double weighted = 0, plain = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -216,8 +235,8 @@ TEST(Fundamental, FitIsWeightedTowardsTheSampsonDistance) {
     Correspondences c;
     for (int i = 0; i < 40; ++i) addForward(c, random, random.uniform(3, 20), 0.003);
     const NormalizedMatches m = normalizeMatches(c);
-    cv::Matx33d f;
-    ASSERT_TRUE(fitFundamental(m, firstRows(40), f));
+    const cv::Matx33d f = refined(m, INFINITY);
+    if (f == cv::Matx33d::zeros()) continue;
     weighted += sumOfErrors(f, m);
     cv::Mat a(40, 9, CV_64F), w, u, vt;
     for (int i = 0; i < 40; ++i) {
@@ -235,20 +254,31 @@ TEST(Fundamental, FitIsWeightedTowardsTheSampsonDistance) {
   EXPECT_LT(weighted, 0.99 * plain);
 }
 
-TEST(Fundamental, FitRefusesWhatCannotBeFitted) {
+TEST(Fundamental, RefinementRefusesWhatCannotBeFitted) {
   const NormalizedMatches m = normalizeMatches(stereoScene({20, 1.0, 0.0, 6}).matches);
-  cv::Matx33d f = cv::Matx33d::all(5);
-  EXPECT_FALSE(fitFundamental(m, firstRows(7), f));
-  EXPECT_FALSE(fitFundamental(m, {0, 1, 2, 3, 4, 5, 6, 6, 6}, f));
+  cv::Matx33d models[3];
+  ASSERT_GT(fundamentalFromSeven(m, kSample, models), 0);
+  cv::Matx33d f = models[0];
+  EXPECT_FALSE(refineFundamental(m, -1.0F, f));  // no inlier
+  EXPECT_EQ(f, models[0]);
   Correspondences same;
   Random random(1);
   for (int i = 0; i < 20; ++i) {
     const cv::Point2f p(float(random.uniform(0, 800)), float(random.uniform(0, 600)));
     same.add(p, p);
   }
-  EXPECT_FALSE(fitFundamental(normalizeMatches(same), firstRows(20), f));
-  EXPECT_EQ(f, cv::Matx33d::all(5));
-  EXPECT_TRUE(fitFundamental(m, firstRows(8), f));
+  const cv::Matx33d skew(0, -0.5, 0.5, 0.5, 0, -0.5, -0.5, 0.5, 0);
+  f = skew;  // one of the many that identical images allow
+  EXPECT_FALSE(refineFundamental(normalizeMatches(same), INFINITY, f));
+  EXPECT_EQ(f, skew);
+}
+
+TEST(Fundamental, LeftNullVectorIsTheRightEpipole) {
+  const Scene scene = stereoScene({20, 1.0, 0.0, 6});
+  const cv::Vec3d epipole = leftNullVector(scene.model);
+  EXPECT_LT(cv::norm(scene.model.t() * epipole), 1e-9 * cv::norm(epipole));
+  EXPECT_GT(cv::norm(epipole), 0);
+  EXPECT_EQ(leftNullVector(cv::Matx33d(1, 2, 3, 2, 4, 6, 3, 6, 9)), cv::Vec3d(0, 0, 0));
 }
 
 }  // namespace

@@ -24,10 +24,11 @@ OptionMap optionsOf(const Selector& selector) {
 }
 
 TEST(SelectorFactory, KnowsNamesAndPresets) {
-  EXPECT_EQ(selectorNames(), (std::vector<std::string>{"nnsr", "ransac", "gms", "lpm", "keep_all"}));
+  EXPECT_EQ(selectorNames(), (std::vector<std::string>{"nnsr", "ransac", "usac", "gms", "lpm", "keep_all"}));
   EXPECT_EQ(selectorPresets("gms"), (std::vector<std::string>{"rotation", "scale", "rotation_scale"}));
   EXPECT_EQ(selectorPresets("lpm"), (std::vector<std::string>{"paper", "v1", "v2"}));
-  EXPECT_EQ(selectorPresets("ransac"), (std::vector<std::string>{"h", "f"}));
+  EXPECT_EQ(selectorPresets("ransac"), (std::vector<std::string>{"h", "f", "count", "msac", "lo", "prosac"}));
+  EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform"}));
   EXPECT_TRUE(selectorPresets("nnsr").empty());
   for (const std::string& name : selectorNames()) {
     EXPECT_EQ(createSelector(name)->name(), name);
@@ -38,7 +39,7 @@ TEST(SelectorFactory, KnowsNamesAndPresets) {
 }
 
 TEST(SelectorFactory, ListsWhatIsValid) {
-  const std::string names = "; valid: nnsr, ransac, gms, lpm, keep_all";
+  const std::string names = "; valid: nnsr, ransac, usac, gms, lpm, keep_all";
   EXPECT_EQ(refusal("ransack"), "unknown selector 'ransack'" + names);
   EXPECT_EQ(refusal(""), "unknown selector ''" + names);
   EXPECT_EQ(refusal("GMS:scale"), "unknown selector 'GMS'" + names);
@@ -121,8 +122,9 @@ TEST(SelectorFactory, OptionsWinOverPresetAndPresetOverCommonValues) {
 }
 
 /// Selectors under test, "name" or "name:preset".
-const std::vector<std::string> kSpecs = {"nnsr", "ransac:h", "ransac:f", "gms", "gms:rotation_scale",
-                                         "lpm",  "lpm:v2",   "keep_all"};
+const std::vector<std::string> kSpecs = {
+    "nnsr",   "ransac:h", "ransac:f",           "ransac:lo", "ransac:prosac", "usac:h",
+    "usac:f", "gms",      "gms:rotation_scale", "lpm",       "lpm:v2",        "keep_all"};
 
 /// What must hold for every selector.
 class EverySelector : public ::testing::TestWithParam<std::string> {
@@ -130,13 +132,16 @@ class EverySelector : public ::testing::TestWithParam<std::string> {
   std::string spec() const { return GetParam(); }
   std::string name() const { return spec().substr(0, spec().find(':')); }
   bool is(const std::string& prefix) const { return spec().rfind(prefix, 0) == 0; }
+  bool fundamental() const { return spec() == "ransac:f" || spec() == "usac:f"; }
+  /// Searches a model by random samples.
+  bool samples() const { return name() == "ransac" || name() == "usac"; }
   Selection select(const Correspondences& matches) const { return createSelector(spec())->select(matches); }
 
   /// A scene that the selector can solve.
   Scene scene(std::size_t n = 600, double inlier_ratio = 0.6, double noise = 0.5,
               std::uint64_t seed = 1) const {
     const SceneOptions options{n, inlier_ratio, noise, seed};
-    return spec() == "ransac:f" ? stereoScene(options) : homographyScene(options);
+    return fundamental() ? stereoScene(options) : homographyScene(options);
   }
 };
 
@@ -151,9 +156,8 @@ void expectSame(const Selection& a, const Selection& b) {
 }
 
 TEST_P(EverySelector, AnswersEveryNumberOfMatches) {
-  const std::map<std::string, std::size_t> least = {
-      {"ransac:h", 4}, {"ransac:f", 7}, {"lpm", 6}, {"lpm:v2", 10}};
-  const std::size_t needed = least.count(spec()) ? least.at(spec()) : 0;
+  const std::map<std::string, std::size_t> least = {{"lpm", 6}, {"lpm:v2", 10}};
+  const std::size_t needed = least.count(spec()) ? least.at(spec()) : !samples() ? 0 : fundamental() ? 7 : 4;
   for (const std::size_t n : {0, 1, 2, 3, 4, 7, 8, 20}) {
     SCOPED_TRACE(n);
     const Selection s = select(scene(n, 1.0, 0.0, 3).matches);
@@ -162,7 +166,7 @@ TEST_P(EverySelector, AnswersEveryNumberOfMatches) {
     EXPECT_EQ(s.n_input, n);
     EXPECT_EQ(s.n_ignored, 0u);
     EXPECT_EQ(s.n_selected, selectedRows(s.mask).size());
-    const bool unverified = name() == "ransac" && n == needed;
+    const bool unverified = samples() && n == needed;
     EXPECT_EQ(s.status, n < needed ? Status::kTooFew : unverified ? Status::kDegenerate : Status::kOk);
     if (n < needed || unverified || (is("gms") && n < 2)) {
       EXPECT_EQ(s.n_selected, 0u);
@@ -170,7 +174,7 @@ TEST_P(EverySelector, AnswersEveryNumberOfMatches) {
     if (s.status != Status::kOk) {
       EXPECT_FALSE(s.message.empty());
     }
-    if (name() == "keep_all" || (name() == "ransac" && n > needed)) {
+    if (name() == "keep_all" || (samples() && n > needed)) {
       EXPECT_EQ(s.n_selected, n);
     }
   }
@@ -178,9 +182,10 @@ TEST_P(EverySelector, AnswersEveryNumberOfMatches) {
 
 TEST_P(EverySelector, FindsTheRightMatches) {
   const std::map<std::string, std::pair<double, double>> floors = {
-      {"nnsr", {99, 99}},   {"ransac:h", {99, 99}},           {"ransac:f", {90, 99}},
-      {"gms", {97, 85}},    {"gms:rotation_scale", {97, 85}}, {"lpm", {85, 99}},
-      {"lpm:v2", {97, 97}}, {"keep_all", {59, 100}}};
+      {"nnsr", {99, 99}},      {"ransac:h", {99, 99}},      {"ransac:f", {90, 99}},
+      {"ransac:lo", {99, 99}}, {"ransac:prosac", {99, 99}}, {"usac:h", {99, 99}},
+      {"usac:f", {97, 98}},    {"gms", {97, 85}},           {"gms:rotation_scale", {97, 85}},
+      {"lpm", {85, 99}},       {"lpm:v2", {97, 97}},        {"keep_all", {59, 100}}};
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Scene s = scene(2000, 0.6, 0.5, seed);
     const Quality q = quality(select(s.matches).mask, s.inlier);
@@ -190,7 +195,6 @@ TEST_P(EverySelector, FindsTheRightMatches) {
 }
 
 TEST_P(EverySelector, DoesNotDependOnTheOrder) {
-  if (name() == "ransac") return;  // draws rows
   Correspondences m = scene().matches;
   // Ties: many-to-one matches, duplicates and positions on a lattice.
   for (std::size_t i = 0; i < 200; ++i) {
@@ -288,7 +292,7 @@ TEST_P(EverySelector, AllPointsEqual) {
   } else {
     EXPECT_EQ(s.mask, Mask(50, 0));
     EXPECT_EQ(s.model_kind, ModelKind::kNone);
-    EXPECT_EQ(s.status, name() == "ransac" ? Status::kDegenerate : Status::kTooFew);  // one distinct match
+    EXPECT_EQ(s.status, samples() ? Status::kDegenerate : Status::kTooFew);  // one distinct match
     EXPECT_FALSE(s.message.empty());
   }
 }
@@ -305,7 +309,7 @@ TEST_P(EverySelector, AllPointsOnALine) {
   const Selection s = select(m);
   if (name() == "nnsr") {
     EXPECT_EQ(s.mask, by_ratio);
-  } else if (name() == "ransac") {
+  } else if (samples()) {
     EXPECT_EQ(s.status, Status::kDegenerate);
     EXPECT_EQ(s.mask, Mask(200, 0));
   } else {
@@ -322,7 +326,7 @@ TEST_P(EverySelector, IdenticalImages) {
   const Selection s = select(m);
   if (name() == "nnsr") {
     EXPECT_EQ(s.mask, by_ratio);
-  } else if (spec() == "ransac:f") {
+  } else if (fundamental()) {
     // Every skew-symmetric matrix is a fundamental matrix of these matches.
     EXPECT_EQ(s.status, Status::kNoModel);
     EXPECT_EQ(s.mask, Mask(2000, 0));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <opencv2/core/matx.hpp>
 #include <vector>
@@ -33,11 +34,22 @@ struct NormalizedMatches {
   cv::Matx33d fundamentalToPixels(const cv::Matx33d& normalized) const;
 };
 
-/// O(N). All points equal: scale 1.
+/// Normalises the matches in the given order of rows into `result`, whose memory is used again. O(rows). All
+/// points equal: scale 1.
+void normalizeMatches(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
+                      NormalizedMatches& result);
+
+/// The same for all matches in their own order.
 NormalizedMatches normalizeMatches(const Correspondences& matches);
 
 /// Twice the signed area of the triangle of points a, b, c; 0 where they are on a line but for rounding.
-double triangleArea(const std::vector<float>& x, const std::vector<float>& y, std::uint32_t a,
-                    std::uint32_t b, std::uint32_t c, double rounding);
+inline double triangleArea(const std::vector<float>& x, const std::vector<float>& y, std::uint32_t a,
+                           std::uint32_t b, std::uint32_t c, double rounding) {
+  const double bx = static_cast<double>(x[b]) - x[a], by = static_cast<double>(y[b]) - y[a];
+  const double cx = static_cast<double>(x[c]) - x[a], cy = static_cast<double>(y[c]) - y[a];
+  const double area = bx * cy - by * cx;
+  const double error = rounding * (std::abs(bx) + std::abs(by) + std::abs(cx) + std::abs(cy));
+  return std::abs(area) <= error ? 0.0 : area;
+}
 
 }  // namespace corrsel::core

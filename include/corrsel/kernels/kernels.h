@@ -47,10 +47,12 @@ struct ResidualModel {
 /// What the score of a model counts, and when scoring gives up.
 struct ScoreRule {
   float squared_threshold;  ///< a match with error <= this is an inlier
-  float cost_per_error;   ///< cost of an inlier = error * this: kOutlierCost / threshold^2 is MSAC, 0 counts
-                          ///< outliers
-  std::int64_t limit;     ///< give up once the cost reaches this
-  std::size_t start = 0;  ///< first match; a multiple of kBlock. Matches are visited cyclically
+  float cost_per_error;  ///< cost of an inlier = error * this: kOutlierCost / threshold^2 is MSAC, 0 counts
+                         ///< outliers
+  std::int64_t limit;    ///< give up once the cost reaches this
+  double squared_margin = 1e300;  ///< bail-out: give up once cost - limit * seen / matches is positive and
+                                  ///< its square above this times `seen`
+  std::size_t start = 0;        ///< first match; a multiple of kBlock. Matches are visited cyclically
   double log_consistent = 0;    ///< SPRT: ln(delta / epsilon), added per inlier; both 0 = no SPRT
   double log_inconsistent = 0;  ///< SPRT: ln((1 - delta) / (1 - epsilon)), added per outlier
   double log_decision = 0;      ///< SPRT: ln(A): reject above this
@@ -67,6 +69,15 @@ struct ModelScore {
   bool rejected_by_sprt = false;
 };
 
+/// Sums that Kernels::normal writes for a homography H, p = (x, y, 1) / w, (u, v) = H(x, y), w the third
+/// coordinate, over the inliers: p_i p_j (6, i <= j), the same times u, times v, times u^2 + v^2; then
+/// p (x' - u), p (y' - v), p (u (x' - u) + v (y' - v)) (3 each).
+constexpr std::size_t kHomographySums = 33;
+
+/// Sums that Kernels::normal writes for a fundamental matrix F, p = (x, y, 1), q = (x', y', 1), g = the
+/// squared gradient of q^T F p, over the inliers: q_i q_j p_k p_l / g (36, i <= j outer, k <= l inner).
+constexpr std::size_t kFundamentalSums = 36;
+
 /// The hot loops, one set per level. All levels give bit-identical results: they run the same operations in
 /// the same order, without contraction, on vectors of different width.
 struct Kernels {
@@ -78,6 +89,10 @@ struct Kernels {
   /// Truncated cost and inliers of a model. O(matches seen).
   ModelScore (*score[kResiduals])(const ResidualModel& model, const MatchColumns& matches,
                                   const ScoreRule& rule);
+
+  /// Parts of the normal equations over the matches with error <= squared_threshold; which sums, see above.
+  void (*normal[kResiduals])(const ResidualModel& model, const MatchColumns& matches, float squared_threshold,
+                             double* sums);
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

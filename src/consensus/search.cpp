@@ -1,0 +1,200 @@
+#include "corrsel/consensus/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "corrsel/consensus/degensac.h"
+#include "corrsel/consensus/local_optimization.h"
+#include "corrsel/consensus/ordering.h"
+#include "corrsel/consensus/sampler.h"
+#include "corrsel/consensus/sprt.h"
+#include "corrsel/consensus/stopping.h"
+#include "corrsel/consensus/two_view.h"
+#include "corrsel/consensus/verifier.h"
+#include "corrsel/geometry/residual.h"
+
+namespace corrsel::core {
+namespace {
+
+/// Memory of one thread.
+struct Workspace {
+  Ordering ordering;
+  std::vector<std::uint32_t> rows;        // input rows in random order: the order of everything below
+  std::vector<std::uint32_t> best_first;  // the same numbers by quality
+  NormalizedMatches matches;
+  std::vector<float> errors;
+  std::vector<double> pixel_errors;
+};
+
+TwoViewProblem problemOf(const ConsensusOptions& options) {
+  if (options.model == "fundamental") return fundamentalProblem();
+  return homographyProblem(options.error == "transfer" ? Residual::kTransfer : Residual::kSymmetricTransfer);
+}
+
+class Search {
+ public:
+  Search(const ConsensusOptions& options, const TwoViewProblem& problem, double threshold, bool by_quality,
+         Workspace& work)
+      : options_(options),
+        problem_(problem),
+        work_(work),
+        verifier_(work.matches, problem.residual, threshold * work.matches.scale, options.score == "msac"),
+        sampler_(by_quality ? Sampler(work.best_first, problem.sample_size, seed())
+                            : Sampler(work.matches.size(), problem.sample_size, seed())),
+        by_quality_(by_quality),
+        stopping_(options.confidence, work.matches.size(), problem.sample_size),
+        degensac_(seed() + 1) {
+    if (options.sprt) {
+      sprt_.emplace(problem.sprt);
+      stopping_.setLoss(sprt_->loss(), 0);
+    }
+  }
+
+  /// @return the best model found
+  Candidate run(int& iterations) {
+    std::uint32_t sample[TwoViewProblem::kLargestSample];
+    cv::Matx33d models[TwoViewProblem::kMostModels];
+    for (; iterations < options_.max_iterations && !stopping_.enough(sampler_.drawn()); ++iterations) {
+      if (!drawValidSample(sample)) break;
+      const int count = problem_.solve(work_.matches, sample, models);
+      for (int k = 0; k < count; ++k) tryModel(models[k], sample);
+    }
+    if (best_.exists() && options_.refine && !optimized_) optimizeLocally(problem_, verifier_, best_);
+    return best_;
+  }
+
+ private:
+  std::uint64_t seed() const { return static_cast<std::uint64_t>(options_.seed); }
+
+  bool drawValidSample(std::uint32_t* sample) {
+    // As in OpenCV: after so many refusals there is no valid sample.
+    constexpr int kMostRefusals = 10000;
+    // Data with hardly any valid sample must not take forever: so many samples per hypothesis on average.
+    constexpr std::uint64_t kSamplesPerHypothesis = 50;
+    const std::uint64_t most =
+        kMostRefusals + kSamplesPerHypothesis * static_cast<std::uint64_t>(options_.max_iterations);
+    for (int refused = 0; refused < kMostRefusals && sampler_.drawn() < most; ++refused) {
+      sampler_.draw(sample);
+      if (problem_.isValidSample(work_.matches, sample)) return true;
+    }
+    return false;
+  }
+
+  void tryModel(const cv::Matx33d& model, const std::uint32_t* sample) {
+    const ModelScore score =
+        sprt_ ? verifier_.test(model, best_.cost, *sprt_) : verifier_.score(model, best_.cost);
+    if (score.rejected_by_sprt && sprt_->addRejected(score))
+      stopping_.setLoss(sprt_->loss(), sampler_.drawn());
+    if (score.rejected) return;
+    best_ = {model, score.cost, score.inliers};
+    optimized_ = false;
+    if (options_.degensac && problem_.kind == ModelKind::kFundamental)
+      degensac_.escape(verifier_, sample, best_);
+    // A model with little more than its own sample is noise and not worth the steps.
+    constexpr std::size_t kWorthwhile = 4;
+    if (options_.local_optimization &&
+        best_.inliers >= kWorthwhile * static_cast<std::size_t>(problem_.sample_size)) {
+      optimizeLocally(problem_, verifier_, best_);
+      optimized_ = true;
+    }
+    const double ratio = static_cast<double>(best_.inliers) / static_cast<double>(work_.matches.size());
+    if (sprt_ && sprt_->addBest(ratio)) stopping_.setLoss(sprt_->loss(), sampler_.drawn());
+    stopping_.setInliers(best_.inliers);
+    if (by_quality_) stopByPrefix();
+  }
+
+  /// PROSAC's stop: the prefix of the best matches with the largest share of inliers among those from which
+  /// all samples so far were drawn and whose inliers are not explained by chance (probability 5 %, at 95 %:
+  /// the normal approximation of the binomial tail).
+  void stopByPrefix() {
+    constexpr std::size_t kLeastPrefix = 20;
+    constexpr double kChance = 0.05, kSquaredQuantile = 2.706;
+    const std::size_t n = work_.matches.size(), m = static_cast<std::size_t>(problem_.sample_size);
+    work_.errors.resize(n);
+    modelErrors(problem_.residual, best_.model, work_.matches, 0, n, work_.errors.data());
+    const std::size_t least = std::max<std::size_t>(kLeastPrefix, sampler_.pool());
+    std::size_t inliers = 0, best_inliers = 0, best_pool = 1;
+    for (std::size_t i = 0; i < n; ++i) {
+      inliers += work_.errors[work_.best_first[i]] <= verifier_.squaredThreshold() ? 1 : 0;
+      const std::size_t pool = i + 1;
+      if (pool < least || inliers * best_pool <= best_inliers * pool) continue;
+      const double mean = kChance * static_cast<double>(pool - m);
+      const double enough =
+          static_cast<double>(m) + mean + std::sqrt(kSquaredQuantile * mean * (1 - kChance));
+      if (static_cast<double>(inliers) < enough) continue;
+      best_inliers = inliers;
+      best_pool = pool;
+    }
+    if (best_inliers > 0) stopping_.setPrefix(best_inliers, best_pool);
+  }
+
+  const ConsensusOptions& options_;
+  const TwoViewProblem& problem_;
+  Workspace& work_;
+  Verifier verifier_;
+  Sampler sampler_;
+  bool by_quality_;
+  StoppingRule stopping_;
+  Degensac degensac_;
+  std::optional<Sprt> sprt_;
+  Candidate best_;
+  bool optimized_ = false;
+};
+
+void answer(const Correspondences& matches, const TwoViewProblem& problem, double threshold,
+            const Candidate& best, Workspace& work, Selection& result) {
+  result.model = (work.matches.*problem.toPixels)(best.model);
+  result.model_kind = problem.kind;
+  const std::size_t n = matches.size();
+  work.pixel_errors.resize(n);
+  pixelErrors(problem.residual, result.model, matches, work.pixel_errors.data());
+  result.score.resize(n);
+  std::size_t inliers = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    result.score[i] = static_cast<float>(-work.pixel_errors[i]);
+    result.mask[i] = work.pixel_errors[i] <= threshold * threshold ? 1 : 0;
+    inliers += result.mask[i];
+  }
+  if (inliers <= static_cast<std::size_t>(problem.sample_size)) {
+    std::fill(result.mask.begin(), result.mask.end(), std::uint8_t{0});
+    result.status = Status::kDegenerate;
+    result.message = "no more than the sample itself agrees with the best model: unverified";
+  }
+}
+
+}  // namespace
+
+void searchConsensus(const Correspondences& matches, const ConsensusOptions& options, double threshold,
+                     Selection& result) {
+  const TwoViewProblem problem = problemOf(options);
+  const std::size_t n = matches.size();
+  if (n < static_cast<std::size_t>(problem.sample_size)) {
+    result.status = Status::kTooFew;
+    result.message = std::to_string(n) + " matches, a " + toString(problem.kind) + " needs " +
+                     std::to_string(problem.sample_size);
+    return;
+  }
+  thread_local Workspace work;
+  work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
+  normalizeMatches(matches, work.rows, work.matches);
+  const bool by_quality =
+      options.sampler == "prosac" && work.ordering.byQuality(matches, work.rows, work.best_first);
+  if (options.sampler == "prosac" && !by_quality)
+    result.message = "no descriptor distances: sampled uniformly instead of by PROSAC";
+  const Candidate best = Search(options, problem, threshold, by_quality, work).run(result.iterations);
+  if (best.exists()) {
+    answer(matches, problem, threshold, best, work, result);
+  } else if (result.iterations < options.max_iterations) {
+    result.status = Status::kDegenerate;
+    result.message = "no valid sample: the matches are collinear, equal or differently oriented";
+  } else {
+    result.status = Status::kNoModel;
+    result.message = "no hypothesis could be fitted";
+  }
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,61 @@
+#include "corrsel/consensus/sprt.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace corrsel::core {
+namespace {
+
+constexpr double kLeastDecision = 8.0;  // a right model is lost with a probability of 1/8 at most
+constexpr double kLeastDelta = 1e-4;    // one agreeing match must not outweigh everything
+constexpr double kLargestShare =
+    0.5;  // of epsilon, for delta: beyond, the two hypotheses are hard to tell apart
+constexpr double kRelativeChange = 0.1;  // of delta, that is worth a new design
+constexpr std::size_t kLeastRejected = 50;
+
+}  // namespace
+
+Sprt::Sprt(const SprtConstants& constants)
+    : constants_(constants), epsilon_(constants.epsilon), delta_(constants.delta) {
+  design();
+}
+
+void Sprt::design() {
+  delta_ = std::clamp(delta_, kLeastDelta, kLargestShare * epsilon_);
+  const double c =
+      (1 - delta_) * std::log((1 - delta_) / (1 - epsilon_)) + delta_ * std::log(delta_ / epsilon_);
+  const double k = constants_.model_time * c / constants_.models_per_sample + 1;
+  double a = k;
+  for (int i = 0; i < 10; ++i) a = k + std::log(a);
+  decision_ = std::max(a, kLeastDecision);
+}
+
+void Sprt::apply(ScoreRule& rule) const {
+  rule.log_consistent = std::log(delta_ / epsilon_);
+  rule.log_inconsistent = std::log((1 - delta_) / (1 - epsilon_));
+  rule.log_decision = std::log(decision_);
+}
+
+bool Sprt::addRejected(const ModelScore& score) {
+  ++rejected_;
+  seen_ += score.seen;
+  agreed_ += score.inliers;
+  if (rejected_ < kLeastRejected) return false;
+  const double estimate = std::clamp(static_cast<double>(agreed_) / static_cast<double>(seen_), kLeastDelta,
+                                     kLargestShare * epsilon_);
+  if (std::abs(estimate - delta_) <= kRelativeChange * delta_) return false;
+  delta_ = estimate;
+  design();
+  return true;
+}
+
+bool Sprt::addBest(double inlier_ratio) {
+  constexpr double kLargestEpsilon = 0.999;
+  const double epsilon = std::min(inlier_ratio, kLargestEpsilon);
+  if (!(epsilon > epsilon_)) return false;
+  epsilon_ = epsilon;
+  design();
+  return true;
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,43 @@
+#include "corrsel/consensus/two_view.h"
+
+#include "corrsel/geometry/fundamental.h"
+#include "corrsel/geometry/homography.h"
+
+namespace corrsel::core {
+namespace {
+
+int solveHomography(const NormalizedMatches& matches, const std::uint32_t* sample, cv::Matx33d* models) {
+  return homographyFromFour(matches, sample, models[0]) ? 1 : 0;
+}
+
+bool refineF(const NormalizedMatches& matches, Residual, float squared_threshold, cv::Matx33d& model) {
+  return refineFundamental(matches, squared_threshold, model);
+}
+
+}  // namespace
+
+TwoViewProblem homographyProblem(Residual residual) {
+  // Five matches in a hundred is what max_iterations of the paper can find. Drawing until a sample passes the
+  // check and solving it takes about as long as verifying 1000 matches.
+  return {ModelKind::kHomography,
+          residual,
+          4,
+          isValidHomographySample,
+          solveHomography,
+          refineHomography,
+          &NormalizedMatches::homographyToPixels,
+          {0.05, 0.005, 1000, 1}};
+}
+
+TwoViewProblem fundamentalProblem() {
+  return {ModelKind::kFundamental,
+          Residual::kSampson,
+          7,
+          isValidFundamentalSample,
+          fundamentalFromSeven,
+          refineF,
+          &NormalizedMatches::fundamentalToPixels,
+          {0.15, 0.05, 2500, 2.38}};
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,49 @@
+#include "corrsel/consensus/verifier.h"
+
+#include "corrsel/geometry/residual.h"
+
+namespace corrsel::core {
+namespace {
+
+/// Probability with which the bail-out may give up a model that is better than the best.
+constexpr double kLogBailOutRisk = -27.6;  // ln(1e-12)
+
+}  // namespace
+
+Verifier::Verifier(const NormalizedMatches& matches, Residual residual, double threshold, bool msac)
+    : matches_(matches), residual_(residual), rule_{} {
+  rule_.squared_threshold = static_cast<float>(threshold * threshold);
+  // Hoeffding's inequality: the mean cost of `seen` random matches, a number in [0, kOutlierCost], exceeds
+  // its expectation by d with a probability of at most exp(-2 seen d^2 / kOutlierCost^2).
+  rule_.squared_margin =
+      -0.5 * kLogBailOutRisk * static_cast<double>(ScoreRule::kOutlierCost) * ScoreRule::kOutlierCost;
+  rule_.cost_per_error = msac ? static_cast<float>(ScoreRule::kOutlierCost) / rule_.squared_threshold : 0.0F;
+}
+
+ModelScore Verifier::score(const cv::Matx33d& model, std::int64_t limit) const {
+  ScoreRule rule = rule_;
+  rule.limit = limit;
+  return kernels().score[static_cast<std::size_t>(residual_)](residualModel(residual_, model),
+                                                              matches_.columns(), rule);
+}
+
+ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sprt& sprt) {
+  ScoreRule rule = rule_;
+  rule.limit = limit;
+  rule.start = start_;
+  sprt.apply(rule);
+  const ModelScore result = kernels().score[static_cast<std::size_t>(residual_)](
+      residualModel(residual_, model), matches_.columns(), rule);
+  start_ += (result.seen + ScoreRule::kBlock - 1) / ScoreRule::kBlock * ScoreRule::kBlock;
+  if (start_ >= matches_.size()) start_ = 0;
+  return result;
+}
+
+bool Verifier::improve(const cv::Matx33d& model, Candidate& best) const {
+  const ModelScore judged = score(model, best.cost);
+  if (judged.rejected) return false;
+  best = {model, judged.cost, judged.inliers};
+  return true;
+}
+
+}  // namespace corrsel::core
