@@ -107,16 +107,17 @@ class Search {
     if (by_quality_) stopByPrefix();
   }
 
-  /// PROSAC's stop: the prefix of the best matches with the largest share of inliers among those from which
-  /// all samples so far were drawn and whose inliers are not explained by chance (probability 5 %, at 95 %:
-  /// the normal approximation of the binomial tail).
+  /// PROSAC's stop: the prefix of the best matches with the largest share of inliers, among those from which
+  /// all samples so far were drawn and that are long enough for the kind of model, whose inliers are not
+  /// explained by chance (probability 5 %, at 95 %: the normal approximation of the binomial tail).
   void stopByPrefix() {
     constexpr std::size_t kLeastPrefix = 20;
     constexpr double kChance = 0.05, kSquaredQuantile = 2.706;
     const std::size_t n = work_.matches.size(), m = static_cast<std::size_t>(problem_.sample_size);
     work_.errors.resize(n);
     modelErrors(problem_.residual, best_.model, work_.matches, 0, n, work_.errors.data());
-    const std::size_t least = std::max<std::size_t>(kLeastPrefix, sampler_.pool());
+    const auto share = static_cast<std::size_t>(problem_.least_prefix * static_cast<double>(n));
+    const std::size_t least = std::max<std::size_t>({kLeastPrefix, sampler_.pool(), share});
     std::size_t inliers = 0, best_inliers = 0, best_pool = 1;
     for (std::size_t i = 0; i < n; ++i) {
       inliers += work_.errors[work_.best_first[i]] <= verifier_.squaredThreshold() ? 1 : 0;

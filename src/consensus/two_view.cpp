@@ -26,10 +26,13 @@ TwoViewProblem homographyProblem(Residual residual) {
           solveHomography,
           refineHomography,
           &NormalizedMatches::homographyToPixels,
-          {0.05, 0.005, 1000, 1}};
+          {0.05, 0.005, 1000, 1},
+          0.0};
 }
 
 TwoViewProblem fundamentalProblem() {
+  // The best matches of a scene with several motions may all lie on one, or in one corner, which says little
+  // about the epipolar geometry: half of all matches must be looked at.
   return {ModelKind::kFundamental,
           Residual::kSampson,
           7,
@@ -37,7 +40,8 @@ TwoViewProblem fundamentalProblem() {
           fundamentalFromSeven,
           refineF,
           &NormalizedMatches::fundamentalToPixels,
-          {0.15, 0.05, 2500, 2.38}};
+          {0.15, 0.05, 2500, 2.38},
+          0.5};
 }
 
 }  // namespace corrsel::core

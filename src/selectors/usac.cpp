@@ -10,7 +10,7 @@ UsacOptions::UsacOptions() {
   error = "symmetric_transfer";
   threshold = 0;
   max_iterations = 850000;
-  confidence = 0.99;
+  confidence = 0.999;
   sampler = "prosac";
   sprt = degensac = local_optimization = true;
 }

@@ -26,6 +26,7 @@ struct TwoViewProblem {
                  cv::Matx33d& model);
   cv::Matx33d (NormalizedMatches::*toPixels)(const cv::Matx33d& model) const;
   SprtConstants sprt;
+  double least_prefix;  ///< share of the matches that a prefix must hold for PROSAC to stop by it
 };
 
 /// @param residual  kTransfer or kSymmetricTransfer
