@@ -3,6 +3,7 @@
 #include "corrsel/datasets/adelaide_rmf.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/datasets/sample.h"
+#include "corrsel/datasets/symbench.h"
 #include "corrsel/datasets/vgg.h"
 #include "corrsel/text.h"
 
@@ -21,6 +22,8 @@ const Entry kDatasets[] = {
      [](const std::string& path, int) -> Reader { return std::make_unique<AdelaideRmfReader>(path); }},
     {"sample",
      [](const std::string& path, int seed) -> Reader { return std::make_unique<SampleReader>(path, seed); }},
+    {"symbench",
+     [](const std::string& path, int) -> Reader { return std::make_unique<SymbenchReader>(path); }},
     {"vgg", [](const std::string& path, int) -> Reader { return std::make_unique<VggReader>(path); }},
 };
 

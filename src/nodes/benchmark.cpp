@@ -57,7 +57,7 @@ struct Argument {
 
 constexpr Argument kArguments[] = {
     {"dataset", "",
-     "datasets, comma-separated: sample, vgg, adelaidermf; default sample unless bags are given"},
+     "datasets, comma-separated: sample, vgg, symbench, adelaidermf; default sample unless bags are given"},
     {"data_root", "", "folder that holds one folder per dataset, named like the dataset"},
     {"bag", "", "dataset bags (comma-separated) made by make_dataset_bag, instead of datasets"},
     {"features", "sift+sift,orb+orb", "detector+descriptor combinations, comma-separated"},

@@ -75,9 +75,9 @@ TEST_F(VggFolder, GivesFivePairsPerSceneInAlphabeticalOrder) {
 
 TEST_F(VggFolder, IsFoundByName) {
   EXPECT_EQ(openDataset("vgg", root_.string())->size(), 10u);
-  EXPECT_EQ(datasetNames(), (std::vector<std::string>{"adelaidermf", "sample", "vgg"}));
+  EXPECT_EQ(datasetNames(), (std::vector<std::string>{"adelaidermf", "sample", "symbench", "vgg"}));
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { openDataset("vg", root_.string()); }),
-            "unknown dataset 'vg'; valid: adelaidermf, sample, vgg");
+            "unknown dataset 'vg'; valid: adelaidermf, sample, symbench, vgg");
 }
 
 TEST_F(VggFolder, RefusesMissingAndEmptyFolders) {
