@@ -4,6 +4,8 @@
 #include <map>
 #include <thread>
 
+#include "arbitrary.h"
+#include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/factory.h"
 #include "test_support.h"
 
@@ -345,18 +347,148 @@ TEST_P(EverySelector, AnswersAlikeAgainAndOnManyThreads) {
     scenes.push_back(scene(n, 0.6, 0.5, n));
     expected.push_back(createSelector(spec())->select(scenes.back().matches));
   }
-  std::vector<std::vector<Selection>> answers(4);
-  std::vector<std::thread> threads;
-  for (std::size_t t = 0; t < answers.size(); ++t) {
-    threads.emplace_back([&, t] {
-      for (std::size_t k = 0; k < 12; ++k)
-        answers[t].push_back(selector->select(scenes[(k + t) % 4].matches));
-    });
+  for (const std::size_t n_threads : {1, 2, 4}) {
+    SCOPED_TRACE(n_threads);
+    std::vector<std::vector<Selection>> answers(n_threads);
+    std::vector<std::thread> threads;
+    for (std::size_t t = 0; t < n_threads; ++t) {
+      threads.emplace_back([&, t] {
+        for (std::size_t k = 0; k < 12; ++k) {
+          answers[t].push_back(selector->select(scenes[(k + t) % 4].matches));
+        }
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    for (std::size_t t = 0; t < n_threads; ++t) {
+      for (std::size_t k = 0; k < 12; ++k) expectSame(answers[t][k], expected[(k + t) % 4]);
+    }
   }
-  for (std::thread& thread : threads) thread.join();
-  for (std::size_t t = 0; t < answers.size(); ++t) {
-    for (std::size_t k = 0; k < 12; ++k) expectSame(answers[t][k], expected[(k + t) % 4]);
+}
+
+/// A column of x or y and a frame's entries: three for x and three for y.
+void moveSide(std::vector<float>& x, std::vector<float>& y, std::vector<AffineFrame>& frames, cv::Size& size,
+              float scale, const cv::Point2f& shift) {
+  for (float& value : x) value = value * scale + shift.x;
+  for (float& value : y) value = value * scale + shift.y;
+  for (AffineFrame& frame : frames) {
+    for (float& value : frame) value *= scale;
+    frame[2] += shift.x;
+    frame[5] += shift.y;
   }
+  size = {cvRound(float(size.width) * scale), cvRound(float(size.height) * scale)};
+}
+
+/// The same matches in images of `scale` times the size, then shifted by whole pixels, left and right by
+/// different ones. Exact for multiples of 1/64 px.
+Correspondences moved(Correspondences m, float scale, const cv::Point2f& left, const cv::Point2f& right) {
+  moveSide(m.left_x, m.left_y, m.left_frame, m.left_size, scale, left);
+  moveSide(m.right_x, m.right_y, m.right_frame, m.right_size, scale, right);
+  return m;
+}
+
+/// Coordinates rounded to multiples of 1/64 px, so that they can be moved without further rounding.
+Correspondences rounded(Correspondences m) {
+  for (std::vector<float>* column : {&m.left_x, &m.left_y, &m.right_x, &m.right_y}) {
+    for (float& value : *column) value = std::round(value * 64) / 64;
+  }
+  for (std::vector<AffineFrame>* frames : {&m.left_frame, &m.right_frame}) {
+    for (AffineFrame& frame : *frames) {
+      for (float& value : frame) value = std::round(value * 64) / 64;
+    }
+  }
+  return m;
+}
+
+std::vector<std::uint32_t> changedRows(const Mask& a, const Mask& b) {
+  Mask changed;
+  for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
+    changed.push_back(i >= a.size() || i >= b.size() || a[i] != b[i] ? 1 : 0);
+  }
+  return selectedRows(changed);
+}
+
+const std::vector<std::uint32_t> kNoRows;
+
+TEST_P(EverySelector, DoesNotDependOnTheOrigin) {
+  if (is("gms")) return;                          // its cells are parts of the image
+  const bool displacements = spec() == "lpm:v2";  // compares how far matches move: the same shift for both
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(seed);
+    const Correspondences m = rounded(scene(600, 0.6, 0.5, seed).matches);
+    const Selection expected = select(m);
+    ASSERT_EQ(expected.status, Status::kOk) << expected.message;
+    for (const auto& [left, right] : {std::pair{cv::Point2f(13, -7), cv::Point2f(-301, 250)},
+                                      std::pair{cv::Point2f(1000, 1000), cv::Point2f(0, -2000)}}) {
+      const Selection s = select(moved(m, 1, left, displacements ? left : right));
+      EXPECT_EQ(changedRows(s.mask, expected.mask), kNoRows) << left;
+    }
+  }
+}
+
+TEST_P(EverySelector, DoesNotDependOnTheUnit) {
+  for (const float scale : {2.0F, 0.5F}) {
+    SCOPED_TRACE(scale);
+    // Thresholds in pixels grow with the images.
+    OptionMap options;
+    for (const OptionText& option : listOptions(createSelector(spec())->options())) {
+      if (option.unit == "px") options[option.name] = formatNumber(double(scale) * std::stod(option.value));
+    }
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      SCOPED_TRACE(seed);
+      const Correspondences m = rounded(scene(600, 0.6, 0.5, seed).matches);
+      const Selection expected = select(m);
+      ASSERT_EQ(expected.status, Status::kOk) << expected.message;
+      const Selection s = createSelector(spec(), options)->select(moved(m, scale, {0, 0}, {0, 0}));
+      EXPECT_EQ(changedRows(s.mask, expected.mask), kNoRows);
+    }
+  }
+}
+
+TEST_P(EverySelector, AnswersAlikeWithEveryKernelLevel) {
+  std::vector<Correspondences> inputs = {scene(1003).matches, scene(47, 0.8).matches, scene(0).matches};
+  // Ties: positions on a lattice, each of them several times.
+  inputs.push_back(scene(500).matches);
+  for (std::vector<float>* column : {&inputs.back().left_x, &inputs.back().left_y}) {
+    for (float& value : *column) value = std::round(value / 50) * 50;
+  }
+  const KernelLevel usual = kernelLevel();
+  std::vector<Selection> expected;
+  for (const KernelLevel level : supportedKernelLevels()) {
+    setKernelLevel(level);
+    for (std::size_t i = 0; i < inputs.size(); ++i) {
+      const Selection s = select(inputs[i]);
+      if (expected.size() == i) expected.push_back(s);
+      EXPECT_EQ(difference(s, expected[i]), "") << toString(level) << ", input " << i;
+    }
+  }
+  setKernelLevel(usual);
+}
+
+TEST_P(EverySelector, KeepsItsContractOnArbitraryInput) {
+  constexpr int kInputs = 300;
+  std::map<Status, int> seen;
+  for (int seed = 0; seed < kInputs; ++seed) {
+    const std::uint8_t bytes[] = {std::uint8_t(seed), std::uint8_t(seed >> 8)};
+    ByteSource source(bytes, sizeof bytes);
+    const Correspondences m = arbitraryMatches(source);
+    const OptionMap options = arbitraryOptions(source, *createSelector(spec()));
+    // The preset's own options, then drawn ones, which may contradict each other.
+    std::vector<std::unique_ptr<Selector>> selectors;
+    selectors.push_back(createSelector(spec()));
+    try {
+      selectors.push_back(createSelector(spec(), options));
+    } catch (const std::invalid_argument&) {
+    }
+    for (const auto& selector : selectors) {
+      Selection s;
+      ASSERT_NO_THROW(s = selector->select(m)) << "seed " << seed;
+      ASSERT_EQ(contractViolation(m, s), "") << "seed " << seed;
+      ++seen[s.status];
+    }
+  }
+  // Otherwise the inputs are none that a selector works on.
+  EXPECT_GT(seen[Status::kOk], kInputs / 10);
+  EXPECT_GT(seen[Status::kUnsupportedInput], 0);
 }
 
 TEST_P(EverySelector, RefusesInconsistentColumns) {

@@ -1,0 +1,349 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <opencv2/core/types.hpp>
+#include <string>
+#include <vector>
+
+#include "corrsel/correspondences.h"
+#include "corrsel/options.h"
+#include "corrsel/random.h"
+#include "corrsel/selection.h"
+#include "corrsel/selectors/selector.h"
+#include "corrsel/text.h"
+
+// Input of every kind for selectors, made from bytes, and what must hold for the answers. Used by the fuzzer
+// and by the tests of all selectors.
+namespace corrsel::core::testing {
+
+/// Reads values from bytes. Where they end, a generator seeded by the first four goes on, so that a few bytes
+/// already stand for a rich input.
+class ByteSource {
+ public:
+  ByteSource(const std::uint8_t* data, std::size_t size)
+      : data_(data), size_(size), beyond_(seedOf(data, size)) {}
+
+  std::uint8_t byte() {
+    return position_ < size_ ? data_[position_++] : static_cast<std::uint8_t>(beyond_.next() >> 56);
+  }
+
+  std::uint32_t word() {
+    std::uint32_t value = 0;
+    for (int i = 0; i < 4; ++i) value = value << 8 | byte();
+    return value;
+  }
+
+  /// @pre 0 < bound <= 65536
+  std::uint32_t below(std::uint32_t bound) {
+    const std::uint32_t high = bound > 256 ? byte() : 0U;
+    return (high << 8 | byte()) % bound;
+  }
+
+  bool oneIn(std::uint32_t n) { return below(n) == 0; }
+
+  /// A multiple of 1/65536 in [0, 1).
+  double share() { return below(65536) / 65536.0; }
+
+  /// Any bit pattern.
+  float anyFloat() {
+    const std::uint32_t bits = word();
+    float value = 0;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+  }
+
+ private:
+  static std::uint64_t seedOf(const std::uint8_t* data, std::size_t size) {
+    std::uint64_t seed = size;
+    for (std::size_t i = 0; i < std::min<std::size_t>(size, 4); ++i) seed = seed << 8 | data[i];
+    return seed;
+  }
+
+  const std::uint8_t* data_;
+  std::size_t size_, position_ = 0;
+  Random beyond_;
+};
+
+inline constexpr float kSpecialFloats[] = {0.F,
+                                           -0.F,
+                                           1.F,
+                                           -1.F,
+                                           1e-40F,
+                                           std::numeric_limits<float>::denorm_min(),
+                                           std::numeric_limits<float>::min(),
+                                           1e-20F,
+                                           1e6F,
+                                           -1e6F,
+                                           1000000.0625F,
+                                           999999.9375F,
+                                           3e38F,
+                                           -3e38F,
+                                           std::numeric_limits<float>::infinity(),
+                                           -std::numeric_limits<float>::infinity(),
+                                           std::numeric_limits<float>::quiet_NaN(),
+                                           16777216.F};
+
+inline float specialFloat(ByteSource& source) {
+  return kSpecialFloats[source.below(std::size(kSpecialFloats))];
+}
+
+/// How the coordinates of a match come about.
+enum class MatchKind : std::uint8_t {
+  kPlane,
+  kUnrelated,
+  kStereo,
+  kLattice,
+  kLine,
+  kSpecial,
+  kAnyBits,
+  kCount
+};
+
+/// Appends one match's coordinates, most of them inside an image of 640x480 px.
+inline void addArbitraryMatch(ByteSource& source, MatchKind kind, Correspondences& m) {
+  const auto within = [&source](float size) { return static_cast<float>(source.share()) * size; };
+  std::array<float, 4> c = {within(640), within(480), 0, 0};
+  switch (kind) {
+    case MatchKind::kPlane:
+      c[2] = 0.9F * c[0] - 0.1F * c[1] + 40 + within(2);
+      c[3] = 0.1F * c[0] + 0.95F * c[1] + 5 + within(2);
+      break;
+    case MatchKind::kUnrelated:
+      c[2] = within(640);
+      c[3] = within(480);
+      break;
+    case MatchKind::kStereo:
+      c[2] = c[0] - within(60);
+      c[3] = c[1] + within(1);
+      break;
+    case MatchKind::kLattice:
+      for (float& value : c) value = 40.F * static_cast<float>(source.below(6));
+      break;
+    case MatchKind::kLine:
+      c[1] = 2 * c[0];
+      c[2] = c[0] + 10;
+      c[3] = c[1] - 10;
+      break;
+    case MatchKind::kSpecial:
+      for (float& value : c) value = specialFloat(source);
+      break;
+    default:
+      for (float& value : c) value = source.anyFloat();
+  }
+  m.left_x.push_back(c[0]);
+  m.left_y.push_back(c[1]);
+  m.right_x.push_back(c[2]);
+  m.right_y.push_back(c[3]);
+}
+
+inline float arbitraryDistance(ByteSource& source) {
+  switch (source.below(8)) {
+    case 0:
+      return specialFloat(source);
+    case 1:
+      return static_cast<float>(source.below(4));
+    default:
+      return static_cast<float>(source.share()) * 300.F;
+  }
+}
+
+inline AffineFrame arbitraryFrame(ByteSource& source, float x, float y) {
+  const auto entry = [&source] { return static_cast<float>(source.share()) * 40.F - 20.F; };
+  AffineFrame frame = {entry(), entry(), x, entry(), entry(), y};
+  switch (source.below(8)) {
+    case 0:  // singular
+      frame[3] = frame[0];
+      frame[4] = frame[1];
+      break;
+    case 1:
+      frame = {0, 0, x, 0, 0, y};
+      break;
+    case 2:
+      for (float& value : frame) value = specialFloat(source);
+      break;
+    case 3:
+      for (float& value : frame) value = source.anyFloat();
+      break;
+    default:;
+  }
+  return frame;
+}
+
+/// Length of an optional column: mostly that of the matches, often none, seldom a wrong one.
+inline std::size_t arbitraryLength(ByteSource& source, std::size_t n) {
+  const std::uint32_t choice = source.below(64);
+  if (choice == 0) return n + 1;
+  if (choice == 1) return n / 2;
+  return choice < 16 ? 0 : n;
+}
+
+inline cv::Size arbitrarySize(ByteSource& source) {
+  constexpr int kSides[] = {640, 480, 800, 1, 0, -1, 100000, std::numeric_limits<int>::max()};
+  if (!source.oneIn(4)) return {640, 480};
+  const int width = kSides[source.below(std::size(kSides))];
+  return {width, kSides[source.below(std::size(kSides))]};
+}
+
+/// Matches of every sort: planes, stereo, lattices, duplicates, numbers that are none, columns that are
+/// absent or of a wrong length, image sizes that are unknown or absurd.
+inline Correspondences arbitraryMatches(ByteSource& source, std::size_t max_matches = 300) {
+  Correspondences m;
+  const std::size_t n = source.below(static_cast<std::uint32_t>(max_matches + 1));
+  constexpr auto kKinds = static_cast<std::uint32_t>(MatchKind::kCount);
+  const auto usual = static_cast<MatchKind>(source.below(kKinds));
+  const std::uint32_t other_in = 1 + source.below(64), copy_in = 1 + source.below(64);
+  while (m.size() < n) {
+    if (!m.empty() && copy_in > 1 && source.oneIn(copy_in)) {
+      const std::size_t row = source.below(static_cast<std::uint32_t>(m.size()));
+      for (std::vector<float>* column : {&m.left_x, &m.left_y, &m.right_x, &m.right_y}) {
+        column->push_back((*column)[row]);
+      }
+      continue;
+    }
+    const bool other = other_in > 1 && source.oneIn(other_in);
+    addArbitraryMatch(source, other ? static_cast<MatchKind>(source.below(kKinds)) : usual, m);
+  }
+  m.left_size = arbitrarySize(source);
+  m.right_size = arbitrarySize(source);
+  for (std::vector<float>* column : {&m.distance, &m.second_distance}) {
+    column->resize(arbitraryLength(source, n));
+    for (float& value : *column) value = arbitraryDistance(source);
+  }
+  m.left_frame.resize(arbitraryLength(source, n));
+  m.right_frame.resize(arbitraryLength(source, n));
+  for (std::size_t i = 0; i < m.left_frame.size(); ++i) {
+    m.left_frame[i] = arbitraryFrame(source, i < n ? m.left_x[i] : 0, i < n ? m.left_y[i] : 0);
+  }
+  for (std::size_t i = 0; i < m.right_frame.size(); ++i) {
+    m.right_frame[i] = arbitraryFrame(source, i < n ? m.right_x[i] : 0, i < n ? m.right_y[i] : 0);
+  }
+  for (std::vector<std::uint32_t>* column : {&m.left_index, &m.right_index}) {
+    column->resize(arbitraryLength(source, n));
+    for (std::uint32_t& value : *column) value = source.oneIn(8) ? source.word() : source.below(300);
+  }
+  // A coordinate column of another length than left_x.
+  if (source.oneIn(64)) m.right_y.resize(n / 2);
+  return m;
+}
+
+/// Draws values for some of the options, within their ranges. Whole numbers are kept small enough for a call
+/// to take a fraction of a second, and time limits are left alone, because they make answers depend on the
+/// clock.
+class ArbitraryOptions : public OptionVisitor {
+ public:
+  explicit ArbitraryOptions(ByteSource& source) : source_(source) {}
+
+  void number(const NumberInfo& info, double&) override {
+    if (std::string(info.unit) == "s" || source_.oneIn(2)) return;
+    values[info.name] = formatNumber(between(info));
+  }
+  void integer(const NumberInfo& info, int&) override {
+    const std::string name = info.name;
+    const bool repeats = name.find("iterations") != std::string::npos;
+    if (std::string(info.unit) == "s" || (!repeats && source_.oneIn(2))) return;
+    // GMS's time and memory grow with the fourth power of the grid's side.
+    const double largest = repeats ? 300 : name == "grid" ? 40 : 2000;
+    NumberInfo small = info;
+    small.max = std::max(info.min, std::min(info.max, largest));
+    values[info.name] = std::to_string(static_cast<int>(between(small)));
+  }
+  void flag(const char* name, const char*, bool&) override {
+    if (source_.oneIn(2)) values[name] = source_.oneIn(2) ? "true" : "false";
+  }
+  void choice(const char* name, const std::vector<std::string>& choices, const char*, std::string&) override {
+    if (source_.oneIn(2)) values[name] = choices[source_.below(static_cast<std::uint32_t>(choices.size()))];
+  }
+
+  OptionMap values;
+
+ private:
+  double between(const NumberInfo& info) {
+    switch (source_.below(8)) {
+      case 0:
+        return info.min;
+      case 1:
+        return info.max;
+      case 2:
+      case 3:
+        return info.min + (info.max - info.min) * source_.share();
+      default:  // near the lower end, where most ranges have their usual values
+        return info.min + (info.max - info.min) * std::pow(source_.share(), 6);
+    }
+  }
+
+  ByteSource& source_;
+};
+
+inline OptionMap arbitraryOptions(ByteSource& source, const Selector& selector) {
+  ArbitraryOptions drawn(source);
+  // The visitor only reads; visit() is shared with visitors that write.
+  const_cast<OptionSet&>(selector.options()).visit(drawn);
+  return drawn.values;
+}
+
+inline bool sameBits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
+}
+
+/// The first difference between two answers apart from their times, bit by bit; empty when there is none.
+inline std::string difference(const Selection& a, const Selection& b) {
+  if (a.status != b.status) return "status " + toString(a.status) + " and " + toString(b.status);
+  if (a.message != b.message) return "message '" + a.message + "' and '" + b.message + "'";
+  if (a.mask != b.mask) return "masks differ";
+  if (!sameBits(a.score, b.score)) return "scores differ";
+  if (a.model_kind != b.model_kind) return "model kinds differ";
+  if (std::memcmp(a.model.val, b.model.val, sizeof a.model.val) != 0) return "models differ";
+  if (a.iterations != b.iterations) return "numbers of iterations differ";
+  if (a.n_selected != b.n_selected || a.n_ignored != b.n_ignored) return "counts differ";
+  return "";
+}
+
+/// What the answer of a selector breaks of Selector's contract; empty when it breaks nothing.
+inline std::string contractViolation(const Correspondences& m, const Selection& s) {
+  const std::size_t n = m.size();
+  const bool consistent = m.inconsistency().empty();
+  if (s.n_input != n) return "n_input is " + std::to_string(s.n_input);
+  if (s.mask.size() != n) return "the mask has " + std::to_string(s.mask.size()) + " rows";
+  if (!s.score.empty() && s.score.size() != n)
+    return "there are " + std::to_string(s.score.size()) + " scores";
+  std::size_t selected = 0, ignored = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (s.mask[i] > 1) return "the mask holds " + std::to_string(s.mask[i]);
+    selected += s.mask[i];
+    if (!consistent) continue;
+    const float coordinates[] = {m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]};
+    const bool usable = std::all_of(std::begin(coordinates), std::end(coordinates),
+                                    [](float value) { return std::abs(value) <= 1e6F; });
+    if (usable) continue;
+    ++ignored;
+    if (s.mask[i] != 0) return "row " + std::to_string(i) + " is selected and not usable";
+    if (!s.score.empty() && !std::isnan(s.score[i])) return "row " + std::to_string(i) + " has a score";
+  }
+  if (s.n_selected != selected) return "n_selected is " + std::to_string(s.n_selected);
+  if (!consistent && s.status != Status::kUnsupportedInput) return "columns of different length pass";
+  if (s.status != Status::kUnsupportedInput && s.n_ignored != ignored) {
+    return "n_ignored is " + std::to_string(s.n_ignored);
+  }
+  if (s.status != Status::kOk && s.message.empty()) return "no message with status " + toString(s.status);
+  if (s.status == Status::kFailed) return "failed: " + s.message;
+  const bool nothing = s.status == Status::kTooFew || s.status == Status::kNoModel ||
+                       s.status == Status::kUnsupportedInput || s.status == Status::kTooLarge;
+  if (nothing && selected > 0) return "matches are selected with status " + toString(s.status);
+  if (s.model_kind != ModelKind::kNone) {
+    double sum = 0;
+    for (const double value : s.model.val) sum += std::abs(value);
+    if (!(std::isfinite(sum) && sum > 0)) return "the model is zero or not finite";
+  }
+  if (s.iterations < 0 || !(s.seconds >= 0)) return "iterations or seconds are negative";
+  return "";
+}
+
+}  // namespace corrsel::core::testing
