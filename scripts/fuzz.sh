@@ -9,11 +9,11 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 seconds=${1:-60}
 shift || true
-install_packages "${build_packages[@]}" clang libclang-rt-14-dev
+install_packages "${build_packages[@]}" "${test_packages[@]}" clang libclang-rt-14-dev
 
 build_dir=$build_dir/fuzz
-build fuzz_select -- -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCATKIN_ENABLE_TESTING=OFF \
-  -Dcorrsel_FUZZ=ON -Dcorrsel_SANITIZE=fuzzer-no-link,address,undefined
+build fuzz_select -- -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo -Dcorrsel_FUZZ=ON \
+  -Dcorrsel_SANITIZE=fuzzer-no-link,address,undefined
 program=$(find "$build_dir/devel" -name fuzz_select)
 names=("$@")
 [ $# -gt 0 ] || mapfile -t names < <("$program" --list)
