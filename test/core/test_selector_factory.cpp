@@ -507,6 +507,42 @@ INSTANTIATE_TEST_SUITE_P(All, EverySelector, ::testing::ValuesIn(kSpecs),
                            return name;
                          });
 
+TEST(ContractViolation, IsNoticed) {
+  Correspondences m;
+  for (const float x : {1.F, 2.F, std::numeric_limits<float>::quiet_NaN()}) m.add({x, 1}, {x, 2});
+  const Selection good = createSelector("keep_all")->select(m);
+  ASSERT_EQ(contractViolation(m, good), "");
+  const auto broken = [&](const auto& change) {
+    Selection s = good;
+    change(s);
+    return contractViolation(m, s);
+  };
+  EXPECT_EQ(broken([](Selection& s) { s.mask.pop_back(); }), "the mask has 2 rows");
+  EXPECT_EQ(broken([](Selection& s) { s.mask[0] = 2; }), "the mask holds 2");
+  EXPECT_EQ(broken([](Selection& s) { s.mask[0] = 0; }), "n_selected is 2");
+  EXPECT_EQ(broken([](Selection& s) { s.mask[2] = 1; }), "row 2 is selected and not usable");
+  EXPECT_EQ(broken([](Selection& s) { s.score = {1, 1, 1}; }), "row 2 has a score");
+  EXPECT_EQ(broken([](Selection& s) { s.score = {1}; }), "there are 1 scores");
+  EXPECT_EQ(broken([](Selection& s) { s.n_ignored = 0; }), "n_ignored is 0");
+  EXPECT_EQ(broken([](Selection& s) { s.n_input = 2; }), "n_input is 2");
+  EXPECT_EQ(broken([](Selection& s) { s.status = Status::kDegenerate; }),
+            "no message with status degenerate");
+  EXPECT_EQ(broken([](Selection& s) { s.model_kind = ModelKind::kHomography; }),
+            "the model is zero or not finite");
+  EXPECT_EQ(broken([](Selection& s) {
+              s.status = Status::kTooFew;
+              s.message = "one";
+            }),
+            "matches are selected with status too_few");
+  EXPECT_EQ(broken([](Selection& s) {
+              s.status = Status::kFailed;
+              s.message = "no memory";
+            }),
+            "failed: no memory");
+  m.right_y.pop_back();
+  EXPECT_EQ(contractViolation(m, good), "columns of different length pass");
+}
+
 TEST(SelectorFactory, EverySelectorIsTested) {
   for (const std::string& name : selectorNames()) {
     const bool tested = std::any_of(kSpecs.begin(), kSpecs.end(), [&name](const std::string& spec) {
