@@ -19,6 +19,7 @@ build_packages=(
   librosbag-dev libyaml-cpp-dev nlohmann-json3-dev python3-dynamic-reconfigure python3-matplotlib python3-numpy
   python3-rosbag python3-roslaunch python3-rostopic ros-perception-dev rosbash
 )
+performance_packages=(libbenchmark-dev libnanoflann-dev)
 test_packages=(libgtest-dev librostest-dev python3-rosservice python3-rostest)
 
 say() { printf '\n== %s\n' "$*"; }

@@ -1,0 +1,280 @@
+#include "report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <sstream>
+#include <stdexcept>
+
+#include "corrsel/benchmark/environment.h"
+#include "corrsel/kernels/kernels.h"
+#include "corrsel/text.h"
+
+namespace corrsel::performance {
+namespace {
+
+std::string fixed(double value, int digits) {
+  if (std::isnan(value)) return "";
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
+}
+
+std::string padded(const std::string& text, std::size_t width) {
+  return text.size() < width ? text + std::string(width - text.size(), ' ') : text;
+}
+
+double ratio(const Row& row) { return row.peer.milliseconds / row.ours.milliseconds; }
+
+std::string identical(const Row& row) {
+  if (!row.same_mask || !row.peer.failure.empty()) return "-";
+  return row.differing == 0 ? "yes" : "NO: " + std::to_string(row.differing) + " differ";
+}
+
+std::string against(const Row& row) { return row.peer.name.empty() ? "-" : row.peer.name; }
+
+/// The cells of a comparison, as in the table's header.
+std::vector<std::string> cells(const Row& row) {
+  const bool failed = !row.peer.failure.empty();
+  return {row.ours.name,
+          against(row),
+          std::to_string(row.scene.n),
+          core::formatNumber(row.scene.inlier_ratio),
+          shortNumber(row.ours.milliseconds),
+          failed ? "failed: " + row.peer.failure.substr(0, 40) : shortNumber(row.peer.milliseconds),
+          std::isnan(ratio(row)) ? "" : shortNumber(ratio(row)) + "x",
+          fixed(row.ours.f, 1),
+          fixed(row.peer.f, 1),
+          identical(row)};
+}
+
+const std::vector<std::string> kHeader = {"selector", "against", "N",      "eps",    "ours ms",
+                                          "peer ms",  "ratio",   "F ours", "F peer", "identical masks"};
+constexpr std::size_t kWidths[] = {27, 28, 7, 4, 8, 8, 7, 7, 7, 1};
+
+std::string consoleLine(const std::vector<std::string>& values) {
+  std::string line;
+  for (std::size_t i = 0; i < values.size(); ++i) line += padded(values[i], kWidths[i]) + " ";
+  return line + "\n";
+}
+
+std::string markdownLine(const std::vector<std::string>& values) {
+  return "| " + core::joinList(values, " | ") + " |\n";
+}
+
+std::string markdownHeader(const std::vector<std::string>& values) {
+  return "\n" + markdownLine(values) + markdownLine(std::vector<std::string>(values.size(), "---"));
+}
+
+using Record = std::map<std::string, std::string>;  // column -> value
+
+constexpr const char* kColumns[] = {"comparison",
+                                    "selector",
+                                    "against",
+                                    "scene",
+                                    "n",
+                                    "inlier_ratio",
+                                    "ours_ms",
+                                    "ours_lower_quartile_ms",
+                                    "ours_upper_quartile_ms",
+                                    "ours_repetitions",
+                                    "peer_ms",
+                                    "peer_lower_quartile_ms",
+                                    "peer_upper_quartile_ms",
+                                    "peer_repetitions",
+                                    "ratio",
+                                    "ours_precision",
+                                    "ours_recall",
+                                    "ours_f",
+                                    "peer_precision",
+                                    "peer_recall",
+                                    "peer_f",
+                                    "identical_masks",
+                                    "exponent",
+                                    "found",
+                                    "failure",
+                                    "cpu",
+                                    "threads",
+                                    "compiler",
+                                    "build_type",
+                                    "opencv",
+                                    "corrsel_commit",
+                                    "kernels"};
+
+/// Times and quality of one side of a comparison.
+void describe(const std::string& side, const Measurement& m, Record& record) {
+  record[side + "_ms"] = core::formatNumber(m.milliseconds);
+  record[side + "_lower_quartile_ms"] = core::formatNumber(m.lower_quartile);
+  record[side + "_upper_quartile_ms"] = core::formatNumber(m.upper_quartile);
+  record[side + "_repetitions"] = m.repetitions ? std::to_string(m.repetitions) : "";
+  record[side + "_precision"] = core::formatNumber(m.precision);
+  record[side + "_recall"] = core::formatNumber(m.recall);
+  record[side + "_f"] = core::formatNumber(m.f);
+}
+
+}  // namespace
+
+std::string shortNumber(double value) {
+  if (std::isnan(value)) return "";
+  const int before = value >= 1 ? int(std::log10(value)) + 1 : 1;
+  return fixed(value, std::clamp(3 - before, value < 0.1 ? 4 : 0, 4));
+}
+
+void Report::add(const Row& row) {
+  rows_.push_back(row);
+  new_lines_ += consoleLine(cells(row));
+}
+
+void Report::add(const GrowthRow& row) {
+  growth_.push_back(row);
+  new_lines_ += consoleLine({row.comparison, "itself, 20 times larger", row.large.name.substr(2), "",
+                             shortNumber(row.small.milliseconds), shortNumber(row.large.milliseconds),
+                             "N^" + fixed(row.exponent, 2)});
+}
+
+void Report::add(const HardRow& row) {
+  hard_.push_back(row);
+  new_lines_ += consoleLine({row.comparison, row.method, "", core::formatNumber(row.inlier_ratio),
+                             shortNumber(row.milliseconds), "",
+                             std::to_string(row.found) + "/" + std::to_string(row.seeds) + " found"});
+}
+
+void Report::add(const Verdict& verdict) { verdicts_.push_back(verdict); }
+
+void Report::addFailure(const std::string& comparison, const std::string& reason) {
+  failures_.emplace_back(comparison, reason);
+  new_lines_ += padded(comparison, kWidths[0]) + " SKIPPED: " + reason + "\n";
+}
+
+std::string Report::newLines() { return std::exchange(new_lines_, ""); }
+
+std::string Report::targets() const {
+  std::string text;
+  for (const Verdict& verdict : verdicts_)
+    text += (verdict.passed ? "PASS  " : "FAIL  ") + verdict.text + "\n";
+  for (const auto& [comparison, reason] : failures_) text += "SKIP  " + comparison + ": " + reason + "\n";
+  return text;
+}
+
+std::string Report::markdown(const std::string& command) const {
+  std::string text = "Written by `" + command + "` on: " + machine() + ".\n";
+  if (!verdicts_.empty()) {
+    text += "\n### Targets\n" + markdownHeader({"", "target and measurement"});
+    for (const Verdict& v : verdicts_) text += markdownLine({v.passed ? "PASS" : "**FAIL**", v.text});
+  }
+  if (!rows_.empty()) {
+    text += "\n### Beside what users would pick instead\n" + markdownHeader(kHeader);
+    for (const Row& row : rows_) text += markdownLine(cells(row));
+  }
+  if (!growth_.empty()) {
+    text += "\n### Growth with N\n" + markdownHeader({"selector", "N=5000, ms", "N=100000, ms", "exponent"});
+    for (const GrowthRow& row : growth_) {
+      text += markdownLine({row.comparison, shortNumber(row.small.milliseconds),
+                            shortNumber(row.large.milliseconds), fixed(row.exponent, 2)});
+    }
+  }
+  if (!hard_.empty()) {
+    text += "\n### Finding the model when it is hard\n" +
+            markdownHeader({"inlier ratio", "method", "found", "median ms"});
+    for (const HardRow& row : hard_) {
+      text += markdownLine({core::formatNumber(row.inlier_ratio), row.method,
+                            std::to_string(row.found) + " of " + std::to_string(row.seeds),
+                            shortNumber(row.milliseconds)});
+    }
+  }
+  if (!failures_.empty()) text += "\nNot measured:\n\n";
+  for (const auto& [comparison, reason] : failures_) text += "- " + comparison + ": " + reason + "\n";
+  return text;
+}
+
+void Report::writeCsv(std::ostream& out) const {
+  Record machine;
+  const auto environment = nlohmann::json::parse(core::environmentJson(1));
+  for (const char* name : {"cpu", "threads", "compiler", "build_type", "opencv", "corrsel_commit"}) {
+    const auto& value = environment[name];
+    machine[name] = value.is_string() ? value.get<std::string>() : value.dump();
+  }
+  machine["kernels"] = core::toString(core::kernelLevel());
+  const auto write = [&](Record record) {
+    record.insert(machine.begin(), machine.end());
+    std::vector<std::string> fields;
+    for (const char* column : kColumns) fields.push_back(core::csvField(record[column]));
+    out << core::joinList(fields, ",") << '\n';
+  };
+  out << core::joinList({std::begin(kColumns), std::end(kColumns)}, ",") << '\n';
+  for (const Row& row : rows_) {
+    Record record = {{"comparison", row.comparison},
+                     {"selector", row.ours.name},
+                     {"against", row.peer.name},
+                     {"scene", row.scene.kind == SceneKind::kPlane ? "plane" : "space"},
+                     {"n", std::to_string(row.scene.n)},
+                     {"inlier_ratio", core::formatNumber(row.scene.inlier_ratio)},
+                     {"ratio", core::formatNumber(ratio(row))},
+                     {"failure", row.peer.failure}};
+    describe("ours", row.ours, record);
+    describe("peer", row.peer, record);
+    if (row.same_mask && row.peer.failure.empty()) record["identical_masks"] = row.differing ? "no" : "yes";
+    write(record);
+  }
+  for (const GrowthRow& row : growth_) {
+    Record record = {{"comparison", row.comparison},
+                     {"selector", row.comparison.substr(row.comparison.find('/') + 1)},
+                     {"against", row.large.name},
+                     {"n", row.small.name.substr(2)},
+                     {"ratio", core::formatNumber(row.large.milliseconds / row.small.milliseconds)},
+                     {"exponent", core::formatNumber(row.exponent)}};
+    describe("ours", row.small, record);
+    describe("peer", row.large, record);
+    write(record);
+  }
+  for (const HardRow& row : hard_) {
+    write({{"comparison", row.comparison},
+           {"selector", row.method},
+           {"scene", "plane"},
+           {"inlier_ratio", core::formatNumber(row.inlier_ratio)},
+           {"ours_ms", core::formatNumber(row.milliseconds)},
+           {"ours_repetitions", std::to_string(row.seeds)},
+           {"found", std::to_string(row.found)}});
+  }
+  for (const auto& [comparison, reason] : failures_) {
+    write({{"comparison", comparison}, {"failure", reason}});
+  }
+}
+
+bool Report::good() const {
+  return failures_.empty() &&
+         std::all_of(rows_.begin(), rows_.end(),
+                     [](const Row& row) { return !row.same_mask || row.differing == 0; }) &&
+         std::all_of(verdicts_.begin(), verdicts_.end(), [](const Verdict& v) { return v.passed; });
+}
+
+std::string Report::consoleHeader() { return consoleLine(kHeader); }
+
+std::string Report::machine() {
+  const auto environment = nlohmann::json::parse(core::environmentJson(1));
+  const auto text = [&environment](const char* name) { return environment[name].get<std::string>(); };
+  return text("cpu") + ", 1 thread, " + text("compiler") + ", " + text("build_type") + ", OpenCV " +
+         text("opencv") + ", " + core::toString(core::kernelLevel()) + " kernels, commit " +
+         text("corrsel_commit");
+}
+
+void writeMarkdown(const std::string& file, const std::string& text) {
+  const std::string begin = "<!-- tables begin -->\n", end = "<!-- tables end -->";
+  std::stringstream old;
+  if (std::ifstream in(file); in) old << in.rdbuf();
+  std::string content = old.str();
+  const std::size_t from = content.find(begin), to = content.find(end);
+  if (from != std::string::npos && to != std::string::npos && from < to) {
+    content.replace(from + begin.size(), to - from - begin.size(), text);
+  } else {
+    content = text;
+  }
+  std::ofstream out(file);
+  if (!(out << content << std::flush)) throw std::runtime_error("cannot write " + file);
+}
+
+}  // namespace corrsel::performance

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "measurement.h"
+
+namespace corrsel::performance {
+
+/// The outcome of a target.
+struct Verdict {
+  std::string text;  ///< what was asked and what was measured
+  bool passed;
+};
+
+/// One selector beside what users would pick instead, on the same matches.
+struct Row {
+  std::string comparison;  ///< name of the benchmark
+  SceneSpec scene;
+  Measurement ours, peer;     ///< peer.name is empty where there is nothing to compare with
+  bool same_mask = false;     ///< the masks must be identical
+  std::size_t differing = 0;  ///< matches that the two decide differently, over all scenes
+};
+
+/// One selector at two sizes.
+struct GrowthRow {
+  std::string comparison;
+  Measurement small, large;
+  double exponent;  ///< p of time ~ N^p
+};
+
+/// Search for a model among few inliers, one line per method.
+struct HardRow {
+  std::string comparison, method;
+  double inlier_ratio;
+  int seeds, found;     ///< runs, and those that found the model
+  double milliseconds;  ///< median
+};
+
+/// Collects what was measured and writes it down.
+class Report {
+ public:
+  void add(const Row& row);
+  void add(const GrowthRow& row);
+  void add(const HardRow& row);
+  void add(const Verdict& verdict);
+  /// A comparison that could not be made, e.g. because a selector does not exist.
+  void addFailure(const std::string& comparison, const std::string& reason);
+
+  /// The lines of the console's table since the last call.
+  std::string newLines();
+
+  /// The targets, one line each.
+  std::string targets() const;
+
+  /// All of it as Markdown tables. @param command  what was run, for the heading
+  std::string markdown(const std::string& command) const;
+
+  /// One line per row, with the machine.
+  void writeCsv(std::ostream& out) const;
+
+  /// Whether all comparisons were made, all masks agree that must, and all targets are met.
+  bool good() const;
+
+  static std::string consoleHeader();
+  /// Processor, compiler, OpenCV, instruction set of the kernels, commit: one line.
+  static std::string machine();
+
+ private:
+  std::vector<Row> rows_;
+  std::vector<GrowthRow> growth_;
+  std::vector<HardRow> hard_;
+  std::vector<Verdict> verdicts_;
+  std::vector<std::pair<std::string, std::string>> failures_;
+  std::string new_lines_;
+};
+
+/// Writes `text` to the file; between the lines `<!-- tables begin -->` and `<!-- tables end -->` where the
+/// file exists and has them. Throws std::runtime_error where that fails.
+void writeMarkdown(const std::string& file, const std::string& text);
+
+/// Three significant digits; empty for NaN.
+std::string shortNumber(double value);
+
+}  // namespace corrsel::performance
