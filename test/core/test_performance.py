@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+"""Runs the performance program on a few comparisons: python3 test_performance.py"""
+import csv
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+PROGRAM = Path(os.environ.get("CORRSEL_BINARY_DIR", ".")) / "devel" / "lib" / "corrsel" / "performance"
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *arguments], text=True, capture_output=True, timeout=60)
+
+
+class Performance(unittest.TestCase):
+    def test_measures_compares_and_writes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table, document = Path(folder, "a.csv"), Path(folder, "a.md")
+            document.write_text("before\n<!-- tables begin -->\nold\n<!-- tables end -->\nafter\n")
+            done = run(
+                "--filter", "^gms/N:1000|^growth/nnsr", "--csv", str(table), "--markdown", str(document)
+            )
+            # 1 = a target was missed, which a busy machine may bring about.
+            self.assertIn(done.returncode, (0, 1), done.stderr)
+            rows = list(csv.DictReader(table.read_text().splitlines()))
+            text = document.read_text()
+        self.assertEqual([row["comparison"] for row in rows], ["gms/N:1000/eps:0.5", "growth/nnsr"])
+        gms, growth = rows
+        self.assertEqual(gms["identical_masks"], "yes")
+        self.assertEqual(gms["ours_f"], gms["peer_f"])
+        self.assertGreater(float(gms["ours_f"]), 60)
+        self.assertGreaterEqual(int(gms["ours_repetitions"]), 20)
+        ratio = float(gms["peer_ms"]) / float(gms["ours_ms"])
+        self.assertAlmostEqual(float(gms["ratio"]), ratio, places=6)
+        self.assertGreater(ratio, 1)
+        self.assertLess(0.5, float(growth["exponent"]))
+        for row in rows:
+            self.assertEqual(None, row.get(None))
+            self.assertTrue(row["cpu"] and row["compiler"] and row["kernels"] and row["corrsel_commit"])
+            self.assertEqual(row["threads"], "1")
+        self.assertTrue(text.startswith("before\n") and text.endswith("after\n"))
+        self.assertNotIn("old", text)
+        self.assertIn("| gms | textbook GMS | 1000 | 0.5 |", text)
+        # A line for each target, good or bad, on the console and in the document.
+        verdicts = [line for line in done.stdout.splitlines() if line.startswith(("PASS  ", "FAIL  "))]
+        self.assertEqual(len(verdicts), 2, done.stdout)
+        self.assertEqual(done.returncode, 1 if any(line.startswith("FAIL") for line in verdicts) else 0)
+        for line in verdicts:
+            self.assertIn(line[6:], text)
+
+    def test_says_what_it_cannot_do(self):
+        self.assertEqual(run("--nonsense").returncode, 2)
+        self.assertEqual(run("--csv").returncode, 2)
+        self.assertEqual(run("--filter", "no such comparison").returncode, 2)
+
+    def test_every_selector_is_compared_in_the_full_grid(self):
+        names = run("--all", "--benchmark_list_tests").stdout.splitlines()
+        for spec in ("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "gms", "vfc", "lpm:v2", "st", "gtm"):
+            for n in (1000, 5000, 20000):
+                self.assertTrue(any(name.startswith(f"{spec}/N:{n}/eps:0.5") for name in names), (spec, n))
+
+
+if __name__ == "__main__":
+    unittest.main()
