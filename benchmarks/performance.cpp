@@ -91,7 +91,7 @@ int runAll(const Arguments& arguments) {
   for (const double inlier_ratio : {0.05, 0.07}) {
     const std::string name = "hard/eps:" + shortNumber(inlier_ratio).substr(0, 4);
     registerOnce(
-        name, [=, &report, &arguments] { runHardModels(inlier_ratio, arguments.all ? 1 : 5, name, report); });
+        name, [=, &report, &arguments] { runHardModels(inlier_ratio, arguments.all ? 2 : 5, name, report); });
   }
   TableReporter reporter(report);
   if (benchmark::RunSpecifiedBenchmarks(&reporter) == 0) return 2;

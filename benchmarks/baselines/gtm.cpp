@@ -11,6 +11,7 @@ namespace {
 using Eigen::ArrayXf, Eigen::Index, Eigen::MatrixXf, Eigen::VectorXf;
 
 constexpr float kLambda = 1e-4F;
+constexpr float kTiny = 1e-30F;
 constexpr int kSteps = 100, kBins = 256;
 
 /// exp(-lambda max(e_ij, e_ji)), e_ij = L1 distance between the right point of match i and where match j's
@@ -36,7 +37,8 @@ MatrixXf payoffs(const core::Correspondences& m) {
         (-kLambda * ((du - a11(j) * dx - a12(j) * dy).abs() + (dv - a21(j) * dx - a22(j) * dy).abs())
                         .max((du - a11 * dx - a12 * dy).abs() + (dv - a21 * dx - a22 * dy).abs()))
             .exp();
-    payoff.col(j).array() *= ((dx.abs() + dy.abs() > 0) && (du.abs() + dv.abs() > 0)).cast<float>();
+    // Times 0 where a point is shared, times 1 elsewhere.
+    payoff.col(j).array() *= (dx.abs() + dy.abs()).min(du.abs() + dv.abs()).min(kTiny) * (1 / kTiny);
   }
   return payoff;
 }

@@ -39,18 +39,21 @@ class NearestByDistanceAndNumber {
     const std::pair<double, std::size_t> entry(distance, number);
     found_.insert(std::upper_bound(found_.begin(), found_.end(), entry), entry);
     if (found_.size() > k_) found_.pop_back();
+    // nanoflann offers what is strictly nearer: one step up lets equal distances in.
+    if (found_.size() == k_) worst_ = std::nextafter(found_.back().first, kInfinity);
     return true;
   }
-  // nanoflann offers what is strictly nearer: one step up lets equal distances in.
-  double worstDist() const {
-    const double infinity = std::numeric_limits<double>::infinity();
-    return found_.size() < k_ ? infinity : std::nextafter(found_.back().first, infinity);
-  }
+  double worstDist() const { return worst_; }
   const std::vector<std::pair<double, std::size_t>>& found() const { return found_; }
-  void clear() { found_.clear(); }
+  void clear() {
+    found_.clear();
+    worst_ = kInfinity;
+  }
 
  private:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::size_t k_;
+  double worst_ = kInfinity;
   std::vector<std::pair<double, std::size_t>> found_;
 };
 

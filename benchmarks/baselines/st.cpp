@@ -10,6 +10,7 @@ namespace {
 using Eigen::ArrayXf, Eigen::Index, Eigen::MatrixXf, Eigen::VectorXf;
 
 constexpr float kConflict = 0.3F, kTolerance = 1e-6F;
+constexpr float kTiny = 1e-30F;  // makes 0 / 0 one, changes no other ratio
 constexpr int kMaxSteps = 1000;
 
 /// min(d/d', d'/d) of the distances between two matches in the two images; 1 for identical matches, 0 where
@@ -23,7 +24,7 @@ MatrixXf affinities(const core::Correspondences& m) {
   for (Index j = 0; j < n; ++j) {
     left = (x - x(j)).square() + (y - y(j)).square();
     right = (u - u(j)).square() + (v - v(j)).square();
-    a.col(j) = (left.max(right) > 0).select((left.min(right) / left.max(right)).sqrt(), 1.0F);
+    a.col(j) = ((left.min(right) + kTiny) / (left.max(right) + kTiny)).sqrt();
     a(j, j) = 0;
   }
   return a;
