@@ -6,7 +6,6 @@
 
 #include "corrsel/evaluation/statistics.h"
 #include "corrsel/selectors/factory.h"
-#include "corrsel/stopwatch.h"
 
 namespace corrsel::performance {
 namespace {
@@ -23,7 +22,7 @@ struct Search {
   std::vector<double> milliseconds = {};
 
   void run(const Scene& scene) {
-    const core::Stopwatch watch;
+    const ProcessorTime watch;
     const cv::Matx33d found_model = model(scene);
     milliseconds.push_back(1e3 * watch.seconds());
     ++seeds;

@@ -1,5 +1,7 @@
 #include "measurement.h"
 
+#include <time.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -8,7 +10,6 @@
 
 #include "corrsel/evaluation/statistics.h"
 #include "corrsel/selectors/factory.h"
-#include "corrsel/stopwatch.h"
 
 namespace corrsel::performance {
 namespace {
@@ -46,19 +47,17 @@ void judge(const std::vector<Scene>& truth, Measurement& result) {
 void warmUp(const Method& method, Contestant& contestant, Measurement& result) {
   const auto inputs = scenes(method.scene, method.scenes);
   contestant.call = method.prepare(*inputs);
-  core::Stopwatch watch;
-  for (std::size_t k = 0; k < inputs->size(); ++k) {
-    watch.restart();
-    result.masks.push_back(contestant.call(k));
-  }
-  double seconds = watch.restart();
+  double seconds = 0;
+  const auto timed = [&](std::size_t k) {
+    const ProcessorTime watch;
+    Mask mask = contestant.call(k);
+    seconds = watch.seconds();
+    return mask;
+  };
+  for (std::size_t k = 0; k < inputs->size(); ++k) result.masks.push_back(timed(k));
   judge(*inputs, result);
-  // The last call may have been the first one: look again where that is cheap.
-  if (seconds < kSlowCall) {
-    watch.restart();
-    contestant.call(0);
-    seconds = std::min(seconds, watch.seconds());
-  }
+  // The only call so far may have been slower than those to come: look again where that is cheap.
+  if (seconds < kSlowCall) timed(0);
   contestant.batch = int(std::ceil(kShortest / std::max(seconds, 1e-7)));
   contestant.every = seconds < kSlowCall ? 1 : kRepetitions / kSlowRepetitions;
 }
@@ -68,6 +67,12 @@ Mask bytes(const cv::Mat& mask, std::size_t n) {
 }
 
 }  // namespace
+
+double ProcessorTime::now() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
+}
 
 std::vector<Measurement> measure(const std::vector<Method>& methods) {
   std::vector<Measurement> results(methods.size());
@@ -87,7 +92,7 @@ std::vector<Measurement> measure(const std::vector<Method>& methods) {
       if (!results[i].failure.empty() || round % contestant.every != 0) continue;
       const std::size_t scene = std::size_t(round) % methods[i].scenes;
       try {
-        const core::Stopwatch watch;
+        const ProcessorTime watch;
         for (int call = 0; call < contestant.batch; ++call) contestant.call(scene);
         contestant.milliseconds.push_back(1e3 * watch.seconds() / contestant.batch);
       } catch (const std::exception& error) {

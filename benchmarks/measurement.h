@@ -12,6 +12,19 @@ namespace corrsel::performance {
 
 inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
+/// Processor time of the whole process, all threads: what other programs take from the wall time does not
+/// count, and threads would not help.
+class ProcessorTime {
+ public:
+  ProcessorTime() : start_(now()) {}
+  /// Seconds since construction.
+  double seconds() const { return now() - start_; }
+
+ private:
+  static double now();
+  double start_;
+};
+
 /// One call of a method on the scene of the given number.
 using Call = std::function<Mask(std::size_t scene)>;
 
