@@ -173,8 +173,9 @@ std::string Report::markdown(const std::string& command) const {
   if (!growth_.empty()) {
     text += "\n### Growth with N\n" + markdownHeader({"selector", "N=5000, ms", "N=100000, ms", "exponent"});
     for (const GrowthRow& row : growth_) {
-      text += markdownLine({row.comparison, shortNumber(row.small.milliseconds),
-                            shortNumber(row.large.milliseconds), fixed(row.exponent, 2)});
+      text += markdownLine({row.comparison.substr(row.comparison.find('/') + 1),
+                            shortNumber(row.small.milliseconds), shortNumber(row.large.milliseconds),
+                            fixed(row.exponent, 2)});
     }
   }
   if (!hard_.empty()) {
