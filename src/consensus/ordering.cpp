@@ -7,6 +7,8 @@
 #include <limits>
 #include <tuple>
 
+#include "corrsel/random.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -16,11 +18,10 @@ std::uint32_t bitsOf(float value) {
   return bits;
 }
 
-/// The finisher of splitmix64.
-std::uint64_t mix(std::uint64_t z) {
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31);
+/// A number that grows with the value.
+std::uint32_t sortKey(float value) {
+  const std::uint32_t bits = bitsOf(value + 0.0F);  // -0 becomes 0, which is the same place
+  return bits & 0x80000000U ? ~bits : bits | 0x80000000U;
 }
 
 /// A distance as a key: larger is worse, NaN and negative ones worst of all.
@@ -52,22 +53,13 @@ void Ordering::sortItems() {
 void Ordering::shuffle(const Correspondences& m, std::uint64_t seed, std::vector<std::uint32_t>& rows) {
   const std::size_t n = m.size();
   items_.resize(n);
-  const std::uint64_t salt = mix(seed + 0x9e3779b97f4a7c15ULL);
-  for (std::size_t i = 0; i < n; ++i) {
-    // Adding 0 turns -0 into 0, which is the same place.
-    const std::uint64_t left = (std::uint64_t{bitsOf(m.left_x[i] + 0.0F)} << 32) | bitsOf(m.left_y[i] + 0.0F);
-    const std::uint64_t right =
-        (std::uint64_t{bitsOf(m.right_x[i] + 0.0F)} << 32) | bitsOf(m.right_y[i] + 0.0F);
-    items_[i] = {static_cast<std::uint32_t>(mix(mix(left ^ salt) + right) >> 32),
-                 static_cast<std::uint32_t>(i)};
-  }
+  for (std::size_t i = 0; i < n; ++i) items_[i] = {sortKey(m.left_x[i]), static_cast<std::uint32_t>(i)};
   sortItems();
-  const auto place = [&m](std::uint32_t i) {
+  const auto rest = [&m](std::uint32_t i) {
     const auto at = [i](const std::vector<float>& column) {
       return column.empty() ? 0U : qualityKey(column[i]);
     };
-    return std::make_tuple(m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i], at(m.distance),
-                           at(m.second_distance));
+    return std::make_tuple(m.left_y[i], m.right_x[i], m.right_y[i], at(m.distance), at(m.second_distance));
   };
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1;
@@ -75,12 +67,15 @@ void Ordering::shuffle(const Correspondences& m, std::uint64_t seed, std::vector
     if (end - begin > 1) {
       std::sort(items_.begin() + static_cast<std::ptrdiff_t>(begin),
                 items_.begin() + static_cast<std::ptrdiff_t>(end),
-                [&place](const Item& a, const Item& b) { return place(a.second) < place(b.second); });
+                [&rest](const Item& a, const Item& b) { return rest(a.second) < rest(b.second); });
     }
     begin = end;
   }
   rows.resize(n);
   for (std::size_t i = 0; i < n; ++i) rows[i] = items_[i].second;
+  Random random(seed);
+  for (std::size_t i = n; i > 1; --i)
+    std::swap(rows[i - 1], rows[random.index(static_cast<std::uint32_t>(i))]);
 }
 
 bool Ordering::byQuality(const Correspondences& m, const std::vector<std::uint32_t>& rows,

@@ -12,8 +12,9 @@ namespace corrsel::core {
 /// set of matches gets the same answer in whatever order it comes. Keeps its memory between calls.
 class Ordering {
  public:
-  /// Writes all rows in an order that looks random: by a hash of coordinates and seed, so that any stretch of
-  /// it is a fair sample. O(N).
+  /// Writes all rows in random order: sorted by their coordinates first (which no shift and no change of unit
+  /// alters), then shuffled by the seed, so that any stretch of them is a fair sample. O(N), O(N log N) where
+  /// most matches share their left x.
   void shuffle(const Correspondences& matches, std::uint64_t seed, std::vector<std::uint32_t>& rows);
 
   /// Writes the positions in `rows`, best first, by descriptor distance over second-nearest distance, or by
