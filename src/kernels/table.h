@@ -3,6 +3,7 @@
 // The kernels of one level, as the level_*.cpp files compile them.
 
 #include "corrsel/kernels/kernels.h"
+#include "field_kernels.h"
 #include "normal_kernels.h"
 #include "residual_kernels.h"
 
@@ -17,6 +18,10 @@ constexpr Kernels kTable = {
     {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>},
     {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
      normalKernel<Sampson, SampsonTerms>},
+    factorKernel,
+    gramKernel,
+    fieldResidualsKernel,
+    posteriorsKernel,
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "corrsel/selectors/nnsr.h"
 #include "corrsel/selectors/ransac.h"
 #include "corrsel/selectors/usac.h"
+#include "corrsel/selectors/vfc.h"
 #include "corrsel/text.h"
 
 namespace corrsel::core {
@@ -40,9 +41,13 @@ Entry entry(const std::string& name) {
 /// The one place where a selector is announced, in the paper's order.
 const std::vector<Entry>& entries() {
   static const std::vector<Entry> table = {
-      entry<NnsrSelector, NnsrOptions>("nnsr"), entry<RansacSelector, RansacOptions>("ransac"),
-      entry<UsacSelector, UsacOptions>("usac"), entry<GmsSelector, GmsOptions>("gms"),
-      entry<LpmSelector, LpmOptions>("lpm"),    entry<KeepAllSelector, KeepAllOptions>("keep_all"),
+      entry<NnsrSelector, NnsrOptions>("nnsr"),
+      entry<RansacSelector, RansacOptions>("ransac"),
+      entry<UsacSelector, UsacOptions>("usac"),
+      entry<VfcSelector, VfcOptions>("vfc"),
+      entry<GmsSelector, GmsOptions>("gms"),
+      entry<LpmSelector, LpmOptions>("lpm"),
+      entry<KeepAllSelector, KeepAllOptions>("keep_all"),
   };
   return table;
 }

@@ -52,10 +52,10 @@ struct ScoreRule {
   std::int64_t limit;    ///< give up once the cost reaches this
   double squared_margin = 1e300;  ///< bail-out: give up once cost - limit * seen / matches is positive and
                                   ///< its square above this times `seen`
-  std::size_t start = 0;        ///< first match; a multiple of kBlock. Matches are visited cyclically
-  double log_consistent = 0;    ///< SPRT: ln(delta / epsilon), added per inlier; both 0 = no SPRT
-  double log_inconsistent = 0;  ///< SPRT: ln((1 - delta) / (1 - epsilon)), added per outlier
-  double log_decision = 0;      ///< SPRT: ln(A): reject above this
+  std::size_t start = 0;          ///< first match; a multiple of kBlock. Matches are visited cyclically
+  double log_consistent = 0;      ///< SPRT: ln(delta / epsilon), added per inlier; both 0 = no SPRT
+  double log_inconsistent = 0;    ///< SPRT: ln((1 - delta) / (1 - epsilon)), added per outlier
+  double log_decision = 0;        ///< SPRT: ln(A): reject above this
 
   static constexpr std::int32_t kOutlierCost = 65536;  ///< whole numbers add up alike in any order
   static constexpr std::size_t kBlock = 16;            ///< the SPRT decides after every block
@@ -78,6 +78,40 @@ constexpr std::size_t kHomographySums = 33;
 /// squared gradient of q^T F p, over the inliers: q_i q_j p_k p_l / g (36, i <= j outer, k <= l inner).
 constexpr std::size_t kFundamentalSums = 36;
 
+/// Points per group of the field kernels: their columns are as long as a multiple of it.
+constexpr std::size_t kFieldGroup = 8;
+
+/// K ~ L L^T, column by column, behind the two columns of the field samples u and v.
+struct FieldFactor {
+  const double* columns;  ///< column j starts at columns + j * stride
+  std::size_t stride;     ///< >= padded
+  std::size_t rank;       ///< columns of L, without u and v
+  std::size_t padded;     ///< points, rounded up to whole groups
+};
+
+/// Pivots of the next columns of a factor.
+struct FieldPivots {
+  std::size_t count;
+  const double *x, *y;  ///< their points
+  const double* rest;   ///< what is left of the diagonal at each of them when its turn comes, > 0
+  const double* rows;   ///< row c of L starts at rows + c * row_stride and holds rank + c elements
+  std::size_t row_stride;
+};
+
+/// p = e / (e + outlier) with e = exp(exponent * squared residual).
+struct FieldPosteriorRule {
+  double exponent, outlier;
+  double least;      ///< smaller posteriors are stored as this
+  double threshold;  ///< posteriors above it are counted
+};
+
+struct FieldPosteriorSums {
+  double weighted = 0;  ///< sum of p * squared residual
+  double sum = 0;       ///< sum of p
+  double clamped = 0;   ///< sum of max(p, least)
+  double accepted = 0;  ///< number of p > threshold
+};
+
 /// The hot loops, one set per level. All levels give bit-identical results: they run the same operations in
 /// the same order, without contraction, on vectors of different width.
 struct Kernels {
@@ -93,6 +127,23 @@ struct Kernels {
   /// Parts of the normal equations over the matches with error <= squared_threshold; which sums, see above.
   void (*normal[kResiduals])(const ResidualModel& model, const MatchColumns& matches, float squared_threshold,
                              double* sums);
+
+  /// The next columns of the pivoted Cholesky factor of exp(-beta d^2), to `added` at the factor's stride,
+  /// and `rest`, the diagonal that is left. O(padded * count * rank). @return largest element of `rest`
+  double (*field_factor)(const double* x, const double* y, double beta, const FieldPivots& pivots,
+                         const FieldFactor& factor, double* added, double* rest);
+
+  /// gram[j * m + k] = sum of weight * column j * column k, j <= k < m = rank + 2; below the diagonal it is
+  /// undefined. `lanes`: scratch for m * m * kFieldGroup numbers. O(padded * m^2 / 2).
+  void (*field_gram)(const FieldFactor& factor, const double* weight, double* lanes, double* gram);
+
+  /// squared = |(u, v) - L w|^2, w row-major rank x 2. @return sum of weight * squared.
+  double (*field_residuals)(const FieldFactor& factor, const double* coefficients, const double* weight,
+                            double* squared);
+
+  /// Posteriors of `size` points; the rest of the last group is set to 0.
+  FieldPosteriorSums (*field_posteriors)(const FieldPosteriorRule& rule, const double* squared,
+                                         std::size_t size, double* posterior);
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

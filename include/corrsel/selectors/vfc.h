@@ -1,0 +1,58 @@
+#pragma once
+
+#include <string>
+
+#include "corrsel/selectors/presets.h"
+#include "corrsel/selectors/selector.h"
+
+namespace corrsel::core {
+
+struct VfcOptions : OptionSet {
+  double beta = 0.1;               ///< width of the kernel exp(-beta d^2), d in normalised units
+  double lambda = 3.0;             ///< weight of the field's smoothness
+  double threshold = 0.75;         ///< accept if the posterior is above this; the paper's theta
+  double inlier_ratio = 0.9;       ///< share of right matches that the EM starts from; the paper's gamma
+  double outlier_area = 10.0;      ///< area over which wrong matches spread, normalised units; the paper's a
+  double energy_change = 1e-5;     ///< stop once the energy changes by less than this share
+  int max_iterations = 500;        ///< EM steps at most
+  double kernel_tolerance = 1e-5;  ///< largest error of an element of the factored K, as a share of lambda s2
+  int control_points = 0;          ///< 0 = all points; else that many drawn points carry the field
+  int seed = 0;                    ///< of the drawn control points
+
+  void visit(OptionVisitor& visitor) override;
+};
+
+/// Vector field consensus (Ma et al., TIP 2014; the paper's Eqs. 11-16).
+///
+/// Left and right points are centred and scaled to unit root mean square, each image by itself, so that
+/// translation and uniform scale cancel. Of the smooth field f from left points x_i to displacements y_i =
+/// x'_i - x_i and the posteriors p_i of the matches, an EM finds both: p_i = e_i / (e_i + 2 pi s2 (1 - g) /
+/// (g a)), e_i = exp(-|y_i - f_i|^2 / (2 s2)); f = K c with (K + lambda s2 P^-1) c = Y and K_ij = exp(-beta
+/// |x_i - x_j|^2); s2 = sum p |y - f|^2 / (2 sum p); g = share of p > threshold, within [0.05, 0.95].
+/// Accepted if p > threshold when the energy settles.
+///
+/// The default solves for all points: K = L L^T by pivoted Cholesky up to `kernel_tolerance` lambda s2, whose
+/// rank depends on the spread of the points and not on their number, and (L^T P L + lambda s2 I) w = L^T P Y,
+/// f = L w. Preset `sparse`: 16 control points drawn by `seed` carry the field (SparseVFC, Pattern
+/// Recognition 2013).
+///
+/// Made for one motion that varies smoothly over the image; large rotations need inlier ratios above about
+/// 0.2, jumps of depth cost recall. Fewer than 5 matches: too_few; all left or all right points equal:
+/// degenerate. score = posterior. iterations = EM steps. The answer does not depend on the order of the
+/// matches. O(N (log N + rank^2 steps)) time and O(N rank) memory, rank 15 to 40 for points spread over an
+/// image.
+class VfcSelector : public Selector {
+ public:
+  explicit VfcSelector(VfcOptions options = {});
+  static Presets presets();
+  std::string name() const override { return "vfc"; }
+  const OptionSet& options() const override { return options_; }
+
+ protected:
+  void run(const Correspondences& matches, Selection& result) const override;
+
+ private:
+  VfcOptions options_;
+};
+
+}  // namespace corrsel::core

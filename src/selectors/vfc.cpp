@@ -1,0 +1,398 @@
+#include "corrsel/selectors/vfc.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <new>
+#include <utility>
+#include <vector>
+
+#include "corrsel/kernels/kernels.h"
+#include "corrsel/random.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr std::size_t kFewest = 5;
+constexpr double kPi = 3.14159265358979323846;
+// Constants of the authors' code.
+constexpr double kLeastPosterior = 1e-5, kLeastVariance = 1e-8;
+constexpr double kLeastInlierRatio = 0.05, kMostInlierRatio = 0.95;
+// Where the field vanishes from the start, matches within ten of the smallest standard deviations are right.
+constexpr double kLargestResidualAtRest = 1e-3;
+// Points spread like those of an image need a tenth of it.
+constexpr std::size_t kLargestRank = 400;
+// Points among which pivots are sought: that many, but no more than one out of so many.
+constexpr std::size_t kPilots = 256, kLeastPilotStep = 4;
+constexpr double kPilotMargin = 2;
+// Columns that start from less than this hold rounding errors.
+constexpr double kLeastTolerance = 1e-13;
+
+/// Memory aligned like the lines of the cache, which keeps vectors from straddling two of them.
+template <class T>
+struct CacheAligned {
+  using value_type = T;
+  static constexpr std::align_val_t kAlignment{64};
+  CacheAligned() = default;
+  template <class U>
+  explicit CacheAligned(const CacheAligned<U>&) {}
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), kAlignment)); }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, kAlignment); }
+  friend bool operator==(const CacheAligned&, const CacheAligned&) { return true; }
+  friend bool operator!=(const CacheAligned&, const CacheAligned&) { return false; }
+};
+using Numbers = std::vector<double, CacheAligned<double>>;
+
+/// Memory of one thread, kept between calls.
+struct Workspace {
+  std::vector<std::uint64_t> keys, sorted_keys;
+  std::vector<std::uint32_t> rows;  // matches in the order of their coordinates
+  Numbers x, y;                     // left points, normalised
+  Numbers posterior, squared;       // squared = squared residuals
+  Numbers columns, rest;            // field samples and factor of the kernel matrix; the diagonal left over
+  Numbers pilot_x, pilot_y, pilot_columns, pilot_rest;  // the same for the pilot points
+  Numbers pivot_x, pivot_y, pivot_rest, pivot_rows;     // pivots found among them
+  Numbers lanes, gram, solution;
+  std::vector<std::uint32_t> pilots;
+};
+
+std::size_t paddedSize(std::size_t n) { return (n + kFieldGroup - 1) / kFieldGroup * kFieldGroup; }
+
+/// Distance of two columns: an odd number of groups keeps them from falling onto the same lines of the cache.
+std::size_t columnStride(std::size_t n) { return (paddedSize(n) / kFieldGroup | 1U) * kFieldGroup; }
+
+/// Floats in the order of their values as whole numbers.
+std::uint32_t orderedBits(float value) {
+  const float positive_zero = value + 0.0F;
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &positive_zero, sizeof bits);
+  return (bits & 0x80000000U) != 0 ? ~bits : bits | 0x80000000U;
+}
+
+/// Sorts keys by their upper 32 bits, by counting.
+void radixSort(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& buffer) {
+  constexpr int kBits = 11;
+  buffer.resize(keys.size());
+  for (int shift = 32; shift < 64; shift += kBits) {
+    std::array<std::uint32_t, 1U << kBits> start{};
+    const auto digit = [shift](std::uint64_t key) { return (key >> shift) & ((1U << kBits) - 1); };
+    for (const std::uint64_t key : keys) ++start[digit(key)];
+    std::uint32_t total = 0;
+    for (std::uint32_t& entry : start) total += std::exchange(entry, total);
+    for (const std::uint64_t key : keys) buffer[start[digit(key)]++] = key;
+    keys.swap(buffer);
+  }
+}
+
+/// Rows in the order of their coordinates: sums then round alike whatever the order of the input.
+void sortRows(const Correspondences& matches, Workspace& work) {
+  const std::size_t n = matches.size();
+  work.keys.resize(n);
+  for (std::size_t i = 0; i < n; ++i)
+    work.keys[i] = static_cast<std::uint64_t>(orderedBits(matches.left_x[i])) << 32 | i;
+  radixSort(work.keys, work.sorted_keys);
+  work.rows.resize(n);
+  for (std::size_t i = 0; i < n; ++i) work.rows[i] = static_cast<std::uint32_t>(work.keys[i]);
+  const auto less = [&matches](std::uint32_t a, std::uint32_t b) {
+    if (matches.left_y[a] != matches.left_y[b]) return matches.left_y[a] < matches.left_y[b];
+    if (matches.right_x[a] != matches.right_x[b]) return matches.right_x[a] < matches.right_x[b];
+    return matches.right_y[a] < matches.right_y[b];
+  };
+  for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
+    while (end < n && work.keys[end] >> 32 == work.keys[begin] >> 32) ++end;
+    if (end - begin > 1)
+      std::sort(work.rows.begin() + static_cast<std::ptrdiff_t>(begin),
+                work.rows.begin() + static_cast<std::ptrdiff_t>(end), less);
+  }
+}
+
+/// Points of one image in the order of `rows`, centred and scaled to a mean squared radius of 1.
+/// @return false where all are equal
+bool normalise(const std::vector<float>& from_x, const std::vector<float>& from_y,
+               const std::vector<std::uint32_t>& rows, double* x, double* y) {
+  const std::size_t n = rows.size();
+  bool equal = true;
+  double mean_x = 0, mean_y = 0, squared = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    x[i] = from_x[rows[i]];
+    y[i] = from_y[rows[i]];
+    equal = equal && x[i] == x[0] && y[i] == y[0];
+    mean_x += x[i];
+    mean_y += y[i];
+  }
+  if (equal) return false;
+  mean_x /= static_cast<double>(n);
+  mean_y /= static_cast<double>(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    x[i] -= mean_x;
+    y[i] -= mean_y;
+    squared += x[i] * x[i] + y[i] * y[i];
+  }
+  const double scale = std::sqrt(static_cast<double>(n) / squared);
+  for (std::size_t i = 0; i < n; ++i) {
+    x[i] *= scale;
+    y[i] *= scale;
+  }
+  return true;
+}
+
+/// Draws rows of distinct left points, all of them if there are no more than `count`.
+void drawControlPoints(std::size_t n, std::size_t count, std::uint64_t seed, Workspace& work) {
+  std::vector<std::uint32_t>& points = work.pilots;
+  points.clear();
+  for (std::uint32_t i = 0; i < n; ++i) {
+    if (i == 0 || work.x[i] != work.x[i - 1] || work.y[i] != work.y[i - 1]) points.push_back(i);
+  }
+  if (points.size() <= count) return;
+  std::vector<std::uint32_t> drawn(count);
+  Random(seed).sample(static_cast<std::uint32_t>(points.size()), count, drawn.data());
+  for (std::uint32_t& index : drawn) index = points[index];
+  points.assign(drawn.begin(), drawn.end());
+}
+
+/// Every so many rows of the points in the order of their coordinates.
+void takePilots(std::size_t n, Workspace& work) {
+  const std::size_t step = std::max(kLeastPilotStep, n / kPilots);
+  work.pilots.clear();
+  for (std::size_t i = step / 2; i < n; i += step) work.pilots.push_back(static_cast<std::uint32_t>(i));
+}
+
+std::size_t largestOf(const Numbers& numbers, std::size_t n) {
+  const auto end = numbers.begin() + static_cast<std::ptrdiff_t>(n);
+  return static_cast<std::size_t>(std::max_element(numbers.begin(), end) - numbers.begin());
+}
+
+/// Whole groups of points: the last one is repeated.
+void fillGroup(Numbers& column, std::size_t n) { column.resize(paddedSize(n), column[n - 1]); }
+
+/// The field as the factor of its kernel matrix, K ~ L L^T, by pivoted Cholesky. A few pilot points find the
+/// pivots, so that all columns of a step are made in one pass over the points; where that leaves too much of
+/// the diagonal elsewhere, further pivots are taken there. With the control points as the pilots and no
+/// further pivots this is SparseVFC: with its kernel matrices U (points x control points) and G (among
+/// control points), L = U R^-1 for G = R^T R, and w = R c turns its system (U^T P U + ridge G) c = U^T P Y
+/// into the one of w.
+class Field {
+ public:
+  Field(std::size_t n, const VfcOptions& options, Workspace& work)
+      : n_(n), beta_(options.beta), sparse_(options.control_points > 0), work_(work) {
+    if (sparse_) {
+      drawControlPoints(n, static_cast<std::size_t>(options.control_points),
+                        static_cast<std::uint64_t>(options.seed), work);
+    } else {
+      takePilots(n, work);
+    }
+    work.pilot_x.clear();
+    work.pilot_y.clear();
+    for (const std::uint32_t row : work.pilots) {
+      work.pilot_x.push_back(work.x[row]);
+      work.pilot_y.push_back(work.y[row]);
+    }
+    fillGroup(work.pilot_x, work.pilots.size());
+    fillGroup(work.pilot_y, work.pilots.size());
+    work.pilot_rest.assign(work.pilot_x.size(), 1.0);
+    work.rest.assign(work.x.size(), 1.0);
+  }
+
+  /// Fits to the samples: w of (L^T P L + ridge I) w = L^T P Y, L L^T being exact up to `tolerance` in every
+  /// element. Writes the squared residuals. @return their sum weighted by the posteriors
+  double fit(double ridge, double tolerance) {
+    extend(tolerance);
+    const FieldFactor factor = factorOf(work_.columns, n_, rank_);
+    const std::size_t m = rank_ + 2;
+    work_.lanes.resize(std::max(work_.lanes.size(), m * m * kFieldGroup));
+    work_.gram.resize(m * m);
+    work_.solution.resize(2 * rank_);
+    kernels().field_gram(factor, work_.posterior.data(), work_.lanes.data(), work_.gram.data());
+    for (std::size_t j = 0; j < rank_; ++j) {
+      work_.gram[(j + 2) * m + j + 2] += ridge;
+      work_.solution[2 * j] = work_.gram[j + 2];
+      work_.solution[2 * j + 1] = work_.gram[m + j + 2];
+    }
+    const auto rank = static_cast<Eigen::Index>(rank_);
+    // The upper half of the row-major products is the lower half of a column-major matrix.
+    Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>> gram(work_.gram.data() + 2 * m + 2, rank, rank,
+                                                              Eigen::OuterStride<>(rank + 2));
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>> solution(work_.solution.data(),
+                                                                                   rank, 2);
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>> cholesky(gram);
+    cholesky.solveInPlace(solution);
+    norm_ = solution.squaredNorm();
+    return kernels().field_residuals(factor, work_.solution.data(), work_.posterior.data(),
+                                     work_.squared.data());
+  }
+
+  /// |w|^2 of the last fit, which is tr(C^T K C) for f = K C.
+  double norm() const { return norm_; }
+
+ private:
+  static FieldFactor factorOf(const Numbers& columns, std::size_t n, std::size_t rank) {
+    return {columns.data(), columnStride(n), rank, paddedSize(n)};
+  }
+
+  /// Adds columns until all elements are exact up to `tolerance`.
+  void extend(double tolerance) {
+    // Between the pilots more is left over than at them.
+    const double at_pilots = std::max(kLeastTolerance, sparse_ ? 0.0 : tolerance / kPilotMargin);
+    clearPivots();
+    while (rank_ + pivots() < kLargestRank) {
+      const std::size_t next = largestOf(work_.pilot_rest, work_.pilots.size());
+      if (work_.pilot_rest[next] <= at_pilots && rank_ + pivots() > 0) break;
+      takePivot(work_.pilot_x[next], work_.pilot_y[next], work_.pilot_rest[next], work_.pilot_columns,
+                work_.pilots.size(), next);
+      work_.pilot_rest[next] = 0;
+    }
+    if (pivots() > 0) addColumns();
+    while (!sparse_ && largest_rest_ > tolerance && rank_ < kLargestRank) {
+      const std::size_t next = largestOf(work_.rest, n_);
+      clearPivots();
+      takePivot(work_.x[next], work_.y[next], work_.rest[next], work_.columns, n_, next);
+      addColumns();
+    }
+  }
+
+  std::size_t pivots() const { return work_.pivot_x.size(); }
+
+  void clearPivots() {
+    for (Numbers* column : {&work_.pivot_x, &work_.pivot_y, &work_.pivot_rest, &work_.pivot_rows})
+      column->clear();
+  }
+
+  /// Appends a pivot, whose row of the factor is `row` of `columns`, and gives the pilots its column.
+  void takePivot(double x, double y, double rest, const Numbers& columns, std::size_t n, std::size_t row) {
+    const std::size_t rank = rank_ + pivots(), stride = columnStride(n);
+    work_.pivot_x.push_back(x);
+    work_.pivot_y.push_back(y);
+    work_.pivot_rest.push_back(rest);
+    work_.pivot_rows.resize(pivots() * kLargestRank);
+    double* const elements = work_.pivot_rows.data() + (pivots() - 1) * kLargestRank;
+    for (std::size_t j = 0; j < rank; ++j) elements[j] = columns[(j + 2) * stride + row];
+    const FieldPivots last{1, &x, &y, &rest, elements, kLargestRank};
+    add(last, work_.pilot_x, work_.pilot_y, work_.pilots.size(), rank, work_.pilot_columns, work_.pilot_rest);
+  }
+
+  /// Gives all points the columns of the pivots.
+  void addColumns() {
+    const FieldPivots all{pivots(),
+                          work_.pivot_x.data(),
+                          work_.pivot_y.data(),
+                          work_.pivot_rest.data(),
+                          work_.pivot_rows.data(),
+                          kLargestRank};
+    largest_rest_ = add(all, work_.x, work_.y, n_, rank_, work_.columns, work_.rest);
+    rank_ += pivots();
+  }
+
+  double add(const FieldPivots& pivots, const Numbers& x, const Numbers& y, std::size_t n, std::size_t rank,
+             Numbers& columns, Numbers& rest) {
+    const std::size_t begin = (rank + 2) * columnStride(n), end = begin + pivots.count * columnStride(n);
+    if (columns.size() < end) columns.resize(end * 3 / 2);
+    return kernels().field_factor(x.data(), y.data(), beta_, pivots, factorOf(columns, n, rank),
+                                  columns.data() + begin, rest.data());
+  }
+
+  std::size_t n_;
+  double beta_;
+  bool sparse_;
+  Workspace& work_;
+  std::size_t rank_ = 0;
+  double largest_rest_ = 1, norm_ = 0;
+};
+
+/// The EM. Leaves the posteriors in work.posterior. @return its steps
+int estimate(std::size_t n, const VfcOptions& options, double variance, Workspace& work) {
+  Field field(n, options, work);
+  double energy = 1, ratio = options.inlier_ratio;
+  int steps = 0;
+  while (steps < options.max_iterations && variance > kLeastVariance) {
+    ++steps;
+    const FieldPosteriorRule rule{-0.5 / variance,
+                                  2 * kPi * variance * (1 - ratio) / (ratio * options.outlier_area),
+                                  kLeastPosterior, options.threshold};
+    const FieldPosteriorSums sums =
+        kernels().field_posteriors(rule, work.squared.data(), n, work.posterior.data());
+    const double before =
+        std::exchange(energy, sums.weighted / (2 * variance) + sums.sum * std::log(variance) +
+                                  options.lambda / 2 * field.norm());
+    if (std::abs(energy - before) <= options.energy_change * std::abs(energy)) break;
+    const double ridge = options.lambda * variance;
+    variance =
+        field.fit(ridge, std::max(kLeastTolerance, options.kernel_tolerance * ridge)) / (2 * sums.clamped);
+    ratio = std::clamp(sums.accepted / static_cast<double>(n), kLeastInlierRatio, kMostInlierRatio);
+  }
+  return steps;
+}
+
+}  // namespace
+
+void VfcOptions::visit(OptionVisitor& visitor) {
+  visitor.number(
+      {"beta", 0.001, 10, "-", "Kernel exp(-beta d^2), d in normalised units; larger allows finer motion"},
+      beta);
+  visitor.number({"lambda", 0.001, 1000, "-", "Weight of the smoothness of the field"}, lambda);
+  visitor.number({"threshold", 0, 1, "-", "A match is accepted if its posterior is above this"}, threshold);
+  visitor.number({"inlier_ratio", 0.05, 0.95, "-", "Share of right matches that the iteration starts from"},
+                 inlier_ratio);
+  visitor.number(
+      {"outlier_area", 0.01, 10000, "-", "Area over which wrong matches spread, in normalised units"},
+      outlier_area);
+  visitor.number({"energy_change", 0, 0.1, "-", "Stop once the energy changes by less than this share"},
+                 energy_change);
+  visitor.integer({"max_iterations", 1, 10000, "-", "Steps of the iteration at most"}, max_iterations);
+  visitor.number({"kernel_tolerance", 0, 0.1, "-",
+                  "Largest error of the factored kernel matrix, as a share of lambda s2"},
+                 kernel_tolerance);
+  visitor.integer({"control_points", 0, 200, "-", "Points that carry the field, drawn at random; 0 = all"},
+                  control_points);
+  visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers"}, seed);
+}
+
+VfcSelector::VfcSelector(VfcOptions options) : options_(std::move(options)) { options_.check(); }
+
+Presets VfcSelector::presets() { return {{"sparse", {{"control_points", "16"}}}}; }
+
+void VfcSelector::run(const Correspondences& matches, Selection& result) const {
+  const std::size_t n = matches.size();
+  if (n < kFewest) {
+    result.status = Status::kTooFew;
+    result.message = std::to_string(n) + " matches, vfc needs " + std::to_string(kFewest);
+    return;
+  }
+  thread_local Workspace work;
+  sortRows(matches, work);
+  const std::size_t padded = paddedSize(n), stride = columnStride(n);
+  for (Numbers* column : {&work.x, &work.y, &work.squared, &work.posterior}) column->assign(padded, 0.0);
+  if (work.columns.size() < 2 * stride) work.columns.resize(2 * stride);
+  double *const u = work.columns.data(), *const v = u + stride;
+  std::fill(u, v + stride, 0.0);
+  if (!normalise(matches.left_x, matches.left_y, work.rows, work.x.data(), work.y.data()) ||
+      !normalise(matches.right_x, matches.right_y, work.rows, u, v)) {
+    result.status = Status::kDegenerate;
+    result.message = "all points of an image are equal";
+    return;
+  }
+  std::fill(work.x.begin() + static_cast<std::ptrdiff_t>(n), work.x.end(), work.x[n - 1]);
+  std::fill(work.y.begin() + static_cast<std::ptrdiff_t>(n), work.y.end(), work.y[n - 1]);
+  double variance = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    u[i] -= work.x[i];
+    v[i] -= work.y[i];
+    work.squared[i] = u[i] * u[i] + v[i] * v[i];
+    variance += work.squared[i];
+  }
+  variance /= 2 * static_cast<double>(n);
+  if (variance > kLeastVariance) {
+    result.iterations = estimate(n, options_, variance, work);
+  } else {
+    for (std::size_t i = 0; i < n; ++i)
+      work.posterior[i] = work.squared[i] <= kLargestResidualAtRest * kLargestResidualAtRest ? 1.0 : 0.0;
+  }
+  result.score.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    result.mask[work.rows[i]] = work.posterior[i] > options_.threshold ? 1 : 0;
+    result.score[work.rows[i]] = static_cast<float>(work.posterior[i]);
+  }
+}
+
+}  // namespace corrsel::core

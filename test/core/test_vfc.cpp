@@ -1,0 +1,321 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <limits>
+
+#include "corrsel/kernels/kernels.h"
+#include "corrsel/selectors/vfc.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using namespace testing;
+using Mask = std::vector<std::uint8_t>;
+
+Eigen::MatrixX2d normalised(const std::vector<float>& x, const std::vector<float>& y) {
+  Eigen::MatrixX2d points(x.size(), 2);
+  for (std::size_t i = 0; i < x.size(); ++i) points.row(Eigen::Index(i)) << x[i], y[i];
+  points.rowwise() -= points.colwise().mean().eval();
+  return points / std::sqrt(points.rowwise().squaredNorm().mean());
+}
+
+struct Answer {
+  Mask mask;
+  std::vector<double> posterior;
+  int iterations = 0;
+};
+
+/// VFC as it is defined, with the whole kernel matrix and dense solves.
+Answer byDefinition(const Correspondences& m, const VfcOptions& o = {}) {
+  const Eigen::MatrixX2d points = normalised(m.left_x, m.left_y);
+  const Eigen::MatrixX2d samples = normalised(m.right_x, m.right_y) - points;
+  const Eigen::Index n = points.rows();
+  Eigen::MatrixXd kernel(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    kernel.col(i) =
+        (-o.beta * (points.rowwise() - points.row(i)).rowwise().squaredNorm().array()).exp().matrix();
+  }
+  Eigen::MatrixX2d field = Eigen::MatrixX2d::Zero(n, 2), weights = field;
+  Eigen::VectorXd p(n);
+  double variance = samples.squaredNorm() / double(2 * n), gamma = o.inlier_ratio, energy = 1;
+  Answer answer;
+  while (answer.iterations < o.max_iterations && variance > 1e-8) {
+    ++answer.iterations;
+    const Eigen::ArrayXd squared = (samples - field).rowwise().squaredNorm();
+    const Eigen::ArrayXd e = (-squared / (2 * variance)).exp();
+    p = e / (e + 2 * M_PI * variance * (1 - gamma) / (gamma * o.outlier_area));
+    const double old = energy;
+    energy = p.dot(squared.matrix()) / (2 * variance) + p.sum() * std::log(variance) +
+             o.lambda / 2 * weights.cwiseProduct(kernel * weights).sum();
+    if (std::abs(energy - old) <= o.energy_change * std::abs(energy)) break;
+    const Eigen::VectorXd clamped = p.cwiseMax(1e-5);
+    Eigen::MatrixXd system = kernel;
+    system.diagonal() += o.lambda * variance * clamped.cwiseInverse();
+    weights = system.llt().solve(samples);
+    field = kernel * weights;
+    variance = clamped.dot((samples - field).rowwise().squaredNorm()) / (2 * clamped.sum());
+    gamma = std::clamp(double((p.array() > o.threshold).count()) / double(n), 0.05, 0.95);
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    answer.mask.push_back(p[i] > o.threshold ? 1 : 0);
+    answer.posterior.push_back(std::max(p[i], 1e-5));
+  }
+  return answer;
+}
+
+std::size_t differences(const Mask& a, const Mask& b) {
+  std::size_t count = a.size() == b.size() ? 0 : 1;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) count += a[i] != b[i];
+  return count;
+}
+
+/// Restores the kernel level that was in use.
+class Vfc : public ::testing::Test {
+ protected:
+  ~Vfc() override { setKernelLevel(before_); }
+
+ private:
+  KernelLevel before_ = kernelLevel();
+};
+
+TEST_F(Vfc, FollowsTheDefinition) {
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    const SceneOptions scene{61 + 41 * seed, 0.25 + 0.06 * double(seed), 0.4 * double(seed % 4), seed};
+    const Correspondences m = (seed % 2 ? stereoScene(scene) : homographyScene(scene)).matches;
+    VfcOptions options;
+    if (seed > 7) {
+      options.beta = 0.5;
+      options.lambda = 1;
+      options.threshold = 0.6;
+      options.inlier_ratio = 0.5;
+      options.outlier_area = 5;
+      options.max_iterations = 8;
+    }
+    const Answer expected = byDefinition(m, options);
+    const Selection s = VfcSelector(options).select(m);
+    EXPECT_EQ(s.mask, expected.mask) << seed;
+    EXPECT_EQ(s.iterations, expected.iterations) << seed;
+    EXPECT_GT(s.n_selected, 0u) << seed;
+    EXPECT_LT(s.n_selected, m.size()) << seed;
+    options.kernel_tolerance = 0;
+    const Selection exact = VfcSelector(options).select(m);
+    ASSERT_EQ(exact.score.size(), expected.posterior.size());
+    for (std::size_t i = 0; i < m.size(); ++i) {
+      ASSERT_NEAR(s.score[i], expected.posterior[i], 5e-3) << seed << " " << i;
+      ASSERT_NEAR(exact.score[i], expected.posterior[i], 1e-5) << seed << " " << i;
+    }
+  }
+}
+
+/// SparseVFC as it is defined, on given control points.
+Mask sparseByDefinition(const Correspondences& m, Eigen::Index points, std::uint64_t seed) {
+  const Eigen::MatrixX2d x = normalised(m.left_x, m.left_y), y = normalised(m.right_x, m.right_y) - x;
+  std::vector<std::uint32_t> drawn(static_cast<std::size_t>(points));
+  Random(seed).sample(std::uint32_t(m.size()), drawn.size(), drawn.data());
+  Eigen::MatrixXd u(x.rows(), points), g(points, points);
+  for (Eigen::Index j = 0; j < points; ++j) {
+    const auto row = Eigen::Index(drawn[std::size_t(j)]);
+    u.col(j) = (-0.1 * (x.rowwise() - x.row(row)).rowwise().squaredNorm().array()).exp().matrix();
+  }
+  for (Eigen::Index j = 0; j < points; ++j) g.row(j) = u.row(Eigen::Index(drawn[std::size_t(j)]));
+  Eigen::MatrixX2d field = Eigen::MatrixX2d::Zero(x.rows(), 2), c = Eigen::MatrixX2d::Zero(points, 2);
+  Eigen::VectorXd p(x.rows());
+  double variance = y.squaredNorm() / double(2 * x.rows()), gamma = 0.9, energy = 1;
+  while (variance > 1e-8) {
+    const Eigen::VectorXd squared = (y - field).rowwise().squaredNorm();
+    const Eigen::ArrayXd e = (-squared / (2 * variance)).array().exp();
+    p = e / (e + 2 * M_PI * variance * (1 - gamma) / (gamma * 10));
+    const double old = energy;
+    energy =
+        p.dot(squared) / (2 * variance) + p.sum() * std::log(variance) + 1.5 * c.cwiseProduct(g * c).sum();
+    if (std::abs(energy - old) <= 1e-5 * std::abs(energy)) break;
+    const Eigen::VectorXd w = p.cwiseMax(1e-5);
+    const Eigen::MatrixXd weighted = w.asDiagonal() * u;
+    c = (weighted.transpose() * u + 3 * variance * g).ldlt().solve(weighted.transpose() * y);
+    field = u * c;
+    variance = w.dot((y - field).rowwise().squaredNorm()) / (2 * w.sum());
+    gamma = std::clamp(double((p.array() > 0.75).count()) / double(x.rows()), 0.05, 0.95);
+  }
+  Mask mask;
+  for (const double posterior : p) mask.push_back(posterior > 0.75 ? 1 : 0);
+  return mask;
+}
+
+TEST_F(Vfc, SparseFollowsItsDefinition) {
+  for (const int seed : {0, 1, 2, 3}) {
+    const Scene scene = homographyScene({400, 0.5, 1.0, 5 + std::uint64_t(seed)});
+    // In the order of the left points, which is the order that control points are drawn from.
+    std::vector<std::uint32_t> order = permutation(400, 1);
+    std::sort(order.begin(), order.end(), [&scene](std::uint32_t a, std::uint32_t b) {
+      return scene.matches.left_x[a] < scene.matches.left_x[b];
+    });
+    const Correspondences m = scene.matches.subset(order);
+    const auto selector = createSelector("vfc:sparse", {{"seed", std::to_string(seed)}});
+    EXPECT_LE(differences(selector->select(m).mask, sparseByDefinition(m, 16, std::uint64_t(seed))), 1u);
+  }
+}
+
+TEST_F(Vfc, AnswersAlikeAtEveryKernelLevel) {
+  for (const std::size_t n : {5, 8, 31, 130, 777}) {
+    const Correspondences m = homographyScene({n, 0.6, 1.0, 3}).matches;
+    for (const char* spec : {"vfc", "vfc:sparse"}) {
+      setKernelLevel(KernelLevel::kBaseline);
+      const Selection expected = createSelector(spec)->select(m);
+      for (const KernelLevel level : supportedKernelLevels()) {
+        setKernelLevel(level);
+        const Selection s = createSelector(spec)->select(m);
+        EXPECT_EQ(s.score, expected.score) << toString(level) << " " << n << " " << spec;
+        EXPECT_EQ(s.mask, expected.mask) << toString(level);
+        EXPECT_EQ(s.iterations, expected.iterations) << toString(level);
+      }
+    }
+  }
+}
+
+void scaleAndShift(std::vector<float>& column, float scale, float shift) {
+  for (float& value : column) value = value * scale + shift;
+}
+
+TEST_F(Vfc, TranslationAndScaleOfEitherImageCancel) {
+  const Correspondences m = homographyScene({700, 0.5, 0.7, 9}).matches;
+  for (const char* spec : {"vfc", "vfc:sparse"}) {
+    const auto selector = createSelector(spec);
+    const Selection expected = selector->select(m);
+    for (const bool left : {true, false}) {
+      for (const float scale : {0.25f, 8.0f, 1.7f, 0.3f}) {
+        Correspondences changed = m;
+        const float shift = scale == 1.7f || scale == 0.3f ? 123.4f : 0.0f;
+        scaleAndShift(left ? changed.left_x : changed.right_x, scale, shift);
+        scaleAndShift(left ? changed.left_y : changed.right_y, scale, -shift);
+        const Selection s = selector->select(changed);
+        EXPECT_EQ(s.mask, expected.mask) << spec << " " << left << " " << scale;
+        if (shift == 0) {
+          EXPECT_EQ(s.score, expected.score) << spec << " " << left << " " << scale;
+        }
+      }
+    }
+  }
+}
+
+TEST_F(Vfc, PermutedMatchesArePermutedAnswers) {
+  const Correspondences m = stereoScene({900, 0.6, 0.7, 2}).matches;
+  for (const char* spec : {"vfc", "vfc:sparse"}) {
+    const Selection expected = createSelector(spec)->select(m);
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      const std::vector<std::uint32_t> order = permutation(m.size(), seed);
+      const Selection s = createSelector(spec)->select(m.subset(order));
+      EXPECT_EQ(s.score, reordered(expected.score, order));
+      EXPECT_EQ(s.iterations, expected.iterations);
+    }
+  }
+}
+
+TEST_F(Vfc, AcceptsWhatRestsWhereNothingMoves) {
+  Correspondences m = homographyScene({400, 1.0, 0.0, 4}).matches;
+  m.right_x = m.left_x;
+  m.right_y = m.left_y;
+  scaleAndShift(m.right_x, 2, 30);
+  scaleAndShift(m.right_y, 2, -40);
+  const Selection all = VfcSelector().select(m);
+  EXPECT_EQ(all.mask, Mask(400, 1));
+  EXPECT_EQ(all.iterations, 0);
+  m.right_x[17] += 1;  // 0.5 px of a spread of some 300 px, the others follow by a four-hundredth of it
+  const Selection s = VfcSelector().select(m);
+  EXPECT_EQ(s.iterations, 0);
+  EXPECT_EQ(s.n_selected, 399u);
+  EXPECT_EQ(s.mask[17], 0);
+}
+
+TEST_F(Vfc, FindsAnAffineField) {
+  Scene scene = homographyScene({600, 0.5, 0.0, 8});
+  for (std::size_t i = 0; i < 600; ++i) {
+    const float x = scene.matches.left_x[i], y = scene.matches.left_y[i];
+    if (!scene.inlier[i]) continue;
+    scene.matches.right_x[i] = 0.95f * x + 0.1f * y + 20;
+    scene.matches.right_y[i] = -0.05f * x + 1.05f * y - 10;
+  }
+  for (const char* spec : {"vfc", "vfc:sparse"}) {
+    const Quality q = quality(createSelector(spec)->select(scene.matches).mask, scene.inlier);
+    EXPECT_GT(q.precision, 97) << spec;
+    EXPECT_GT(q.recall, 99) << spec;
+  }
+}
+
+TEST_F(Vfc, SelectsLittleWhereAllIsWrong) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Scene scene = homographyScene({1000, 0.0, 0.0, seed});
+    EXPECT_LT(VfcSelector().select(scene.matches).n_selected, 100u) << seed;
+  }
+}
+
+TEST_F(Vfc, FewPointsFarOutDoNoHarm) {
+  Scene scene = homographyScene({600, 0.5, 0.5, 6});
+  for (std::size_t i = 590; i < 600; ++i)
+    scene.matches.left_x[i] = float(i % 2 ? 9000 : -6000) + 300 * float(i);
+  const Selection s = VfcSelector().select(scene.matches);
+  EXPECT_EQ(s.status, Status::kOk);
+  EXPECT_EQ(s.mask, byDefinition(scene.matches).mask);
+}
+
+TEST_F(Vfc, NamesWhatItCannotDecide) {
+  Correspondences m = homographyScene({4, 1.0, 0.0, 1}).matches;
+  EXPECT_EQ(VfcSelector().select(m).status, Status::kTooFew);
+  EXPECT_EQ(VfcSelector().select(m).message, "4 matches, vfc needs 5");
+  m = homographyScene({50, 1.0, 0.0, 1}).matches;
+  m.right_x.assign(50, 3.0f);
+  m.right_y.assign(50, 4.1f);
+  const Selection s = VfcSelector().select(m);
+  EXPECT_EQ(s.status, Status::kDegenerate);
+  EXPECT_EQ(s.message, "all points of an image are equal");
+  EXPECT_EQ(s.mask, Mask(50, 0));
+}
+
+TEST_F(Vfc, RefusesOptionsOutOfRange) {
+  const auto refusal = [](const std::string& name, const std::string& value) {
+    return errorOf<std::invalid_argument>([&] { createSelector("vfc", {{name, value}}); });
+  };
+  EXPECT_EQ(refusal("beta", "0"), "vfc: option beta = 0 is outside [0.001, 10]");
+  EXPECT_EQ(refusal("lambda", "-3"), "vfc: option lambda = -3 is outside [0.001, 1000]");
+  EXPECT_EQ(refusal("threshold", "1.5"), "vfc: option threshold = 1.5 is outside [0, 1]");
+  EXPECT_EQ(refusal("inlier_ratio", "1"), "vfc: option inlier_ratio = 1 is outside [0.05, 0.95]");
+  EXPECT_EQ(refusal("max_iterations", "0"), "vfc: option max_iterations = 0 is outside [1, 10000]");
+  EXPECT_EQ(refusal("control_points", "201"), "vfc: option control_points = 201 is outside [0, 200]");
+  EXPECT_NE(refusal("outlier_area", "nan"), "");
+  EXPECT_NE(refusal("kernel_tolerance", "1"), "");
+  EXPECT_NE(refusal("energy_change", "1"), "");
+}
+
+class VfcOnAdelaideRmf : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (adelaidePairs().empty()) GTEST_SKIP() << "skipped: the AdelaideRMF files are not here";
+    ASSERT_EQ(adelaidePairs().size(), 36u);
+  }
+};
+
+TEST_F(VfcOnAdelaideRmf, ReachesThePublishedMeans) {
+  const Quality exact = adelaideMeans("vfc"), sparse = adelaideMeans("vfc:sparse");
+  EXPECT_NEAR(exact.precision, 97.43, 0.05);
+  EXPECT_NEAR(exact.recall, 86.35, 0.05);
+  EXPECT_NEAR(exact.f, 90.91, 0.05);
+  EXPECT_NEAR(sparse.precision, 97.49, 0.3);
+  EXPECT_NEAR(sparse.recall, 86.43, 0.3);
+  EXPECT_NEAR(sparse.f, 90.99, 0.3);
+}
+
+TEST_F(VfcOnAdelaideRmf, DecidesLikeDenseSolves) {
+  std::size_t different = 0, decisions = 0;
+  for (const LabelledPair& pair : adelaidePairs()) {
+    const Answer expected = byDefinition(pair.matches);
+    const Selection s = VfcSelector().select(pair.matches);
+    EXPECT_EQ(s.iterations, expected.iterations) << pair.name << " " << pair.matches.size();
+    different += differences(s.mask, expected.mask);
+    decisions += s.mask.size();
+  }
+  EXPECT_EQ(decisions, 11962u);
+  EXPECT_LE(different, 5u);  // none here; the dense solves round too
+}
+
+}  // namespace
+}  // namespace corrsel::core
