@@ -26,7 +26,7 @@ TwoViewProblem homographyProblem(Residual residual) {
           solveHomography,
           refineHomography,
           &NormalizedMatches::homographyToPixels,
-          {0.05, 0.005, 1000, 1},
+          {0.012, 0.0008, 1000, 1},
           0.0};
 }
 

@@ -22,6 +22,23 @@ bool basis(const std::vector<float>& x, const std::vector<float>& y, const std::
   return true;
 }
 
+/// Twice the signed areas of the triangles of points 0 1 2, 0 1 3, 0 2 3 and 1 2 3. @return the sum of the
+/// sides' extents, which bounds what a unit of rounding may change
+double fourTriangles(const std::vector<float>& x, const std::vector<float>& y, const std::uint32_t* s,
+                     double (&areas)[4]) {
+  double dx[3], dy[3], extent = 0;
+  for (int k = 0; k < 3; ++k) {
+    dx[k] = static_cast<double>(x[s[k + 1]]) - x[s[0]];
+    dy[k] = static_cast<double>(y[s[k + 1]]) - y[s[0]];
+    extent += std::abs(dx[k]) + std::abs(dy[k]);
+  }
+  areas[0] = dx[0] * dy[1] - dy[0] * dx[1];
+  areas[1] = dx[0] * dy[2] - dy[0] * dx[2];
+  areas[2] = dx[1] * dy[2] - dy[1] * dx[2];
+  areas[3] = (dx[1] - dx[0]) * (dy[2] - dy[0]) - (dy[1] - dy[0]) * (dx[2] - dx[0]);
+  return extent;
+}
+
 double thirdCoordinate(const cv::Matx33d& h, double x, double y) {
   return h(2, 0) * x + h(2, 1) * y + h(2, 2);
 }
@@ -45,18 +62,17 @@ double homographyError(const cv::Matx33d& h, double left_x, double left_y, doubl
 }
 
 bool isValidHomographySample(const NormalizedMatches& m, const std::uint32_t* s) {
-  constexpr int kTriplets[4][3] = {{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}};
-  bool turned = false;
+  double left[4], right[4];
+  const double left_error = m.rounding * fourTriangles(m.left_x, m.left_y, s, left);
+  const double right_error = m.rounding * fourTriangles(m.right_x, m.right_y, s, right);
+  bool all_kept = true, all_turned = true, any_flat = false;
   for (int k = 0; k < 4; ++k) {
-    const auto& t = kTriplets[k];
-    const double left = triangleArea(m.left_x, m.left_y, s[t[0]], s[t[1]], s[t[2]], m.rounding);
-    const double right = triangleArea(m.right_x, m.right_y, s[t[0]], s[t[1]], s[t[2]], m.rounding);
-    if (left == 0 || right == 0) return false;
-    const bool turns = (left > 0) != (right > 0);
-    if (k == 0) turned = turns;
-    if (turns != turned) return false;
+    any_flat |= std::abs(left[k]) <= left_error || std::abs(right[k]) <= right_error;
+    const bool kept = left[k] * right[k] > 0;
+    all_kept &= kept;
+    all_turned &= !kept;
   }
-  return true;
+  return !any_flat && (all_kept || all_turned);
 }
 
 bool homographyFromFour(const NormalizedMatches& m, const std::uint32_t* s, cv::Matx33d& h) {
