@@ -4,6 +4,7 @@
 
 #include "corrsel/kernels/kernels.h"
 #include "field_kernels.h"
+#include "grid_kernels.h"
 #include "normal_kernels.h"
 #include "residual_kernels.h"
 
@@ -22,6 +23,8 @@ constexpr Kernels kTable = {
     gramKernel,
     fieldResidualsKernel,
     posteriorsKernel,
+    {imageCellsKernel, countPairsKernel, verifyKernel<1>, verifyKernel<8>, voteKernel, countVotesKernel},
+    {pointCellsKernel, anyNearestKernel, commonKernel},
 };
 
 }  // namespace

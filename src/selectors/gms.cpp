@@ -3,125 +3,246 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
+#include "corrsel/kernels/kernels.h"
 #include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {
 
-constexpr std::int32_t kNoCell = -1;
 constexpr int kShifts = 4, kRotations = 8;
 // The ring of neighbours clockwise from the upper left, in units of (column, row).
 constexpr int kRing[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}};
 constexpr double kScales[5] = {1.0, 0.5, 0.70710678118654752, 1.41421356237309505, 2.0};
+constexpr std::uint16_t kOutside = 0xFFFF;  // more than the cells of any grid
 
-/// Cell of a coordinate given as a share of the image, kNoCell beyond the last one.
-std::int32_t cellAlong(double position, int cells) {
-  const auto cell = static_cast<std::int32_t>(std::floor(position));
-  return cell < cells ? cell : kNoCell;
+ImageGrid gridOver(const cv::Size& size, int side) {
+  const double enlarged = side * (1.0 + std::ldexp(1.0, -40));
+  return {enlarged / size.width,
+          enlarged / size.height,
+          static_cast<float>(size.width),
+          static_cast<float>(size.height),
+          side,
+          kOutside};
 }
 
-/// Coordinates as shares of the image's sides, pulled in from up to one pixel outside; NaN for points farther
-/// out.
-std::vector<double> shares(const std::vector<float>& positions, int size) {
-  std::vector<double> result(positions.size());
-  const double largest = std::nextafter(1.0, 0.0);
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    const double position = positions[i];
-    const bool inside = position >= -1.0 && position <= size;
-    result[i] = inside ? std::clamp(position / size, 0.0, largest) : std::nan("");
+/// Gives the matches that are outside in one of the images this cell.
+void moveOutside(std::uint16_t* cells, const std::uint16_t* right, std::size_t n, std::uint16_t to) {
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool outside = (cells[i] == kOutside) | (right[i] == kOutside);
+    cells[i] = outside ? to : cells[i];
   }
-  return result;
 }
 
-/// Matches between pairs of cells, kept zeroed between uses: only the entries that were touched are cleared.
-class CellCounts {
+/// The left grids, all four of them, and the memory that a call needs; kept between calls.
+class Workspace {
  public:
-  void resize(std::size_t left_cells, std::size_t right_cells) {
-    right_cells_ = right_cells;
-    if (counts_.size() < left_cells * right_cells) counts_.resize(left_cells * right_cells, 0);
+  /// Prepares the tables of a left grid and finds the half cells of the matches.
+  void start(const Correspondences& matches, int side, bool drop_first_cells) {
+    if (side != side_ || drop_first_cells != drop_first_cells_) layOut(side, drop_first_cells);
+    size_ = matches.size();
+    half_.resize(size_);
+    right_.resize(size_);
+    votes_.resize(size_);
+    const Kernels& kernel = kernels();
+    kernel.gms.cells(matches.left_x.data(), matches.left_y.data(), size_,
+                     gridOver(matches.left_size, 2 * side_), half_.data());
+    findRightCells(matches, side_);
+    const auto outside = static_cast<std::uint16_t>(4 * side_ * side_);
+    moveOutside(half_.data(), right_.data(), size_, outside);
+    countLeftCells();
+    sortByHalfRow();
   }
-  std::uint32_t& at(std::int32_t left, std::int32_t right) {
-    return counts_[static_cast<std::size_t>(left) * right_cells_ + static_cast<std::size_t>(right)];
+
+  /// Finds the votes with a right grid of `right_side` cells per side. @return the number per rotation
+  void vote(const Correspondences& matches, int right_side, int rotations, double alpha,
+            std::uint32_t (&selected)[kRotations]) {
+    const Kernels& kernel = kernels();
+    findRightCells(matches, right_side);
+    // Matches that are outside have no left cell either.
+    moveOutside(right_.data(), right_.data(), size_, 0);
+    for (std::size_t i = 0; i < size_; ++i) sorted_right_[i] = right_[order_[i]];
+    const CellPairs pairs = {sorted_half_.data(), sorted_right_.data(), cells_of_half_.data(), size_};
+    makeRoom(right_side);
+    forgetBeforeOverflow();
+    const std::uint32_t* decisions[kShifts];
+    for (int shift = 0; shift < kShifts; ++shift) {
+      // Counts of three rows at a time are enough, and stay in the processor's cache.
+      countRow(pairs, shift, 0, right_side);
+      for (int row = 0; row < side_; ++row) {
+        if (row + 1 < side_) countRow(pairs, shift, row + 1, right_side);
+        const CellStatistics statistics = {
+            {row > 0 ? rows_[(row + 2) % 3] : CountRow{zeros_.data(), 0}, rows_[row % 3],
+             row + 1 < side_ ? rows_[(row + 1) % 3] : CountRow{zeros_.data(), 0}},
+            zeros_.data(),
+            best_.data(),
+            in_cell_[shift].data(),
+            neighbours_.data(),
+            noCell(),
+            row,
+            side_,
+            right_side,
+            alpha};
+        const auto verify = rotations > 1 ? kernel.gms.verify_rotations : kernel.gms.verify;
+        verify(statistics, decisions_[shift].data());
+      }
+      decisions[shift] = decisions_[shift].data();
+    }
+    kernel.gms.vote(pairs, decisions, votes_.data());
+    kernel.gms.count_votes(votes_.data(), size_, selected);
+  }
+
+  void select(int rotation, std::uint8_t* mask) const {
+    const std::uint8_t* const votes = votes_.data();
+    const std::uint32_t* const order = order_.data();
+    for (std::size_t i = 0; i < size_; ++i) mask[order[i]] = (votes[i] >> rotation) & 1U;
   }
 
  private:
-  std::size_t right_cells_ = 0;
-  std::vector<std::uint32_t> counts_;
-};
+  std::size_t cells() const { return static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_); }
+  /// Matches without a left cell are counted here.
+  std::uint32_t lostCell() const { return static_cast<std::uint32_t>(side_ * side_); }
+  /// Stands for cells outside the grid.
+  std::uint32_t noCell() const { return lostCell() + 1; }
 
-/// Scratch memory of one call.
-struct Workspace {
-  CellCounts counts;
-  std::vector<std::int32_t> left[kShifts], right;  // cell of every match
-  std::vector<std::int32_t> partner;               // per left cell: the right cell with most of its matches
-  std::vector<std::uint32_t> partner_count, in_cell;  // matches to the partner, matches in the left cell
-  std::vector<std::uint8_t> accepted;                 // per left cell: bit r = accepted under rotation r
-  std::vector<std::uint8_t> votes;                    // per match: bit r = selected under rotation r
-};
-
-void countMatches(const std::vector<std::int32_t>& left, std::size_t left_cells, Workspace& work) {
-  work.partner.assign(left_cells, kNoCell);
-  work.partner_count.assign(left_cells, 0);
-  work.in_cell.assign(left_cells, 0);
-  for (std::size_t i = 0; i < left.size(); ++i) {
-    const std::int32_t l = left[i], r = work.right[i];
-    if (l == kNoCell || r == kNoCell) continue;
-    const std::size_t cell = static_cast<std::size_t>(l);
-    ++work.in_cell[cell];
-    const std::uint32_t count = ++work.counts.at(l, r);
-    // Running arg-max; the lowest right cell wins among equals.
-    if (count > work.partner_count[cell] || (count == work.partner_count[cell] && r < work.partner[cell])) {
-      work.partner_count[cell] = count;
-      work.partner[cell] = r;
+  void layOut(int side, bool drop_first_cells) {
+    side_ = side;
+    drop_first_cells_ = drop_first_cells;
+    best_.assign(cells() + 1, 0);
+    for (int shift = 0; shift < kShifts; ++shift) {
+      decisions_[shift].assign(cells() + 1, CellStatistics::kNoPartner);
+      in_cell_[shift].assign(cells() + 2, 0);
     }
-  }
-}
-
-void clearCounts(const std::vector<std::int32_t>& left, Workspace& work) {
-  for (std::size_t i = 0; i < left.size(); ++i) {
-    if (left[i] != kNoCell && work.right[i] != kNoCell) work.counts.at(left[i], work.right[i]) = 0;
-  }
-}
-
-/// Cell at an offset, kNoCell outside the grid.
-std::int32_t neighbour(std::int32_t cell, const int (&offset)[2], int side) {
-  const int column = cell % side + offset[0], row = cell / side + offset[1];
-  return column < 0 || row < 0 || column >= side || row >= side ? kNoCell : row * side + column;
-}
-
-/// Tests every left cell against its partner under all rotations at once: they share the look-ups of the
-/// counts.
-void verifyCells(int left_side, int right_side, int rotations, double alpha, Workspace& work) {
-  const std::size_t left_cells = work.partner.size();
-  work.accepted.assign(left_cells, 0);
-  for (std::size_t cell = 0; cell < left_cells; ++cell) {
-    const std::int32_t partner = work.partner[cell];
-    if (partner == kNoCell) continue;
-    std::int32_t near_left[8], near_right[8];
-    for (int k = 0; k < 8; ++k) {
-      near_left[k] = neighbour(static_cast<std::int32_t>(cell), kRing[k], left_side);
-      near_right[k] = neighbour(partner, kRing[k], right_side);
+    in_half_.resize(4 * cells() + 1);
+    cells_of_half_.resize(4 * cells() + 1);
+    row_of_half_.assign(4 * cells() + 1, static_cast<std::uint16_t>(2 * side));
+    row_begin_.resize(2 * static_cast<std::size_t>(side) + 2);
+    for (int row = 0; row < 2 * side; ++row) {
+      for (int column = 0; column < 2 * side; ++column) {
+        row_of_half_[static_cast<std::size_t>(row * 2 * side + column)] = static_cast<std::uint16_t>(row);
+        ShiftedCells& cells_of = cells_of_half_[static_cast<std::size_t>(row * 2 * side + column)];
+        for (int shift = 0; shift < kShifts; ++shift) {
+          const int dx = shift & 1, dy = shift >> 1, c = (column + dx) / 2, r = (row + dy) / 2;
+          const bool dropped =
+              c == side || r == side || (drop_first_cells && ((dx == 1 && c == 0) || (dy == 1 && r == 0)));
+          cells_of.shifted[shift] = static_cast<std::uint16_t>(dropped ? side * side : r * side + c);
+        }
+      }
     }
-    for (int rotation = 0; rotation < rotations; ++rotation) {
-      std::uint64_t score = work.partner_count[cell], in_cells = work.in_cell[cell];
-      int pairs = 1;
+    const auto lost = static_cast<std::uint16_t>(lostCell());
+    cells_of_half_.back() = {{lost, lost, lost, lost}};
+    neighbours_.resize(cells());
+    for (int cell = 0; cell < side * side; ++cell) {
+      LeftNeighbours& near = neighbours_[static_cast<std::size_t>(cell)];
+      near.inside = 0;
       for (int k = 0; k < 8; ++k) {
-        const std::int32_t l = near_left[k], r = near_right[(k + rotation) & 7];
-        if (l == kNoCell || r == kNoCell) continue;
-        ++pairs;
-        in_cells += work.in_cell[static_cast<std::size_t>(l)];
-        score += work.counts.at(l, r);
-      }
-      const double threshold = alpha * std::sqrt(static_cast<double>(in_cells) / pairs);
-      if (static_cast<double>(score) >= threshold) {
-        work.accepted[cell] = static_cast<std::uint8_t>(work.accepted[cell] | (1U << rotation));
+        const int column = cell % side + kRing[k][0], row = cell / side + kRing[k][1];
+        const bool inside = column >= 0 && row >= 0 && column < side && row < side;
+        near.cell[k] = inside ? static_cast<std::uint32_t>(row * side + column) : noCell();
+        near.inside += inside ? 1 : 0;
       }
     }
   }
-}
+
+  void findRightCells(const Correspondences& matches, int right_side) {
+    kernels().gms.cells(matches.right_x.data(), matches.right_y.data(), size_,
+                        gridOver(matches.right_size, right_side), right_.data());
+  }
+
+  /// Matches per left cell of the four grids, by way of the half cells that they share.
+  void countLeftCells() {
+    std::fill(in_half_.begin(), in_half_.end(), 0U);
+    for (const std::uint16_t half : half_) ++in_half_[half];
+    for (int shift = 0; shift < kShifts; ++shift) {
+      std::vector<std::uint32_t>& in_cell = in_cell_[shift];
+      std::fill(in_cell.begin(), in_cell.end(), 0U);
+      for (std::size_t half = 0; half + 1 < in_half_.size(); ++half)
+        in_cell[cells_of_half_[half].shifted[shift]] += in_half_[half];
+    }
+  }
+
+  /// Matches in the order of their half rows, those without a cell last.
+  void sortByHalfRow() {
+    order_.resize(size_);
+    sorted_half_.resize(size_);
+    sorted_right_.resize(size_);
+    std::fill(row_begin_.begin(), row_begin_.end(), 0U);
+    for (std::size_t half = 0; half < in_half_.size(); ++half)
+      row_begin_[row_of_half_[half] + 1U] += in_half_[half];
+    for (std::size_t row = 1; row < row_begin_.size(); ++row) row_begin_[row] += row_begin_[row - 1];
+    next_in_row_ = row_begin_;
+    std::uint32_t* const next = next_in_row_.data();
+    const std::uint16_t* const row_of_half = row_of_half_.data();
+    for (std::size_t i = 0; i < size_; ++i) {
+      const std::uint16_t half = half_[i];
+      const std::uint32_t place = next[row_of_half[half]]++;
+      order_[place] = static_cast<std::uint32_t>(i);
+      sorted_half_[place] = half;
+    }
+  }
+
+  void makeRoom(int right_side) {
+    const std::size_t right_cells =
+        static_cast<std::size_t>(right_side) * static_cast<std::size_t>(right_side);
+    const std::size_t entries = static_cast<std::size_t>(side_ + 1) * right_cells;
+    if (counts_.size() < 3 * entries) counts_.resize(3 * entries, 0);
+    if (zeros_.size() < right_cells) zeros_.resize(right_cells, 0);
+    for (std::size_t k = 0; k < 3; ++k) rows_[k] = {counts_.data() + k * entries, base_};
+  }
+
+  /// Really clears the counts once in a few hundred calls or more.
+  void forgetBeforeOverflow() {
+    const std::uint64_t to_come = last_use_ + static_cast<std::uint64_t>(kShifts) * size_;
+    if (base_ + to_come <= std::numeric_limits<std::uint32_t>::max()) return;
+    std::fill(counts_.begin(), counts_.end(), 0U);
+    std::fill(best_.begin(), best_.end(), 0U);
+    base_ = 0;
+    last_use_ = 0;
+  }
+
+  void countRow(const CellPairs& pairs, int shift, int row, int right_side) {
+    const int first = 2 * row - (shift >> 1), end = first + 2;
+    const std::size_t begin = row_begin_[static_cast<std::size_t>(std::max(first, 0))];
+    const std::size_t stop = row_begin_[static_cast<std::size_t>(end)];
+    nextUse(stop - begin);
+    rows_[row % 3].base = base_;
+    kernels().gms.count(pairs, begin, stop, shift, row, side_,
+                        static_cast<std::size_t>(right_side) * static_cast<std::size_t>(right_side),
+                        rows_[row % 3], best_.data());
+  }
+
+  /// Makes whatever was counted in a row's memory count as nothing, for up to `matches` to come: clearing it
+  /// would cost more than counting.
+  void nextUse(std::size_t matches) {
+    base_ += static_cast<std::uint32_t>(last_use_);
+    last_use_ = matches;
+  }
+
+  int side_ = 0;
+  bool drop_first_cells_ = false;
+  std::vector<ShiftedCells> cells_of_half_;
+  std::vector<std::uint16_t> row_of_half_;
+  std::vector<LeftNeighbours> neighbours_;
+
+  std::size_t size_ = 0;
+  std::vector<std::uint16_t> half_, right_;  // per match
+  std::vector<std::uint32_t> in_half_, in_cell_[kShifts], decisions_[kShifts];
+
+  // Per match, sorted by half row.
+  std::vector<std::uint32_t> order_, row_begin_, next_in_row_;
+  std::vector<std::uint16_t> sorted_half_, sorted_right_;
+  std::vector<std::uint8_t> votes_;  // bit r = selected under rotation r
+
+  std::vector<std::uint32_t> counts_, zeros_;  // see CountRow
+  CountRow rows_[3] = {};                      // row r of the grid is in rows_[r % 3]
+  std::vector<std::uint64_t> best_;
+  // Starts where the first clearing is a few dozen calls away, so that tests come by there.
+  std::uint32_t base_ = 0xFFF00000U;
+  std::size_t last_use_ = 0;  // entries are at most base + this
+};
 
 }  // namespace
 
@@ -153,69 +274,22 @@ std::string GmsSelector::missingInput(const Correspondences& matches) const {
 void GmsSelector::run(const Correspondences& matches, Selection& result) const {
   const std::size_t n = matches.size();
   if (n == 0) return;
-  // Kept between calls: clearing it costs more than a whole selection.
   thread_local Workspace work;
-  work.accepted.reserve(static_cast<std::size_t>(options_.grid) * static_cast<std::size_t>(options_.grid));
-  const int side = options_.grid;
-  const std::size_t left_cells = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
-  const std::vector<double> left_x = shares(matches.left_x, matches.left_size.width);
-  const std::vector<double> left_y = shares(matches.left_y, matches.left_size.height);
-  const std::vector<double> right_x = shares(matches.right_x, matches.right_size.width);
-  const std::vector<double> right_y = shares(matches.right_y, matches.right_size.height);
-  for (int shift = 0; shift < kShifts; ++shift) {
-    const double dx = shift & 1 ? 0.5 : 0.0, dy = shift & 2 ? 0.5 : 0.0;
-    const bool drop_x = options_.drop_first_cells && dx > 0, drop_y = options_.drop_first_cells && dy > 0;
-    work.left[shift].resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      std::int32_t cell = kNoCell;
-      if (!std::isnan(left_x[i]) && !std::isnan(left_y[i])) {
-        const std::int32_t column = cellAlong(left_x[i] * side + dx, side);
-        const std::int32_t row = cellAlong(left_y[i] * side + dy, side);
-        const bool dropped =
-            column == kNoCell || row == kNoCell || (drop_x && column == 0) || (drop_y && row == 0);
-        if (!dropped) cell = row * side + column;
-      }
-      work.left[shift][i] = cell;
-    }
-  }
-
+  work.start(matches, options_.grid, options_.drop_first_cells);
   const int scales = options_.scale ? 5 : 1, rotations = options_.rotation ? kRotations : 1;
-  std::size_t most = 0;
+  std::uint32_t most = 0;
   int best_scale = 0, best_rotation = 0;
   for (int scale = 0; scale < scales; ++scale) {
-    const int right_side = std::max(1, static_cast<int>(std::lround(side * kScales[scale])));
-    work.right.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const bool inside = !std::isnan(right_x[i]) && !std::isnan(right_y[i]);
-      work.right[i] = inside ? cellAlong(right_y[i] * right_side, right_side) * right_side +
-                                   cellAlong(right_x[i] * right_side, right_side)
-                             : kNoCell;
-    }
-    work.counts.resize(left_cells,
-                       static_cast<std::size_t>(right_side) * static_cast<std::size_t>(right_side));
-    work.votes.assign(n, 0);
-    for (int shift = 0; shift < kShifts; ++shift) {
-      const std::vector<std::int32_t>& left = work.left[shift];
-      countMatches(left, left_cells, work);
-      verifyCells(side, right_side, rotations, options_.alpha, work);
-      for (std::size_t i = 0; i < n; ++i) {
-        if (left[i] == kNoCell || work.right[i] == kNoCell) continue;
-        const std::size_t cell = static_cast<std::size_t>(left[i]);
-        if (work.partner[cell] == work.right[i]) {
-          work.votes[i] = static_cast<std::uint8_t>(work.votes[i] | work.accepted[cell]);
-        }
-      }
-      clearCounts(left, work);
-    }
+    const int right_side = std::max(1, static_cast<int>(std::lround(options_.grid * kScales[scale])));
+    std::uint32_t selected[kRotations];
+    work.vote(matches, right_side, rotations, options_.alpha, selected);
     result.iterations += kShifts * rotations;
     for (int rotation = 0; rotation < rotations; ++rotation) {
-      std::size_t selected = 0;
-      for (const std::uint8_t vote : work.votes) selected += (vote >> rotation) & 1U;
-      if (selected <= most) continue;
-      most = selected;
+      if (selected[rotation] <= most) continue;
+      most = selected[rotation];
       best_scale = scale;
       best_rotation = rotation;
-      for (std::size_t i = 0; i < n; ++i) result.mask[i] = (work.votes[i] >> rotation) & 1U;
+      work.select(rotation, result.mask.data());
     }
   }
   if (options_.rotation || options_.scale) {

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <cstdint>
+#include <cstring>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
+#include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/neighbours.h"
 
 namespace corrsel::core {
@@ -18,60 +21,124 @@ struct Window {
 
 /// Neighbourhoods, and how many neighbours they need to be listed.
 struct Layout {
-  std::vector<Window> windows;
-  int listed = 0;
+  Window windows[3] = {};
+  int count = 1, listed = 0;
 };
 
 Layout layoutOf(const LpmOptions& options) {
   Layout layout;
   if (options.cost == "count") {
-    layout.windows = {{0, options.k}};
+    layout.windows[0] = {0, options.k};
   } else {
     // The authors' code slices its table anew at every scale and so loses one more of the nearest each time.
     const int step = options.compat ? 1 : 0;
-    layout.windows = {{0, options.k + 2}, {step, options.k}, {2 * step, options.k - 2}};
+    layout.count = 3;
+    for (int i = 0; i < 3; ++i) layout.windows[i] = {i * step, options.k + 2 - 2 * i};
   }
   for (const Window& window : layout.windows)
     layout.listed = std::max(layout.listed, window.begin + window.length);
   return layout;
 }
 
+/// The float's bits, such that they compare like the floats do.
+std::uint32_t sortable(float value) {
+  value += 0.0F;  // makes -0 a 0
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits ^ ((bits >> 31) != 0 ? 0xFFFFFFFFU : 0x80000000U);
+}
+
+/// A match before it gets its number.
+struct Row {
+  std::uint32_t key, row;
+};
+
+/// Sorts by key, equal keys as they come, with 11 bits per round. O(n).
+void radixSort(std::vector<Row>& rows, std::vector<Row>& scratch) {
+  constexpr unsigned kBits = 11, kRounds = 3;
+  constexpr std::uint32_t kBuckets = 1U << kBits;
+  std::uint32_t counts[kRounds][kBuckets] = {};
+  for (const Row& row : rows) {
+    for (unsigned round = 0; round < kRounds; ++round)
+      ++counts[round][row.key >> (round * kBits) & (kBuckets - 1)];
+  }
+  scratch.resize(rows.size());
+  for (unsigned round = 0; round < kRounds; ++round) {
+    std::uint32_t begin = 0;
+    for (std::uint32_t& count : counts[round]) {
+      const std::uint32_t size = count;
+      count = begin;
+      begin += size;
+    }
+    for (const Row& row : rows) scratch[counts[round][row.key >> (round * kBits) & (kBuckets - 1)]++] = row;
+    rows.swap(scratch);
+  }
+}
+
+/// Motion of a match, px, and its squared length.
+struct Motion {
+  double x, y, squared;
+};
+
 /// Distinct matches in the order of their coordinates, which makes numbers of matches a tie rule that does
-/// not depend on the order of the input.
-struct Distinct {
+/// not depend on the order of the input; and the memory that a call needs, kept between calls.
+struct Workspace {
   std::vector<float> left_x, left_y, right_x, right_y;
   std::vector<std::uint32_t> of_input;  // per input match: its distinct match
+  std::vector<Motion> motions;
+  std::vector<Row> rows, scratch;
+
+  PlanarNeighbours left, right;
+  std::vector<std::uint32_t> near_left, near_right;  // lists of neighbours
+  std::vector<std::uint64_t> common;                 // see NeighbourKernels
+  std::vector<float> cost;
+  std::vector<std::uint32_t> accepted;
+  std::vector<std::uint8_t> mask;
+
   std::size_t size() const { return left_x.size(); }
 };
 
-Distinct distinctMatches(const Correspondences& matches, bool merge) {
+int compare(const Correspondences& matches, std::uint32_t a, std::uint32_t b) {
+  if (matches.left_x[a] != matches.left_x[b]) return matches.left_x[a] < matches.left_x[b] ? -1 : 1;
+  if (matches.left_y[a] != matches.left_y[b]) return matches.left_y[a] < matches.left_y[b] ? -1 : 1;
+  if (matches.right_x[a] != matches.right_x[b]) return matches.right_x[a] < matches.right_x[b] ? -1 : 1;
+  if (matches.right_y[a] != matches.right_y[b]) return matches.right_y[a] < matches.right_y[b] ? -1 : 1;
+  return 0;
+}
+
+void findDistinct(const Correspondences& matches, bool merge, Workspace& work) {
   const std::size_t n = matches.size();
-  std::vector<std::uint32_t> order(n);
-  std::iota(order.begin(), order.end(), 0U);
-  const auto compare = [&matches](std::uint32_t a, std::uint32_t b) {
-    if (matches.left_x[a] != matches.left_x[b]) return matches.left_x[a] < matches.left_x[b] ? -1 : 1;
-    if (matches.left_y[a] != matches.left_y[b]) return matches.left_y[a] < matches.left_y[b] ? -1 : 1;
-    if (matches.right_x[a] != matches.right_x[b]) return matches.right_x[a] < matches.right_x[b] ? -1 : 1;
-    if (matches.right_y[a] != matches.right_y[b]) return matches.right_y[a] < matches.right_y[b] ? -1 : 1;
-    return 0;
-  };
-  std::sort(order.begin(), order.end(), [&compare](std::uint32_t a, std::uint32_t b) {
-    const int result = compare(a, b);
-    return result != 0 ? result < 0 : a < b;
-  });
-  Distinct distinct;
-  distinct.of_input.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::uint32_t row = order[i];
-    if (i == 0 || !merge || compare(order[i - 1], row) != 0) {
-      distinct.left_x.push_back(matches.left_x[row]);
-      distinct.left_y.push_back(matches.left_y[row]);
-      distinct.right_x.push_back(matches.right_x[row]);
-      distinct.right_y.push_back(matches.right_y[row]);
-    }
-    distinct.of_input[row] = static_cast<std::uint32_t>(distinct.size() - 1);
+  work.rows.resize(n);
+  for (std::size_t i = 0; i < n; ++i)
+    work.rows[i] = {sortable(matches.left_x[i]), static_cast<std::uint32_t>(i)};
+  radixSort(work.rows, work.scratch);
+  for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
+    while (end < n && work.rows[end].key == work.rows[begin].key) ++end;
+    if (end - begin == 1) continue;
+    std::sort(work.rows.begin() + static_cast<std::ptrdiff_t>(begin),
+              work.rows.begin() + static_cast<std::ptrdiff_t>(end), [&matches](const Row& a, const Row& b) {
+                const int order = compare(matches, a.row, b.row);
+                return order != 0 ? order < 0 : a.row < b.row;
+              });
   }
-  return distinct;
+  std::vector<float>* const columns[] = {&work.left_x, &work.left_y, &work.right_x, &work.right_y};
+  for (std::vector<float>* const column : columns) column->resize(n);
+  work.of_input.resize(n);
+  std::uint32_t distinct = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::uint32_t row = work.rows[i].row;
+    const bool repeated = merge && i > 0 && work.rows[i].key == work.rows[i - 1].key &&
+                          compare(matches, work.rows[i - 1].row, row) == 0;
+    if (!repeated) {
+      work.left_x[distinct] = matches.left_x[row];
+      work.left_y[distinct] = matches.left_y[row];
+      work.right_x[distinct] = matches.right_x[row];
+      work.right_y[distinct] = matches.right_y[row];
+      ++distinct;
+    }
+    work.of_input[row] = distinct - 1;
+  }
+  for (std::vector<float>* const column : columns) column->resize(distinct);
 }
 
 bool allEqual(const std::vector<float>& x, const std::vector<float>& y) {
@@ -81,89 +148,133 @@ bool allEqual(const std::vector<float>& x, const std::vector<float>& y) {
   return true;
 }
 
-/// Neighbour lists of one match, the match itself taken out.
-class NeighbourLists {
- public:
-  NeighbourLists(const std::vector<float>& x, const std::vector<float>& y,
-                 const std::vector<std::uint32_t>& members, int listed, bool drop_first)
-      : members_(members),
-        listed_(listed),
-        drop_first_(drop_first),
-        found_(static_cast<std::size_t>(listed) + 1),
-        index_(pick(x, members).data(), pick(y, members).data(), members.size(), listed + 1) {}
-
-  /// Writes exactly `listed` match numbers, nearest first. @pre more members than `listed`
-  void of(std::uint32_t match, float x, float y, std::uint32_t* out) {
-    const int found = index_.nearest(x, y, listed_ + 1, found_.data());
-    int written = 0;
-    for (int i = drop_first_ ? 1 : 0; i < found && written < listed_; ++i) {
-      const std::uint32_t neighbour = members_[found_[static_cast<std::size_t>(i)]];
-      if (drop_first_ || neighbour != match) out[written++] = neighbour;
-    }
+void findMotions(Workspace& work) {
+  work.motions.resize(work.size());
+  for (std::size_t i = 0; i < work.size(); ++i) {
+    const double x = static_cast<double>(work.right_x[i]) - work.left_x[i];
+    const double y = static_cast<double>(work.right_y[i]) - work.left_y[i];
+    work.motions[i] = {x, y, x * x + y * y};
   }
-
- private:
-  static std::vector<float> pick(const std::vector<float>& column, const std::vector<std::uint32_t>& rows) {
-    std::vector<float> picked;
-    picked.reserve(rows.size());
-    for (const std::uint32_t row : rows) picked.push_back(column[row]);
-    return picked;
-  }
-
-  const std::vector<std::uint32_t>& members_;
-  int listed_;
-  bool drop_first_;
-  std::vector<std::uint32_t> found_;
-  PlanarNeighbours index_;
-};
-
-/// 1 where two motions agree in direction and length, see the class documentation.
-double motionAgreement(const Distinct& matches, std::uint32_t i, std::uint32_t j) {
-  const double ix = static_cast<double>(matches.right_x[i]) - matches.left_x[i];
-  const double iy = static_cast<double>(matches.right_y[i]) - matches.left_y[i];
-  const double jx = static_cast<double>(matches.right_x[j]) - matches.left_x[j];
-  const double jy = static_cast<double>(matches.right_y[j]) - matches.left_y[j];
-  const double ii = ix * ix + iy * iy, jj = jx * jx + jy * jy;
-  if (ii == 0 || jj == 0) return ii == jj ? 1.0 : 0.0;
-  return (ix * jx + iy * jy) / std::sqrt(ii * jj) * std::min(ii, jj) / std::max(ii, jj);
 }
 
-/// One pass: the cost of every match against the neighbourhoods formed by `members`.
-std::vector<float> costs(const Distinct& matches, const std::vector<std::uint32_t>& members,
-                         const Layout& layout, const LpmOptions& options) {
-  NeighbourLists left(matches.left_x, matches.left_y, members, layout.listed, options.compat);
-  NeighbourLists right(matches.right_x, matches.right_y, members, layout.listed, options.compat);
-  std::vector<std::uint32_t> near_left(static_cast<std::size_t>(layout.listed)), near_right(near_left);
-  const bool count_only = options.cost == "count";
-  std::vector<float> result(matches.size());
-  for (std::uint32_t i = 0; i < matches.size(); ++i) {
-    left.of(i, matches.left_x[i], matches.left_y[i], near_left.data());
-    right.of(i, matches.right_x[i], matches.right_y[i], near_right.data());
+/// Whether two motions agree less than `tau` in direction and length, see the class documentation.
+bool disagree(const Motion& a, const Motion& b, double tau) {
+  const double dot = a.x * b.x + a.y * b.y;
+  const double shorter = std::min(a.squared, b.squared), longer = std::max(a.squared, b.squared);
+  // The square of the question needs neither division nor root; the answer is that of the question itself
+  // unless the two sides are as good as equal.
+  if (tau > 0 && dot > 0) {
+    const double agreement = dot * dot * shorter, needed = tau * tau * longer * longer * longer;
+    if (agreement > needed * 1.000001) return false;
+    if (agreement < needed * 0.999999) return true;
+  }
+  if (shorter == 0) return (longer == 0 ? 1.0 : 0.0) < tau;
+  return dot / std::sqrt(a.squared * b.squared) * shorter / longer < tau;
+}
+
+/// Moves every list so that its neighbours, the match itself taken out, stand at 1 .. listed.
+void takeOutSelf(std::vector<std::uint32_t>& lists, std::size_t count, std::size_t length) {
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint32_t* const list = lists.data() + i * length;
+    std::uint32_t* const end = std::find(list, list + length - 1, static_cast<std::uint32_t>(i));
+    std::move_backward(list, end, end + 1);
+  }
+}
+
+/// Neighbour lists of all matches in both images: lists of 1 + layout.listed, the first of which is not used.
+void findNeighbours(const std::vector<std::uint32_t>* members, const Layout& layout, bool compat,
+                    Workspace& work) {
+  const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
+  const std::size_t count = members != nullptr ? members->size() : n;
+  const std::uint32_t* const numbers = members != nullptr ? members->data() : nullptr;
+  constexpr std::size_t kBeyond = 8;  // numbers that the comparison may read behind the end
+  work.near_left.resize(n * length + kBeyond);
+  work.near_right.resize(n * length + kBeyond);
+  // Matches are numbered by x and cells along their first coordinate: exchanged, both run alike, which keeps
+  // what is used together in the processor's cache.
+  const int k = layout.listed + 1;
+  work.left.build(work.left_y.data(), work.left_x.data(), count, k, numbers);
+  work.left.nearestToAll(work.left_y.data(), work.left_x.data(), n, k, work.near_left.data());
+  work.right.build(work.right_y.data(), work.right_x.data(), count, k, numbers);
+  work.right.nearestToAll(work.right_y.data(), work.right_x.data(), n, k, work.near_right.data());
+  if (compat) return;  // the nearest is dropped whatever it is
+  takeOutSelf(work.near_left, n, length);
+  takeOutSelf(work.near_right, n, length);
+}
+
+/// Cost of one neighbourhood with so many common neighbours, so many of which disagree.
+double windowCost(int length, int common, int disagreeing, bool count_only) {
+  return count_only ? 2.0 * (length - common) : static_cast<double>(length - common + disagreeing) / length;
+}
+
+/// Costs from lists of at most 8 neighbours: common ones as bits, see NeighbourKernels.
+void costsOfShortLists(const Layout& layout, bool count_only, double tau, Workspace& work) {
+  const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
+  work.common.resize(n);
+  kernels().neighbours.common(work.near_left.data() + 1, work.near_right.data() + 1, length, layout.listed, n,
+                              work.common.data());
+  std::uint64_t windows[3] = {}, any = 0;
+  for (int w = 0; w < layout.count; ++w) {
+    const Window& window = layout.windows[w];
+    for (int a = window.begin; a < window.begin + window.length; ++a) {
+      for (int b = window.begin; b < window.begin + window.length; ++b) windows[w] |= 1ULL << (8 * a + b);
+    }
+    any |= windows[w];
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::uint64_t common = work.common[i] & any;
+    std::uint64_t disagreeing = 0;
+    for (std::uint64_t left = count_only ? 0 : common; left != 0; left &= left - 1) {
+      const auto bit = static_cast<unsigned>(__builtin_ctzll(left));
+      const std::uint32_t neighbour = work.near_left[i * length + 1 + bit / 8];
+      if (disagree(work.motions[i], work.motions[neighbour], tau)) disagreeing |= left & -left;
+    }
     double sum = 0;
-    for (const Window& window : layout.windows) {
-      const auto begin = near_right.begin() + window.begin, end = begin + window.length;
+    for (int w = 0; w < layout.count; ++w) {
+      sum += windowCost(layout.windows[w].length, __builtin_popcountll(common & windows[w]),
+                        __builtin_popcountll(disagreeing & windows[w]), count_only);
+    }
+    work.cost[i] = static_cast<float>(sum / layout.count);
+  }
+}
+
+/// Costs from lists of any length.
+void costsOfLongLists(const Layout& layout, bool count_only, double tau, Workspace& work) {
+  const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::uint32_t* const left = work.near_left.data() + i * length + 1;
+    const std::uint32_t* const right = work.near_right.data() + i * length + 1;
+    double sum = 0;
+    for (int w = 0; w < layout.count; ++w) {
+      const Window& window = layout.windows[w];
+      const std::uint32_t *const begin = right + window.begin, *const end = begin + window.length;
       int common = 0, disagreeing = 0;
       for (int a = window.begin; a < window.begin + window.length; ++a) {
-        const std::uint32_t neighbour = near_left[static_cast<std::size_t>(a)];
-        if (std::find(begin, end, neighbour) == end) continue;
+        if (std::find(begin, end, left[a]) == end) continue;
         ++common;
-        if (!count_only && motionAgreement(matches, i, neighbour) < options.tau) ++disagreeing;
+        if (!count_only && disagree(work.motions[i], work.motions[left[a]], tau)) ++disagreeing;
       }
-      sum += count_only ? 2.0 * (window.length - common)
-                        : static_cast<double>(window.length - common + disagreeing) / window.length;
+      sum += windowCost(window.length, common, disagreeing, count_only);
     }
-    result[i] = static_cast<float>(sum / static_cast<double>(layout.windows.size()));
+    work.cost[i] = static_cast<float>(sum / layout.count);
   }
-  return result;
 }
 
-std::vector<std::uint32_t> within(const std::vector<float>& cost, double lambda) {
+/// One pass: the cost of every match against the neighbourhoods formed by `members`, nullptr = all.
+void findCosts(const std::vector<std::uint32_t>* members, const Layout& layout, const LpmOptions& options,
+               Workspace& work) {
+  findNeighbours(members, layout, options.compat, work);
+  work.cost.resize(work.size());
+  const auto costs = layout.listed <= 8 ? costsOfShortLists : costsOfLongLists;
+  costs(layout, options.cost == "count", options.tau, work);
+}
+
+void acceptWithin(double lambda, Workspace& work) {
   // Costs are small fractions: the slack keeps 0.5 from failing a test against 0.5 for its last bit.
-  std::vector<std::uint32_t> rows;
-  for (std::size_t i = 0; i < cost.size(); ++i) {
-    if (cost[i] <= lambda + 1e-6) rows.push_back(static_cast<std::uint32_t>(i));
+  work.accepted.clear();
+  for (std::size_t i = 0; i < work.cost.size(); ++i) {
+    if (work.cost[i] <= lambda + 1e-6) work.accepted.push_back(static_cast<std::uint32_t>(i));
   }
-  return rows;
 }
 
 }  // namespace
@@ -206,36 +317,35 @@ Presets LpmSelector::presets() {
 }
 
 void LpmSelector::run(const Correspondences& matches, Selection& result) const {
-  const Distinct distinct = distinctMatches(matches, options_.merge_duplicates);
+  thread_local Workspace work;
+  findDistinct(matches, options_.merge_duplicates, work);
   const Layout layout = layoutOf(options_);
   const std::size_t needed = static_cast<std::size_t>(layout.listed) + 2;
-  if (distinct.size() < needed) {
+  if (work.size() < needed) {
     result.status = Status::kTooFew;
-    result.message =
-        std::to_string(distinct.size()) + " distinct matches, lpm needs " + std::to_string(needed);
+    result.message = std::to_string(work.size()) + " distinct matches, lpm needs " + std::to_string(needed);
     return;
   }
-  if (allEqual(distinct.left_x, distinct.left_y) || allEqual(distinct.right_x, distinct.right_y)) {
+  if (allEqual(work.left_x, work.left_y) || allEqual(work.right_x, work.right_y)) {
     result.status = Status::kDegenerate;
     result.message = "all points of one image are equal: neighbourhoods have no meaning";
     return;
   }
-  std::vector<std::uint32_t> members(distinct.size());
-  std::iota(members.begin(), members.end(), 0U);
-  std::vector<float> cost = costs(distinct, members, layout, options_);
-  std::vector<std::uint32_t> accepted = within(cost, options_.lambda_first);
+  if (options_.cost != "count") findMotions(work);
+  findCosts(nullptr, layout, options_, work);
+  acceptWithin(options_.lambda_first, work);
   result.iterations = 1;
-  if (accepted.size() >= needed) {
-    cost = costs(distinct, accepted, layout, options_);
-    accepted = within(cost, options_.lambda_second);
+  if (work.accepted.size() >= needed) {
+    findCosts(&work.accepted, layout, options_, work);
+    acceptWithin(options_.lambda_second, work);
     result.iterations = 2;
   }
-  std::vector<std::uint8_t> mask(distinct.size(), 0);
-  for (const std::uint32_t row : accepted) mask[row] = 1;
+  work.mask.assign(work.size(), 0);
+  for (const std::uint32_t row : work.accepted) work.mask[row] = 1;
   result.score.resize(matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    result.mask[i] = mask[distinct.of_input[i]];
-    result.score[i] = -cost[distinct.of_input[i]];
+    result.mask[i] = work.mask[work.of_input[i]];
+    result.score[i] = -work.cost[work.of_input[i]];
   }
 }
 

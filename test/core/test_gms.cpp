@@ -3,6 +3,7 @@
 #include <fstream>
 #include <map>
 
+#include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/gms.h"
 #include "corrsel/text.h"
 #include "test_support.h"
@@ -129,6 +130,51 @@ TEST(Gms, TakesTheVariantThatSelectsMost) {
     EXPECT_EQ(s.mask, best);
     EXPECT_EQ(s.iterations, 4 * 8 * 5);
   }
+}
+
+TEST(Gms, EveryKernelLevelSelectsTheSame) {
+  const KernelLevel before = kernelLevel();
+  for (const std::size_t n : {1, 17, 333, 5000}) {
+    Correspondences m = clumps(n, n);
+    m.left_x[0] = -2;  // outside
+    for (const char* spec : {"gms", "gms:scale", "gms:rotation", "gms:rotation_scale"}) {
+      setKernelLevel(KernelLevel::kBaseline);
+      const auto selector = createSelector(spec);
+      const Selection expected = selector->select(m);
+      for (const KernelLevel level : supportedKernelLevels()) {
+        setKernelLevel(level);
+        const Selection s = selector->select(m);
+        EXPECT_EQ(s.mask, expected.mask) << toString(level) << " " << spec << " " << n;
+        EXPECT_EQ(s.message, expected.message) << toString(level) << " " << spec << " " << n;
+      }
+    }
+  }
+  setKernelLevel(before);
+}
+
+TEST(Gms, PointsOnTheSidesOfCellsBelongToTheNextOne) {
+  const KernelLevel before = kernelLevel();
+  // Sides at whole pixels (600 / 20 = 30), and at fractions that no float holds (100 / 14): the first float
+  // that is not below the side, and the last that is.
+  for (const auto& [size, grid] : {std::pair<int, int>{600, 20}, {100, 14}, {640, 7}}) {
+    for (int cell = 1; cell < grid; ++cell) {
+      const float side = float(double(size) * cell / grid);
+      const bool exact = double(side) * grid >= double(size) * cell;
+      const float first = exact ? side : std::nextafter(side, float(size)),
+                  below = std::nextafter(first, 0.0f);
+      const double cells_per_px = grid * (1 + std::ldexp(1.0, -40)) / size;
+      const ImageGrid image{cells_per_px, cells_per_px, float(size), float(size), grid, 0xFFFF};
+      const float x[] = {below, first}, y[] = {0, 0};
+      for (const KernelLevel level : supportedKernelLevels()) {
+        setKernelLevel(level);
+        std::uint16_t cells[2];
+        kernels().gms.cells(x, y, 2, image, cells);
+        EXPECT_EQ(cells[0], cell - 1) << size << " " << grid;
+        EXPECT_EQ(cells[1], cell) << size << " " << grid;
+      }
+    }
+  }
+  setKernelLevel(before);
 }
 
 /// Matches of a square image with the same image turned and scaled about its centre.

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/neighbours.h"
 #include "test_support.h"
 
@@ -16,10 +17,51 @@ Indices byBruteForce(const Points& points, const cv::Point2f& query, int k) {
     const double dx = double(points[i].x) - query.x, dy = double(points[i].y) - query.y;
     all.emplace_back(dx * dx + dy * dy, i);
   }
-  std::sort(all.begin(), all.end());
+  std::partial_sort(all.begin(), all.begin() + std::min<std::ptrdiff_t>(k, std::ptrdiff_t(all.size())),
+                    all.end());
   Indices nearest;
   for (std::size_t i = 0; i < all.size() && i < std::size_t(k); ++i) nearest.push_back(all[i].second);
   return nearest;
+}
+
+/// Asks for the neighbours of all at once, at every kernel level, with two thirds of the points as members.
+void expectExactForAll(const Points& points, int k) {
+  std::vector<float> x, y;
+  Indices members;
+  Points chosen;
+  for (const cv::Point2f& p : points) {
+    if (x.size() % 3 != 1) {
+      members.push_back(std::uint32_t(x.size()));
+      chosen.push_back(p);
+    }
+    x.push_back(p.x);
+    y.push_back(p.y);
+  }
+  const KernelLevel before = kernelLevel();
+  for (const bool all : {true, false}) {
+    const std::size_t count = all ? points.size() : members.size();
+    if (count < std::size_t(k)) continue;
+    std::vector<Indices> expected;
+    for (const cv::Point2f& p : points) {
+      expected.push_back(byBruteForce(all ? points : chosen, p, k));
+      if (!all) expected.back() = testing::reordered(members, expected.back());
+    }
+    for (const KernelLevel level : supportedKernelLevels()) {
+      setKernelLevel(level);
+      PlanarNeighbours neighbours(x.data(), y.data(), 1, k);  // forgotten
+      neighbours.build(x.data(), y.data(), count, k, all ? nullptr : members.data());
+      Indices found(points.size() * std::size_t(k) + 1, 4711);
+      neighbours.nearestToAll(x.data(), y.data(), points.size(), k, found.data());
+      ASSERT_EQ(found.back(), 4711u) << "written beyond the end";
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto row = found.begin() + std::ptrdiff_t(i) * k;
+        ASSERT_EQ(Indices(row, row + k), expected[i])
+            << toString(level) << ", " << points.size() << " points, k " << k << ", all " << all << ", at "
+            << i;
+      }
+    }
+  }
+  setKernelLevel(before);
 }
 
 /// Asks for the neighbours of every point and of `queries`, which must be those found by brute force.
@@ -39,6 +81,7 @@ void expectExact(const Points& points, int k, Points queries = {}) {
     ASSERT_EQ(found, byBruteForce(points, query, k))
         << points.size() << " points, k " << k << ", at " << query;
   }
+  expectExactForAll(points, k);
 }
 
 Points scattered(std::size_t n, std::uint64_t seed, double width = 800, double height = 600) {
@@ -118,6 +161,23 @@ TEST(Neighbours, Clusters) {
   for (const cv::Point2f& p : scattered(200, 10, 0.01, 0.01)) points.push_back(p + cv::Point2f(900, 0));
   for (const cv::Point2f& p : scattered(30, 11, 900, 900)) points.push_back(p);
   expectExact(points, 7, scattered(50, 12, 1000, 1000));
+}
+
+TEST(Neighbours, DistancesThatSinglePrecisionConfuses) {
+  // Far from the origin of the grid and close together; and so close that squares vanish.
+  Points far = scattered(300, 13, 1e-2, 1e-2), tiny = scattered(300, 14, 1e-21, 1e-21);
+  for (cv::Point2f& p : far) p += cv::Point2f(500, 300);
+  for (const int k : {5, 9, 12}) {
+    expectExact(far, k);
+    expectExact(tiny, k);
+  }
+}
+
+TEST(Neighbours, MorePointsInABlockThanKeysCanTell) {
+  // Nearly all in one cell: the outliers at both ends decide the size of the cells.
+  Points points = scattered(2300, 15, 1, 1);
+  for (const cv::Point2f& p : scattered(300, 16, 4000, 4000)) points.push_back(p);
+  expectExact(points, 5);
 }
 
 }  // namespace

@@ -6,31 +6,46 @@
 
 namespace corrsel::core {
 
+struct PointGrid;
+
 /// Exact k nearest neighbours among points in the plane, by a uniform grid whose outer cells are open-ended,
-/// so that a few far points do not spoil the cell size. Neighbours are ordered by (distance, index): the
-/// result is unique.
+/// so that a few far points do not spoil the cell size. Neighbours are ordered by (distance, number), the
+/// distance being that of double precision: the result is unique.
 class PlanarNeighbours {
  public:
-  /// @param x, y   `count` finite coordinates, copied
-  /// @param max_k  largest k that nearest() will be asked for, at most 64. O(count log count).
+  PlanarNeighbours() = default;
+
+  /// Like build().
   PlanarNeighbours(const float* x, const float* y, std::size_t count, int max_k);
 
-  /// Writes the min(k, count) nearest indices to `out`, nearest first; a query that is itself in the set
-  /// finds itself. About O(k) for evenly spread points. @return number written. Re-entrant.
+  /// Replaces the points; memory is kept.
+  /// @param x, y     `count` finite coordinates, copied; a point's number is its position
+  /// @param max_k    largest k that will be asked for, at most 64
+  /// @param members  ascending numbers of the points to take; nullptr = all. `count` is theirs then
+  /// O(count) for evenly spread points, O(count log count) for crowded ones.
+  void build(const float* x, const float* y, std::size_t count, int max_k,
+             const std::uint32_t* members = nullptr);
+
+  /// Writes the min(k, count) nearest numbers to `out`, nearest first; a query that is itself in the set
+  /// finds itself. About O(k) for evenly spread points. @return how many were written. Re-entrant.
   int nearest(float x, float y, int k, std::uint32_t* out) const;
 
- private:
-  struct Point {
-    float x, y;
-    std::uint32_t index;
-  };
-  int cellX(float x) const;
-  int cellY(float y) const;
+  /// Writes the k nearest numbers of every position of the columns to out[position * k ..]: nearest() for
+  /// all, several times as fast because near queries are answered together.
+  /// @param x, y  the columns given to build(), `count` positions, members or not
+  /// @pre k <= max_k, and at least k points
+  void nearestToAll(const float* x, const float* y, std::size_t count, int k, std::uint32_t* out) const;
 
-  float origin_x_ = 0, origin_y_ = 0, inverse_cell_ = 1;
+ private:
+  PointGrid grid() const;
+  void layOut(const float* x, const float* y, std::size_t count);
+  void dropCrowds();
+
+  float origin_x_ = 0, origin_y_ = 0, cells_per_px_ = 1;
   double cell_ = 1;
-  int columns_ = 1, rows_ = 1, max_k_;
-  std::vector<Point> points_;         // sorted by cell
+  int columns_ = 1, rows_ = 1, max_k_ = 0;
+  std::vector<float> x_, y_;  // sorted by cell
+  std::vector<std::uint32_t> number_;
   std::vector<std::uint32_t> start_;  // first point of every cell, and the end
 };
 

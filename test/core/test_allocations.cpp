@@ -1,0 +1,80 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "test_support.h"
+
+namespace {
+
+std::atomic<bool> counting{false};
+std::atomic<int> allocations{0};
+
+void* counted(std::size_t size, std::size_t alignment) {
+  if (counting) ++allocations;
+  // The size of aligned memory must be a multiple of the alignment.
+  void* const memory = alignment > 0
+                           ? std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)
+                           : std::malloc(size > 0 ? size : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size, 0); }
+void* operator new[](std::size_t size) { return counted(size, 0); }
+void* operator new(std::size_t size, std::align_val_t a) { return counted(size, std::size_t(a)); }
+void* operator new[](std::size_t size, std::align_val_t a) { return counted(size, std::size_t(a)); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace corrsel::core {
+namespace {
+
+using namespace testing;
+
+/// Heap allocations of one selection.
+int allocationsOf(const Selector& selector, const Correspondences& matches) {
+  allocations = 0;
+  counting = true;
+  const Selection selection = selector.select(matches);
+  counting = false;
+  EXPECT_EQ(selection.status, Status::kOk) << selection.message;
+  EXPECT_GT(selection.n_selected, 0u);
+  return allocations;
+}
+
+/// Selectors "name" or "name:preset" that keep their memory between calls.
+class Allocations : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Allocations, AreFewAfterTheFirstCallOfASize) {
+  const auto selector = createSelector(GetParam());
+  for (const std::size_t n : {1000, 5000}) {
+    const Correspondences matches = homographyScene({n, 0.5, 1.0, 1}).matches;
+    selector->select(matches);
+    const int again = allocationsOf(*selector, matches);
+    EXPECT_LE(again, 8) << n << " matches";
+    EXPECT_GE(again, 1) << "the mask at least: nothing is counted";
+  }
+  // Smaller inputs find the memory there.
+  EXPECT_LE(allocationsOf(*selector, homographyScene({2000, 0.5, 1.0, 2}).matches), 8);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Allocations,
+                         ::testing::Values("nnsr", "gms", "gms:rotation_scale", "lpm", "lpm:v1", "lpm:v2"),
+                         [](const ::testing::TestParamInfo<std::string>& info) {
+                           std::string name = info.param;
+                           std::replace(name.begin(), name.end(), ':', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace corrsel::core
