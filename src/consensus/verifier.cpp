@@ -23,8 +23,8 @@ Verifier::Verifier(const NormalizedMatches& matches, Residual residual, double t
 ModelScore Verifier::score(const cv::Matx33d& model, std::int64_t limit) const {
   ScoreRule rule = rule_;
   rule.limit = limit;
-  return kernels().score[static_cast<std::size_t>(residual_)](residualModel(residual_, model),
-                                                              matches_.columns(), rule);
+  return kernels().residuals.score[static_cast<std::size_t>(residual_)](residualModel(residual_, model),
+                                                                        matches_.columns(), rule);
 }
 
 ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sprt& sprt) {
@@ -32,7 +32,7 @@ ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sp
   rule.limit = limit;
   rule.start = start_;
   sprt.apply(rule);
-  const ModelScore result = kernels().score[static_cast<std::size_t>(residual_)](
+  const ModelScore result = kernels().residuals.score[static_cast<std::size_t>(residual_)](
       residualModel(residual_, model), matches_.columns(), rule);
   start_ += (result.seen + ScoreRule::kBlock - 1) / ScoreRule::kBlock * ScoreRule::kBlock;
   if (start_ >= matches_.size()) start_ = 0;

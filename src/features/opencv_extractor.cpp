@@ -1,6 +1,7 @@
 #include "corrsel/features/opencv_extractor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -51,6 +52,20 @@ void sortStrongestFirst(Features& features) {
   features.descriptors = sorted.descriptors;
 }
 
+/// Similarity frames from scale and angle; none where the detector gives no angle.
+std::vector<AffineFrame> framesOf(const std::vector<cv::KeyPoint>& keypoints) {
+  std::vector<AffineFrame> frames;
+  frames.reserve(keypoints.size());
+  for (const cv::KeyPoint& keypoint : keypoints) {
+    if (keypoint.angle < 0) return {};
+    const double angle = keypoint.angle * CV_PI / 180, radius = keypoint.size / 2.0;
+    const auto c = static_cast<float>(radius * std::cos(angle));
+    const auto s = static_cast<float>(radius * std::sin(angle));
+    frames.push_back({c, -s, keypoint.pt.x, s, c, keypoint.pt.y});
+  }
+  return frames;
+}
+
 }  // namespace
 
 OpenCvExtractor::OpenCvExtractor(std::string name, Create create, int max_features, int border)
@@ -72,6 +87,7 @@ Features OpenCvExtractor::extract(const cv::Mat& image) const {
   if (!features.keypoints.empty()) {
     algorithm->compute(grey, features.keypoints, features.descriptors);
     sortStrongestFirst(features);
+    features.frames = framesOf(features.keypoints);
   }
   features.describe_seconds = watch.seconds();
   return features;

@@ -232,8 +232,8 @@ bool refineFundamental(const NormalizedMatches& matches, float squared_threshold
   using Matrix9 = Eigen::Matrix<double, 9, 9>;
   constexpr auto kResidual = Residual::kSampson;
   double sums[kFundamentalSums];
-  kernels().normal[static_cast<std::size_t>(kResidual)](residualModel(kResidual, f), matches.columns(),
-                                                        squared_threshold, sums);
+  kernels().residuals.normal[static_cast<std::size_t>(kResidual)](residualModel(kResidual, f),
+                                                                  matches.columns(), squared_threshold, sums);
   Matrix9 normal;
   const double* block = sums;
   for (int i = 0; i < 3; ++i) {

@@ -95,8 +95,8 @@ bool refineHomography(const NormalizedMatches& matches, Residual residual, float
   using Matrix9 = Eigen::Matrix<double, 9, 9>;
   using Vector9 = Eigen::Matrix<double, 9, 1>;
   double sums[kHomographySums];
-  kernels().normal[static_cast<std::size_t>(residual)](residualModel(residual, h), matches.columns(),
-                                                       squared_threshold, sums);
+  kernels().residuals.normal[static_cast<std::size_t>(residual)](residualModel(residual, h),
+                                                                 matches.columns(), squared_threshold, sums);
   // The derivative of (u, v) by the rows of H: (p, 0, -u p) and (0, p, -v p).
   Matrix9 normal = Matrix9::Zero();
   Vector9 gradient;

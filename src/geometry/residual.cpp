@@ -31,8 +31,8 @@ ResidualModel residualModel(Residual residual, const cv::Matx33d& model) {
 
 void modelErrors(Residual residual, const cv::Matx33d& model, const NormalizedMatches& matches,
                  std::size_t begin, std::size_t end, float* out) {
-  kernels().errors[static_cast<std::size_t>(residual)](residualModel(residual, model), matches.columns(),
-                                                       begin, end, out);
+  kernels().residuals.errors[static_cast<std::size_t>(residual)](residualModel(residual, model),
+                                                                 matches.columns(), begin, end, out);
 }
 
 void pixelErrors(Residual residual, const cv::Matx33d& model, const Correspondences& m, double* out) {

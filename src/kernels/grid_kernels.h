@@ -164,23 +164,6 @@ inline KeyV larger(KeyV a, KeyV b) {
 #endif
 }
 
-/// Whether a lane of a mask is set.
-inline bool anyTrue(IntV mask) {
-#if defined(__AVX512F__)
-  return _mm512_movepi32_mask((__m512i)mask) != 0;
-#elif defined(__AVX2__)
-  return _mm256_movemask_ps((__m256)mask) != 0;
-#elif defined(__SSE2__)
-  return _mm_movemask_ps((__m128)mask) != 0;
-#elif defined(__ARM_NEON) && defined(__aarch64__)
-  return vmaxvq_u32((uint32x4_t)mask) != 0;
-#else
-  std::int32_t any = 0;
-  for (int k = 0; k < kWidth; ++k) any |= mask[k];
-  return any != 0;
-#endif
-}
-
 /// Larger than any distance between coordinates of at most 1e6 px.
 constexpr float kNoNeighbour = 1e30F;
 /// Keys below this have no relative precision worth the name.

@@ -55,7 +55,8 @@ inline FloatV maximum(FloatV a, FloatV b) { return a > b ? a : b; }
 /// Exactly rounded square roots.
 inline FloatV squareRoot(FloatV v) {
 #if defined(__AVX512F__)
-  return (FloatV)_mm512_sqrt_ps((__m512)v);
+  // Masked, because GCC 12 takes the plain form's undefined source for a mistake.
+  return (FloatV)_mm512_maskz_sqrt_ps(static_cast<__mmask16>(-1), (__m512)v);
 #elif defined(__AVX2__)
   return (FloatV)_mm256_sqrt_ps((__m256)v);
 #elif defined(__SSE2__)

@@ -6,6 +6,7 @@
 #include "field_kernels.h"
 #include "grid_kernels.h"
 #include "normal_kernels.h"
+#include "pair_kernels.h"
 #include "residual_kernels.h"
 
 namespace corrsel::core {
@@ -15,16 +16,17 @@ extern const Kernels kBaselineKernels, kAvx2Kernels, kAvx512Kernels;
 namespace {
 
 constexpr Kernels kTable = {
-    {errorsKernel<Transfer>, errorsKernel<SymmetricTransfer>, errorsKernel<Sampson>},
-    {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>},
-    {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
-     normalKernel<Sampson, SampsonTerms>},
-    factorKernel,
-    gramKernel,
-    fieldResidualsKernel,
-    posteriorsKernel,
+    {{errorsKernel<Transfer>, errorsKernel<SymmetricTransfer>, errorsKernel<Sampson>},
+     {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>},
+     {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
+      normalKernel<Sampson, SampsonTerms>}},
+    {factorKernel, gramKernel, fieldResidualsKernel, posteriorsKernel},
     {imageCellsKernel, countPairsKernel, verifyKernel<1>, verifyKernel<8>, voteKernel, countVotesKernel},
     {pointCellsKernel, anyNearestKernel, commonKernel},
+    {{pairBlockKernel<RatioOfDistances>, pairBlockKernel<DifferenceOfDistances>, pairBlockKernel<Payoff>},
+     {pairConflictsKernel<RatioOfDistances>, pairConflictsKernel<DifferenceOfDistances>},
+     pairRowKernel<Payoff>,
+     pairProductKernel},
 };
 
 }  // namespace

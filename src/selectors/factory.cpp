@@ -3,10 +3,12 @@
 #include <stdexcept>
 
 #include "corrsel/selectors/gms.h"
+#include "corrsel/selectors/gtm.h"
 #include "corrsel/selectors/keep_all.h"
 #include "corrsel/selectors/lpm.h"
 #include "corrsel/selectors/nnsr.h"
 #include "corrsel/selectors/ransac.h"
+#include "corrsel/selectors/st.h"
 #include "corrsel/selectors/usac.h"
 #include "corrsel/selectors/vfc.h"
 #include "corrsel/text.h"
@@ -43,6 +45,8 @@ const std::vector<Entry>& entries() {
   static const std::vector<Entry> table = {
       entry<NnsrSelector, NnsrOptions>("nnsr"),
       entry<RansacSelector, RansacOptions>("ransac"),
+      entry<StSelector, StOptions>("st"),
+      entry<GtmSelector, GtmOptions>("gtm"),
       entry<UsacSelector, UsacOptions>("usac"),
       entry<VfcSelector, VfcOptions>("vfc"),
       entry<GmsSelector, GmsOptions>("gms"),

@@ -204,7 +204,7 @@ class Field {
     work_.lanes.resize(std::max(work_.lanes.size(), m * m * kFieldGroup));
     work_.gram.resize(m * m);
     work_.solution.resize(2 * rank_);
-    kernels().field_gram(factor, work_.posterior.data(), work_.lanes.data(), work_.gram.data());
+    kernels().field.gram(factor, work_.posterior.data(), work_.lanes.data(), work_.gram.data());
     for (std::size_t j = 0; j < rank_; ++j) {
       work_.gram[(j + 2) * m + j + 2] += ridge;
       work_.solution[2 * j] = work_.gram[j + 2];
@@ -219,7 +219,7 @@ class Field {
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>> cholesky(gram);
     cholesky.solveInPlace(solution);
     norm_ = solution.squaredNorm();
-    return kernels().field_residuals(factor, work_.solution.data(), work_.posterior.data(),
+    return kernels().field.residuals(factor, work_.solution.data(), work_.posterior.data(),
                                      work_.squared.data());
   }
 
@@ -288,7 +288,7 @@ class Field {
              Numbers& columns, Numbers& rest) {
     const std::size_t begin = (rank + 2) * columnStride(n), end = begin + pivots.count * columnStride(n);
     if (columns.size() < end) columns.resize(end * 3 / 2);
-    return kernels().field_factor(x.data(), y.data(), beta_, pivots, factorOf(columns, n, rank),
+    return kernels().field.factor(x.data(), y.data(), beta_, pivots, factorOf(columns, n, rank),
                                   columns.data() + begin, rest.data());
   }
 
@@ -311,7 +311,7 @@ int estimate(std::size_t n, const VfcOptions& options, double variance, Workspac
                                   2 * kPi * variance * (1 - ratio) / (ratio * options.outlier_area),
                                   kLeastPosterior, options.threshold};
     const FieldPosteriorSums sums =
-        kernels().field_posteriors(rule, work.squared.data(), n, work.posterior.data());
+        kernels().field.posteriors(rule, work.squared.data(), n, work.posterior.data());
     const double before =
         std::exchange(energy, sums.weighted / (2 * variance) + sums.sum * std::log(variance) +
                                   options.lambda / 2 * field.norm());

@@ -70,6 +70,20 @@ TEST_P(EveryExtractor, DescribesEveryKeypoint) {
   }
 }
 
+TEST_P(EveryExtractor, FramesAreScaleAndAngle) {
+  const Features f = createExtractor(GetParam())->extract(picture());
+  ASSERT_EQ(f.frames.size(), f.keypoints.size());
+  for (std::size_t i = 0; i < f.frames.size(); ++i) {
+    const cv::KeyPoint& k = f.keypoints[i];
+    const AffineFrame& a = f.frames[i];
+    ASSERT_TRUE(a[2] == k.pt.x && a[5] == k.pt.y);
+    ASSERT_NEAR(std::hypot(a[0], a[3]), k.size / 2, 1e-3);
+    ASSERT_TRUE(a[0] == a[4] && a[1] == -a[3]);
+    const double difference = std::atan2(a[3], a[0]) * 180 / CV_PI - k.angle;
+    ASSERT_NEAR(std::remainder(difference, 360), 0, 1e-2);
+  }
+}
+
 TEST_P(EveryExtractor, DescriptorsBelongToTheirKeypoints) {
   // Of a picture and the same picture moved by 8 px, equal descriptors must be 8 px apart.
   const cv::Mat image = picture(1, {408, 300});

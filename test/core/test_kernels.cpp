@@ -58,7 +58,7 @@ TEST_F(Kernels, ErrorsAndScoresAreTheSameAtEveryLevel) {
       const MatchColumns m = columns(scene.matches, n);
       setKernelLevel(KernelLevel::kBaseline);
       std::vector<float> expected(n);
-      kernels().errors[number](model, m, 0, n, expected.data());
+      kernels().residuals.errors[number](model, m, 0, n, expected.data());
       for (const bool msac : {true, false}) {
         for (const bool sprt : {true, false}) {
           for (const double share : {2.0, 0.6, 0.2}) {
@@ -71,13 +71,13 @@ TEST_F(Kernels, ErrorsAndScoresAreTheSameAtEveryLevel) {
               rule.log_decision = std::log(10.0);
             }
             setKernelLevel(KernelLevel::kBaseline);
-            const ModelScore wanted = kernels().score[number](model, m, rule);
+            const ModelScore wanted = kernels().residuals.score[number](model, m, rule);
             for (const KernelLevel level : supportedKernelLevels()) {
               setKernelLevel(level);
               std::vector<float> errors(n);
-              kernels().errors[number](model, m, 0, n, errors.data());
+              kernels().residuals.errors[number](model, m, 0, n, errors.data());
               ASSERT_EQ(errors, expected) << toString(level);
-              const ModelScore score = kernels().score[number](model, m, rule);
+              const ModelScore score = kernels().residuals.score[number](model, m, rule);
               ASSERT_EQ(score.cost, wanted.cost) << toString(level);
               ASSERT_EQ(score.inliers, wanted.inliers) << toString(level);
               ASSERT_EQ(score.seen, wanted.seen) << toString(level);
@@ -99,7 +99,7 @@ TEST_F(Kernels, ScoreAddsUpTheErrors) {
     const ResidualModel model = modelOf(residual, plane, space);
     const MatchColumns m = columns(scene.matches, 777);
     std::vector<float> errors(777);
-    kernels().errors[number](model, m, 0, 777, errors.data());
+    kernels().residuals.errors[number](model, m, 0, 777, errors.data());
     std::size_t inliers = 0;
     double cost = 0;
     for (const float error : errors) {
@@ -107,13 +107,13 @@ TEST_F(Kernels, ScoreAddsUpTheErrors) {
       cost += error <= 4.0F ? error / 4.0 : 1.0;
     }
     ScoreRule rule{4.0F, ScoreRule::kOutlierCost / 4.0F, std::numeric_limits<std::int64_t>::max()};
-    const ModelScore msac = kernels().score[number](model, m, rule);
+    const ModelScore msac = kernels().residuals.score[number](model, m, rule);
     EXPECT_EQ(msac.inliers, inliers);
     EXPECT_EQ(msac.seen, 777u);
     EXPECT_NEAR(double(msac.cost) / ScoreRule::kOutlierCost, cost, 0.02);
     EXPECT_GT(inliers, 50u);
     rule.cost_per_error = 0;
-    EXPECT_EQ(kernels().score[number](model, m, rule).cost,
+    EXPECT_EQ(kernels().residuals.score[number](model, m, rule).cost,
               std::int64_t(777 - inliers) * ScoreRule::kOutlierCost);
   }
 }
@@ -126,12 +126,12 @@ TEST_F(Kernels, SprtRejectsAWrongModelEarlyAndKeepsARightOne) {
   rule.log_consistent = std::log(0.01 / 0.4);
   rule.log_inconsistent = std::log(0.99 / 0.6);
   rule.log_decision = std::log(20.0);
-  const ModelScore right = kernels().score[0](model, columns(mixed, 2000), rule);
+  const ModelScore right = kernels().residuals.score[0](model, columns(mixed, 2000), rule);
   EXPECT_FALSE(right.rejected);
   EXPECT_EQ(right.seen, 2000u);
   EXPECT_GE(right.inliers, 990u);
   model.forward[2] += 100;
-  const ModelScore wrong = kernels().score[0](model, columns(mixed, 2000), rule);
+  const ModelScore wrong = kernels().residuals.score[0](model, columns(mixed, 2000), rule);
   EXPECT_TRUE(wrong.rejected_by_sprt);
   EXPECT_LE(wrong.seen, 64u);
 }
@@ -141,7 +141,7 @@ TEST_F(Kernels, PointsBehindTheCameraHaveNoError) {
   const MatchColumns m = {x, y, x, y, 1};
   const ResidualModel model = {{1, 0, 0, 0, 1, 0, -1, 0, 0.5}, {}};
   float error = 0;
-  kernels().errors[0](model, m, 0, 1, &error);
+  kernels().residuals.errors[0](model, m, 0, 1, &error);
   EXPECT_TRUE(std::isinf(error));
 }
 

@@ -26,11 +26,13 @@ OptionMap optionsOf(const Selector& selector) {
 }
 
 TEST(SelectorFactory, KnowsNamesAndPresets) {
-  EXPECT_EQ(selectorNames(),
-            (std::vector<std::string>{"nnsr", "ransac", "usac", "vfc", "gms", "lpm", "keep_all"}));
+  EXPECT_EQ(selectorNames(), (std::vector<std::string>{"nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms",
+                                                       "lpm", "keep_all"}));
   EXPECT_EQ(selectorPresets("gms"), (std::vector<std::string>{"rotation", "scale", "rotation_scale"}));
   EXPECT_EQ(selectorPresets("lpm"), (std::vector<std::string>{"paper", "v1", "v2"}));
   EXPECT_EQ(selectorPresets("ransac"), (std::vector<std::string>{"h", "f", "count", "msac", "lo", "prosac"}));
+  EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert"}));
+  EXPECT_EQ(selectorPresets("gtm"), (std::vector<std::string>{"paper", "equilibrium"}));
   EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform"}));
   EXPECT_EQ(selectorPresets("vfc"), (std::vector<std::string>{"sparse"}));
   EXPECT_TRUE(selectorPresets("nnsr").empty());
@@ -43,7 +45,7 @@ TEST(SelectorFactory, KnowsNamesAndPresets) {
 }
 
 TEST(SelectorFactory, ListsWhatIsValid) {
-  const std::string names = "; valid: nnsr, ransac, usac, vfc, gms, lpm, keep_all";
+  const std::string names = "; valid: nnsr, ransac, st, gtm, usac, vfc, gms, lpm, keep_all";
   EXPECT_EQ(refusal("ransack"), "unknown selector 'ransack'" + names);
   EXPECT_EQ(refusal(""), "unknown selector ''" + names);
   EXPECT_EQ(refusal("GMS:scale"), "unknown selector 'GMS'" + names);
@@ -64,6 +66,8 @@ TEST(SelectorFactory, NamesValuesOutOfRange) {
             "ransac: option model = 'affine' is not one of homography, fundamental");
   EXPECT_EQ(refusal("ransac", {}, {{"seed", "-1"}}), "ransac: option seed = -1 is outside [0, 2147483647]");
   EXPECT_EQ(refusal("lpm", {{"k", "33"}}), "lpm: option k = 33 is outside [1, 32]");
+  EXPECT_EQ(refusal("st", {{"threshold", "1.5"}}), "st: option threshold = 1.5 is outside [-1, 1]");
+  EXPECT_EQ(refusal("gtm", {{"steps", "0"}}), "gtm: option steps = 0 is outside [1, 100000]");
   EXPECT_EQ(refusal("lpm:v2", {{"k", "2"}}),
             "lpm: option k = 2 is too small for cost = multiscale: at least 3");
   EXPECT_EQ(refusal("nnsr", {{"bins", "many"}}), "option nnsr.bins: 'many' is not a number");
@@ -73,11 +77,16 @@ TEST(SelectorFactory, NamesValuesOutOfRange) {
 TEST(SelectorFactory, PresetsSetTheirOptions) {
   EXPECT_EQ(optionsOf(*createSelector("lpm:paper")), optionsOf(*createSelector("lpm")));
   EXPECT_EQ(optionsOf(*createSelector("ransac:h")), optionsOf(*createSelector("ransac")));
+  EXPECT_EQ(optionsOf(*createSelector("gtm:paper")), optionsOf(*createSelector("gtm")));
   const struct {
     const char* spec;
     const char* name;
     OptionMap different;
   } cases[] = {
+      {"st:leordeanu_hebert",
+       "st",
+       {{"affinity", "difference"}, {"threshold", "-1"}, {"one_to_one", "true"}}},
+      {"gtm:equilibrium", "gtm", {{"dynamics", "equilibrium"}, {"lambda", "2e-05"}}},
       {"lpm:v1", "lpm", {{"lambda_second", "4"}}},
       {"lpm:v2",
        "lpm",
@@ -102,6 +111,9 @@ TEST(SelectorFactory, PresetsSetTheirOptions) {
 TEST(SelectorFactory, DefaultsAreThoseOfThePaper) {
   const OptionMap gms = optionsOf(*createSelector("gms")), lpm = optionsOf(*createSelector("lpm"));
   const OptionMap ransac = optionsOf(*createSelector("ransac")), nnsr = optionsOf(*createSelector("nnsr"));
+  const OptionMap st = optionsOf(*createSelector("st")), gtm = optionsOf(*createSelector("gtm"));
+  EXPECT_EQ(st.at("affinity") + st.at("threshold"), "ratio0.3");
+  EXPECT_EQ(gtm.at("dynamics") + gtm.at("steps") + gtm.at("lambda"), "replicator1000.0001");
   EXPECT_EQ(gms.at("alpha"), "4");
   EXPECT_EQ(gms.at("grid"), "20");
   EXPECT_EQ(gms.at("rotation") + gms.at("scale"), "falsefalse");
@@ -130,9 +142,24 @@ TEST(SelectorFactory, OptionsWinOverPresetAndPresetOverCommonValues) {
 }
 
 /// Selectors under test, "name" or "name:preset".
-const std::vector<std::string> kSpecs = {
-    "nnsr", "ransac:h",   "ransac:f", "ransac:lo",          "ransac:prosac", "usac:h", "usac:f",
-    "vfc",  "vfc:sparse", "gms",      "gms:rotation_scale", "lpm",           "lpm:v2", "keep_all"};
+const std::vector<std::string> kSpecs = {"nnsr",
+                                         "ransac:h",
+                                         "ransac:f",
+                                         "ransac:lo",
+                                         "ransac:prosac",
+                                         "usac:h",
+                                         "usac:f",
+                                         "st",
+                                         "st:leordeanu_hebert",
+                                         "gtm",
+                                         "gtm:equilibrium",
+                                         "vfc",
+                                         "vfc:sparse",
+                                         "gms",
+                                         "gms:rotation_scale",
+                                         "lpm",
+                                         "lpm:v2",
+                                         "keep_all"};
 
 /// What must hold for every selector.
 class EverySelector : public ::testing::TestWithParam<std::string> {
@@ -149,7 +176,9 @@ class EverySelector : public ::testing::TestWithParam<std::string> {
   Scene scene(std::size_t n = 600, double inlier_ratio = 0.6, double noise = 0.5,
               std::uint64_t seed = 1) const {
     const SceneOptions options{n, inlier_ratio, noise, seed};
-    return fundamental() ? stereoScene(options) : homographyScene(options);
+    Scene scene = fundamental() ? stereoScene(options) : homographyScene(options);
+    if (name() == "gtm") addFrames(scene);
+    return scene;
   }
 };
 
@@ -177,7 +206,7 @@ TEST_P(EverySelector, AnswersEveryNumberOfMatches) {
     EXPECT_EQ(s.n_selected, selectedRows(s.mask).size());
     const bool unverified = samples() && n == needed;
     EXPECT_EQ(s.status, n < needed ? Status::kTooFew : unverified ? Status::kDegenerate : Status::kOk);
-    if (n < needed || unverified || (is("gms") && n < 2)) {
+    if (n < needed || unverified || ((is("gms") || is("gtm") || is("st")) && n < 2)) {
       EXPECT_EQ(s.n_selected, 0u);
     }
     if (s.status != Status::kOk) {
@@ -197,6 +226,10 @@ TEST_P(EverySelector, FindsTheRightMatches) {
                                                                    {"ransac:prosac", {99, 99}},
                                                                    {"usac:h", {99, 99}},
                                                                    {"usac:f", {97, 98}},
+                                                                   {"st", {97, 85}},
+                                                                   {"st:leordeanu_hebert", {59, 99}},
+                                                                   {"gtm", {98, 97}},
+                                                                   {"gtm:equilibrium", {98, 97}},
                                                                    {"vfc", {97, 97}},
                                                                    {"vfc:sparse", {97, 97}},
                                                                    {"gms", {97, 85}},
@@ -294,6 +327,14 @@ TEST_P(EverySelector, AnswersDuplicatesAlike) {
   EXPECT_GT(quality(s.mask, reordered(once.inlier, rows)).recall, 80);
 }
 
+/// Gives all matches frames with the same affine map; nothing where they have none.
+void setFrames(Correspondences& m, const cv::Matx22f& map) {
+  if (m.left_frame.empty()) return;
+  m.left_frame.assign(m.size(), AffineFrame{5, 0, 0, 0, 5, 0});
+  m.right_frame.assign(m.size(),
+                       AffineFrame{5 * map(0, 0), 5 * map(0, 1), 0, 5 * map(1, 0), 5 * map(1, 1), 0});
+}
+
 TEST_P(EverySelector, AllPointsEqual) {
   Correspondences m = scene(50).matches;
   const Mask by_ratio = createSelector("nnsr")->select(m).mask;
@@ -301,12 +342,16 @@ TEST_P(EverySelector, AllPointsEqual) {
   m.left_y.assign(50, 210);
   m.right_x.assign(50, 415);
   m.right_y.assign(50, 130);
+  setFrames(m, {1, 0, 0, 1});
   const Selection s = select(m);
   if (name() == "nnsr") {
     EXPECT_EQ(s.mask, by_ratio);
   } else if (is("gms") || name() == "keep_all") {
     EXPECT_EQ(s.mask, Mask(50, 1));
     EXPECT_EQ(s.status, Status::kOk);
+  } else if (name() == "st") {
+    EXPECT_EQ(s.mask, Mask(50, 1));
+    EXPECT_EQ(s.status, Status::kDegenerate);
   } else {
     EXPECT_EQ(s.mask, Mask(50, 0));
     EXPECT_EQ(s.model_kind, ModelKind::kNone);
@@ -325,6 +370,7 @@ TEST_P(EverySelector, AllPointsOnALine) {
     m.right_x[i] = 0.9f * t + 20;
     m.right_y[i] = 400 - 0.21f * t;
   }
+  setFrames(m, {0.9f, 0, -0.58f, 1});
   const Selection s = select(m);
   if (name() == "nnsr") {
     EXPECT_EQ(s.mask, by_ratio);
@@ -342,6 +388,7 @@ TEST_P(EverySelector, IdenticalImages) {
   const Mask by_ratio = createSelector("nnsr")->select(m).mask;
   m.right_x = m.left_x;
   m.right_y = m.left_y;
+  setFrames(m, {1, 0, 0, 1});
   const Selection s = select(m);
   if (name() == "nnsr") {
     EXPECT_EQ(s.mask, by_ratio);
@@ -449,7 +496,9 @@ TEST_P(EverySelector, DoesNotDependOnTheUnit) {
     OptionMap options, unscaled;
     if (name() == "usac") unscaled["threshold"] = fundamental() ? "1.5" : "10";  // what 0 stands for
     for (const OptionText& option : listOptions(createSelector(spec(), unscaled)->options())) {
-      if (option.unit == "px") options[option.name] = formatNumber(double(scale) * std::stod(option.value));
+      const double power = option.unit == "px" ? 1 : option.unit == "1/px" ? -1 : 0;
+      if (power != 0)
+        options[option.name] = formatNumber(std::pow(double(scale), power) * std::stod(option.value));
     }
     for (std::uint64_t seed = 1; seed <= 3; ++seed) {
       SCOPED_TRACE(seed);

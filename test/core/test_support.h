@@ -140,6 +140,36 @@ inline Scene stereoScene(const SceneOptions& options = {}) {
   return scene;
 }
 
+/// Gives every match of a homographyScene() local frames: inliers the derivative of the homography with
+/// `noise` added to each element, outliers a random turn, scale (0.5 to 2) and stretch (up to 1.5).
+inline void addFrames(Scene& scene, double noise = 0.05, std::uint64_t seed = 1) {
+  Random random(seed);
+  Correspondences& m = scene.matches;
+  const auto rotation = [](double angle) {
+    return cv::Matx22d(std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle));
+  };
+  for (std::size_t i = 0; i < m.size(); ++i) {
+    const cv::Matx33d& h = scene.model;
+    const cv::Point2d to = projected(h, m.left_x[i], m.left_y[i]);
+    const double w = h(2, 0) * m.left_x[i] + h(2, 1) * m.left_y[i] + h(2, 2);
+    cv::Matx22d map((h(0, 0) - to.x * h(2, 0)) / w, (h(0, 1) - to.x * h(2, 1)) / w,
+                    (h(1, 0) - to.y * h(2, 0)) / w, (h(1, 1) - to.y * h(2, 1)) / w);
+    if (!scene.inlier[i]) {
+      const double scale = std::exp2(random.uniform(-1, 1)), stretch = random.uniform(1, 1.5);
+      const cv::Matx22d axes(scale * stretch, 0, 0, scale / stretch);
+      map = rotation(random.uniform(0, 2 * CV_PI)) * axes * rotation(random.uniform(0, 2 * CV_PI));
+    }
+    for (double& value : map.val) value += noise * random.normal();
+    // Any left frame will do.
+    const cv::Matx22d left = random.uniform(2, 10) * rotation(random.uniform(0, 2 * CV_PI));
+    const cv::Matx22d right = map * left;
+    m.left_frame.push_back({float(left(0, 0)), float(left(0, 1)), m.left_x[i], float(left(1, 0)),
+                            float(left(1, 1)), m.left_y[i]});
+    m.right_frame.push_back({float(right(0, 0)), float(right(0, 1)), m.right_x[i], float(right(1, 0)),
+                             float(right(1, 1)), m.right_y[i]});
+  }
+}
+
 /// The numbers 0 .. n-1 in random order.
 inline std::vector<std::uint32_t> permutation(std::size_t n, std::uint64_t seed) {
   Random random(seed);

@@ -96,9 +96,18 @@ core::Correspondences exampleMatches(std::uint64_t seed) {
   matches.left_size = {640, 480};
   matches.right_size = {700, 520};
   const auto add = [&](const cv::Point2f& left, const cv::Point2f& right, double ratio) {
-    matches.add(left, right);
+    matches.left_x.push_back(left.x);
+    matches.left_y.push_back(left.y);
+    matches.right_x.push_back(right.x);
+    matches.right_y.push_back(right.y);
     matches.second_distance.push_back(200.0F);
     matches.distance.push_back(static_cast<float>(200.0 * ratio));
+    // The frame of a wrong match may be turned any way.
+    const double angle = ratio < 0.7 ? 0.0 : random.uniform(0, 2 * CV_PI);
+    const cv::Matx22d turn(std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle));
+    const cv::Matx22f frame = turn * cv::Matx22d(h(0, 0), h(0, 1), h(1, 0), h(1, 1));
+    matches.left_frame.push_back({1, 0, left.x, 0, 1, left.y});
+    matches.right_frame.push_back({frame(0, 0), frame(0, 1), right.x, frame(1, 0), frame(1, 1), right.y});
   };
   for (int i = 0; i < 3000; ++i) {
     const cv::Point2f left(static_cast<float>(random.uniform(0, 640)),
