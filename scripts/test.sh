@@ -4,7 +4,7 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
-install_packages "${build_packages[@]}" "${test_packages[@]}"
+install_packages "${build_packages[@]}" "${test_packages[@]}" "${performance_packages[@]}"
 build all tests -- "$@"
 use_workspace
 export ROS_HOME=$build_dir/ros_home

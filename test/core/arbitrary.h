@@ -248,8 +248,7 @@ class ArbitraryOptions : public OptionVisitor {
     const std::string name = info.name;
     const bool repeats = name.find("iterations") != std::string::npos;
     if (std::string(info.unit) == "s" || (!repeats && source_.oneIn(2))) return;
-    // GMS's time and memory grow with the fourth power of the grid's side.
-    const double largest = repeats ? 300 : name == "grid" ? 40 : 2000;
+    const double largest = repeats ? 300 : 2000;
     NumberInfo small = info;
     small.max = std::max(info.min, std::min(info.max, largest));
     values[info.name] = std::to_string(static_cast<int>(between(small)));

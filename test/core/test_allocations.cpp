@@ -69,7 +69,9 @@ TEST_P(Allocations, AreFewAfterTheFirstCallOfASize) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Allocations,
-                         ::testing::Values("nnsr", "gms", "gms:rotation_scale", "lpm", "lpm:v1", "lpm:v2"),
+                         ::testing::Values("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "vfc",
+                                           "vfc:sparse", "gms", "gms:rotation_scale", "lpm", "lpm:v1",
+                                           "lpm:v2"),
                          [](const ::testing::TestParamInfo<std::string>& info) {
                            std::string name = info.param;
                            std::replace(name.begin(), name.end(), ':', '_');
