@@ -81,24 +81,25 @@ bool Degensac::escape(const Verifier& verifier, const std::uint32_t* sample, Can
   const float squared_threshold = verifier.squaredThreshold();
   const auto plane = planeOfSample(best.model, m, sample, squared_threshold);
   if (!plane) return false;
+  auto& [errors, off_plane] = scratch_;
   cv::Matx33d h = *plane;
   for (int step = 0; step < kRefinements; ++step) {
     if (!refineHomography(m, Residual::kTransfer, kPlaneWidth * squared_threshold, h)) break;
   }
-  errors_.resize(m.size());
-  modelErrors(Residual::kTransfer, h, m, 0, m.size(), errors_.data());
-  off_plane_.clear();
+  errors.resize(m.size());
+  modelErrors(Residual::kTransfer, h, m, 0, m.size(), errors.data());
+  off_plane.clear();
   for (std::size_t i = 0; i < m.size(); ++i) {
-    if (errors_[i] > kOffPlaneWidth * squared_threshold) off_plane_.push_back(static_cast<std::uint32_t>(i));
+    if (errors[i] > kOffPlaneWidth * squared_threshold) off_plane.push_back(static_cast<std::uint32_t>(i));
   }
-  if (off_plane_.size() < 2) return false;
-  const std::size_t on_plane = m.size() - off_plane_.size();
+  if (off_plane.size() < 2) return false;
+  const std::size_t on_plane = m.size() - off_plane.size();
   bool improved = false;
   double pairs = kMostPairs;
   for (int drawn = 0; drawn < pairs; ++drawn) {
     std::uint32_t pair[2];
-    random_.sample(static_cast<std::uint32_t>(off_plane_.size()), 2, pair);
-    const std::uint32_t a = off_plane_[pair[0]], b = off_plane_[pair[1]];
+    random_.sample(static_cast<std::uint32_t>(off_plane.size()), 2, pair);
+    const std::uint32_t a = off_plane[pair[0]], b = off_plane[pair[1]];
     const cv::Vec3d first = cv::Vec3d(h * leftPoint(m, a)).cross(rightPoint(m, a));
     const cv::Vec3d second = cv::Vec3d(h * leftPoint(m, b)).cross(rightPoint(m, b));
     const cv::Matx33d candidate = crossMatrix(first.cross(second)) * h;
@@ -107,7 +108,7 @@ bool Degensac::escape(const Verifier& verifier, const std::uint32_t* sample, Can
     improved = true;
     const double off_inliers =
         static_cast<double>(best.inliers) - static_cast<double>(std::min(on_plane, best.inliers));
-    const double share = off_inliers / static_cast<double>(off_plane_.size());
+    const double share = off_inliers / static_cast<double>(off_plane.size());
     if (share >= 1) break;
     if (share > 0) pairs = std::min(pairs, std::log1p(-kConfidence) / std::log1p(-share * share));
   }

@@ -4,13 +4,15 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kMostSteps = 6;
+constexpr double kWorthwhile = 1e-3;  // relative drop of the cost that another step is made for
 
 /// Steps at the threshold as long as they help.
 void descend(const TwoViewProblem& problem, const Verifier& verifier, Candidate& best) {
   for (int step = 0; step < kMostSteps; ++step) {
+    const auto before = static_cast<double>(best.cost);
     cv::Matx33d model = best.model;
     if (!problem.refine(verifier.matches(), verifier.residual(), verifier.squaredThreshold(), model)) return;
-    if (!verifier.improve(model, best)) return;
+    if (!verifier.improve(model, best) || static_cast<double>(best.cost) > (1 - kWorthwhile) * before) return;
   }
 }
 

@@ -27,6 +27,7 @@ struct Workspace {
   std::vector<std::uint32_t> best_first;  // the same numbers by quality
   NormalizedMatches matches;
   std::vector<float> errors;
+  Degensac::Scratch degensac;
   std::vector<double> pixel_errors;
 };
 
@@ -47,9 +48,9 @@ class Search {
                             : Sampler(work.matches.size(), problem.sample_size, seed())),
         by_quality_(by_quality),
         stopping_(options.confidence, work.matches.size(), problem.sample_size),
-        degensac_(seed() + 1) {
+        degensac_(seed() + 1, work.degensac) {
     if (options.sprt) {
-      sprt_.emplace(problem.sprt);
+      sprt_.emplace(problem.sprt, problem.sample_size / static_cast<double>(work.matches.size()));
       stopping_.setLoss(sprt_->loss(), 0);
     }
   }

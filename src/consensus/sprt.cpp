@@ -11,12 +11,15 @@ constexpr double kLeastDelta = 1e-4;    // one agreeing match must not outweigh 
 constexpr double kLargestShare =
     0.5;  // of epsilon, for delta: beyond, the two hypotheses are hard to tell apart
 constexpr double kRelativeChange = 0.1;  // of delta, that is worth a new design
-constexpr std::size_t kLeastRejected = 50;
+constexpr std::size_t kInterval = 50;    // rejected models between two looks at delta
 
 }  // namespace
 
-Sprt::Sprt(const SprtConstants& constants)
-    : constants_(constants), epsilon_(constants.epsilon), delta_(constants.delta) {
+Sprt::Sprt(const SprtConstants& constants, double sample_share)
+    : constants_(constants),
+      sample_share_(sample_share),
+      epsilon_(constants.epsilon),
+      delta_(constants.delta) {
   design();
 }
 
@@ -28,21 +31,24 @@ void Sprt::design() {
   double a = k;
   for (int i = 0; i < 10; ++i) a = k + std::log(a);
   decision_ = std::max(a, kLeastDecision);
+  log_consistent_ = std::log(delta_ / epsilon_);
+  log_inconsistent_ = std::log((1 - delta_) / (1 - epsilon_));
+  log_decision_ = std::log(decision_);
 }
 
 void Sprt::apply(ScoreRule& rule) const {
-  rule.log_consistent = std::log(delta_ / epsilon_);
-  rule.log_inconsistent = std::log((1 - delta_) / (1 - epsilon_));
-  rule.log_decision = std::log(decision_);
+  rule.log_consistent = log_consistent_;
+  rule.log_inconsistent = log_inconsistent_;
+  rule.log_decision = log_decision_;
 }
 
 bool Sprt::addRejected(const ModelScore& score) {
   ++rejected_;
   seen_ += score.seen;
   agreed_ += score.inliers;
-  if (rejected_ < kLeastRejected) return false;
-  const double estimate = std::clamp(static_cast<double>(agreed_) / static_cast<double>(seen_), kLeastDelta,
-                                     kLargestShare * epsilon_);
+  if (rejected_ % kInterval != 0) return false;
+  const double agreed = static_cast<double>(agreed_) / static_cast<double>(seen_) - sample_share_;
+  const double estimate = std::clamp(agreed, kLeastDelta, kLargestShare * epsilon_);
   if (std::abs(estimate - delta_) <= kRelativeChange * delta_) return false;
   delta_ = estimate;
   design();

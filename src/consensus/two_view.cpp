@@ -26,7 +26,7 @@ TwoViewProblem homographyProblem(Residual residual) {
           solveHomography,
           refineHomography,
           &NormalizedMatches::homographyToPixels,
-          {0.012, 0.0008, 1000, 1},
+          {0.015, 0.0008, 2000, 1},
           0.0};
 }
 

@@ -12,20 +12,21 @@ namespace {
 /// The matrix that maps the projective basis e1, e2, e3, e1+e2+e3 to four points.
 bool basis(const std::vector<float>& x, const std::vector<float>& y, const std::uint32_t* s,
            cv::Matx33d& result) {
+  const double x0 = x[s[0]], y0 = y[s[0]], x1 = x[s[1]], y1 = y[s[1]], x2 = x[s[2]], y2 = y[s[2]];
+  const double dx = x[s[3]], dy = y[s[3]];
   // Cramer's rule: weight k is the area of the triangle with point 4 in the place of point k.
-  const double w0 = triangleArea(x, y, s[3], s[1], s[2], 0.0);
-  const double w1 = triangleArea(x, y, s[0], s[3], s[2], 0.0);
-  const double w2 = triangleArea(x, y, s[0], s[1], s[3], 0.0);
+  const double w0 = (x1 - dx) * (y2 - dy) - (y1 - dy) * (x2 - dx);
+  const double w1 = (x2 - dx) * (y0 - dy) - (y2 - dy) * (x0 - dx);
+  const double w2 = (x0 - dx) * (y1 - dy) - (y0 - dy) * (x1 - dx);
   if (w0 == 0 || w1 == 0 || w2 == 0) return false;
-  result = cv::Matx33d(w0 * x[s[0]], w1 * x[s[1]], w2 * x[s[2]], w0 * y[s[0]], w1 * y[s[1]], w2 * y[s[2]], w0,
-                       w1, w2);
+  result = cv::Matx33d(w0 * x0, w1 * x1, w2 * x2, w0 * y0, w1 * y1, w2 * y2, w0, w1, w2);
   return true;
 }
 
 /// Twice the signed areas of the triangles of points 0 1 2, 0 1 3, 0 2 3 and 1 2 3. @return the sum of the
 /// sides' extents, which bounds what a unit of rounding may change
-double fourTriangles(const std::vector<float>& x, const std::vector<float>& y, const std::uint32_t* s,
-                     double (&areas)[4]) {
+inline double fourTriangles(const std::vector<float>& x, const std::vector<float>& y, const std::uint32_t* s,
+                            double (&areas)[4]) {
   double dx[3], dy[3], extent = 0;
   for (int k = 0; k < 3; ++k) {
     dx[k] = static_cast<double>(x[s[k + 1]]) - x[s[0]];
@@ -39,10 +40,6 @@ double fourTriangles(const std::vector<float>& x, const std::vector<float>& y, c
   return extent;
 }
 
-double thirdCoordinate(const cv::Matx33d& h, double x, double y) {
-  return h(2, 0) * x + h(2, 1) * y + h(2, 2);
-}
-
 }  // namespace
 
 cv::Matx33d adjugateOf(const cv::Matx33d& m) {
@@ -51,14 +48,6 @@ cv::Matx33d adjugateOf(const cv::Matx33d& m) {
           m(0, 0) * m(2, 2) - m(0, 2) * m(2, 0), m(0, 2) * m(1, 0) - m(0, 0) * m(1, 2),
           m(1, 0) * m(2, 1) - m(1, 1) * m(2, 0), m(0, 1) * m(2, 0) - m(0, 0) * m(2, 1),
           m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0)};
-}
-
-double homographyError(const cv::Matx33d& h, double left_x, double left_y, double right_x, double right_y) {
-  const double w = thirdCoordinate(h, left_x, left_y);
-  if (!(w > 0)) return std::numeric_limits<double>::infinity();
-  const double dx = (h(0, 0) * left_x + h(0, 1) * left_y + h(0, 2)) / w - right_x;
-  const double dy = (h(1, 0) * left_x + h(1, 1) * left_y + h(1, 2)) / w - right_y;
-  return dx * dx + dy * dy;
 }
 
 bool isValidHomographySample(const NormalizedMatches& m, const std::uint32_t* s) {

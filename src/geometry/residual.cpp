@@ -36,20 +36,22 @@ void modelErrors(Residual residual, const cv::Matx33d& model, const NormalizedMa
 }
 
 void pixelErrors(Residual residual, const cv::Matx33d& model, const Correspondences& m, double* out) {
-  const cv::Matx33d backward = inverseHomography(model);
-  for (std::size_t i = 0; i < m.size(); ++i) {
-    const double x = m.left_x[i], y = m.left_y[i], u = m.right_x[i], v = m.right_y[i];
-    switch (residual) {
-      case Residual::kTransfer:
-        out[i] = homographyError(model, x, y, u, v);
-        break;
-      case Residual::kSymmetricTransfer:
-        out[i] = homographyError(model, x, y, u, v) + homographyError(backward, u, v, x, y);
-        break;
-      case Residual::kSampson:
-        out[i] = sampsonError(model, x, y, u, v);
-        break;
-    }
+  const auto each = [&m, out](const auto& error) {
+    for (std::size_t i = 0; i < m.size(); ++i)
+      out[i] = error(m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
+  };
+  switch (residual) {
+    case Residual::kTransfer:
+      each([&model](double x, double y, double u, double v) { return homographyError(model, x, y, u, v); });
+      break;
+    case Residual::kSymmetricTransfer:
+      each([&model, backward = inverseHomography(model)](double x, double y, double u, double v) {
+        return homographyError(model, x, y, u, v) + homographyError(backward, u, v, x, y);
+      });
+      break;
+    case Residual::kSampson:
+      each([&model](double x, double y, double u, double v) { return sampsonError(model, x, y, u, v); });
+      break;
   }
 }
 

@@ -87,15 +87,17 @@ inline void addBlock(const ResidualModel& model, const MatchColumns& m, const Sc
                      std::size_t begin, std::size_t end, ModelScore& score) {
   std::size_t i = begin;
   IntV saved{}, count{};
+  bool any = false;
   for (; i + kWidth <= end; i += kWidth) {
     const Fraction<FloatV> error = errorAt<R>(model, m, i);
     const IntV inlier = error.below(rule.squared_threshold);
     if (!anyTrue(inlier)) continue;  // the rule for a wrong model
-    count -= inlier;                 // a set lane is -1
+    any = true;
+    count -= inlier;  // a set lane is -1
     const FloatV cost = error.numerator / error.denominator * rule.cost_per_error;
     saved += inlier ? ScoreRule::kOutlierCost - truncate(inlier ? cost : FloatV{}) : IntV{};
   }
-  std::int32_t inliers = sum(count), saved_sum = sum(saved);
+  std::int32_t inliers = any ? sum(count) : 0, saved_sum = any ? sum(saved) : 0;
   for (; i < end; ++i) {
     const Fraction<float> error = scalarErrorAt<R>(model, m, i);
     if (!error.below(rule.squared_threshold)) continue;
@@ -108,17 +110,21 @@ inline void addBlock(const ResidualModel& model, const MatchColumns& m, const Sc
   score.seen += end - begin;
 }
 
-/// Whether the model can be given up after the matches that the score has seen.
-inline void judge(const ScoreRule& rule, std::size_t matches, bool sprt, ModelScore& score) {
-  const auto seen = static_cast<double>(score.seen), inliers = static_cast<double>(score.inliers);
-  if (sprt) {
-    score.rejected_by_sprt =
-        inliers * rule.log_consistent + (seen - inliers) * rule.log_inconsistent > rule.log_decision;
-  }
-  const double excess = static_cast<double>(score.cost) -
-                        static_cast<double>(rule.limit) * (seen / static_cast<double>(matches));
-  score.rejected = score.rejected_by_sprt || score.cost >= rule.limit ||
-                   (excess > 0 && excess * excess > rule.squared_margin * seen);
+inline double asDouble(std::size_t count) { return static_cast<double>(static_cast<std::int64_t>(count)); }
+
+/// The SPRT's verdict on the matches that the score has seen.
+inline bool looksWrong(const ScoreRule& rule, const ModelScore& score) {
+  return asDouble(score.inliers) * rule.log_consistent +
+             asDouble(score.seen - score.inliers) * rule.log_inconsistent >
+         rule.log_decision;
+}
+
+/// Whether the cost has reached the limit, or almost surely will.
+inline bool isTooHigh(const ScoreRule& rule, std::size_t matches, const ModelScore& score) {
+  const double seen = asDouble(score.seen);
+  const double excess =
+      static_cast<double>(score.cost) - static_cast<double>(rule.limit) * (seen / asDouble(matches));
+  return score.cost >= rule.limit || (excess > 0 && excess * excess > rule.squared_margin * seen);
 }
 
 template <class R>
@@ -130,9 +136,14 @@ ModelScore scoreKernel(const ResidualModel& model, const MatchColumns& m, const 
   const std::size_t start = rule.start < m.size ? rule.start : 0;
   const std::size_t ranges[2][2] = {{start, m.size}, {0, start}};
   for (const auto& range : ranges) {
-    for (std::size_t i = range[0]; i < range[1]; i += step) {
-      addBlock<R>(model, m, rule, i, i + step < range[1] ? i + step : range[1], score);
-      judge(rule, m.size, sprt, score);
+    for (std::size_t begin = range[0]; begin < range[1]; begin += kLongBlock) {
+      const std::size_t end = begin + kLongBlock < range[1] ? begin + kLongBlock : range[1];
+      for (std::size_t i = begin; i < end; i += step) {
+        addBlock<R>(model, m, rule, i, i + step < end ? i + step : end, score);
+        score.rejected = score.rejected_by_sprt = sprt && looksWrong(rule, score);
+        if (score.rejected) return score;
+      }
+      score.rejected = isTooHigh(rule, m.size, score);
       if (score.rejected) return score;
     }
   }

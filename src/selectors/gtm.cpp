@@ -232,7 +232,7 @@ std::string GtmSelector::missingInput(const Correspondences& matches) const {
   if (matches.empty()) return "";
   if (matches.left_frame.empty()) return "gtm needs the local affine frames of the left features";
   if (matches.right_frame.empty()) return "gtm needs the local affine frames of the right features";
-  if (options_.normalize_lambda && matches.right_size.area() <= 0)
+  if (options_.normalize_lambda && (matches.right_size.width <= 0 || matches.right_size.height <= 0))
     return "gtm needs the size of the right image";
   return "";
 }

@@ -27,14 +27,16 @@ std::vector<std::uint32_t> usableRows(const Correspondences& matches) {
   return rows;
 }
 
+bool allUsable(const std::vector<float>& column) {
+  // No early exit: the loop is vectorised.
+  unsigned unusable = 0;
+  for (const float value : column) unusable |= usable(value) ? 0U : 1U;
+  return unusable == 0;
+}
+
 bool allUsable(const Correspondences& matches) {
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (!(usable(matches.left_x[i]) && usable(matches.left_y[i]) && usable(matches.right_x[i]) &&
-          usable(matches.right_y[i]))) {
-      return false;
-    }
-  }
-  return true;
+  return allUsable(matches.left_x) && allUsable(matches.left_y) && allUsable(matches.right_x) &&
+         allUsable(matches.right_y);
 }
 
 void fail(Selection& result, std::size_t n, Status status, const std::string& message) {

@@ -63,6 +63,7 @@ TEST(Degensac, GetsOffADominantPlane) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Scene scene = planeAndMore(200, 60, 0.1, seed);
     const Prepared p = prepared(scene.matches);
+    Degensac::Scratch scratch;
     const Verifier verifier(p.matches, Residual::kSampson, 1.5 * p.matches.scale, true);
     // Six matches on the plane and one off it.
     std::uint32_t sample[7];
@@ -77,7 +78,7 @@ TEST(Degensac, GetsOffADominantPlane) {
       const std::int64_t cost = best.cost;
       if (before < 195 || before > 240) continue;  // does not hold the plane, or is right by luck
       ++degenerate;
-      EXPECT_TRUE(Degensac(seed).escape(verifier, sample, best));
+      EXPECT_TRUE(Degensac(seed, scratch).escape(verifier, sample, best));
       EXPECT_LT(best.cost, cost);
       EXPECT_GT(best.inliers, 240u) << "from " << before;
     }
@@ -90,6 +91,7 @@ TEST(Degensac, LeavesASampleWithoutAPlaneAlone) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Scene scene = stereoScene({200, 1.0, 0.3, seed});
     const Prepared p = prepared(scene.matches);
+    Degensac::Scratch scratch;
     const Verifier verifier(p.matches, Residual::kSampson, 1.5 * p.matches.scale, true);
     const std::uint32_t sample[7] = {3, 30, 60, 90, 120, 150, 180};
     cv::Matx33d models[3];
@@ -99,7 +101,7 @@ TEST(Degensac, LeavesASampleWithoutAPlaneAlone) {
       verifier.improve(models[k], best);
       const std::int64_t cost = best.cost;
       ++tried;
-      left_alone += !Degensac(seed).escape(verifier, sample, best);
+      left_alone += !Degensac(seed, scratch).escape(verifier, sample, best);
       EXPECT_LE(best.cost, cost);
     }
   }

@@ -19,8 +19,15 @@ namespace corrsel::core {
 /// (Hx1 x x1') x (Hx2 x x2').
 class Degensac {
  public:
-  /// @param seed  of the pairs
-  explicit Degensac(std::uint64_t seed) : random_(seed) {}
+  /// Memory that is worth keeping between searches.
+  struct Scratch {
+    std::vector<float> errors;
+    std::vector<std::uint32_t> off_plane;
+  };
+
+  /// @param seed     of the pairs
+  /// @param scratch  must outlive this object
+  Degensac(std::uint64_t seed, Scratch& scratch) : random_(seed), scratch_(scratch) {}
 
   /// Replaces `best`, the model made from `sample`, where plane and parallax give a better one. @return
   /// whether they did. O(N) where the sample is degenerate (at most 500 pairs, most of them given up early),
@@ -29,8 +36,7 @@ class Degensac {
 
  private:
   Random random_;
-  std::vector<float> errors_;
-  std::vector<std::uint32_t> off_plane_;
+  Scratch& scratch_;
 };
 
 }  // namespace corrsel::core

@@ -23,7 +23,10 @@ struct SprtConstants {
 /// epsilon rises with the best model found, delta follows the rejected ones.
 class Sprt {
  public:
-  explicit Sprt(const SprtConstants& constants);
+  /// @param sample_share  sample size over number of matches: that share agrees with any model and says
+  /// nothing
+  ///                      about delta
+  explicit Sprt(const SprtConstants& constants, double sample_share = 0);
 
   /// Writes the test into a rule.
   void apply(ScoreRule& rule) const;
@@ -41,7 +44,8 @@ class Sprt {
   void design();
 
   SprtConstants constants_;
-  double epsilon_, delta_, decision_ = 8;
+  double sample_share_, epsilon_, delta_, decision_ = 8;
+  double log_consistent_ = 0, log_inconsistent_ = 0, log_decision_ = 0;
   std::size_t rejected_ = 0, seen_ = 0, agreed_ = 0;
 };
 

@@ -38,7 +38,8 @@ class Verifier {
   /// `limit`. O(matches seen).
   ModelScore score(const cv::Matx33d& model, std::int64_t limit) const;
 
-  /// The same with the test, which takes up where the last one ended.
+  /// The same after the test, which takes up where the last one ended. Symmetric transfer errors are tested
+  /// one way.
   ModelScore test(const cv::Matx33d& model, std::int64_t limit, const Sprt& sprt);
 
   /// Replaces `best` where the model is better. @return whether it was

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <opencv2/core/matx.hpp>
 #include <vector>
 
@@ -11,9 +12,21 @@ namespace corrsel::core {
 /// det(m) times the inverse of m, which exists for every matrix.
 cv::Matx33d adjugateOf(const cv::Matx33d& m);
 
+/// Third homogeneous coordinate of H (x, y, 1).
+inline double thirdCoordinate(const cv::Matx33d& h, double x, double y) {
+  return h(2, 0) * x + h(2, 1) * y + h(2, 2);
+}
+
 /// Squared forward transfer error |x' - H x|^2, the paper's Eq. 3, in the unit of the coordinates squared;
 /// +Inf where the third coordinate of H x is not positive (point behind the camera).
-double homographyError(const cv::Matx33d& h, double left_x, double left_y, double right_x, double right_y);
+inline double homographyError(const cv::Matx33d& h, double left_x, double left_y, double right_x,
+                              double right_y) {
+  const double w = thirdCoordinate(h, left_x, left_y);
+  if (!(w > 0)) return std::numeric_limits<double>::infinity();
+  const double dx = (h(0, 0) * left_x + h(0, 1) * left_y + h(0, 2)) / w - right_x;
+  const double dy = (h(1, 0) * left_x + h(1, 1) * left_y + h(1, 2)) / w - right_y;
+  return dx * dx + dy * dy;
+}
 
 /// Whether four matches can come from one camera pair looking at a plane: no three points on a line in either
 /// image, and the orientations of all four triplets kept or all turned over (OpenCV's and USAC's sample
