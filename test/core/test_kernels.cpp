@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "corrsel/geometry/residual.h"
 #include "corrsel/kernels/kernels.h"
 #include "test_support.h"
 
@@ -115,6 +116,65 @@ TEST_F(Kernels, ScoreAddsUpTheErrors) {
     rule.cost_per_error = 0;
     EXPECT_EQ(kernels().residuals.score[number](model, m, rule).cost,
               std::int64_t(777 - inliers) * ScoreRule::kOutlierCost);
+  }
+}
+
+TEST_F(Kernels, NormalEquationsAreThoseOfTheInliersAtEveryLevel) {
+  const Scene plane = homographyScene({2503, 0.5, 2.0, 6}), space = stereoScene({2503, 0.5, 2.0, 6});
+  for (const Residual residual : {Residual::kTransfer, Residual::kSymmetricTransfer, Residual::kSampson}) {
+    const auto number = static_cast<std::size_t>(residual);
+    const bool fundamental = residual == Residual::kSampson;
+    NormalizedMatches m = normalizeMatches((fundamental ? space : plane).matches);
+    ResidualModel model = residualModel(residual, fundamental ? m.right.inv().t() * space.model * m.left.inv()
+                                                              : m.right * plane.model * m.left.inv());
+    const auto threshold = static_cast<float>(9 * m.scale * m.scale);
+    std::vector<float> errors(m.size());
+    kernels().residuals.errors[number](model, m.columns(), 0, m.size(), errors.data());
+    std::vector<double> expected(fundamental ? kFundamentalSums : kHomographySums, 0.0);
+    std::size_t inliers = 0;
+    for (std::size_t i = 0; i < m.size(); ++i) {
+      if (errors[i] > threshold) continue;
+      ++inliers;
+      const double x = m.left_x[i], y = m.left_y[i], u = m.right_x[i], v = m.right_y[i];
+      const float* const f = model.forward;
+      const double a = f[0] * x + f[1] * y + f[2], b = f[3] * x + f[4] * y + f[5],
+                   w = f[6] * x + f[7] * y + f[8];
+      if (fundamental) {
+        const double c = f[0] * u + f[3] * v + f[6], d = f[1] * u + f[4] * v + f[7];
+        const double p[3] = {x, y, 1}, q[3] = {u, v, 1}, g = a * a + b * b + c * c + d * d;
+        std::size_t k = 0;
+        for (int r = 0; r < 3; ++r)
+          for (int s = r; s < 3; ++s)
+            for (int t = 0; t < 3; ++t)
+              for (int z = t; z < 3; ++z) expected[k++] += q[r] * q[s] * p[t] * p[z] / g;
+        continue;
+      }
+      const double p[3] = {x / w, y / w, 1 / w}, hx = a / w, hy = b / w;
+      std::size_t k = 0;
+      for (int r = 0; r < 3; ++r) {
+        for (int s = r; s < 3; ++s, ++k) {
+          expected[k] += p[r] * p[s];
+          expected[6 + k] += hx * p[r] * p[s];
+          expected[12 + k] += hy * p[r] * p[s];
+          expected[18 + k] += (hx * hx + hy * hy) * p[r] * p[s];
+        }
+        expected[24 + std::size_t(r)] += p[r] * (u - hx);
+        expected[27 + std::size_t(r)] += p[r] * (v - hy);
+        expected[30 + std::size_t(r)] += p[r] * (hx * (u - hx) + hy * (v - hy));
+      }
+    }
+    EXPECT_GT(inliers, 400u);
+    setKernelLevel(KernelLevel::kBaseline);
+    std::vector<double> baseline(expected.size());
+    kernels().residuals.normal[number](model, m.columns(), threshold, baseline.data());
+    for (std::size_t k = 0; k < expected.size(); ++k)
+      EXPECT_NEAR(baseline[k], expected[k], 1e-5 * double(inliers)) << number << " sum " << k;
+    for (const KernelLevel level : supportedKernelLevels()) {
+      setKernelLevel(level);
+      std::vector<double> sums(expected.size());
+      kernels().residuals.normal[number](model, m.columns(), threshold, sums.data());
+      EXPECT_EQ(sums, baseline) << toString(level);
+    }
   }
 }
 
