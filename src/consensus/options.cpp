@@ -17,6 +17,10 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, double lowest_threshol
   visitor.choice("sampler", {"uniform", "prosac"},
                  "Uniform samples, or those with the best descriptor ratios first (prosac)", sampler);
   visitor.flag("sprt", "Give up wrong models early, by a sequential probability ratio test", sprt);
+  visitor.number(
+      {"sprt_inlier_ratio", 0, 0.9, "-",
+       "Smallest inlier ratio that the SPRT must not miss; 0 = 0.015 (homography), 0.15 (fundamental)"},
+      sprt_inlier_ratio);
   visitor.flag("degensac", "Fundamental matrix: look for a dominant plane and get off it", degensac);
   visitor.flag("local_optimization", "Refine every new best model, not only the last one",
                local_optimization);

@@ -50,7 +50,7 @@ class Search {
         stopping_(options.confidence, work.matches.size(), problem.sample_size),
         degensac_(seed() + 1, work.degensac) {
     if (options.sprt) {
-      sprt_.emplace(problem.sprt, problem.sample_size / static_cast<double>(work.matches.size()));
+      sprt_.emplace(sprtConstants(), problem.sample_size / static_cast<double>(work.matches.size()));
       stopping_.setLoss(sprt_->loss(), 0);
     }
   }
@@ -69,6 +69,15 @@ class Search {
   }
 
  private:
+  SprtConstants sprtConstants() const {
+    SprtConstants constants = problem_.sprt;
+    if (options_.sprt_inlier_ratio > 0) {
+      constants.delta *= options_.sprt_inlier_ratio / constants.epsilon;
+      constants.epsilon = options_.sprt_inlier_ratio;
+    }
+    return constants;
+  }
+
   std::uint64_t seed() const { return static_cast<std::uint64_t>(options_.seed); }
 
   bool drawValidSample(std::uint32_t* sample) {

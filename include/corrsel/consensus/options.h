@@ -17,7 +17,9 @@ struct ConsensusOptions : OptionSet {
   std::string score = "msac";  ///< "msac" (sum of truncated squared errors) or "inlier_count"
   std::string sampler = "uniform";  ///< "uniform", or "prosac": best descriptor ratios first
   bool sprt = false;                ///< sequential probability ratio test: wrong models are given up early
-  bool degensac = false;            ///< fundamental matrix: look for a dominant plane and get off it
+  double sprt_inlier_ratio =
+      0;                  ///< smallest inlier ratio that the SPRT is designed to find; 0 = the model's own
+  bool degensac = false;  ///< fundamental matrix: look for a dominant plane and get off it
   bool local_optimization = false;  ///< refine every new best model, not only the last one
   bool refine = true;               ///< least squares on the inliers of the best model
   int seed = 0;                     ///< of the sampler
