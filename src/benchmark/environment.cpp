@@ -9,6 +9,8 @@
 #include <opencv2/core/version.hpp>
 #include <thread>
 
+#include "corrsel/kernels/kernels.h"
+
 #ifndef CORRSEL_VERSION
 #define CORRSEL_VERSION "unknown"
 #endif
@@ -50,6 +52,7 @@ std::string environmentJson(int threads) {
                          ) +
                      __VERSION__;
   json["opencv"] = CV_VERSION;
+  json["kernels"] = toString(kernelLevel());
   json["cpu"] = firstValue("/proc/cpuinfo", "model name");
   json["cores"] = std::thread::hardware_concurrency();
   json["memory"] = firstValue("/proc/meminfo", "MemTotal");
