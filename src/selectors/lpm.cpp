@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "corrsel/coordinate_order.h"
 #include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/neighbours.h"
 
@@ -40,41 +40,6 @@ Layout layoutOf(const LpmOptions& options) {
   return layout;
 }
 
-/// The float's bits, such that they compare like the floats do.
-std::uint32_t sortable(float value) {
-  value += 0.0F;  // makes -0 a 0
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &value, sizeof bits);
-  return bits ^ ((bits >> 31) != 0 ? 0xFFFFFFFFU : 0x80000000U);
-}
-
-/// A match before it gets its number.
-struct Row {
-  std::uint32_t key, row;
-};
-
-/// Sorts by key, equal keys as they come, with 11 bits per round. O(n).
-void radixSort(std::vector<Row>& rows, std::vector<Row>& scratch) {
-  constexpr unsigned kBits = 11, kRounds = 3;
-  constexpr std::uint32_t kBuckets = 1U << kBits;
-  std::uint32_t counts[kRounds][kBuckets] = {};
-  for (const Row& row : rows) {
-    for (unsigned round = 0; round < kRounds; ++round)
-      ++counts[round][row.key >> (round * kBits) & (kBuckets - 1)];
-  }
-  scratch.resize(rows.size());
-  for (unsigned round = 0; round < kRounds; ++round) {
-    std::uint32_t begin = 0;
-    for (std::uint32_t& count : counts[round]) {
-      const std::uint32_t size = count;
-      count = begin;
-      begin += size;
-    }
-    for (const Row& row : rows) scratch[counts[round][row.key >> (round * kBits) & (kBuckets - 1)]++] = row;
-    rows.swap(scratch);
-  }
-}
-
 /// Motion of a match, px, and its squared length.
 struct Motion {
   double x, y, squared;
@@ -86,7 +51,7 @@ struct Workspace {
   std::vector<float> left_x, left_y, right_x, right_y;
   std::vector<std::uint32_t> of_input;  // per input match: its distinct match
   std::vector<Motion> motions;
-  std::vector<Row> rows, scratch;
+  std::vector<KeyedRow> rows, scratch;
 
   PlanarNeighbours left, right;
   std::vector<std::uint32_t> near_left, near_right;  // lists of neighbours
@@ -98,29 +63,9 @@ struct Workspace {
   std::size_t size() const { return left_x.size(); }
 };
 
-int compare(const Correspondences& matches, std::uint32_t a, std::uint32_t b) {
-  if (matches.left_x[a] != matches.left_x[b]) return matches.left_x[a] < matches.left_x[b] ? -1 : 1;
-  if (matches.left_y[a] != matches.left_y[b]) return matches.left_y[a] < matches.left_y[b] ? -1 : 1;
-  if (matches.right_x[a] != matches.right_x[b]) return matches.right_x[a] < matches.right_x[b] ? -1 : 1;
-  if (matches.right_y[a] != matches.right_y[b]) return matches.right_y[a] < matches.right_y[b] ? -1 : 1;
-  return 0;
-}
-
 void findDistinct(const Correspondences& matches, bool merge, Workspace& work) {
   const std::size_t n = matches.size();
-  work.rows.resize(n);
-  for (std::size_t i = 0; i < n; ++i)
-    work.rows[i] = {sortable(matches.left_x[i]), static_cast<std::uint32_t>(i)};
-  radixSort(work.rows, work.scratch);
-  for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
-    while (end < n && work.rows[end].key == work.rows[begin].key) ++end;
-    if (end - begin == 1) continue;
-    std::sort(work.rows.begin() + static_cast<std::ptrdiff_t>(begin),
-              work.rows.begin() + static_cast<std::ptrdiff_t>(end), [&matches](const Row& a, const Row& b) {
-                const int order = compare(matches, a.row, b.row);
-                return order != 0 ? order < 0 : a.row < b.row;
-              });
-  }
+  sortByCoordinates(matches, work.rows, work.scratch);
   std::vector<float>* const columns[] = {&work.left_x, &work.left_y, &work.right_x, &work.right_y};
   for (std::vector<float>* const column : columns) column->resize(n);
   work.of_input.resize(n);
@@ -128,7 +73,7 @@ void findDistinct(const Correspondences& matches, bool merge, Workspace& work) {
   for (std::size_t i = 0; i < n; ++i) {
     const std::uint32_t row = work.rows[i].row;
     const bool repeated = merge && i > 0 && work.rows[i].key == work.rows[i - 1].key &&
-                          compare(matches, work.rows[i - 1].row, row) == 0;
+                          compareCoordinates(matches, work.rows[i - 1].row, row) == 0;
     if (!repeated) {
       work.left_x[distinct] = matches.left_x[row];
       work.left_y[distinct] = matches.left_y[row];

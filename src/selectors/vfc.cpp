@@ -2,13 +2,12 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <new>
 #include <utility>
 #include <vector>
 
+#include "corrsel/coordinate_order.h"
 #include "corrsel/kernels/kernels.h"
 #include "corrsel/random.h"
 
@@ -47,7 +46,7 @@ using Numbers = std::vector<double, CacheAligned<double>>;
 
 /// Memory of one thread, kept between calls.
 struct Workspace {
-  std::vector<std::uint64_t> keys, sorted_keys;
+  std::vector<KeyedRow> keyed, scratch;
   std::vector<std::uint32_t> rows;  // matches in the order of their coordinates
   Numbers x, y;                     // left points, normalised
   Numbers posterior, squared;       // squared = squared residuals
@@ -63,49 +62,11 @@ std::size_t paddedSize(std::size_t n) { return (n + kFieldGroup - 1) / kFieldGro
 /// Distance of two columns: an odd number of groups keeps them from falling onto the same lines of the cache.
 std::size_t columnStride(std::size_t n) { return (paddedSize(n) / kFieldGroup | 1U) * kFieldGroup; }
 
-/// Floats in the order of their values as whole numbers.
-std::uint32_t orderedBits(float value) {
-  const float positive_zero = value + 0.0F;
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &positive_zero, sizeof bits);
-  return (bits & 0x80000000U) != 0 ? ~bits : bits | 0x80000000U;
-}
-
-/// Sorts keys by their upper 32 bits, by counting.
-void radixSort(std::vector<std::uint64_t>& keys, std::vector<std::uint64_t>& buffer) {
-  constexpr int kBits = 11;
-  buffer.resize(keys.size());
-  for (int shift = 32; shift < 64; shift += kBits) {
-    std::array<std::uint32_t, 1U << kBits> start{};
-    const auto digit = [shift](std::uint64_t key) { return (key >> shift) & ((1U << kBits) - 1); };
-    for (const std::uint64_t key : keys) ++start[digit(key)];
-    std::uint32_t total = 0;
-    for (std::uint32_t& entry : start) total += std::exchange(entry, total);
-    for (const std::uint64_t key : keys) buffer[start[digit(key)]++] = key;
-    keys.swap(buffer);
-  }
-}
-
 /// Rows in the order of their coordinates: sums then round alike whatever the order of the input.
 void sortRows(const Correspondences& matches, Workspace& work) {
-  const std::size_t n = matches.size();
-  work.keys.resize(n);
-  for (std::size_t i = 0; i < n; ++i)
-    work.keys[i] = static_cast<std::uint64_t>(orderedBits(matches.left_x[i])) << 32 | i;
-  radixSort(work.keys, work.sorted_keys);
-  work.rows.resize(n);
-  for (std::size_t i = 0; i < n; ++i) work.rows[i] = static_cast<std::uint32_t>(work.keys[i]);
-  const auto less = [&matches](std::uint32_t a, std::uint32_t b) {
-    if (matches.left_y[a] != matches.left_y[b]) return matches.left_y[a] < matches.left_y[b];
-    if (matches.right_x[a] != matches.right_x[b]) return matches.right_x[a] < matches.right_x[b];
-    return matches.right_y[a] < matches.right_y[b];
-  };
-  for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
-    while (end < n && work.keys[end] >> 32 == work.keys[begin] >> 32) ++end;
-    if (end - begin > 1)
-      std::sort(work.rows.begin() + static_cast<std::ptrdiff_t>(begin),
-                work.rows.begin() + static_cast<std::ptrdiff_t>(end), less);
-  }
+  sortByCoordinates(matches, work.keyed, work.scratch);
+  work.rows.resize(matches.size());
+  for (std::size_t i = 0; i < matches.size(); ++i) work.rows[i] = work.keyed[i].row;
 }
 
 /// Points of one image in the order of `rows`, centred and scaled to a mean squared radius of 1.

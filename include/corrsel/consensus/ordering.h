@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
+#include "corrsel/coordinate_order.h"
 #include "corrsel/correspondences.h"
 
 namespace corrsel::core {
@@ -25,10 +25,7 @@ class Ordering {
                  std::vector<std::uint32_t>& positions);
 
  private:
-  using Item = std::pair<std::uint32_t, std::uint32_t>;  // key, number
-  void sortItems();
-
-  std::vector<Item> items_, scratch_;
+  std::vector<KeyedRow> items_, scratch_;
 };
 
 }  // namespace corrsel::core
