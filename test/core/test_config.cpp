@@ -19,8 +19,8 @@ TEST(Config, ResolveExpandsAllAndAddsTheBaselineOnce) {
   BenchmarkConfig config = sampleConfig();
   config.selectors = {"lpm:v2", "all", "keep_all", "lpm:v2"};
   config.resolve();
-  EXPECT_EQ(config.selectors,
-            (std::vector<std::string>{"lpm:v2", "nnsr", "ransac", "gms", "lpm", "keep_all"}));
+  EXPECT_EQ(config.selectors, (std::vector<std::string>{"lpm:v2", "nnsr", "ransac", "st", "gtm", "usac",
+                                                        "vfc", "gms", "lpm", "keep_all"}));
 }
 
 TEST(Config, ResolveNamesWhatIsWrongAndWhatIsValid) {
@@ -40,8 +40,8 @@ TEST(Config, ResolveNamesWhatIsWrongAndWhatIsValid) {
       << error;
   error = errorWith([](BenchmarkConfig& c) { c.options["gms"]["beta"] = "1"; });
   EXPECT_TRUE(contains(error, "gms.beta") && contains(error, "alpha")) << error;
-  error = errorWith([](BenchmarkConfig& c) { c.options["vfc"]["beta"] = "1"; });
-  EXPECT_TRUE(contains(error, "'vfc'")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.options["vfx"]["beta"] = "1"; });
+  EXPECT_TRUE(contains(error, "'vfx'")) << error;
   error = errorWith([](BenchmarkConfig& c) { c.repetitions = 0; });
   EXPECT_TRUE(contains(error, "repetitions = 0") && contains(error, "[1, 1000]")) << error;
   error = errorWith([](BenchmarkConfig& c) { c.tolerances = {}; });

@@ -15,6 +15,9 @@
 namespace corrsel::core {
 namespace {
 
+// Every selector, and every one but nnsr after nnsr.
+constexpr std::size_t kSelections = 9 + 8;
+
 using testing::contains;
 
 namespace fs = std::filesystem;
@@ -95,8 +98,8 @@ class Runner : public ::testing::Test {
 TEST_F(Runner, WritesTheWholeGrid) {
   const Outcome outcome = run("run", 2);
   EXPECT_TRUE(outcome.state.complete());
-  // Per pair: 2 features x (5 selectors + 4 after NNSR) x 2 tolerances.
-  EXPECT_EQ(outcome.rows.size(), 1U + 2 * 2 * 9 * 2);
+  // Per pair: 2 features x kSelections x 2 tolerances.
+  EXPECT_EQ(outcome.rows.size(), 1U + 2 * 2 * kSelections * 2);
   const std::vector<SummaryRow> summary =
       RunFolder((root_ / "run").string(), config_, true).writeSummary(outcome.state);
   for (const SummaryRow& row : summary) {
@@ -111,7 +114,7 @@ TEST_F(Runner, WritesTheWholeGrid) {
   for (const auto& entry : fs::directory_iterator(root_ / "run" / "images")) {
     pictures += entry.path().extension() == ".jpg";
   }
-  EXPECT_EQ(pictures, 2U * 4);
+  EXPECT_EQ(pictures, 2U * 8);  // one per pair and selector, the baseline left out
 }
 
 TEST_F(Runner, ThreadsAndRunsDoNotChangeTheResults) {
@@ -153,7 +156,7 @@ TEST_F(Runner, RepetitionsHaveTheirOwnSeedsAndMaxPairsCuts) {
   const Outcome outcome = run("repeated", 3);
   EXPECT_TRUE(outcome.state.complete());
   EXPECT_EQ(outcome.state.pairs_total, 1U);
-  EXPECT_EQ(outcome.rows.size(), 1U + 2 * 9 * 2 * 2);
+  EXPECT_EQ(outcome.rows.size(), 1U + 2 * kSelections * 2 * 2);
   std::set<std::string> seeds;
   for (std::size_t i = 1; i < outcome.rows.size(); ++i) seeds.insert(parseCsvLine(outcome.rows[i])[19]);
   EXPECT_EQ(seeds, (std::set<std::string>{"5", "6"}));

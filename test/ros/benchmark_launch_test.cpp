@@ -25,6 +25,9 @@
 namespace corrsel {
 namespace {
 
+// Every selector, and every one but nnsr after nnsr.
+constexpr std::size_t kSelections = 9 + 8;
+
 namespace fs = std::filesystem;
 
 struct Output {
@@ -132,8 +135,8 @@ TEST_F(BenchmarkLaunch, LaunchWritesACompleteFolderAndPublishes) {
     EXPECT_TRUE(fs::exists(run / file)) << file;
   }
   EXPECT_NE(readAll(run / "summary.json").find("\"complete\": true"), std::string::npos);
-  // 5 pairs x 2 features x (5 selectors + 4 after NNSR) x 10 tolerances.
-  EXPECT_EQ(timelessRows(run).size(), 1U + 5 * 2 * 9 * 10);
+  // 5 pairs x 2 features x kSelections x 10 tolerances.
+  EXPECT_EQ(timelessRows(run).size(), 1U + 5 * 2 * kSelections * 10);
   EXPECT_GT(scores, 0);
   EXPECT_TRUE(finished);
 }
@@ -145,7 +148,7 @@ TEST_F(BenchmarkLaunch, WithoutMasterDeterministicForAnyThreads) {
   const Output two = shell(no_master + benchmark("--threads 2 " + common + (root_ / "t2").string()));
   EXPECT_EQ(one.code, 0) << one.text;
   EXPECT_EQ(two.code, 0) << two.text;
-  EXPECT_EQ(timelessRows(root_ / "t1").size(), 1U + 5 * 9 * 10);
+  EXPECT_EQ(timelessRows(root_ / "t1").size(), 1U + 5 * kSelections * 10);
   EXPECT_EQ(timelessRows(root_ / "t1"), timelessRows(root_ / "t2"));
 }
 
@@ -233,7 +236,7 @@ TEST_F(BenchmarkLaunch, HoleInTheDatasetIsNamedAndTheRestIsRun) {
   EXPECT_EQ(output.code, 1) << output.text;
   EXPECT_NE(output.text.find("img4"), std::string::npos) << output.text;
   EXPECT_NE(readAll(run / "failures.csv").find("img4"), std::string::npos);
-  EXPECT_EQ(timelessRows(run).size(), 1U + 4 * 9 * 10);
+  EXPECT_EQ(timelessRows(run).size(), 1U + 4 * kSelections * 10);
 
   const fs::path bag = root_ / "holed.bag";
   const Output made = shell("rosrun corrsel make_dataset_bag --dataset vgg --path " +
@@ -250,7 +253,7 @@ TEST_F(BenchmarkLaunch, BagsAreRunAndBrokenOnesRefused) {
   const std::string start = "rosrun corrsel benchmark --report false --features orb+orb --bag ";
   const Output run = shell(start + bag.string() + " --output_dir " + (root_ / "bag_run").string());
   EXPECT_EQ(run.code, 0) << run.text;
-  EXPECT_EQ(timelessRows(root_ / "bag_run").size(), 1U + 5 * 9 * 10);
+  EXPECT_EQ(timelessRows(root_ / "bag_run").size(), 1U + 5 * kSelections * 10);
   const Output info = shell("rosbag info " + bag.string());
   EXPECT_NE(info.text.find("corrsel/GroundTruth"), std::string::npos) << info.text;
 
