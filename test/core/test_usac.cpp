@@ -124,6 +124,19 @@ TEST(Usac, EndsInTimeWhereHardlyAnySampleIsValid) {
   EXPECT_EQ(s.mask.size(), 3003u);
 }
 
+TEST(Usac, PointsClosestTogetherAreAllWithinTheThreshold) {
+  // A threshold of 10 px is 1e21 of these units: its square is no float.
+  Correspondences m = homographyScene({100, 0.5, 0.5, 1}).matches;
+  for (auto* column : {&m.left_x, &m.left_y, &m.right_x, &m.right_y}) {
+    for (float& value : *column) value *= 1e-22f;
+  }
+  for (const char* spec : {"usac:h", "usac:f", "ransac:h"}) {
+    const Selection s = createSelector(spec)->select(m);
+    EXPECT_TRUE(s.status == Status::kDegenerate || s.n_selected == 100) << spec << ": " << s.message;
+    EXPECT_EQ(s.mask.size(), 100u);
+  }
+}
+
 TEST(Usac, ReachesItsMeansOnAdelaideRmf) {
   if (adelaidePairs().empty()) GTEST_SKIP() << "skipped: the AdelaideRMF files are not here";
   const Quality q = adelaideMeans("usac:f");
