@@ -14,10 +14,9 @@ constexpr double kLogBailOutRisk = -27.6;  // ln(1e-12)
 
 Verifier::Verifier(const NormalizedMatches& matches, Residual residual, double threshold, bool msac)
     : matches_(matches), residual_(residual), rule_{} {
-  // Points closer together than floats can tell make thresholds beyond all bounds; normalised errors end long
-  // before.
-  constexpr double kEverything = 1e30;
-  rule_.squared_threshold = static_cast<float>(std::min(threshold * threshold, kEverything));
+  // Far beyond what floats can tell apart, and far enough from where their arithmetic ends.
+  constexpr double kNothing = 1e-30, kEverything = 1e30;
+  rule_.squared_threshold = static_cast<float>(std::clamp(threshold * threshold, kNothing, kEverything));
   // Hoeffding's inequality: the mean cost of `seen` random matches, a number in [0, kOutlierCost], exceeds
   // its expectation by d with a probability of at most exp(-2 seen d^2 / kOutlierCost^2).
   rule_.squared_margin =

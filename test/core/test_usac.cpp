@@ -137,6 +137,15 @@ TEST(Usac, PointsClosestTogetherAreAllWithinTheThreshold) {
   }
 }
 
+TEST(Usac, TinyThresholdsKeepExactMatches) {
+  Correspondences m = homographyScene({100, 1.0, 0.0, 1}).matches;
+  m.right_x = m.left_x;
+  m.right_y = m.left_y;
+  const Selection s = createSelector("usac:h", {{"threshold", "1e-30"}})->select(m);
+  EXPECT_EQ(s.mask.size(), 100u);
+  EXPECT_NE(s.status, Status::kFailed);
+}
+
 TEST(Usac, ReachesItsMeansOnAdelaideRmf) {
   if (adelaidePairs().empty()) GTEST_SKIP() << "skipped: the AdelaideRMF files are not here";
   const Quality q = adelaideMeans("usac:f");
