@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstring>
 #include <utility>
 
 namespace corrsel::core {
@@ -18,13 +17,6 @@ int compareOptional(const std::vector<float>& column, std::uint32_t a, std::uint
 }
 
 }  // namespace
-
-std::uint32_t sortKey(float value) {
-  const float positive_zero = value + 0.0F;
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &positive_zero, sizeof bits);
-  return (bits & 0x80000000U) != 0 ? ~bits : bits | 0x80000000U;
-}
 
 void radixSort(std::vector<KeyedRow>& rows, std::vector<KeyedRow>& scratch) {
   constexpr unsigned kBits = 11, kRounds = 3;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "corrsel/correspondences.h"
@@ -13,7 +14,12 @@ struct KeyedRow {
 };
 
 /// A whole number that compares like the value does; -0 and 0 are one. @pre not NaN
-std::uint32_t sortKey(float value);
+inline std::uint32_t sortKey(float value) {
+  const float positive_zero = value + 0.0F;
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &positive_zero, sizeof bits);
+  return (bits & 0x80000000U) != 0 ? ~bits : bits | 0x80000000U;
+}
 
 /// Sorts by key, equal keys as they come. O(N), with `scratch` as long as `rows`.
 void radixSort(std::vector<KeyedRow>& rows, std::vector<KeyedRow>& scratch);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -9,14 +10,21 @@ namespace corrsel::core {
 namespace {
 
 /// Gathers a column. @return its largest magnitude
-double gather(const std::vector<float>& column, const std::vector<std::uint32_t>& rows,
-              std::vector<float>& out) {
-  out.resize(rows.size());
-  float largest = 0;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    out[i] = column[rows[i]];
-    largest = std::max(largest, std::abs(out[i]));
+float gather(const std::vector<float>& column, const std::vector<std::uint32_t>& rows,
+             std::vector<float>& out) {
+  const std::size_t n = rows.size();
+  out.resize(n);
+  for (std::size_t i = 0; i < n; ++i) out[i] = column[rows[i]];
+  // As whole numbers, which compare alike and faster.
+  std::int32_t largest_bits = 0;
+  for (const float value : out) {
+    const float magnitude = std::abs(value);
+    std::int32_t bits = 0;
+    std::memcpy(&bits, &magnitude, sizeof bits);
+    largest_bits = std::max(largest_bits, bits);
   }
+  float largest = 0;
+  std::memcpy(&largest, &largest_bits, sizeof largest);
   return largest;
 }
 
@@ -28,22 +36,28 @@ void normalizeMatches(const Correspondences& matches, const std::vector<std::uin
   const std::vector<float>* const from[4] = {&matches.left_x, &matches.left_y, &matches.right_x,
                                              &matches.right_y};
   double largest = 0;
-  for (int c = 0; c < 4; ++c) largest = std::max(largest, gather(*from[c], rows, *columns[c]));
+  for (int c = 0; c < 4; ++c) largest = std::max<double>(largest, gather(*from[c], rows, *columns[c]));
   const std::size_t n = rows.size();
   double mean[4] = {0, 0, 0, 0}, spread = 0;
   // The four columns side by side: their sums do not wait for one another.
+  const float *const lx = result.left_x.data(), *const ly = result.left_y.data();
+  const float *const rx = result.right_x.data(), *const ry = result.right_y.data();
   for (std::size_t i = 0; i < n; ++i) {
-    for (int c = 0; c < 4; ++c) mean[c] += (*columns[c])[i];
+    mean[0] += lx[i];
+    mean[1] += ly[i];
+    mean[2] += rx[i];
+    mean[3] += ry[i];
   }
   for (double& value : mean) value = n == 0 ? 0.0 : value / static_cast<double>(n);
   double squares[4] = {0, 0, 0, 0};
+  const auto square = [](double value) { return value * value; };
   for (std::size_t i = 0; i < n; ++i) {
-    for (int c = 0; c < 4; ++c) {
-      const double offset = (*columns[c])[i] - mean[c];
-      squares[c] += offset * offset;
-    }
+    squares[0] += square(lx[i] - mean[0]);
+    squares[1] += square(ly[i] - mean[1]);
+    squares[2] += square(rx[i] - mean[2]);
+    squares[3] += square(ry[i] - mean[3]);
   }
-  for (const double square : squares) spread += square;
+  for (const double sum : squares) spread += sum;
   const double rms = n == 0 ? 0.0 : std::sqrt(spread / (2.0 * static_cast<double>(n)));
   const double s = rms > 0 ? std::sqrt(2.0) / rms : 1.0;
   result.scale = s;

@@ -36,21 +36,21 @@ void modelErrors(Residual residual, const cv::Matx33d& model, const NormalizedMa
 }
 
 void pixelErrors(Residual residual, const cv::Matx33d& model, const Correspondences& m, double* out) {
-  const auto each = [&m, out](const auto& error) {
-    for (std::size_t i = 0; i < m.size(); ++i)
-      out[i] = error(m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
-  };
+  const float *const x = m.left_x.data(), *const y = m.left_y.data();
+  const float *const u = m.right_x.data(), *const v = m.right_y.data();
+  const std::size_t n = m.size();
+  // Copies, which `out` cannot point into: the loops are vectorised.
+  const cv::Matx33d forward = model, backward = inverseHomography(model);
   switch (residual) {
     case Residual::kTransfer:
-      each([&model](double x, double y, double u, double v) { return homographyError(model, x, y, u, v); });
+      for (std::size_t i = 0; i < n; ++i) out[i] = homographyError(forward, x[i], y[i], u[i], v[i]);
       break;
     case Residual::kSymmetricTransfer:
-      each([&model, backward = inverseHomography(model)](double x, double y, double u, double v) {
-        return homographyError(model, x, y, u, v) + homographyError(backward, u, v, x, y);
-      });
+      for (std::size_t i = 0; i < n; ++i) out[i] = homographyError(forward, x[i], y[i], u[i], v[i]);
+      for (std::size_t i = 0; i < n; ++i) out[i] += homographyError(backward, u[i], v[i], x[i], y[i]);
       break;
     case Residual::kSampson:
-      each([&model](double x, double y, double u, double v) { return sampsonError(model, x, y, u, v); });
+      for (std::size_t i = 0; i < n; ++i) out[i] = sampsonError(forward, x[i], y[i], u[i], v[i]);
       break;
   }
 }

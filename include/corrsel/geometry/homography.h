@@ -22,10 +22,10 @@ inline double thirdCoordinate(const cv::Matx33d& h, double x, double y) {
 inline double homographyError(const cv::Matx33d& h, double left_x, double left_y, double right_x,
                               double right_y) {
   const double w = thirdCoordinate(h, left_x, left_y);
-  if (!(w > 0)) return std::numeric_limits<double>::infinity();
-  const double dx = (h(0, 0) * left_x + h(0, 1) * left_y + h(0, 2)) / w - right_x;
-  const double dy = (h(1, 0) * left_x + h(1, 1) * left_y + h(1, 2)) / w - right_y;
-  return dx * dx + dy * dy;
+  const double inverse = 1.0 / w;
+  const double dx = (h(0, 0) * left_x + h(0, 1) * left_y + h(0, 2)) * inverse - right_x;
+  const double dy = (h(1, 0) * left_x + h(1, 1) * left_y + h(1, 2)) * inverse - right_y;
+  return w > 0 ? dx * dx + dy * dy : std::numeric_limits<double>::infinity();
 }
 
 /// Whether four matches can come from one camera pair looking at a plane: no three points on a line in either
