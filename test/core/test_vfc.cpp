@@ -305,15 +305,22 @@ TEST_F(VfcOnAdelaideRmf, ReachesThePublishedMeans) {
 }
 
 TEST_F(VfcOnAdelaideRmf, DecidesLikeDenseSolves) {
+#ifdef __SANITIZE_ADDRESS__
+  constexpr std::size_t kLargest = 400;  // dense solves take minutes there
+#else
+  constexpr std::size_t kLargest = 100000;
+#endif
   std::size_t different = 0, decisions = 0;
   for (const LabelledPair& pair : adelaidePairs()) {
+    if (pair.matches.size() > kLargest) continue;
     const Answer expected = byDefinition(pair.matches);
     const Selection s = VfcSelector().select(pair.matches);
     EXPECT_EQ(s.iterations, expected.iterations) << pair.name << " " << pair.matches.size();
     different += differences(s.mask, expected.mask);
     decisions += s.mask.size();
   }
-  EXPECT_EQ(decisions, 11962u);
+  EXPECT_TRUE(decisions == 11962u || kLargest < 2084) << decisions;
+  EXPECT_GT(decisions, 3000u);
   EXPECT_LE(different, 5u);  // none here; the dense solves round too
 }
 
