@@ -14,15 +14,6 @@ namespace {
 using namespace testing;
 using Mask = std::vector<std::uint8_t>;
 
-/// Restores the level that was in use.
-class LevelGuard {
- public:
-  ~LevelGuard() { setKernelLevel(before_); }
-
- private:
-  KernelLevel before_ = kernelLevel();
-};
-
 cv::Matx22d linear(const AffineFrame& f) { return {f[0], f[1], f[3], f[4]}; }
 
 /// Payoffs by definition.

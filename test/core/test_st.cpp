@@ -15,15 +15,6 @@ namespace {
 using namespace testing;
 using Mask = std::vector<std::uint8_t>;
 
-/// Restores the level that was in use.
-class LevelGuard {
- public:
-  ~LevelGuard() { setKernelLevel(before_); }
-
- private:
-  KernelLevel before_ = kernelLevel();
-};
-
 /// Affinity of two matches by definition, with a one-to-one rule where the options have it.
 double affinityOf(const Correspondences& m, std::size_t i, std::size_t j, const StOptions& o) {
   const double left = std::hypot(double(m.left_x[i]) - m.left_x[j], double(m.left_y[i]) - m.left_y[j]);

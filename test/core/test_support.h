@@ -17,6 +17,7 @@
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/evaluation/statistics.h"
+#include "corrsel/kernels/kernels.h"
 #include "corrsel/random.h"
 #include "corrsel/selectors/factory.h"
 
@@ -40,6 +41,15 @@ std::string errorOf(const Action& action) {
 inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
+
+/// Restores the kernel level that was in use, at the end of a test that forces others.
+class LevelGuard {
+ public:
+  ~LevelGuard() { setKernelLevel(before_); }
+
+ private:
+  KernelLevel before_ = kernelLevel();
+};
 
 /// Folder of a real dataset; empty where it does not exist: the test must then be skipped.
 inline std::string sharedData(const std::string& name) {
