@@ -34,6 +34,20 @@ std::vector<std::string> withoutRepeats(const std::vector<std::string>& values) 
   return result;
 }
 
+/// With "all" replaced by all names.
+std::vector<std::string> withAll(const std::vector<std::string>& values,
+                                 const std::vector<std::string>& names) {
+  std::vector<std::string> result;
+  for (const std::string& value : values) {
+    if (value == "all") {
+      result.insert(result.end(), names.begin(), names.end());
+    } else {
+      result.push_back(value);
+    }
+  }
+  return result;
+}
+
 void emitOptions(YAML::Emitter& out, const std::string& name, const OptionSet& options) {
   out << YAML::Key << name << YAML::Value << YAML::BeginMap;
   for (const OptionText& option : listOptions(options))
@@ -68,19 +82,11 @@ std::map<std::string, std::string> flattened(const std::string& yaml) {
 }  // namespace
 
 void BenchmarkConfig::resolve() {
-  std::vector<std::string> expanded;
-  for (const std::string& spec : selectors) {
-    if (spec == "all") {
-      const std::vector<std::string> names = selectorNames();
-      expanded.insert(expanded.end(), names.begin(), names.end());
-    } else {
-      expanded.push_back(spec);
-    }
-  }
+  std::vector<std::string> expanded = withAll(selectors, selectorNames());
   expanded.erase(std::remove(expanded.begin(), expanded.end(), "keep_all"), expanded.end());
   expanded.push_back("keep_all");
   selectors = withoutRepeats(expanded);
-  features = withoutRepeats(features);
+  features = withoutRepeats(withAll(features, extractorNames()));
   preselection = withoutRepeats(preselection);
   requireSome("features", features);
   requireSome("preselection", preselection);
@@ -100,8 +106,8 @@ void BenchmarkConfig::resolve() {
 
   std::set<std::string> known = {"nnsr"};
   for (const std::string& name : features) {
-    createExtractor(name, options[algorithmOf(name)]);
-    known.insert(algorithmOf(name));
+    createExtractor(name, options);
+    for (const std::string& algorithm : algorithmsOf(name)) known.insert(algorithm);
   }
   for (const std::string& spec : selectors) {
     createSelector(spec, options[algorithmOf(spec)]);
@@ -138,8 +144,12 @@ std::string BenchmarkConfig::toYaml() const {
     return found == options.end() ? OptionMap{} : found->second;
   };
   out << YAML::Key << "feature_options" << YAML::Value << YAML::BeginMap;
-  for (const std::string& name : features)
-    emitOptions(out, name, createExtractor(name, given(name))->options());
+  for (const std::string& name : features) {
+    out << YAML::Key << name << YAML::Value << YAML::BeginMap;
+    const auto extractor = createExtractor(name, options);
+    for (const auto& [algorithm, values] : extractor->options()) emitOptions(out, algorithm, *values);
+    out << YAML::EndMap;
+  }
   out << YAML::EndMap;
   out << YAML::Key << "selector_options" << YAML::Value << YAML::BeginMap;
   for (const std::string& spec : selectors) {

@@ -7,6 +7,8 @@ namespace corrsel::core {
 void DetectorOptions::visitCap(OptionVisitor& visitor) {
   visitor.integer({"max_features", 0, 100000, "-", "Strongest features kept; 0 = no cap"}, max_features);
   visitor.flag("spread", "With max_features: keep the strongest of every part of the image", spread);
+  visitor.number({"max_megapixels", 0.01, 1000, "10^6 px", "Larger images are reduced to this size first"},
+                 max_megapixels);
 }
 
 std::vector<AffineFrame> similarityFrames(const std::vector<cv::KeyPoint>& keypoints) {

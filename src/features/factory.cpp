@@ -1,6 +1,8 @@
-#include <future>
+#include <algorithm>
 #include <stdexcept>
 
+#include "corrsel/features/akaze.h"
+#include "corrsel/features/brisk.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/features/orb.h"
 #include "corrsel/features/sift.h"
@@ -9,54 +11,135 @@
 namespace corrsel::core {
 namespace {
 
-struct Entry {
+/// An algorithm: its options and what it can be. The one place where it is announced.
+struct Algorithm {
   std::string name;
-  std::unique_ptr<FeatureExtractor> (*create)(const OptionMap& options, const std::string& context);
+  std::unique_ptr<OptionSet> (*options)();
+  std::unique_ptr<Detector> (*detector)(const OptionSet& options);      ///< null: no detector
+  std::unique_ptr<Descriptor> (*descriptor)(const OptionSet& options);  ///< null: no descriptor of other
+                                                                        ///< detectors' keypoints
+  bool self_describing = false;
 };
 
-template <class E, class O>
-Entry entry(const std::string& name) {
-  return {name, [](const OptionMap& options, const std::string& context) {
-            O values;
-            setOptions(values, options, context);
-            try {
-              return std::unique_ptr<FeatureExtractor>(std::make_unique<E>(values));
-            } catch (const std::invalid_argument& error) {
-              throw std::invalid_argument(context + ": " + error.what());
-            }
-          }};
+template <class O>
+std::unique_ptr<OptionSet> optionsOf() {
+  return std::make_unique<O>();
 }
 
-/// The one place where a combination is announced.
-const std::vector<Entry>& entries() {
-  static const std::vector<Entry> table = {
-      entry<SiftExtractor, SiftOptions>("sift+sift"),
-      entry<OrbExtractor, OrbOptions>("orb+orb"),
+template <class D, class O>
+std::unique_ptr<Detector> detectorOf(const OptionSet& options) {
+  return std::make_unique<D>(dynamic_cast<const O&>(options));
+}
+
+template <class D, class O>
+std::unique_ptr<Descriptor> descriptorOf(const OptionSet& options) {
+  return std::make_unique<D>(dynamic_cast<const O&>(options));
+}
+
+const std::vector<Algorithm>& algorithms() {
+  static const std::vector<Algorithm> table = {
+      {"sift", optionsOf<SiftOptions>, detectorOf<SiftDetector, SiftOptions>, nullptr, true},
+      {"orb", optionsOf<OrbOptions>, detectorOf<OrbDetector, OrbOptions>,
+       descriptorOf<OrbDescriptor, OrbOptions>, true},
+      {"akaze", optionsOf<AkazeOptions>, detectorOf<AkazeDetector, AkazeOptions>, nullptr, true},
+      {"brisk", optionsOf<BriskOptions>, detectorOf<BriskDetector, BriskOptions>,
+       descriptorOf<BriskDescriptor, BriskOptions>, true},
   };
   return table;
 }
 
-}  // namespace
-
-std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const OptionMap& options) {
-  for (const Entry& candidate : entries()) {
-    if (candidate.name == name) return candidate.create(options, name.substr(0, name.find('+')));
-  }
-  throw std::invalid_argument("unknown features '" + name + "'; valid: " + joinList(extractorNames()));
-}
-
-std::vector<std::string> extractorNames() {
+/// Those that describe the keypoints of any detector.
+std::vector<std::string> freeDescriptors() {
   std::vector<std::string> names;
-  for (const Entry& candidate : entries()) names.push_back(candidate.name);
+  for (const Algorithm& algorithm : algorithms()) {
+    if (algorithm.descriptor != nullptr) names.push_back(algorithm.name);
+  }
   return names;
 }
 
-std::pair<Features, Features> extractPair(const FeatureExtractor& extractor, const cv::Mat& left,
-                                          const cv::Mat& right, int threads) {
-  if (threads <= 1) return {extractor.extract(left), extractor.extract(right)};
-  auto other = std::async(std::launch::async, [&extractor, &right] { return extractor.extract(right); });
-  Features first = extractor.extract(left);
-  return {std::move(first), other.get()};
+const Algorithm* find(const std::string& name) {
+  for (const Algorithm& algorithm : algorithms()) {
+    if (algorithm.name == name) return &algorithm;
+  }
+  return nullptr;
+}
+
+std::unique_ptr<OptionSet> optionsFor(const Algorithm& algorithm, const AlgorithmOptions& given) {
+  std::unique_ptr<OptionSet> options = algorithm.options();
+  const auto found = given.find(algorithm.name);
+  if (found != given.end()) setOptions(*options, found->second, algorithm.name);
+  try {
+    options->check();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(algorithm.name + ": " + error.what());
+  }
+  return options;
+}
+
+}  // namespace
+
+std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const AlgorithmOptions& options) {
+  const std::size_t plus = name.find('+');
+  const std::string first = name.substr(0, plus);
+  const std::string second = plus == std::string::npos ? "" : name.substr(plus + 1);
+  const Algorithm *detector = find(first), *descriptor = find(second);
+  const std::vector<std::string> detectors = detectorNames(), descriptors = descriptorNames();
+  const auto among = [](const std::vector<std::string>& names, const std::string& wanted) {
+    return std::find(names.begin(), names.end(), wanted) != names.end();
+  };
+  if (!among(detectors, first) || !among(descriptors, second)) {
+    throw std::invalid_argument("unknown features '" + name + "'; valid: detector+descriptor, e.g. " +
+                                joinList(extractorNames()) + "; detectors: " + joinList(detectors) +
+                                "; descriptors: " + joinList(descriptors));
+  }
+  if (detector == descriptor && detector->self_describing) {
+    return std::make_unique<FeatureExtractor>(name, detector->detector(*optionsFor(*detector, options)),
+                                              nullptr);
+  }
+  if (descriptor->descriptor == nullptr) {
+    throw std::invalid_argument("features '" + name + "' cannot work: the " + second +
+                                " descriptor needs what the " + second + " detector finds on the way; use " +
+                                second + "+" + second + ", or with " + first + " one of " +
+                                joinList(freeDescriptors()));
+  }
+  return std::make_unique<FeatureExtractor>(name, detector->detector(*optionsFor(*detector, options)),
+                                            descriptor->descriptor(*optionsFor(*descriptor, options)));
+}
+
+std::vector<std::string> extractorNames() {
+  return {"hessian_affine+sift", "sift+sift",   "orb+orb",    "asift+asift",
+          "blob+freak",          "akaze+akaze", "brisk+brisk"};
+}
+
+std::vector<std::string> detectorNames() {
+  std::vector<std::string> names;
+  for (const Algorithm& algorithm : algorithms()) {
+    if (algorithm.detector != nullptr) names.push_back(algorithm.name);
+  }
+  return names;
+}
+
+std::vector<std::string> descriptorNames() {
+  std::vector<std::string> names;
+  for (const Algorithm& algorithm : algorithms()) {
+    if (algorithm.self_describing || algorithm.descriptor != nullptr) names.push_back(algorithm.name);
+  }
+  return names;
+}
+
+std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> featureAlgorithms() {
+  std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> result;
+  for (const Algorithm& algorithm : algorithms()) result.emplace_back(algorithm.name, algorithm.options());
+  return result;
+}
+
+std::vector<std::string> algorithmsOf(const std::string& name) {
+  const std::size_t plus = name.find('+');
+  std::vector<std::string> result = {name.substr(0, plus)};
+  if (plus != std::string::npos && name.substr(plus + 1) != result.front()) {
+    result.push_back(name.substr(plus + 1));
+  }
+  return result;
 }
 
 }  // namespace corrsel::core

@@ -1,14 +1,13 @@
 #include "corrsel/features/orb.h"
 
 #include <algorithm>
-#include <opencv2/features2d.hpp>
-
-#include "corrsel/features/opencv_extractor.h"
+#include <cmath>
+#include <limits>
 
 namespace corrsel::core {
 
 void OrbOptions::visit(OptionVisitor& visitor) {
-  visitor.integer({"max_features", 1, 100000, "-", "ORB: strongest features kept"}, max_features);
+  visitCap(visitor);
   visitor.number({"scale_factor", 1.05, 3, "-", "ORB: scale between pyramid levels"}, scale_factor);
   visitor.integer({"levels", 1, 16, "-", "ORB: levels of the pyramid"}, levels);
   visitor.integer({"fast_threshold", 0, 255, "grey levels", "ORB: smallest corner contrast"}, fast_threshold);
@@ -18,6 +17,11 @@ void OrbOptions::visit(OptionVisitor& visitor) {
 }
 
 namespace {
+
+/// Diameter of the circle of pixels that FAST looks at.
+constexpr double kFastDiameter = 7;
+/// OpenCV's ORB has no "no cap" and hands its number out over the levels.
+constexpr int kNoCap = 1000000;
 
 /// Levels on which a patch still fits: OpenCV fails on a pyramid that shrinks to nothing.
 int usableLevels(const OrbOptions& options, const cv::Size& size) {
@@ -30,17 +34,31 @@ int usableLevels(const OrbOptions& options, const cv::Size& size) {
   return levels;
 }
 
+OpenCvDetector::Create create(const OrbOptions& options) {
+  return [options](const cv::Size& size) {
+    const bool capped = options.max_features > 0 && !options.spread;
+    return cv::ORB::create(capped ? options.max_features : kNoCap, static_cast<float>(options.scale_factor),
+                           usableLevels(options, size), options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
+                           options.patch_size, options.fast_threshold);
+  };
+}
+
 }  // namespace
 
-OrbExtractor::OrbExtractor(const OrbOptions& options)
-    : OpenCvExtractor(
-          "orb+orb",
-          [options](const cv::Size& size) {
-            return cv::ORB::create(options.max_features, static_cast<float>(options.scale_factor),
-                                   usableLevels(options, size), options.patch_size, 0, 2,
-                                   cv::ORB::HARRIS_SCORE, options.patch_size, options.fast_threshold);
-          },
-          options.max_features, options.patch_size),
+OrbDetector::OrbDetector(const OrbOptions& options)
+    : OpenCvDetector("orb", create(options), options.patch_size, kFastDiameter / options.patch_size),
+      options_(options) {
+  options_.check();
+}
+
+OrbDescriptor::OrbDescriptor(const OrbOptions& options)
+    : OpenCvDescriptor(
+          "orb", create(options), options.patch_size,
+          [options](const cv::Size& size, cv::KeyPoint& keypoint) {
+            const double level = std::log(keypoint.size / kFastDiameter) / std::log(options.scale_factor);
+            keypoint.octave =
+                static_cast<int>(std::clamp(std::round(level), 0.0, usableLevels(options, size) - 1.0));
+          }),
       options_(options) {
   options_.check();
 }

@@ -114,8 +114,11 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   static std::shared_ptr<const core::FeatureExtractor> create(const FeatureMatcherConfig& config) {
-    const std::string prefix = config.features.substr(0, config.features.find('+')) + "_";
-    return core::createExtractor(config.features, changedOptions(config, prefix));
+    core::AlgorithmOptions options;
+    for (const std::string& algorithm : core::algorithmsOf(config.features)) {
+      options[algorithm] = changedOptions(config, algorithm + "_");
+    }
+    return core::createExtractor(config.features, options);
   }
 
   static constexpr std::uint32_t kPublisherQueue = 10;

@@ -60,7 +60,7 @@ constexpr Argument kArguments[] = {
      "datasets, comma-separated: sample, vgg, symbench, adelaidermf; default sample unless bags are given"},
     {"data_root", "", "folder that holds one folder per dataset, named like the dataset"},
     {"bag", "", "dataset bags (comma-separated) made by make_dataset_bag, instead of datasets"},
-    {"features", "sift+sift,orb+orb", "detector+descriptor combinations, comma-separated"},
+    {"features", "sift+sift,orb+orb", "detector+descriptor combinations, comma-separated, or all"},
     {"preselection", "none,nnsr", "what reduces the putative matches first: none, nnsr"},
     {"selectors", "all", "selectors, comma-separated, each optionally with a preset (lpm:v2), or all"},
     {"options", "", "options, comma-separated: gms.alpha=6,ransac.threshold=3,sift.max_features=2000"},
@@ -98,17 +98,28 @@ void printHelp() {
          "unusable data or folder, 130 interrupted (continue with --resume true)\n";
 }
 
+void printOptions(const std::string& algorithm, const core::OptionSet& options) {
+  for (const core::OptionText& option : core::listOptions(options)) {
+    std::cout << "      " << algorithm << "." << option.name << " = " << option.value << "  " << option.range
+              << (option.unit == "-" ? "" : " " + option.unit) << "  " << option.description << "\n";
+  }
+}
+
 void printList() {
   std::cout << "datasets:  " << core::joinList(core::datasetNames())
-            << "\nfeatures:  " << core::joinList(core::extractorNames()) << "\nselectors:\n";
+            << "\nfeatures:  " << core::joinList(core::extractorNames())
+            << "\n  or detector+descriptor: detectors " << core::joinList(core::detectorNames())
+            << "; descriptors " << core::joinList(core::descriptorNames()) << "\n";
+  for (const auto& [name, options] : core::featureAlgorithms()) {
+    std::cout << "  " << name << "\n";
+    printOptions(name, *options);
+  }
+  std::cout << "selectors:\n";
   for (const std::string& name : core::selectorNames()) {
     std::cout << "  " << name;
     for (const std::string& preset : core::selectorPresets(name)) std::cout << "  " << name << ":" << preset;
     std::cout << "\n";
-    for (const core::OptionText& option : core::listOptions(core::createSelector(name)->options())) {
-      std::cout << "      " << name << "." << option.name << " = " << option.value << "  " << option.range
-                << (option.unit == "-" ? "" : " " + option.unit) << "  " << option.description << "\n";
-    }
+    printOptions(name, core::createSelector(name)->options());
   }
 }
 

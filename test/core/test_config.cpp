@@ -17,8 +17,12 @@ BenchmarkConfig sampleConfig() {
 
 TEST(Config, ResolveExpandsAllAndAddsTheBaselineOnce) {
   BenchmarkConfig config = sampleConfig();
+  config.features = {"sift+orb", "all", "orb+orb"};
   config.selectors = {"lpm:v2", "all", "keep_all", "lpm:v2"};
   config.resolve();
+  EXPECT_EQ(config.features,
+            (std::vector<std::string>{"sift+orb", "hessian_affine+sift", "sift+sift", "orb+orb",
+                                      "asift+asift", "blob+freak", "akaze+akaze", "brisk+brisk"}));
   EXPECT_EQ(config.selectors, (std::vector<std::string>{"lpm:v2", "nnsr", "ransac", "st", "gtm", "usac",
                                                         "vfc", "gms", "lpm", "keep_all"}));
 }
@@ -48,6 +52,24 @@ TEST(Config, ResolveNamesWhatIsWrongAndWhatIsValid) {
   EXPECT_TRUE(contains(error, "tolerances")) << error;
   error = errorWith([](BenchmarkConfig& c) { c.datasets = {}; });
   EXPECT_TRUE(contains(error, "dataset")) << error;
+}
+
+TEST(Config, OptionsBelongToDetectorOrDescriptor) {
+  BenchmarkConfig config = sampleConfig();
+  config.features = {"sift+orb"};
+  config.options["sift"]["contrast_threshold"] = "0.07";
+  config.options["orb"]["patch_size"] = "25";
+  config.resolve();
+  EXPECT_TRUE(contains(config.toYaml(), "contrast_threshold: 0.07")) << config.toYaml();
+  EXPECT_TRUE(contains(config.toYaml(), "patch_size: 25")) << config.toYaml();
+  config.options["brisk"]["octaves"] = "2";
+  EXPECT_TRUE(contains(errorOf([&] { config.resolve(); }), "'brisk', which this run does not use"));
+  config.options.erase("brisk");
+  config.options["orb"]["patch_size"] = "1";
+  EXPECT_TRUE(contains(errorOf([&] { config.resolve(); }), "orb: option patch_size = 1 is outside [5, 127]"));
+  config.options.erase("orb");
+  config.features = {"orb+akaze"};
+  EXPECT_TRUE(contains(errorOf([&] { config.resolve(); }), "cannot work"));
 }
 
 TEST(Config, OptionAssignments) {

@@ -157,8 +157,8 @@ TEST(Cfg, SelectorParametersEqualTheOptions) {
 TEST(Cfg, FeatureParametersEqualTheOptions) {
   const auto all = parameters(FeatureMatcherConfig::__getDescriptionMessage__());
   auto open = all;
+  for (const auto& [name, options] : core::featureAlgorithms()) compare(*options, open, all, name + "_", 1);
   for (const std::string& name : core::extractorNames()) {
-    compare(core::createExtractor(name)->options(), open, all, name.substr(0, name.find('+')) + "_", 1);
     EXPECT_NE(all.at("features").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }
   EXPECT_EQ(names(open), (std::vector<std::string>{"features"}));

@@ -14,7 +14,7 @@ struct BenchmarkConfig {
   std::vector<std::string> datasets;  ///< names for openDataset(); empty when bags are given
   std::string data_root;              ///< folder that holds one folder per dataset
   std::vector<std::string> bags;      ///< dataset bags, instead of datasets
-  std::vector<std::string> features = {"sift+sift", "orb+orb"};
+  std::vector<std::string> features = {"sift+sift", "orb+orb"};  ///< "all" = the named combinations
   std::vector<std::string> preselection = {"none", "nnsr"};
   std::vector<std::string> selectors = {
       "all"};  ///< "name" or "name:preset"; "all" = every algorithm's default

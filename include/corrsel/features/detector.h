@@ -28,6 +28,14 @@ class Detector {
   virtual const DetectorOptions& options() const = 0;
 };
 
+/// A detector with a descriptor of its own, computed in the same pass.
+class SelfDescribingDetector : public Detector {
+ public:
+  /// Like detect(), with descriptors: one row per keypoint. May keep the strongest max_features itself where
+  /// that saves work.
+  virtual void detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const = 0;
+};
+
 /// Similarity frames from size and angle: column k is the keypoint's radius along and across its angle.
 std::vector<AffineFrame> similarityFrames(const std::vector<cv::KeyPoint>& keypoints);
 

@@ -1,37 +1,65 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "corrsel/features/descriptor.h"
+#include "corrsel/features/detector.h"
 #include "corrsel/features/features.h"
 #include "corrsel/options.h"
 
 namespace corrsel::core {
 
-/// Detects keypoints and describes them. extract() is const and re-entrant.
+/// Options by the name of the algorithm they belong to: {"orb": {"levels": "4"}}.
+using AlgorithmOptions = std::map<std::string, OptionMap>;
+
+/// A detector with a descriptor: what is common to all combinations. extract() is const and re-entrant.
 class FeatureExtractor {
  public:
-  virtual ~FeatureExtractor() = default;
+  /// @param descriptor  null: the detector describes its keypoints itself (a SelfDescribingDetector)
+  FeatureExtractor(std::string name, std::unique_ptr<Detector> detector,
+                   std::unique_ptr<Descriptor> descriptor);
 
-  /// @param image  8-bit, 1, 3 (BGR) or 4 (BGRA) channels. A blank or tiny image gives zero features.
+  /// @param image    8-bit, 1, 3 (BGR) or 4 (BGRA) channels. A blank or tiny image gives zero features.
+  /// @param threads  threads that may be used; the result does not depend on it
   /// @return features in a fixed order (strongest first), at most max_features where the option is not 0.
   /// Throws std::invalid_argument for an empty image or another depth, naming what it got.
-  virtual Features extract(const cv::Mat& image) const = 0;
+  Features extract(const cv::Mat& image, int threads = 1) const;
 
   /// "detector+descriptor".
-  virtual std::string name() const = 0;
+  const std::string& name() const { return name_; }
 
-  virtual const OptionSet& options() const = 0;
+  /// The options in force, by algorithm: one entry where detector and descriptor are one algorithm, else two.
+  std::vector<std::pair<std::string, const OptionSet*>> options() const;
+
+ private:
+  std::string name_;
+  std::unique_ptr<Detector> detector_;
+  std::unique_ptr<Descriptor> descriptor_;
 };
 
-/// Creates an extractor from "detector+descriptor". Throws std::invalid_argument for an unknown combination
-/// (listing the valid ones) and for options out of range.
-std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const OptionMap& options = {});
+/// Creates an extractor from "detector+descriptor"; options of other algorithms are not looked at. Throws
+/// std::invalid_argument for names that do not exist (listing those that do), for pairings that cannot work
+/// (saying why), and for options out of range.
+std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name,
+                                                  const AlgorithmOptions& options = {});
 
+/// The combinations of the paper, the default first, then the other algorithms that do both. Any other
+/// pairing of detectorNames() and descriptorNames() works too, unless createExtractor() says why not.
 std::vector<std::string> extractorNames();
+
+std::vector<std::string> detectorNames();
+std::vector<std::string> descriptorNames();
+
+/// Every algorithm with options, detector or descriptor or both, with its default options.
+std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> featureAlgorithms();
+
+/// The algorithms that a combination is made of: "sift+freak" gives sift and freak, "orb+orb" gives orb.
+std::vector<std::string> algorithmsOf(const std::string& name);
 
 /// Extracts both images, side by side when threads > 1. The result does not depend on the thread count.
 std::pair<Features, Features> extractPair(const FeatureExtractor& extractor, const cv::Mat& left,

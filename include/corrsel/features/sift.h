@@ -1,29 +1,35 @@
 #pragma once
 
-#include "corrsel/features/opencv_extractor.h"
-#include "corrsel/options.h"
+#include <opencv2/core/mat.hpp>
+
+#include "corrsel/features/opencv_features.h"
 
 namespace corrsel::core {
 
 /// SIFT (Lowe, IJCV 2004) as in OpenCV's features2d.
-struct SiftOptions : OptionSet {
-  int max_features = 0;              ///< strongest kept; 0 = no cap
+struct SiftOptions : DetectorOptions {
   int octave_layers = 3;             ///< layers per octave
   double contrast_threshold = 0.04;  ///< weak extrema are dropped; divided by octave_layers inside
   double edge_threshold = 10.0;      ///< edge-like extrema are dropped; larger keeps more
   double sigma = 1.6;                ///< blur of the first octave, px
+  bool root = false;                 ///< RootSIFT; the one option that the descriptor alone uses
 
   void visit(OptionVisitor& visitor) override;
 };
 
-/// "sift+sift".
-class SiftExtractor : public OpenCvExtractor {
+/// "sift".
+class SiftDetector : public OpenCvDetector {
  public:
-  explicit SiftExtractor(const SiftOptions& options = {});
-  const OptionSet& options() const override { return options_; }
+  explicit SiftDetector(const SiftOptions& options = {});
+  void detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const override;
+  const DetectorOptions& options() const override { return options_; }
 
  private:
   SiftOptions options_;
 };
+
+/// RootSIFT (Arandjelovic and Zisserman, CVPR 2012, section 3): every row is divided by its sum, then square
+/// roots are taken: rows of Euclidean length 1. @param descriptors  N x 128 CV_32F, not negative
+void toRootSift(cv::Mat& descriptors);
 
 }  // namespace corrsel::core
