@@ -3,6 +3,7 @@
 // The kernels of one level, as the level_*.cpp files compile them.
 
 #include "corrsel/kernels/kernels.h"
+#include "descriptor_kernels.h"
 #include "field_kernels.h"
 #include "grid_kernels.h"
 #include "normal_kernels.h"
@@ -27,6 +28,7 @@ constexpr Kernels kTable = {
      {pairConflictsKernel<RatioOfDistances>, pairConflictsKernel<DifferenceOfDistances>},
      pairRowKernel<Payoff>,
      pairProductKernel},
+    {nearestKernel<WholeNumbers>, nearestKernel<Bits>, nearestKernel<Floats>},
 };
 
 }  // namespace

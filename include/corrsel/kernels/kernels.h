@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "corrsel/kernels/descriptor.h"
 #include "corrsel/kernels/field.h"
 #include "corrsel/kernels/grid.h"
 #include "corrsel/kernels/pair.h"
@@ -35,6 +36,7 @@ struct Kernels {
   GmsKernels gms;
   NeighbourKernels neighbours;
   PairKernels pairs;
+  DescriptorKernels descriptors;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

@@ -1,0 +1,254 @@
+#pragma once
+
+// Nearest and second nearest descriptors. Every lane is a train and every word of a query is broadcast to all
+// lanes, so that nothing is added across lanes.
+
+#include "corrsel/kernels/kernels.h"
+#include "simd.h"
+
+namespace corrsel::core {
+namespace {
+
+typedef std::uint32_t WordV __attribute__((vector_size(kWidth * 4)));
+
+inline WordV load(const std::uint32_t* p) {
+  WordV v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline IntV load(const std::int32_t* p) {
+  IntV v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline void store(std::uint32_t* p, WordV v) { __builtin_memcpy(p, &v, sizeof v); }
+inline void store(std::int32_t* p, IntV v) { __builtin_memcpy(p, &v, sizeof v); }
+
+inline WordV splat(std::uint32_t word) { return word - WordV{}; }
+
+/// Squared differences of whole numbers, expanded: adds the dot product of two pairs of 16-bit numbers.
+struct WholeNumbers {
+  typedef std::int32_t Distance;
+  typedef IntV DistanceV;
+
+  struct Sum {
+    IntV value;
+    void add(WordV a, WordV b) {
+#if defined(__AVX512VNNI__)
+      value = (IntV)_mm512_dpwssd_epi32((__m512i)value, (__m512i)a, (__m512i)b);
+#elif defined(__AVX512F__)
+      value += (IntV)_mm512_madd_epi16((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+      value += (IntV)_mm256_madd_epi16((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+      value += (IntV)_mm_madd_epi16((__m128i)a, (__m128i)b);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+      const int16x8_t p = (int16x8_t)a, q = (int16x8_t)b;
+      const int32x4_t low = vmull_s16(vget_low_s16(p), vget_low_s16(q));
+      value += (IntV)vpaddq_s32(low, vmull_high_s16(p, q));
+#else
+      // The lower numbers are moved up and back, which extends their sign.
+      value += ((IntV)(a << 16) >> 16) * ((IntV)(b << 16) >> 16) + ((IntV)a >> 16) * ((IntV)b >> 16);
+#endif
+    }
+    void flush() {}
+  };
+};
+
+/// Bits that differ. Without an instruction that counts the bits of a lane, those of bytes are added up.
+struct Bits {
+  typedef std::int32_t Distance;
+  typedef IntV DistanceV;
+
+#if defined(__AVX512VPOPCNTDQ__)
+  struct Sum {
+    IntV value;
+    void add(WordV a, WordV b) { value += (IntV)_mm512_popcnt_epi32((__m512i)(a ^ b)); }
+    void flush() {}
+  };
+#else
+  typedef std::uint8_t ByteV __attribute__((vector_size(kWidth * 4)));
+
+  /// Bits of every byte.
+  static ByteV bitsOfBytes(WordV v) {
+#if defined(__AVX512F__)
+    const __m512i table = _mm512_set4_epi32(0x04030302, 0x03020201, 0x03020201, 0x02010100);
+    const __m512i low = (__m512i)(v & 0x0f0f0f0fU), high = (__m512i)((v >> 4) & 0x0f0f0f0fU);
+    return (ByteV)_mm512_shuffle_epi8(table, low) + (ByteV)_mm512_shuffle_epi8(table, high);
+#elif defined(__AVX2__)
+    const __m256i table =
+        _mm256_broadcastsi128_si256(_mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4));
+    const __m256i low = (__m256i)(v & 0x0f0f0f0fU), high = (__m256i)((v >> 4) & 0x0f0f0f0fU);
+    return (ByteV)_mm256_shuffle_epi8(table, low) + (ByteV)_mm256_shuffle_epi8(table, high);
+#elif defined(__ARM_NEON) && !defined(__SSE2__)
+    return (ByteV)vcntq_u8((uint8x16_t)v);
+#else
+    v = v - ((v >> 1) & 0x55555555U);
+    v = (v & 0x33333333U) + ((v >> 2) & 0x33333333U);
+    return (ByteV)((v + (v >> 4)) & 0x0f0f0f0fU);
+#endif
+  }
+
+  /// Sums of the four bytes of every lane.
+  static IntV sumsOfBytes(ByteV v) {
+#if defined(__AVX512F__)
+    const __m512i pairs = _mm512_maddubs_epi16((__m512i)v, _mm512_set1_epi8(1));
+    return (IntV)_mm512_madd_epi16(pairs, _mm512_set1_epi16(1));
+#elif defined(__AVX2__)
+    const __m256i pairs = _mm256_maddubs_epi16((__m256i)v, _mm256_set1_epi8(1));
+    return (IntV)_mm256_madd_epi16(pairs, _mm256_set1_epi16(1));
+#else
+    const WordV pairs = ((WordV)v & 0x00ff00ffU) + (((WordV)v >> 8) & 0x00ff00ffU);
+    return (IntV)((pairs & 0xffffU) + (pairs >> 16));
+#endif
+  }
+
+  struct Sum {
+    IntV value;
+    ByteV bytes = {};
+    void add(WordV a, WordV b) { bytes += bitsOfBytes(a ^ b); }
+    void flush() {
+      value += sumsOfBytes(bytes);
+      bytes = ByteV{};
+    }
+  };
+#endif
+};
+
+struct Floats {
+  typedef float Distance;
+  typedef FloatV DistanceV;
+
+  struct Sum {
+    FloatV value;
+    void add(WordV a, WordV b) {
+      const FloatV difference = (FloatV)a - (FloatV)b;
+      value += difference * difference;
+    }
+    void flush() {}
+  };
+};
+
+constexpr std::size_t kFlushedWords = 31;  // a byte holds the bits of so many bytes
+
+// Queries that are compared at a time: as many as leave their sums in registers.
+#if defined(__AVX512F__)
+constexpr std::size_t kQueriesAtATime = 8;
+#elif defined(__AVX2__)
+constexpr std::size_t kQueriesAtATime = 4;
+#else
+constexpr std::size_t kQueriesAtATime = 2;
+#endif
+
+inline bool isNear(const NearFeatures& near, std::size_t query, std::size_t train) {
+  const double dx = near.x[train] - near.centre_x[query], dy = near.y[train] - near.centre_y[query];
+  return dx * dx + dy * dy < near.radius * near.radius;
+}
+
+/// Lets the trains of a group compete for a query, in their order.
+template <class Distance>
+__attribute__((noinline)) void compete(const NearestBlock<Distance>& block, std::size_t query,
+                                       std::size_t first_train, const Distance* distances) {
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const Distance distance = distances[k];
+    if (!(distance < block.second[query])) continue;
+    const std::size_t train = first_train + k;
+    if (block.near != nullptr && isNear(*block.near, query, train)) continue;
+    if (distance < block.best[query]) {
+      block.second[query] = block.best[query];
+      block.second_train[query] = block.best_train[query];
+      block.best[query] = distance;
+      block.best_train[query] = static_cast<std::uint32_t>(train);
+    } else {
+      block.second[query] = distance;
+      block.second_train[query] = static_cast<std::uint32_t>(train);
+    }
+  }
+}
+
+template <class Metric>
+void nearestKernel(const NearestBlock<typename Metric::Distance>& block) {
+  typedef typename Metric::Distance Distance;
+  typedef typename Metric::DistanceV DistanceV;
+  static_assert(NearestBlock<Distance>::kTrains == kLanes, "one lane per train");
+  static_assert(NearestBlock<Distance>::kQueries % kQueriesAtATime == 0, "whole groups of queries");
+  for (std::size_t group = 0; group < block.groups; ++group) {
+    const std::size_t first_train = group * kLanes;
+    const std::uint32_t* const trains = block.trains + first_train * block.words;
+    DistanceV offset[kParts];
+    for (std::size_t part = 0; part < kParts; ++part)
+      offset[part] = load(block.train_offset + first_train + part * kWidth);
+    for (std::size_t query = 0; query < block.query_count; query += kQueriesAtATime) {
+      const std::uint32_t* const queries = block.queries + query * block.words;
+      DistanceV distances[kQueriesAtATime][kParts];
+      {
+        typename Metric::Sum sums[kQueriesAtATime][kParts];
+#pragma GCC unroll 8
+        for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+#pragma GCC unroll 4
+          for (std::size_t part = 0; part < kParts; ++part)
+            sums[q][part].value = offset[part] + splat(block.query_offset[query + q]);
+        }
+        for (std::size_t word = 0; word < block.words;) {
+          const std::size_t rest = block.words - word;
+          const std::size_t end = word + (rest < kFlushedWords ? rest : kFlushedWords);
+          for (; word < end; ++word) {
+            WordV train[kParts];
+#pragma GCC unroll 4
+            for (std::size_t part = 0; part < kParts; ++part)
+              train[part] = load(trains + word * kLanes + part * kWidth);
+#pragma GCC unroll 8
+            for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+              const WordV value = splat(queries[q * block.words + word]);
+#pragma GCC unroll 4
+              for (std::size_t part = 0; part < kParts; ++part) sums[q][part].add(value, train[part]);
+            }
+          }
+#pragma GCC unroll 8
+          for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+#pragma GCC unroll 4
+            for (std::size_t part = 0; part < kParts; ++part) sums[q][part].flush();
+          }
+        }
+#pragma GCC unroll 8
+        for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+#pragma GCC unroll 4
+          for (std::size_t part = 0; part < kParts; ++part) distances[q][part] = sums[q][part].value;
+        }
+      }
+#pragma GCC unroll 8
+      for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+        const DistanceV second = splat(block.second[query + q]);
+        IntV closer = distances[q][0] < second;
+#pragma GCC unroll 4
+        for (std::size_t part = 1; part < kParts; ++part) closer |= distances[q][part] < second;
+        if (anyTrue(closer)) {
+          Distance lanes[kLanes];
+          for (std::size_t part = 0; part < kParts; ++part) store(lanes + part * kWidth, distances[q][part]);
+          compete(block, query + q, first_train, lanes);
+        }
+      }
+      if (block.train_best == nullptr) continue;
+#pragma GCC unroll 4
+      for (std::size_t part = 0; part < kParts; ++part) {
+        Distance* const best = block.train_best + first_train + part * kWidth;
+        std::uint32_t* const best_query = block.train_best_query + first_train + part * kWidth;
+        DistanceV nearest = load(best);
+        WordV index = load(best_query);
+#pragma GCC unroll 8
+        for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+          const IntV closer = distances[q][part] < nearest;
+          nearest = closer ? distances[q][part] : nearest;
+          index = closer ? splat(block.first_query + static_cast<std::uint32_t>(query + q)) : index;
+        }
+        store(best, nearest);
+        store(best_query, index);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace corrsel::core
