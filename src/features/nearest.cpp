@@ -17,6 +17,9 @@ constexpr std::size_t kBlock = 64;
 // Up to here every whole number is a float, and so are its sums.
 constexpr double kLargestExact = 1 << 24;
 
+// So that no sum of coarse numbers comes near 2^31.
+constexpr int kMostCoarseColumns = 4096;
+
 using Rows = std::vector<std::uint32_t>;
 
 std::size_t roundedUp(std::size_t n, std::size_t unit) { return (n + unit - 1) / unit * unit; }
@@ -34,16 +37,18 @@ void inParallel(std::size_t threads, const Work& work) {
 struct Content {
   Rows rows;           ///< those without NaN
   float largest = -1;  ///< where all values are whole numbers from 0 to 255, the largest
+  /// Largest lengths of what CoarseNumbers leave out of a query and of a train.
+  double query_error = 0, train_error = 0;
 };
 
 Content contentOf(const cv::Mat& descriptors) {
   Content content;
   bool whole = true;
-  int largest = 0;
+  int largest = 0, query_error = 0, train_error = 0;
   for (int r = 0; r < descriptors.rows; ++r) {
     const float* const row = descriptors.ptr<float>(r);
     // Without branches, so that it is vectorised.
-    int other = 0, nan = 0;
+    int other = 0, nan = 0, query_squares = 0, train_squares = 0;
     for (int c = 0; c < descriptors.cols; ++c) {
       const float value = row[c];
       const bool in_range = value >= 0 && value <= 255;
@@ -51,11 +56,17 @@ Content contentOf(const cv::Mat& descriptors) {
       other |= static_cast<float>(number) != value;
       nan |= value != value;
       largest = std::max(largest, number);
+      query_squares += number & 1;
+      train_squares += ((number & 3) - 1) * ((number & 3) - 1);
     }
+    query_error = std::max(query_error, query_squares);
+    train_error = std::max(train_error, train_squares);
     whole = whole && !other;
     if (!nan) content.rows.push_back(static_cast<std::uint32_t>(r));
   }
   if (whole) content.largest = static_cast<float>(largest);
+  content.query_error = std::sqrt(static_cast<double>(query_error));
+  content.train_error = std::sqrt(static_cast<double>(train_error));
   return content;
 }
 
@@ -89,6 +100,36 @@ struct WholeNumberRows {
   static Distance train(const cv::Mat& m, int row, std::uint32_t* words) { return convert(m, row, 1, words); }
   static void run(const NearestBlock<Distance>& block) { kernels().descriptors.whole_numbers(block); }
   static float distance(Distance d) { return std::sqrt(static_cast<float>(d)); }
+};
+
+/// CoarseNumbers.
+struct CoarseRows {
+  using Distance = std::int32_t;
+  static std::size_t words(const cv::Mat& m) {
+    return roundedUp(static_cast<std::size_t>(m.cols), 4 * CoarseNumbers::kWords) / 4;
+  }
+  static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
+    const float* const values = m.ptr<float>(row);
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
+    Distance offset = 0;
+    for (int c = 0; c < m.cols; ++c) {
+      const int half = static_cast<int>(values[c]) >> 1;
+      bytes[c] = static_cast<std::uint8_t>(half);
+      offset += 4 * half * half - 516 * half;
+    }
+    return offset;
+  }
+  static Distance train(const cv::Mat& m, int row, std::uint32_t* words) {
+    const float* const values = m.ptr<float>(row);
+    auto* const bytes = reinterpret_cast<std::int8_t*>(words);
+    Distance offset = 0;
+    for (int c = 0; c < m.cols; ++c) {
+      const int quarter = static_cast<int>(values[c]) >> 2;
+      bytes[c] = static_cast<std::int8_t>(quarter - 32);
+      offset += (4 * quarter + 1) * (4 * quarter + 1);
+    }
+    return offset;
+  }
 };
 
 /// Rows that are copied as they are, filled up with zeros.
@@ -140,10 +181,40 @@ struct PackedTrains {
   std::vector<Distance> offsets;
 };
 
+/// Some queries as the kernels want them.
+template <class Metric>
+struct PackedQueries {
+  using Distance = typename Metric::Distance;
+
+  explicit PackedQueries(std::size_t word_count)
+      : word_count(word_count), words(kBlock * word_count), offsets(kBlock) {}
+
+  /// Rows [begin, end) of `rows`, at most kBlock.
+  void pack(const cv::Mat& descriptors, const Rows& rows, std::size_t begin, std::size_t end) {
+    std::fill(words.begin(), words.end(), 0U);
+    std::fill(offsets.begin(), offsets.end(), kFarDistance<Distance>);
+    for (std::size_t i = begin; i < end; ++i) {
+      offsets[i - begin] =
+          Metric::query(descriptors, static_cast<int>(rows[i]), words.data() + (i - begin) * word_count);
+    }
+  }
+
+  std::size_t word_count;
+  std::vector<std::uint32_t> words;
+  std::vector<Distance> offsets;
+};
+
+/// Trains with fewer bits.
+struct CoarseTrains {
+  PackedTrains<CoarseRows> packed;
+  double error;  ///< as in CoarseNumbers
+};
+
 /// The smallest distance of every train.
 template <typename Distance>
 struct TrainMinima {
-  TrainMinima(std::size_t size) : best(size, kFarDistance<Distance>), query(size, Neighbours::kNone) {}
+  explicit TrainMinima(std::size_t size)
+      : best(size, kFarDistance<Distance>), query(size, Neighbours::kNone) {}
 
   /// Smaller distances win, of equal ones the lower query.
   void merge(const TrainMinima& other) {
@@ -172,34 +243,31 @@ struct Nearest {
 };
 
 /// Compares the queries `rows` with all trains.
+/// @param coarse   the trains once more, or null
 /// @param nearest  one entry per row and as many more as fill up a group
 /// @param minima   of the trains, or null
 /// @param near     what cannot be second, or null; per row of `rows`, filled up like `nearest`
 template <class Metric>
 void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric>& trains,
-             const NearFeatures* near, std::size_t threads, Nearest<typename Metric::Distance>& nearest,
-             TrainMinima<typename Metric::Distance>* minima) {
+             const CoarseTrains* coarse, const NearFeatures* near, std::size_t threads,
+             Nearest<typename Metric::Distance>& nearest, TrainMinima<typename Metric::Distance>* minima) {
   using Distance = typename Metric::Distance;
   const std::size_t blocks = roundedUp(rows.size(), kBlock) / kBlock;
   std::atomic<std::size_t> next{0};
   std::mutex merging;
   inParallel(std::min(threads, std::max<std::size_t>(blocks, 1)), [&] {
-    std::vector<std::uint32_t> words(kBlock * trains.word_count);
-    std::vector<Distance> offsets(kBlock);
+    PackedQueries<Metric> packed(trains.word_count);
+    PackedQueries<CoarseRows> coarse_packed(coarse ? coarse->packed.word_count : 0);
+    std::vector<std::int32_t> limits(kBlock);
     TrainMinima<Distance> own(minima ? trains.offsets.size() : 0);
     for (std::size_t begin; (begin = kBlock * next++) < rows.size();) {
-      const std::size_t count = std::min(kBlock, rows.size() - begin);
-      std::fill(words.begin(), words.end(), 0U);
-      std::fill(offsets.begin(), offsets.end(), kFarDistance<Distance>);
-      for (std::size_t i = 0; i < count; ++i) {
-        offsets[i] =
-            Metric::query(queries, static_cast<int>(rows[begin + i]), words.data() + i * trains.word_count);
-      }
+      const std::size_t end = std::min(begin + kBlock, rows.size());
+      packed.pack(queries, rows, begin, end);
       NearestBlock<Distance> block{};
       block.words = trains.word_count;
-      block.queries = words.data();
-      block.query_offset = offsets.data();
-      block.query_count = roundedUp(count, NearestBlock<Distance>::kQueries);
+      block.queries = packed.words.data();
+      block.query_offset = packed.offsets.data();
+      block.query_count = roundedUp(end - begin, NearestBlock<Distance>::kQueries);
       block.trains = trains.words.data();
       block.train_offset = trains.offsets.data();
       block.groups = trains.groups;
@@ -211,6 +279,18 @@ void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric
       if (minima) {
         block.train_best = own.best.data();
         block.train_best_query = own.query.data();
+      }
+      CoarseNumbers coarse_block{};
+      if (coarse != nullptr) {
+        coarse_packed.pack(queries, rows, begin, end);
+        coarse_block = {coarse->packed.word_count,
+                        coarse_packed.words.data(),
+                        coarse_packed.offsets.data(),
+                        coarse->packed.words.data(),
+                        coarse->packed.offsets.data(),
+                        coarse->error,
+                        limits.data()};
+        block.coarse = &coarse_block;
       }
       NearFeatures block_near{};
       if (near != nullptr) {
@@ -230,8 +310,8 @@ void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric
 /// Second neighbours once more, of the queries whose second is too near to the first.
 template <class Metric>
 void findFarSeconds(const cv::Mat& queries, const Rows& query_rows, const PackedTrains<Metric>& trains,
-                    const Rows& train_rows, const NeighbourSearch& search, std::size_t threads,
-                    Nearest<typename Metric::Distance>& nearest) {
+                    const CoarseTrains* coarse, const Rows& train_rows, const NeighbourSearch& search,
+                    std::size_t threads, Nearest<typename Metric::Distance>& nearest) {
   using Distance = typename Metric::Distance;
   std::vector<double> x, y, centre_x, centre_y;
   for (const std::uint32_t row : train_rows) {
@@ -253,7 +333,7 @@ void findFarSeconds(const cv::Mat& queries, const Rows& query_rows, const Packed
   // Nothing is nearer than that: all compete to be second.
   std::fill(far.best.begin(), far.best.end(), Distance{-1});
   const NearFeatures near{x.data(), y.data(), centre_x.data(), centre_y.data(), search.second_radius};
-  compare<Metric>(queries, rows, trains, &near, threads, far, nullptr);
+  compare<Metric>(queries, rows, trains, coarse, &near, threads, far, nullptr);
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     nearest.second[numbers[k]] = far.second[k];
     nearest.second_train[numbers[k]] = far.second_train[k];
@@ -262,16 +342,16 @@ void findFarSeconds(const cv::Mat& queries, const Rows& query_rows, const Packed
 
 template <class Metric>
 Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& trains, const Rows& train_rows,
-                const NeighbourSearch& search) {
+                const NeighbourSearch& search, const CoarseTrains* coarse = nullptr) {
   using Distance = typename Metric::Distance;
   const PackedTrains<Metric> packed(trains, train_rows);
   const auto threads = static_cast<std::size_t>(std::max(search.threads, 1));
   Nearest<Distance> nearest(roundedUp(query_rows.size(), NearestBlock<Distance>::kQueries));
   TrainMinima<Distance> minima(search.nearest_query ? packed.offsets.size() : 0);
-  compare<Metric>(queries, query_rows, packed, nullptr, threads, nearest,
+  compare<Metric>(queries, query_rows, packed, coarse, nullptr, threads, nearest,
                   search.nearest_query ? &minima : nullptr);
   if (search.second_radius > 0) {
-    findFarSeconds<Metric>(queries, query_rows, packed, train_rows, search, threads, nearest);
+    findFarSeconds<Metric>(queries, query_rows, packed, coarse, train_rows, search, threads, nearest);
   }
   Neighbours result;
   const auto query_count = static_cast<std::size_t>(queries.rows);
@@ -303,7 +383,12 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
   const Content left = contentOf(queries), right = contentOf(trains);
   const double largest = std::max(left.largest, right.largest);
   if (left.largest >= 0 && right.largest >= 0 && queries.cols * largest * largest <= kLargestExact) {
-    return find<WholeNumberRows>(queries, left.rows, trains, right.rows, search);
+    if (!kernels().descriptors.uses_coarse_numbers || queries.cols > kMostCoarseColumns) {
+      return find<WholeNumberRows>(queries, left.rows, trains, right.rows, search);
+    }
+    const CoarseTrains coarse{PackedTrains<CoarseRows>(trains, right.rows),
+                              left.query_error + right.train_error};
+    return find<WholeNumberRows>(queries, left.rows, trains, right.rows, search, &coarse);
   }
   return find<FloatRows>(queries, left.rows, trains, right.rows, search);
 }

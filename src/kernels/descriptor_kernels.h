@@ -30,6 +30,7 @@ inline WordV splat(std::uint32_t word) { return word - WordV{}; }
 
 /// Squared differences of whole numbers, expanded: adds the dot product of two pairs of 16-bit numbers.
 struct WholeNumbers {
+  static constexpr std::size_t kFlushedWords = static_cast<std::size_t>(-1);
   typedef std::int32_t Distance;
   typedef IntV DistanceV;
 
@@ -59,6 +60,7 @@ struct WholeNumbers {
 
 /// Bits that differ. Without an instruction that counts the bits of a lane, those of bytes are added up.
 struct Bits {
+  static constexpr std::size_t kFlushedWords = 31;  ///< a byte holds the bits of so many bytes
   typedef std::int32_t Distance;
   typedef IntV DistanceV;
 
@@ -118,6 +120,7 @@ struct Bits {
 };
 
 struct Floats {
+  static constexpr std::size_t kFlushedWords = static_cast<std::size_t>(-1);
   typedef float Distance;
   typedef FloatV DistanceV;
 
@@ -130,8 +133,6 @@ struct Floats {
     void flush() {}
   };
 };
-
-constexpr std::size_t kFlushedWords = 31;  // a byte holds the bits of so many bytes
 
 // Queries that are compared at a time: as many as leave their sums in registers.
 #if defined(__AVX512F__)
@@ -168,86 +169,218 @@ __attribute__((noinline)) void compete(const NearestBlock<Distance>& block, std:
   }
 }
 
-template <class Metric>
-void nearestKernel(const NearestBlock<typename Metric::Distance>& block) {
-  typedef typename Metric::Distance Distance;
-  typedef typename Metric::DistanceV DistanceV;
-  static_assert(NearestBlock<Distance>::kTrains == kLanes, "one lane per train");
-  static_assert(NearestBlock<Distance>::kQueries % kQueriesAtATime == 0, "whole groups of queries");
+/// Distances of kQueries queries and a group of trains, from the offsets on.
+template <class Metric, std::size_t kQueries>
+inline void addDistances(const NearestBlock<typename Metric::Distance>& block, const std::uint32_t* queries,
+                         const std::uint32_t* trains,
+                         typename Metric::DistanceV (&distances)[kQueries][kParts]) {
+  typename Metric::Sum sums[kQueries][kParts];
+#pragma GCC unroll 8
+  for (std::size_t q = 0; q < kQueries; ++q) {
+#pragma GCC unroll 4
+    for (std::size_t part = 0; part < kParts; ++part) sums[q][part].value = distances[q][part];
+  }
+  for (std::size_t word = 0; word < block.words;) {
+    const std::size_t rest = block.words - word;
+    const std::size_t end = word + (rest < Metric::kFlushedWords ? rest : Metric::kFlushedWords);
+    for (; word < end; ++word) {
+      WordV train[kParts];
+#pragma GCC unroll 4
+      for (std::size_t part = 0; part < kParts; ++part)
+        train[part] = load(trains + word * kLanes + part * kWidth);
+#pragma GCC unroll 8
+      for (std::size_t q = 0; q < kQueries; ++q) {
+        const WordV value = splat(queries[q * block.words + word]);
+#pragma GCC unroll 4
+        for (std::size_t part = 0; part < kParts; ++part) sums[q][part].add(value, train[part]);
+      }
+    }
+#pragma GCC unroll 8
+    for (std::size_t q = 0; q < kQueries; ++q) {
+#pragma GCC unroll 4
+      for (std::size_t part = 0; part < kParts; ++part) sums[q][part].flush();
+    }
+  }
+#pragma GCC unroll 8
+  for (std::size_t q = 0; q < kQueries; ++q) {
+#pragma GCC unroll 4
+    for (std::size_t part = 0; part < kParts; ++part) distances[q][part] = sums[q][part].value;
+  }
+}
+
+/// Lets a group of trains compete for queries, and these for the trains.
+template <class Distance, class DistanceV, std::size_t kQueries>
+inline void takeDistances(const NearestBlock<Distance>& block, std::size_t query, std::size_t first_train,
+                          const DistanceV (&distances)[kQueries][kParts]) {
+#pragma GCC unroll 8
+  for (std::size_t q = 0; q < kQueries; ++q) {
+    const DistanceV second = splat(block.second[query + q]);
+    IntV closer = distances[q][0] < second;
+#pragma GCC unroll 4
+    for (std::size_t part = 1; part < kParts; ++part) closer |= distances[q][part] < second;
+    if (anyTrue(closer)) {
+      Distance lanes[kLanes];
+      for (std::size_t part = 0; part < kParts; ++part) store(lanes + part * kWidth, distances[q][part]);
+      compete(block, query + q, first_train, lanes);
+    }
+  }
+  if (block.train_best == nullptr) return;
+#pragma GCC unroll 4
+  for (std::size_t part = 0; part < kParts; ++part) {
+    Distance* const best = block.train_best + first_train + part * kWidth;
+    std::uint32_t* const best_query = block.train_best_query + first_train + part * kWidth;
+    DistanceV nearest = load(best);
+    WordV index = load(best_query);
+#pragma GCC unroll 8
+    for (std::size_t q = 0; q < kQueries; ++q) {
+      const IntV closer = distances[q][part] < nearest;
+      nearest = closer ? distances[q][part] : nearest;
+      index = closer ? splat(block.first_query + static_cast<std::uint32_t>(query + q)) : index;
+    }
+    store(best, nearest);
+    store(best_query, index);
+  }
+}
+
+/// Compares kQueries queries with a group of trains.
+template <class Metric, std::size_t kQueries>
+inline void compareGroup(const NearestBlock<typename Metric::Distance>& block, std::size_t query,
+                         std::size_t first_train) {
+  typename Metric::DistanceV distances[kQueries][kParts];
+#pragma GCC unroll 8
+  for (std::size_t q = 0; q < kQueries; ++q) {
+#pragma GCC unroll 4
+    for (std::size_t part = 0; part < kParts; ++part) {
+      distances[q][part] =
+          load(block.train_offset + first_train + part * kWidth) + splat(block.query_offset[query + q]);
+    }
+  }
+  addDistances<Metric>(block, block.queries + query * block.words, block.trains + first_train * block.words,
+                       distances);
+  takeDistances(block, query, first_train, distances);
+}
+
+#if defined(__AVX2__) && !defined(__AVX512VNNI__)
+constexpr bool kUsesCoarseNumbers = true;
+
+/// Sums of the products of unsigned and signed bytes, two by two. @pre they fit
+inline WordV multiplyBytes(WordV a, WordV b) {
+#if defined(__AVX512F__)
+  return (WordV)_mm512_maddubs_epi16((__m512i)a, (__m512i)b);
+#else
+  return (WordV)_mm256_maddubs_epi16((__m256i)a, (__m256i)b);
+#endif
+}
+
+inline WordV addShorts(WordV a, WordV b) {
+#if defined(__AVX512F__)
+  return (WordV)_mm512_add_epi16((__m512i)a, (__m512i)b);
+#else
+  return (WordV)_mm256_add_epi16((__m256i)a, (__m256i)b);
+#endif
+}
+
+/// Sums of the two 16-bit numbers of every lane.
+inline IntV addPairs(WordV v) {
+#if defined(__AVX512F__)
+  return (IntV)_mm512_madd_epi16((__m512i)v, _mm512_set1_epi16(1));
+#else
+  return (IntV)_mm256_madd_epi16((__m256i)v, _mm256_set1_epi16(1));
+#endif
+}
+
+/// Coarse distances from here on mean that the distance is not below `distance`. Rounded up.
+inline std::int32_t coarseLimit(std::int32_t distance, double error) {
+  const double root = __builtin_sqrt(static_cast<double>(distance)) + error;
+  return static_cast<std::int32_t>(root * root) + 2;
+}
+
+inline IntV coarseLimit(IntV distance, double error) {
+  const FloatV root = squareRoot(toFloat(distance)) + static_cast<float>(error);
+  return truncate(root * root * 1.000001F) + 2;  // more than all roundings together
+}
+
+void filteredKernel(const NearestBlock<std::int32_t>& block) {
+  const CoarseNumbers& coarse = *block.coarse;
+  for (std::size_t query = 0; query < block.query_count; ++query)
+    coarse.limit[query] = coarseLimit(block.second[query], coarse.error);
   for (std::size_t group = 0; group < block.groups; ++group) {
     const std::size_t first_train = group * kLanes;
-    const std::uint32_t* const trains = block.trains + first_train * block.words;
-    DistanceV offset[kParts];
-    for (std::size_t part = 0; part < kParts; ++part)
-      offset[part] = load(block.train_offset + first_train + part * kWidth);
+    const std::uint32_t* const trains = coarse.trains + first_train * coarse.words;
+    IntV train_limit[kParts];
+    for (std::size_t part = 0; part < kParts; ++part) train_limit[part] = splat(-(1 << 30));
+    const auto limitTrains = [&] {
+      if (block.train_best == nullptr) return;
+      for (std::size_t part = 0; part < kParts; ++part)
+        train_limit[part] = coarseLimit(load(block.train_best + first_train + part * kWidth), coarse.error);
+    };
+    limitTrains();
     for (std::size_t query = 0; query < block.query_count; query += kQueriesAtATime) {
-      const std::uint32_t* const queries = block.queries + query * block.words;
-      DistanceV distances[kQueriesAtATime][kParts];
-      {
-        typename Metric::Sum sums[kQueriesAtATime][kParts];
-#pragma GCC unroll 8
-        for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+      const std::uint32_t* const queries = coarse.queries + query * coarse.words;
+      IntV products[kQueriesAtATime][kParts] = {};
+      for (std::size_t word = 0; word < coarse.words; word += CoarseNumbers::kWords) {
+        // Eight products of at most 127 * 32 fit into 16 bits.
+        WordV sums[kQueriesAtATime][kParts];
+#pragma GCC unroll 4
+        for (std::size_t k = 0; k < CoarseNumbers::kWords; ++k) {
+          WordV train[kParts];
 #pragma GCC unroll 4
           for (std::size_t part = 0; part < kParts; ++part)
-            sums[q][part].value = offset[part] + splat(block.query_offset[query + q]);
-        }
-        for (std::size_t word = 0; word < block.words;) {
-          const std::size_t rest = block.words - word;
-          const std::size_t end = word + (rest < kFlushedWords ? rest : kFlushedWords);
-          for (; word < end; ++word) {
-            WordV train[kParts];
-#pragma GCC unroll 4
-            for (std::size_t part = 0; part < kParts; ++part)
-              train[part] = load(trains + word * kLanes + part * kWidth);
-#pragma GCC unroll 8
-            for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
-              const WordV value = splat(queries[q * block.words + word]);
-#pragma GCC unroll 4
-              for (std::size_t part = 0; part < kParts; ++part) sums[q][part].add(value, train[part]);
-            }
-          }
+            train[part] = load(trains + (word + k) * kLanes + part * kWidth);
 #pragma GCC unroll 8
           for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+            const WordV value = splat(queries[q * coarse.words + word + k]);
 #pragma GCC unroll 4
-            for (std::size_t part = 0; part < kParts; ++part) sums[q][part].flush();
+            for (std::size_t part = 0; part < kParts; ++part) {
+              const WordV product = multiplyBytes(value, train[part]);
+              sums[q][part] = k == 0 ? product : addShorts(sums[q][part], product);
+            }
           }
         }
 #pragma GCC unroll 8
         for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
 #pragma GCC unroll 4
-          for (std::size_t part = 0; part < kParts; ++part) distances[q][part] = sums[q][part].value;
+          for (std::size_t part = 0; part < kParts; ++part) products[q][part] += addPairs(sums[q][part]);
         }
       }
 #pragma GCC unroll 8
       for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
-        const DistanceV second = splat(block.second[query + q]);
-        IntV closer = distances[q][0] < second;
+        const IntV limit = splat(coarse.limit[query + q]), offset = splat(coarse.query_offset[query + q]);
+        IntV closer = {};
 #pragma GCC unroll 4
-        for (std::size_t part = 1; part < kParts; ++part) closer |= distances[q][part] < second;
-        if (anyTrue(closer)) {
-          Distance lanes[kLanes];
-          for (std::size_t part = 0; part < kParts; ++part) store(lanes + part * kWidth, distances[q][part]);
-          compete(block, query + q, first_train, lanes);
+        for (std::size_t part = 0; part < kParts; ++part) {
+          const IntV distance =
+              load(coarse.train_offset + first_train + part * kWidth) + offset - (products[q][part] << 4);
+          closer |= (distance < limit) | (distance < train_limit[part]);
         }
-      }
-      if (block.train_best == nullptr) continue;
-#pragma GCC unroll 4
-      for (std::size_t part = 0; part < kParts; ++part) {
-        Distance* const best = block.train_best + first_train + part * kWidth;
-        std::uint32_t* const best_query = block.train_best_query + first_train + part * kWidth;
-        DistanceV nearest = load(best);
-        WordV index = load(best_query);
-#pragma GCC unroll 8
-        for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
-          const IntV closer = distances[q][part] < nearest;
-          nearest = closer ? distances[q][part] : nearest;
-          index = closer ? splat(block.first_query + static_cast<std::uint32_t>(query + q)) : index;
-        }
-        store(best, nearest);
-        store(best_query, index);
+        if (!anyTrue(closer)) continue;
+        compareGroup<WholeNumbers, 1>(block, query + q, first_train);
+        coarse.limit[query + q] = coarseLimit(block.second[query + q], coarse.error);
+        limitTrains();
       }
     }
   }
+}
+#else
+constexpr bool kUsesCoarseNumbers = false;
+#endif
+
+template <class Metric>
+void nearestKernel(const NearestBlock<typename Metric::Distance>& block) {
+  typedef NearestBlock<typename Metric::Distance> Block;
+  static_assert(Block::kTrains == kLanes, "one lane per train");
+  static_assert(Block::kQueries % kQueriesAtATime == 0, "whole groups of queries");
+  for (std::size_t group = 0; group < block.groups; ++group) {
+    for (std::size_t query = 0; query < block.query_count; query += kQueriesAtATime)
+      compareGroup<Metric, kQueriesAtATime>(block, query, group * kLanes);
+  }
+}
+
+void wholeNumbersKernel(const NearestBlock<std::int32_t>& block) {
+#if defined(__AVX2__) && !defined(__AVX512VNNI__)
+  if (block.coarse != nullptr) return filteredKernel(block);
+#endif
+  nearestKernel<WholeNumbers>(block);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 
 namespace corrsel::core {
 
-extern const Kernels kBaselineKernels, kAvx2Kernels, kAvx512Kernels;
+extern const Kernels kBaselineKernels, kAvx2Kernels, kAvx512Kernels, kAvx512VnniKernels;
 
 namespace {
 
@@ -28,7 +28,7 @@ constexpr Kernels kTable = {
      {pairConflictsKernel<RatioOfDistances>, pairConflictsKernel<DifferenceOfDistances>},
      pairRowKernel<Payoff>,
      pairProductKernel},
-    {nearestKernel<WholeNumbers>, nearestKernel<Bits>, nearestKernel<Floats>},
+    {wholeNumbersKernel, kUsesCoarseNumbers, nearestKernel<Bits>, nearestKernel<Floats>},
 };
 
 }  // namespace

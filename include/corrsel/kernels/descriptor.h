@@ -19,6 +19,22 @@ struct NearFeatures {
   double radius;                      ///< px
 };
 
+/// Whole numbers with fewer bits, four per word: with them most trains are found to be too far. Queries hold
+/// q / 2 and trains t / 4 - 32, rounded down, which stand for q' = 2 (q / 2) and t' = 4 (t / 4) + 1.
+/// Distances of q' and t' differ from those of q and t by no more than their lengths of q - q' and t - t'
+/// together.
+struct CoarseNumbers {
+  static constexpr std::size_t kWords = 4;  ///< the number of words is a multiple of it
+
+  std::size_t words;                 ///< per descriptor
+  const std::uint32_t* queries;      ///< as in NearestBlock
+  const std::int32_t* query_offset;  ///< |q'|^2 - 516 sum(q / 2)
+  const std::uint32_t* trains;
+  const std::int32_t* train_offset;  ///< |t'|^2
+  double error;                      ///< largest |q - q'| + largest |t - t'|
+  std::int32_t* limit;               ///< scratch, per query
+};
+
 /// Some queries beside all trains. A descriptor is a row of 32-bit words; the distance of a query and a train
 /// is the sum of their offsets and of a term per word, see DescriptorKernels. Rows that fill up a group have
 /// the offset kFarDistance and words of zeros.
@@ -47,7 +63,8 @@ struct NearestBlock {
   std::uint32_t* train_best_query;
   std::uint32_t first_query;
 
-  const NearFeatures* near;  ///< or null
+  const NearFeatures* near;     ///< or null
+  const CoarseNumbers* coarse;  ///< whole numbers only; or null
 };
 
 /// Exact nearest and second nearest descriptors by comparing all with all.
@@ -55,6 +72,9 @@ struct DescriptorKernels {
   /// Squared L2 distance of whole numbers 0..255, two per word, as 16-bit numbers. A query's are multiplied
   /// by -2, and offsets are the sums of squares: |q|^2 + |t|^2 - 2 q t. @pre no distance above 2^24
   void (*whole_numbers)(const NearestBlock<std::int32_t>& block);
+
+  /// Whether whole_numbers() makes use of coarse numbers.
+  bool uses_coarse_numbers;
 
   /// Hamming distance. @pre no distance above 2^24
   void (*bits)(const NearestBlock<std::int32_t>& block);
