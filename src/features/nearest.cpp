@@ -163,16 +163,18 @@ struct PackedTrains {
   using Distance = typename Metric::Distance;
   static constexpr std::size_t kGroup = NearestBlock<Distance>::kTrains;
 
-  PackedTrains(const cv::Mat& descriptors, const Rows& rows)
+  /// @param by_lane  [group][word][train of the group] instead of [train][word]
+  PackedTrains(const cv::Mat& descriptors, const Rows& rows, bool by_lane)
       : word_count(Metric::words(descriptors)),
         groups(roundedUp(rows.size(), kGroup) / kGroup),
         words(groups * kGroup * word_count),
         offsets(groups * kGroup, kFarDistance<Distance>) {
     std::vector<std::uint32_t> row(word_count);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      offsets[i] = Metric::train(descriptors, static_cast<int>(rows[i]), row.data());
-      std::uint32_t* const out = words.data() + i / kGroup * kGroup * word_count + i % kGroup;
-      for (std::size_t w = 0; w < word_count; ++w) out[w * kGroup] = row[w];
+      std::uint32_t* const group = words.data() + i / kGroup * kGroup * word_count;
+      std::uint32_t* const own = by_lane ? row.data() : group + i % kGroup * word_count;
+      offsets[i] = Metric::train(descriptors, static_cast<int>(rows[i]), own);
+      for (std::size_t w = 0; by_lane && w < word_count; ++w) group[w * kGroup + i % kGroup] = row[w];
     }
   }
 
@@ -344,7 +346,7 @@ template <class Metric>
 Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& trains, const Rows& train_rows,
                 const NeighbourSearch& search, const CoarseTrains* coarse = nullptr) {
   using Distance = typename Metric::Distance;
-  const PackedTrains<Metric> packed(trains, train_rows);
+  const PackedTrains<Metric> packed(trains, train_rows, coarse == nullptr);
   const auto threads = static_cast<std::size_t>(std::max(search.threads, 1));
   Nearest<Distance> nearest(roundedUp(query_rows.size(), NearestBlock<Distance>::kQueries));
   TrainMinima<Distance> minima(search.nearest_query ? packed.offsets.size() : 0);
@@ -386,7 +388,7 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
     if (!kernels().descriptors.uses_coarse_numbers || queries.cols > kMostCoarseColumns) {
       return find<WholeNumberRows>(queries, left.rows, trains, right.rows, search);
     }
-    const CoarseTrains coarse{PackedTrains<CoarseRows>(trains, right.rows),
+    const CoarseTrains coarse{PackedTrains<CoarseRows>(trains, right.rows, true),
                               left.query_error + right.train_error};
     return find<WholeNumberRows>(queries, left.rows, trains, right.rows, search, &coarse);
   }

@@ -148,24 +148,20 @@ inline bool isNear(const NearFeatures& near, std::size_t query, std::size_t trai
   return dx * dx + dy * dy < near.radius * near.radius;
 }
 
-/// Lets the trains of a group compete for a query, in their order.
+/// Lets a train compete for a query. Trains come in their order.
 template <class Distance>
-__attribute__((noinline)) void compete(const NearestBlock<Distance>& block, std::size_t query,
-                                       std::size_t first_train, const Distance* distances) {
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    const Distance distance = distances[k];
-    if (!(distance < block.second[query])) continue;
-    const std::size_t train = first_train + k;
-    if (block.near != nullptr && isNear(*block.near, query, train)) continue;
-    if (distance < block.best[query]) {
-      block.second[query] = block.best[query];
-      block.second_train[query] = block.best_train[query];
-      block.best[query] = distance;
-      block.best_train[query] = static_cast<std::uint32_t>(train);
-    } else {
-      block.second[query] = distance;
-      block.second_train[query] = static_cast<std::uint32_t>(train);
-    }
+inline void compete(const NearestBlock<Distance>& block, std::size_t query, std::size_t train,
+                    Distance distance) {
+  if (!(distance < block.second[query])) return;
+  if (block.near != nullptr && isNear(*block.near, query, train)) return;
+  if (distance < block.best[query]) {
+    block.second[query] = block.best[query];
+    block.second_train[query] = block.best_train[query];
+    block.best[query] = distance;
+    block.best_train[query] = static_cast<std::uint32_t>(train);
+  } else {
+    block.second[query] = distance;
+    block.second_train[query] = static_cast<std::uint32_t>(train);
   }
 }
 
@@ -221,7 +217,7 @@ inline void takeDistances(const NearestBlock<Distance>& block, std::size_t query
     if (anyTrue(closer)) {
       Distance lanes[kLanes];
       for (std::size_t part = 0; part < kParts; ++part) store(lanes + part * kWidth, distances[q][part]);
-      compete(block, query + q, first_train, lanes);
+      for (std::size_t k = 0; k < kLanes; ++k) compete(block, query + q, first_train + k, lanes[k]);
     }
   }
   if (block.train_best == nullptr) return;
@@ -280,6 +276,22 @@ inline WordV addShorts(WordV a, WordV b) {
 #endif
 }
 
+/// Keeps compilers from adding up in another order, for which there are too few registers.
+inline void keepOrder(WordV& v) {
+#if defined(__AVX512F__)
+  asm("" : "+v"(v));
+#else
+  asm("" : "+x"(v));
+#endif
+}
+
+// As kQueriesAtATime; there are twice as many sums.
+#if defined(__AVX512F__)
+constexpr std::size_t kCoarseAtATime = 8;
+#else
+constexpr std::size_t kCoarseAtATime = 2;
+#endif
+
 /// Sums of the two 16-bit numbers of every lane.
 inline IntV addPairs(WordV v) {
 #if defined(__AVX512F__)
@@ -300,6 +312,32 @@ inline IntV coarseLimit(IntV distance, double error) {
   return truncate(root * root * 1.000001F) + 2;  // more than all roundings together
 }
 
+/// Distance of a query and a train, both rows of words.
+inline std::int32_t exactDistance(const NearestBlock<std::int32_t>& block, std::size_t query,
+                                  std::size_t train) {
+  const std::uint32_t* const a = block.queries + query * block.words;
+  const std::uint32_t* const b = block.trains + train * block.words;
+  WholeNumbers::Sum lanes = {};
+  std::size_t word = 0;
+  for (; word + kWidth <= block.words; word += kWidth) lanes.add(load(a + word), load(b + word));
+  std::int32_t result = block.query_offset[query] + block.train_offset[train] + sum(lanes.value);
+  for (; word < block.words; ++word) {
+    const auto low = [](std::uint32_t pair) { return static_cast<std::int16_t>(pair & 0xffffU); };
+    const auto high = [](std::uint32_t pair) { return static_cast<std::int16_t>(pair >> 16); };
+    result += low(a[word]) * low(b[word]) + high(a[word]) * high(b[word]);
+  }
+  return result;
+}
+
+/// Bit k is set where lane k of a mask is.
+inline unsigned bitsOf(IntV mask) {
+#if defined(__AVX512F__)
+  return _mm512_movepi32_mask((__m512i)mask);
+#else
+  return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
+#endif
+}
+
 void filteredKernel(const NearestBlock<std::int32_t>& block) {
   const CoarseNumbers& coarse = *block.coarse;
   for (std::size_t query = 0; query < block.query_count; ++query)
@@ -315,12 +353,12 @@ void filteredKernel(const NearestBlock<std::int32_t>& block) {
         train_limit[part] = coarseLimit(load(block.train_best + first_train + part * kWidth), coarse.error);
     };
     limitTrains();
-    for (std::size_t query = 0; query < block.query_count; query += kQueriesAtATime) {
+    for (std::size_t query = 0; query < block.query_count; query += kCoarseAtATime) {
       const std::uint32_t* const queries = coarse.queries + query * coarse.words;
-      IntV products[kQueriesAtATime][kParts] = {};
+      IntV products[kCoarseAtATime][kParts] = {};
       for (std::size_t word = 0; word < coarse.words; word += CoarseNumbers::kWords) {
         // Eight products of at most 127 * 32 fit into 16 bits.
-        WordV sums[kQueriesAtATime][kParts];
+        WordV sums[kCoarseAtATime][kParts];
 #pragma GCC unroll 4
         for (std::size_t k = 0; k < CoarseNumbers::kWords; ++k) {
           WordV train[kParts];
@@ -328,33 +366,41 @@ void filteredKernel(const NearestBlock<std::int32_t>& block) {
           for (std::size_t part = 0; part < kParts; ++part)
             train[part] = load(trains + (word + k) * kLanes + part * kWidth);
 #pragma GCC unroll 8
-          for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+          for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
             const WordV value = splat(queries[q * coarse.words + word + k]);
 #pragma GCC unroll 4
             for (std::size_t part = 0; part < kParts; ++part) {
               const WordV product = multiplyBytes(value, train[part]);
               sums[q][part] = k == 0 ? product : addShorts(sums[q][part], product);
+              keepOrder(sums[q][part]);
             }
           }
         }
 #pragma GCC unroll 8
-        for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+        for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
 #pragma GCC unroll 4
           for (std::size_t part = 0; part < kParts; ++part) products[q][part] += addPairs(sums[q][part]);
         }
       }
 #pragma GCC unroll 8
-      for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+      for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
         const IntV limit = splat(coarse.limit[query + q]), offset = splat(coarse.query_offset[query + q]);
-        IntV closer = {};
+        unsigned closer = 0;
 #pragma GCC unroll 4
         for (std::size_t part = 0; part < kParts; ++part) {
           const IntV distance =
               load(coarse.train_offset + first_train + part * kWidth) + offset - (products[q][part] << 4);
-          closer |= (distance < limit) | (distance < train_limit[part]);
+          closer |= bitsOf((distance < limit) | (distance < train_limit[part])) << (part * kWidth);
         }
-        if (!anyTrue(closer)) continue;
-        compareGroup<WholeNumbers, 1>(block, query + q, first_train);
+        if (closer == 0) continue;
+        for (; closer != 0; closer &= closer - 1) {
+          const std::size_t train = first_train + static_cast<std::size_t>(__builtin_ctz(closer));
+          const std::int32_t distance = exactDistance(block, query + q, train);
+          compete(block, query + q, train, distance);
+          if (block.train_best == nullptr || !(distance < block.train_best[train])) continue;
+          block.train_best[train] = distance;
+          block.train_best_query[train] = block.first_query + static_cast<std::uint32_t>(query + q);
+        }
         coarse.limit[query + q] = coarseLimit(block.second[query + q], coarse.error);
         limitTrains();
       }

@@ -64,7 +64,7 @@ struct NearestBlock {
   std::uint32_t first_query;
 
   const NearFeatures* near;     ///< or null
-  const CoarseNumbers* coarse;  ///< whole numbers only; or null
+  const CoarseNumbers* coarse;  ///< whole numbers only; or null. With it trains are [train][word]
 };
 
 /// Exact nearest and second nearest descriptors by comparing all with all.
