@@ -10,6 +10,7 @@
 
 #include "corrsel/evaluation/statistics.h"
 #include "corrsel/selectors/factory.h"
+#include "corrsel/stopwatch.h"
 
 namespace corrsel::performance {
 namespace {
@@ -43,19 +44,32 @@ void judge(const std::vector<Scene>& truth, Measurement& result) {
   result.f = core::mean(f);
 }
 
+template <typename Work>
+double secondsOf(bool wall_time, const Work& work) {
+  const ProcessorTime processor;
+  const core::Stopwatch wall;
+  work();
+  return wall_time ? wall.seconds() : processor.seconds();
+}
+
+/// The scenes of a method; matchers have one that is empty.
+std::shared_ptr<const std::vector<Scene>> inputsOf(const Method& method) {
+  if (method.scene.kind != SceneKind::kDescriptors) return scenes(method.scene, method.scenes);
+  return std::make_shared<const std::vector<Scene>>(1);
+}
+
 /// Everything before the timed rounds.
 void warmUp(const Method& method, Contestant& contestant, Measurement& result) {
-  const auto inputs = scenes(method.scene, method.scenes);
+  const auto inputs = inputsOf(method);
   contestant.call = method.prepare(*inputs);
   double seconds = 0;
   const auto timed = [&](std::size_t k) {
-    const ProcessorTime watch;
-    Mask mask = contestant.call(k);
-    seconds = watch.seconds();
+    Mask mask;
+    seconds = secondsOf(method.wall_time, [&] { mask = contestant.call(k); });
     return mask;
   };
   for (std::size_t k = 0; k < inputs->size(); ++k) result.masks.push_back(timed(k));
-  judge(*inputs, result);
+  if (method.scene.kind != SceneKind::kDescriptors) judge(*inputs, result);
   // The only call so far may have been slower than those to come: look again where that is cheap.
   if (seconds < kSlowCall) timed(0);
   contestant.batch = int(std::ceil(kShortest / std::max(seconds, 1e-7)));
@@ -92,9 +106,10 @@ std::vector<Measurement> measure(const std::vector<Method>& methods) {
       if (!results[i].failure.empty() || round % contestant.every != 0) continue;
       const std::size_t scene = std::size_t(round) % methods[i].scenes;
       try {
-        const ProcessorTime watch;
-        for (int call = 0; call < contestant.batch; ++call) contestant.call(scene);
-        contestant.milliseconds.push_back(1e3 * watch.seconds() / contestant.batch);
+        const double seconds = secondsOf(methods[i].wall_time, [&] {
+          for (int call = 0; call < contestant.batch; ++call) contestant.call(scene);
+        });
+        contestant.milliseconds.push_back(1e3 * seconds / contestant.batch);
       } catch (const std::exception& error) {
         results[i].failure = error.what();
       }

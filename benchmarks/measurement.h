@@ -25,10 +25,10 @@ class ProcessorTime {
   double start_;
 };
 
-/// One call of a method on the scene of the given number.
+/// One call of a method on the scene of the given number. Matchers give their outcome's bytes as the mask.
 using Call = std::function<Mask(std::size_t scene)>;
 
-/// A selector of this package, or what it is compared with.
+/// A selector or the matcher of this package, or what it is compared with.
 struct Method {
   std::string name;
   SceneSpec scene;
@@ -36,6 +36,7 @@ struct Method {
   /// Makes everything that is not to be timed, then gives the call. May throw; the text is reported.
   std::function<Call(const std::vector<Scene>&)> prepare;
   bool same_mask = false;  ///< must select exactly what the first method of the comparison selects
+  bool wall_time = false;  ///< instead of processor time: for what several threads gain
 };
 
 /// What was measured of one method; times are NaN where it failed.

@@ -105,6 +105,8 @@ constexpr const char* kColumns[] = {"comparison",
                                     "corrsel_commit",
                                     "kernels"};
 
+constexpr const char* kSceneNames[] = {"plane", "space", "descriptors"};
+
 /// Times and quality of one side of a comparison.
 void describe(const std::string& side, const Measurement& m, Record& record) {
   record[side + "_ms"] = core::formatNumber(m.milliseconds);
@@ -211,7 +213,7 @@ void Report::writeCsv(std::ostream& out) const {
     Record record = {{"comparison", row.comparison},
                      {"selector", row.ours.name},
                      {"against", row.peer.name},
-                     {"scene", row.scene.kind == SceneKind::kPlane ? "plane" : "space"},
+                     {"scene", kSceneNames[std::size_t(row.scene.kind)]},
                      {"n", std::to_string(row.scene.n)},
                      {"inlier_ratio", core::formatNumber(row.scene.inlier_ratio)},
                      {"ratio", core::formatNumber(ratio(row))},

@@ -13,7 +13,8 @@ namespace corrsel::performance {
 
 using Mask = std::vector<std::uint8_t>;  ///< one entry per match
 
-enum class SceneKind { kPlane, kSpace };
+/// kDescriptors is no scene: it stands for the two sets of descriptors that matchers are timed on.
+enum class SceneKind { kPlane, kSpace, kDescriptors };
 
 /// Generated matches between two images of 1024 x 768 px.
 struct SceneSpec {

@@ -6,6 +6,7 @@
 
 #include "baselines/baselines.h"
 #include "corrsel/text.h"
+#include "descriptors.h"
 
 namespace corrsel::performance {
 namespace {
@@ -37,7 +38,7 @@ std::string times(double factor) { return shortNumber(factor) + "x"; }
 /// Several scenes for methods that draw samples, whose time depends on their luck.
 std::size_t scenesFor(std::size_t n) { return n <= kTargetSize ? 5 : 1; }
 
-enum class Demand { kNone, kIdenticalMasks, kNoLowerF };
+enum class Demand { kNone, kIdenticalMasks, kIdenticalNeighbours, kNoLowerF };
 
 /// The first method needs at most 1/factor of the time of method `peer`.
 std::function<Verdict(const Measurements&)> faster(const std::string& name, std::size_t peer, double factor,
@@ -48,9 +49,12 @@ std::function<Verdict(const Measurements&)> faster(const std::string& name, std:
     std::string text = name + ": " + times(ratio) + " as fast as " + other.name + " (" +
                        shortNumber(ours.milliseconds) + " ms; asked: " + core::formatNumber(factor) + "x)";
     bool passed = ratio >= factor;
-    if (demand == Demand::kIdenticalMasks) {
+    if (demand == Demand::kIdenticalMasks || demand == Demand::kIdenticalNeighbours) {
       const bool same = ours.masks == other.masks;
-      text += same ? ", identical masks" : ", MASKS DIFFER";
+      const bool masks = demand == Demand::kIdenticalMasks;
+      text += same    ? masks ? ", identical masks" : ", identical neighbours and distances"
+              : masks ? ", MASKS DIFFER"
+                      : ", NEIGHBOURS DIFFER";
       passed = passed && same;
     } else if (demand == Demand::kNoLowerF) {
       text += ", F " + shortNumber(ours.f) + " beside " + shortNumber(other.f);
@@ -190,6 +194,31 @@ Comparison allPairs(const std::string& spec, const SceneSpec& scene,
   return result;
 }
 
+/// Matching of all descriptors with all.
+std::vector<Comparison> matching() {
+  const std::string at = "/N:" + std::to_string(kTargetSize);
+  const Demand demand = Demand::kIdenticalNeighbours;
+  std::vector<Comparison> list = {{"match:sift" + at,
+                                   {neighbours("match:sift", DescriptorKind::kSift, kTargetSize, 1),
+                                    openCvNeighbours(DescriptorKind::kSift, kTargetSize, true)},
+                                   {faster("match:sift", 1, 15, demand)}},
+                                  {"match:orb" + at,
+                                   {neighbours("match:orb 256 bit", DescriptorKind::kOrb, kTargetSize, 1),
+                                    openCvNeighbours(DescriptorKind::kOrb, kTargetSize, true)},
+                                   {faster("match:orb 256 bit", 1, 10, demand)}},
+                                  {"match:rootsift" + at,
+                                   {neighbours("match:rootsift", DescriptorKind::kRootSift, kTargetSize, 1),
+                                    openCvNeighbours(DescriptorKind::kRootSift, kTargetSize, false)},
+                                   {}},
+                                  {"match:threads" + at,
+                                   {neighbours("match:sift 2 threads", DescriptorKind::kSift, kTargetSize, 2),
+                                    neighbours("match:sift 1 thread", DescriptorKind::kSift, kTargetSize, 1)},
+                                   {faster("match:sift 2 threads, wall time", 1, 1.6, demand)}}};
+  for (Method& method : list.back().methods) method.wall_time = true;
+  list.back().methods[1].same_mask = true;
+  return list;
+}
+
 Comparison growth(const std::string& spec, SceneKind kind) {
   SceneSpec small{kind, kTargetSize, kTargetRatio}, large{kind, kLargeSize, kTargetRatio};
   Method first = selector(spec, small, 5), second = selector(spec, large, 5);
@@ -237,6 +266,7 @@ std::vector<Comparison> comparisons(bool all) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
   for (const char* spec : {"ransac:f", "usac:f"}) list.push_back(growth(spec, SceneKind::kSpace));
+  for (const Comparison& comparison : matching()) list.push_back(comparison);
   if (!all) {
     list.erase(
         std::remove_if(list.begin(), list.end(), [](const Comparison& c) { return c.targets.empty(); }),

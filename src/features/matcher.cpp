@@ -1,9 +1,9 @@
 #include "corrsel/features/matcher.h"
 
-#include <limits>
-#include <opencv2/features2d.hpp>
 #include <stdexcept>
 #include <string>
+
+#include "corrsel/features/nearest.h"
 
 namespace corrsel::core {
 namespace {
@@ -12,35 +12,58 @@ std::string describe(const cv::Mat& descriptors) {
   return std::to_string(descriptors.cols) + " x " + cv::typeToString(descriptors.type());
 }
 
-}  // namespace
+void checkCount(const char* side, const Features& features) {
+  if (static_cast<std::size_t>(features.descriptors.rows) == features.keypoints.size()) return;
+  throw std::invalid_argument(std::string(side) + " features: " + std::to_string(features.keypoints.size()) +
+                              " keypoints, but " + std::to_string(features.descriptors.rows) +
+                              " descriptors; needed: one per keypoint");
+}
 
-Correspondences matchFeatures(const Features& left, const Features& right) {
-  Correspondences matches;
-  matches.left_size = left.image_size;
-  matches.right_size = right.image_size;
-  if (left.keypoints.empty() || right.keypoints.empty()) return matches;
+void checkDescriptors(const Features& left, const Features& right) {
+  checkCount("left", left);
+  checkCount("right", right);
   if (left.descriptors.type() != right.descriptors.type() ||
       left.descriptors.cols != right.descriptors.cols) {
     throw std::invalid_argument("descriptors differ: left " + describe(left.descriptors) + ", right " +
                                 describe(right.descriptors));
   }
-  const bool binary = left.descriptors.type() == CV_8U;
-  if (!binary && left.descriptors.type() != CV_32F) {
+  if (left.descriptors.type() != CV_8U && left.descriptors.type() != CV_32F) {
     throw std::invalid_argument("descriptors are " + describe(left.descriptors) +
                                 "; needed: CV_8U or CV_32F");
   }
-  const cv::BFMatcher matcher(binary ? cv::NORM_HAMMING : cv::NORM_L2);
-  std::vector<std::vector<cv::DMatch>> nearest;
-  matcher.knnMatch(left.descriptors, right.descriptors, nearest, 2);
-  for (const std::vector<cv::DMatch>& candidates : nearest) {
-    // A descriptor that holds NaN has no neighbour.
-    if (candidates.empty()) continue;
-    const cv::DMatch& best = candidates.front();
-    const auto l = static_cast<std::uint32_t>(best.queryIdx), r = static_cast<std::uint32_t>(best.trainIdx);
+}
+
+}  // namespace
+
+void MatchOptions::visit(OptionVisitor& visitor) {
+  visitor.integer({"threads", 1, 1024, "-", "Threads of the matcher; any number gives the same matches."},
+                  threads);
+  visitor.flag("mutual", "Keep only matches whose two features are each other's nearest neighbours.", mutual);
+  visitor.number({"second_distance_radius", 0, 1000, "px",
+                  "The second neighbour is at least this far from the first one, so that features detected "
+                  "twice do not count; 0 = plain second neighbour."},
+                 second_distance_radius);
+}
+
+Correspondences matchFeatures(const Features& left, const Features& right, const MatchOptions& options) {
+  options.check();
+  Correspondences matches;
+  matches.left_size = left.image_size;
+  matches.right_size = right.image_size;
+  if (left.keypoints.empty() || right.keypoints.empty()) return matches;
+  checkDescriptors(left, right);
+  NeighbourSearch search;
+  search.threads = options.threads;
+  search.nearest_query = options.mutual;
+  search.second_radius = options.second_distance_radius;
+  search.train_keypoints = &right.keypoints;
+  const Neighbours nearest = findNeighbours(left.descriptors, right.descriptors, search);
+  for (std::uint32_t l = 0; l < nearest.train.size(); ++l) {
+    const std::uint32_t r = nearest.train[l];
+    if (r == Neighbours::kNone || (options.mutual && nearest.query[r] != l)) continue;
     matches.add(left.keypoints[l].pt, right.keypoints[r].pt);
-    matches.distance.push_back(best.distance);
-    matches.second_distance.push_back(candidates.size() > 1 ? candidates[1].distance
-                                                            : std::numeric_limits<float>::quiet_NaN());
+    matches.distance.push_back(nearest.distance[l]);
+    matches.second_distance.push_back(nearest.second_distance[l]);
     matches.left_index.push_back(l);
     matches.right_index.push_back(r);
     if (!left.frames.empty() && !right.frames.empty()) {

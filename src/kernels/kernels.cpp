@@ -10,7 +10,7 @@
 namespace corrsel::core {
 
 #if defined(__x86_64__)
-extern const Kernels kAvx2Kernels, kAvx512Kernels;
+extern const Kernels kAvx2Kernels, kAvx512Kernels, kAvx512VnniKernels;
 #endif
 extern const Kernels kBaselineKernels;
 
@@ -18,6 +18,7 @@ namespace {
 
 const Kernels& tableOf(KernelLevel level) {
 #if defined(__x86_64__)
+  if (level == KernelLevel::kAvx512Vnni) return kAvx512VnniKernels;
   if (level == KernelLevel::kAvx512) return kAvx512Kernels;
   if (level == KernelLevel::kAvx2) return kAvx2Kernels;
 #endif
@@ -52,6 +53,8 @@ std::atomic<KernelLevel>& currentLevel() {
 
 std::string toString(KernelLevel level) {
   switch (level) {
+    case KernelLevel::kAvx512Vnni:
+      return "avx512vnni";
     case KernelLevel::kAvx512:
       return "avx512";
     case KernelLevel::kAvx2:
@@ -69,6 +72,9 @@ std::vector<KernelLevel> supportedKernelLevels() {
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
       __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
     levels.push_back(KernelLevel::kAvx512);
+    if (__builtin_cpu_supports("avx512vnni") && __builtin_cpu_supports("avx512vpopcntdq")) {
+      levels.push_back(KernelLevel::kAvx512Vnni);
+    }
   }
 #endif
   return levels;

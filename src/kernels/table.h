@@ -3,6 +3,7 @@
 // The kernels of one level, as the level_*.cpp files compile them.
 
 #include "corrsel/kernels/kernels.h"
+#include "descriptor_kernels.h"
 #include "field_kernels.h"
 #include "grid_kernels.h"
 #include "normal_kernels.h"
@@ -11,7 +12,7 @@
 
 namespace corrsel::core {
 
-extern const Kernels kBaselineKernels, kAvx2Kernels, kAvx512Kernels;
+extern const Kernels kBaselineKernels, kAvx2Kernels, kAvx512Kernels, kAvx512VnniKernels;
 
 namespace {
 
@@ -27,6 +28,7 @@ constexpr Kernels kTable = {
      {pairConflictsKernel<RatioOfDistances>, pairConflictsKernel<DifferenceOfDistances>},
      pairRowKernel<Payoff>,
      pairProductKernel},
+    {wholeNumbersKernel, kUsesCoarseNumbers, nearestKernel<Bits>, nearestKernel<Floats>},
 };
 
 }  // namespace

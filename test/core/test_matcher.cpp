@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "corrsel/features/matcher.h"
+#include "corrsel/features/nearest.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -38,73 +39,273 @@ cv::Mat randomDescriptors(int rows, int columns, int type, int values, std::uint
   return d;
 }
 
-double distance(const cv::Mat& a, int i, const cv::Mat& b, int j) {
-  double sum = 0;
+/// As it is defined: whole Hamming distance, or the float sum of squares in the order of the columns.
+float distance(const cv::Mat& a, int i, const cv::Mat& b, int j) {
+  float sum = 0;
   for (int c = 0; c < a.cols; ++c) {
     if (a.type() == CV_8U) {
       for (int bits = a.at<std::uint8_t>(i, c) ^ b.at<std::uint8_t>(j, c); bits; bits &= bits - 1) ++sum;
     } else {
-      sum += std::pow(double(a.at<float>(i, c)) - b.at<float>(j, c), 2);
+      const float difference = a.at<float>(i, c) - b.at<float>(j, c);
+      sum += difference * difference;
     }
   }
   return a.type() == CV_8U ? sum : std::sqrt(sum);
 }
 
-TEST(Matcher, FindsTheTwoNearest) {
-  struct Case {
-    int type, columns, values;
-  };
-  for (const Case& c : {Case{CV_32F, 128, 256},
-                        {CV_32F, 4, 3},
-                        {CV_32F, 1, 5},
-                        {CV_8U, 32, 256},
-                        {CV_8U, 2, 3},
-                        {CV_8U, 61, 2}}) {
-    const cv::Mat left = randomDescriptors(70, c.columns, c.type, c.values, 1);
-    const cv::Mat right = randomDescriptors(90, c.columns, c.type, c.values, 2);
-    const Correspondences m = matchFeatures(features(left, {640, 480}), features(right, {320, 240}));
-    ASSERT_EQ(m.size(), 70u);
-    EXPECT_EQ(m.inconsistency(), "");
-    EXPECT_EQ(m.left_size, cv::Size(640, 480));
-    EXPECT_EQ(m.right_size, cv::Size(320, 240));
-    for (int i = 0; i < 70; ++i) {
-      const std::size_t row = std::size_t(i);
-      double first = INFINITY, second = INFINITY;
-      int best = -1;
-      for (int j = 0; j < 90; ++j) {
-        const double d = distance(left, i, right, j);
-        if (d < first) {  // strictly: the lowest index of equals
-          second = first;
-          first = d;
-          best = j;
-        } else {
-          second = std::min(second, d);
-        }
-      }
-      EXPECT_EQ(m.left_index[row], std::uint32_t(i));
-      EXPECT_EQ(m.right_index[row], std::uint32_t(best)) << c.type << " " << c.values << " row " << i;
-      EXPECT_FLOAT_EQ(m.distance[row], float(first));
-      EXPECT_FLOAT_EQ(m.second_distance[row], float(second));
-      EXPECT_EQ(m.left_x[row], float(i));
-      EXPECT_EQ(m.left_y[row], float(2 * i));
-      EXPECT_EQ(m.right_x[row], float(best));
-      EXPECT_EQ(m.right_y[row], float(2 * best));
+/// What matchFeatures() promises, pair by pair.
+Correspondences naiveMatches(const Features& left, const Features& right, bool mutual = false,
+                             double radius = 0) {
+  const int rows = left.descriptors.rows, columns = right.descriptors.rows;
+  cv::Mat_<float> d(rows, columns);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < columns; ++j) d(i, j) = distance(left.descriptors, i, right.descriptors, j);
+  }
+  Correspondences result;
+  for (int i = 0; i < rows; ++i) {
+    int best = -1;
+    for (int j = 0; j < columns; ++j) {
+      // Strictly: the lowest of equals; neither NaN nor infinity.
+      if (d(i, j) < (best < 0 ? INFINITY : d(i, best))) best = j;
     }
-    EXPECT_TRUE(m.left_frame.empty() && m.right_frame.empty());
+    if (best < 0) continue;
+    const cv::Point2d centre = right.keypoints[std::size_t(best)].pt;
+    float second = INFINITY;
+    for (int j = 0; j < columns; ++j) {
+      const cv::Point2d offset = cv::Point2d(right.keypoints[std::size_t(j)].pt) - centre;
+      if (j == best || offset.dot(offset) < radius * radius) continue;
+      if (d(i, j) < second) second = d(i, j);
+    }
+    bool kept = true;
+    for (int k = 0; mutual && k < rows; ++k) {
+      kept = kept && !(d(k, best) < d(i, best) || (d(k, best) == d(i, best) && k < i));
+    }
+    if (!kept) continue;
+    result.left_index.push_back(std::uint32_t(i));
+    result.right_index.push_back(std::uint32_t(best));
+    result.distance.push_back(d(i, best));
+    result.second_distance.push_back(std::isinf(second) ? kNaN : second);
+  }
+  return result;
+}
+
+void expectSame(const Correspondences& m, const Correspondences& expected) {
+  ASSERT_EQ(m.left_index, expected.left_index);
+  ASSERT_EQ(m.right_index, expected.right_index);
+  ASSERT_EQ(m.distance, expected.distance);
+  ASSERT_EQ(m.second_distance.size(), expected.second_distance.size());
+  for (std::size_t i = 0; i < m.second_distance.size(); ++i) {
+    const float a = m.second_distance[i], b = expected.second_distance[i];
+    ASSERT_TRUE(a == b || (std::isnan(a) && std::isnan(b))) << "row " << i << ": " << a << ", wanted " << b;
   }
 }
 
-TEST(Matcher, DoesNotDependOnOpenCvsThreads) {
-  const Features left = features(randomDescriptors(300, 3, CV_32F, 4, 3));
-  const Features right = features(randomDescriptors(300, 3, CV_32F, 4, 4));
-  const int before = cv::getNumThreads();
-  cv::setNumThreads(1);
-  const Correspondences one = matchFeatures(left, right);
-  cv::setNumThreads(2);
-  const Correspondences two = matchFeatures(left, right);
-  cv::setNumThreads(before);
-  EXPECT_EQ(one.right_index, two.right_index);
-  EXPECT_EQ(one.second_distance, two.second_distance);
+/// Compares with the naive loop: plain, mutual and with a radius, at every level.
+void expectNaive(const cv::Mat& left_descriptors, const cv::Mat& right_descriptors) {
+  const Features left = features(left_descriptors), right = features(right_descriptors);
+  const LevelGuard guard;
+  for (const bool mutual : {false, true}) {
+    for (const double radius : {0.0, 5.0}) {
+      const Correspondences expected = naiveMatches(left, right, mutual, radius);
+      for (const KernelLevel level : supportedKernelLevels()) {
+        setKernelLevel(level);
+        SCOPED_TRACE(toString(level) + (mutual ? " mutual" : "") + (radius > 0 ? " radius" : ""));
+        MatchOptions options;
+        options.mutual = mutual;
+        options.second_distance_radius = radius;
+        expectSame(matchFeatures(left, right, options), expected);
+        if (::testing::Test::HasFatalFailure()) return;
+      }
+    }
+  }
+}
+
+/// Unit-free values that are not whole, of both signs.
+cv::Mat fractions(int rows, int columns, std::uint64_t seed) {
+  Random random(seed);
+  cv::Mat_<float> d(rows, columns);
+  for (float& value : d) value = float(random.normal());
+  return d;
+}
+
+/// SIFT-like: sparse, largest values cut off, length near 512.
+cv::Mat siftLike(int rows, std::uint64_t seed) {
+  Random random(seed);
+  cv::Mat_<float> d(rows, 128);
+  for (int r = 0; r < rows; ++r) {
+    double squares = 0;
+    for (int c = 0; c < 128; ++c) {
+      const double value = std::exp(1.2 * random.normal());
+      d(r, c) = float(value);
+      squares += value * value;
+    }
+    for (int c = 0; c < 128; ++c)
+      d(r, c) = float(std::min(std::floor(512 * d(r, c) / std::sqrt(squares)), 255.0));
+  }
+  return d;
+}
+
+TEST(Matcher, GivesPointsAndSizes) {
+  const Features left = features(randomDescriptors(70, 4, CV_32F, 9, 1), {640, 480}),
+                 right = features(randomDescriptors(90, 4, CV_32F, 9, 2), {320, 240});
+  const Correspondences m = matchFeatures(left, right);
+  ASSERT_EQ(m.size(), 70u);
+  EXPECT_EQ(m.inconsistency(), "");
+  EXPECT_EQ(m.left_size, cv::Size(640, 480));
+  EXPECT_EQ(m.right_size, cv::Size(320, 240));
+  for (std::size_t i = 0; i < 70; ++i) {
+    EXPECT_EQ(m.left_index[i], i);
+    EXPECT_EQ(m.left_x[i], float(i));
+    EXPECT_EQ(m.left_y[i], float(2 * i));
+    EXPECT_EQ(m.right_x[i], float(m.right_index[i]));
+    EXPECT_EQ(m.right_y[i], float(2 * m.right_index[i]));
+  }
+  EXPECT_TRUE(m.left_frame.empty() && m.right_frame.empty());
+}
+
+TEST(Matcher, EqualsTheNaiveLoop) {
+  for (const int columns : {1, 2, 3, 4, 5, 32, 61, 64, 124, 125, 128, 130, 512}) {
+    SCOPED_TRACE(columns);
+    for (const int values : {2, 3, 256}) {
+      ASSERT_NO_FATAL_FAILURE(expectNaive(randomDescriptors(70, columns, CV_8U, values, 1),
+                                          randomDescriptors(90, columns, CV_8U, values, 2)));
+      ASSERT_NO_FATAL_FAILURE(expectNaive(randomDescriptors(70, columns, CV_32F, values, 3),
+                                          randomDescriptors(90, columns, CV_32F, values, 4)));
+    }
+    ASSERT_NO_FATAL_FAILURE(expectNaive(fractions(70, columns, 5), fractions(90, columns, 6)));
+    // Whole, but beyond what one or the other way takes.
+    ASSERT_NO_FATAL_FAILURE(expectNaive(randomDescriptors(70, columns, CV_32F, 257, 3),
+                                        randomDescriptors(90, columns, CV_32F, 300, 4)));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(1e5 * randomDescriptors(70, columns, CV_32F, 256, 3),
+                                        -1e5 * randomDescriptors(90, columns, CV_32F, 256, 4)));
+  }
+  ASSERT_NO_FATAL_FAILURE(expectNaive(siftLike(700, 1), siftLike(500, 2)));
+}
+
+TEST(Matcher, EqualsTheNaiveLoopAtEverySize) {
+  for (const int left : {1, 2, 3, 4, 7, 8, 9, 63, 64, 65, 130}) {
+    for (const int right : {1, 2, 3, 7, 8, 9, 15, 16, 17, 31, 32, 33, 100}) {
+      SCOPED_TRACE(std::to_string(left) + " " + std::to_string(right));
+      ASSERT_NO_FATAL_FAILURE(
+          expectNaive(randomDescriptors(left, 9, CV_8U, 4, 1), randomDescriptors(right, 9, CV_8U, 4, 2)));
+      ASSERT_NO_FATAL_FAILURE(
+          expectNaive(randomDescriptors(left, 9, CV_32F, 4, 1), randomDescriptors(right, 9, CV_32F, 4, 2)));
+      ASSERT_NO_FATAL_FAILURE(expectNaive(fractions(left, 9, 1), fractions(right, 9, 2)));
+    }
+  }
+}
+
+TEST(Matcher, EqualDescriptorsGoToTheLowestIndex) {
+  for (const cv::Mat& some :
+       {randomDescriptors(40, 32, CV_8U, 256, 1), randomDescriptors(40, 128, CV_32F, 256, 1),
+        fractions(40, 64, 1), siftLike(40, 1)}) {
+    cv::Mat twice;
+    cv::vconcat(some, some, twice);
+    ASSERT_NO_FATAL_FAILURE(expectNaive(some, twice));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(twice, some));
+    const Correspondences m = matchFeatures(features(some), features(twice));
+    for (std::size_t i = 0; i < m.size(); ++i) {
+      EXPECT_EQ(m.right_index[i], i);
+      EXPECT_EQ(m.distance[i], 0.0f);
+      EXPECT_EQ(m.second_distance[i], 0.0f);
+    }
+    cv::Mat equal;
+    cv::repeat(some.row(0), 83, 1, equal);
+    ASSERT_NO_FATAL_FAILURE(expectNaive(equal, equal));
+    MatchOptions mutual;
+    mutual.mutual = true;
+    const Correspondences one = matchFeatures(features(equal), features(equal), mutual);
+    EXPECT_EQ(one.left_index, std::vector<std::uint32_t>{0});
+    EXPECT_EQ(one.right_index, std::vector<std::uint32_t>{0});
+  }
+}
+
+TEST(Matcher, TheLargestValuesDoNotOverflow) {
+  for (const int columns : {128, 257, 258, 259, 600, 1100, 3000}) {
+    const cv::Mat low = cv::Mat::zeros(20, columns, CV_32F), high(20, columns, CV_32F, cv::Scalar(255));
+    cv::Mat mixed = randomDescriptors(20, columns, CV_32F, 2, 1) * 255;
+    ASSERT_NO_FATAL_FAILURE(expectNaive(low, high));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(high, low));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(mixed, high));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(high, mixed));
+    const cv::Mat none = cv::Mat::zeros(20, columns, CV_8U), all(20, columns, CV_8U, cv::Scalar(255));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(none, all));
+  }
+}
+
+TEST(Matcher, NoSecondWithinTheRadius) {
+  // Six right features in two places, 10 px apart; the nearest three are in one of them.
+  Features left = features((cv::Mat_<float>(1, 1) << 0)),
+           right = features((cv::Mat_<float>(6, 1) << 3, 2, 1, 4, 6, 5));
+  for (std::size_t i = 0; i < 6; ++i)
+    right.keypoints[i].pt = {i < 3 ? 100.0f : 110.0f, 50.0f + 0.1f * float(i % 3)};
+  MatchOptions options;
+  const auto second = [&](double radius) {
+    options.second_distance_radius = radius;
+    const Correspondences m = matchFeatures(left, right, options);
+    EXPECT_EQ(m.right_index, std::vector<std::uint32_t>{2});
+    return m.second_distance[0];
+  };
+  EXPECT_EQ(second(0), 2.0f);
+  EXPECT_EQ(second(0.05), 2.0f);
+  EXPECT_EQ(second(2), 4.0f);
+  EXPECT_TRUE(std::isnan(second(30)));
+  // Exactly so far away is far enough.
+  right.keypoints[3].pt = {103, 54.2f};
+  right.keypoints[2].pt = {100, 50.2f};
+  EXPECT_EQ(second(5), 4.0f);
+}
+
+TEST(Matcher, AnyNumberOfThreadsGivesTheSame) {
+  Features many[2][2] = {
+      {features(siftLike(1000, 3)), features(siftLike(900, 4))},
+      {features(randomDescriptors(1000, 2, CV_8U, 4, 3)), features(randomDescriptors(900, 2, CV_8U, 4, 4))}};
+  for (auto& [left, right] : many) {
+    MatchOptions options;
+    options.mutual = true;
+    options.second_distance_radius = 4;
+    const Correspondences one = matchFeatures(left, right, options);
+    EXPECT_GT(one.size(), 4u);
+    for (const int threads : {2, 3, 7, 1024}) {
+      options.threads = threads;
+      expectSame(matchFeatures(left, right, options), one);
+    }
+  }
+}
+
+TEST(Matcher, MoreFeaturesThan16BitsCount) {
+  const int n = 70000;
+  cv::Mat_<float> left(3, 2), right(n, 2);
+  for (int i = 0; i < n; ++i) {
+    right(i, 0) = float(i % 256);
+    right(i, 1) = float(i / 256 % 200);
+  }
+  right(69990, 0) = right(69991, 0) = right(69990, 1) = right(69991, 1) = 255;
+  left << 255, 255, 254, 255, 0, 0;
+  for (const bool swapped : {false, true}) {
+    const Features a = features(left), b = features(right);
+    MatchOptions options;
+    options.mutual = true;
+    const Correspondences m = swapped ? matchFeatures(b, a, options) : matchFeatures(a, b, options);
+    ASSERT_EQ(m.size(), 2u);
+    EXPECT_EQ((swapped ? m.left_index[1] : m.right_index[0]), 69990u);
+  }
+}
+
+TEST(Matcher, RefusesBadOptions) {
+  const Features some = features(randomDescriptors(3, 8, CV_32F, 9, 1));
+  MatchOptions options;
+  options.threads = 0;
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] { matchFeatures(some, some, options); }),
+            "option threads = 0 is outside [1, 1024]");
+  options.threads = 1;
+  options.second_distance_radius = kNaN;
+  EXPECT_TRUE(contains(errorOf<std::invalid_argument>([&] { matchFeatures(some, some, options); }),
+                       "second_distance_radius"));
+  Features lacking = some;
+  lacking.keypoints.pop_back();
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] { matchFeatures(some, lacking); }),
+            "right features: 2 keypoints, but 3 descriptors; needed: one per keypoint");
 }
 
 TEST(Matcher, OneRightFeatureHasNoSecond) {
@@ -156,6 +357,21 @@ TEST(Matcher, DescriptorsWithNaNHaveNoNeighbour) {
   EXPECT_TRUE(std::isnan(matchFeatures(features(left), features(right)).second_distance[0]));
   right.setTo(kNaN);
   EXPECT_TRUE(matchFeatures(features(left), features(right)).empty());
+}
+
+TEST(Matcher, NaNAndInfinityMatchTheNaiveLoop) {
+  for (const bool whole : {false, true}) {
+    cv::Mat left = whole ? randomDescriptors(70, 5, CV_32F, 9, 1) : fractions(70, 5, 1);
+    cv::Mat right = whole ? randomDescriptors(80, 5, CV_32F, 9, 2) : fractions(80, 5, 2);
+    Random random(3);
+    for (const float value : {kNaN, INFINITY, -INFINITY, 1e30f}) {
+      for (int k = 0; k < 10; ++k) {
+        left.at<float>(int(random.index(70)), int(random.index(5))) = value;
+        right.at<float>(int(random.index(80)), int(random.index(5))) = value;
+      }
+      ASSERT_NO_FATAL_FAILURE(expectNaive(left, right));
+    }
+  }
 }
 
 TEST(Matcher, TakesFramesWhereBothSidesHaveThem) {

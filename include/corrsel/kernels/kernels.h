@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "corrsel/kernels/descriptor.h"
 #include "corrsel/kernels/field.h"
 #include "corrsel/kernels/grid.h"
 #include "corrsel/kernels/pair.h"
@@ -11,8 +12,9 @@
 
 namespace corrsel::core {
 
-/// Instruction sets that the kernels are compiled for: the baseline is SSE2 on x86-64 and NEON on ARM.
-enum class KernelLevel : std::uint8_t { kBaseline, kAvx2, kAvx512 };
+/// Instruction sets that the kernels are compiled for: the baseline is SSE2 on x86-64 and NEON on ARM; kAvx512
+/// is F, BW, DQ and VL, kAvx512Vnni that with VNNI and VPOPCNTDQ.
+enum class KernelLevel : std::uint8_t { kBaseline, kAvx2, kAvx512, kAvx512Vnni };
 
 std::string toString(KernelLevel level);
 
@@ -20,8 +22,8 @@ std::string toString(KernelLevel level);
 std::vector<KernelLevel> supportedKernelLevels();
 
 /// The level in use: the highest supported one, unless the environment variable CORRSEL_KERNELS (baseline,
-/// avx2 or avx512) or setKernelLevel() says otherwise. Throws std::invalid_argument where the variable names
-/// a level that does not exist or that the processor lacks.
+/// avx2, avx512 or avx512vnni) or setKernelLevel() says otherwise. Throws std::invalid_argument where the
+/// variable names a level that does not exist or that the processor lacks.
 KernelLevel kernelLevel();
 
 /// For tests and measurements. Throws std::invalid_argument for a level that is not supported.
@@ -35,6 +37,7 @@ struct Kernels {
   GmsKernels gms;
   NeighbourKernels neighbours;
   PairKernels pairs;
+  DescriptorKernels descriptors;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

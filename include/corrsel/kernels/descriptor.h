@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace corrsel::core {
+
+/// Above every distance between descriptors; twice of it is a number, too.
+template <typename Distance>
+inline constexpr Distance kFarDistance = Distance{1} << 29;
+template <>
+inline constexpr float kFarDistance<float> = __builtin_huge_valf();
+
+/// Descriptors that must not be a query's second neighbour: those of features closer than `radius` to the
+/// query's centre.
+struct NearFeatures {
+  const double *x, *y;                ///< px, per train
+  const double *centre_x, *centre_y;  ///< px, per query
+  double radius;                      ///< px
+};
+
+/// Whole numbers with fewer bits, four per word: with them most trains are found to be too far. Queries hold
+/// q / 2 and trains t / 4 - 32, rounded down, which stand for q' = 2 (q / 2) and t' = 4 (t / 4) + 1.
+/// Distances of q' and t' differ from those of q and t by no more than their lengths of q - q' and t - t'
+/// together.
+struct CoarseNumbers {
+  static constexpr std::size_t kWords = 4;  ///< the number of words is a multiple of it
+
+  std::size_t words;                 ///< per descriptor
+  const std::uint32_t* queries;      ///< as in NearestBlock
+  const std::int32_t* query_offset;  ///< |q'|^2 - 516 sum(q / 2)
+  const std::uint32_t* trains;
+  const std::int32_t* train_offset;  ///< |t'|^2
+  double error;                      ///< largest |q - q'| + largest |t - t'|
+  std::int32_t* limit;               ///< scratch, per query
+};
+
+/// Some queries beside all trains. A descriptor is a row of 32-bit words; the distance of a query and a train
+/// is the sum of their offsets and of a term per word, see DescriptorKernels. Rows that fill up a group have
+/// the offset kFarDistance and words of zeros.
+template <typename Distance>
+struct NearestBlock {
+  static constexpr std::size_t kTrains = 16;  ///< trains per group
+  static constexpr std::size_t kQueries = 8;  ///< the number of queries is a multiple of it
+
+  std::size_t words;             ///< per descriptor
+  const std::uint32_t* queries;  ///< [query][word]
+  const Distance* query_offset;
+  std::size_t query_count;
+  const std::uint32_t* trains;  ///< [group][word][train of the group]
+  const Distance* train_offset;
+  std::size_t groups;
+
+  /// Per query: the smallest distance and the second smallest (equal where two trains are equally near),
+  /// and their trains; of equal distances the one with the lowest number. What is there when the kernel is
+  /// called competes, too.
+  Distance *best, *second;
+  std::uint32_t *best_train, *second_train;
+
+  /// Per train, or null: the smallest distance and its query, the lowest of equals. Queries count from
+  /// first_query. What is there when the kernel is called competes and wins against its equals.
+  Distance* train_best;
+  std::uint32_t* train_best_query;
+  std::uint32_t first_query;
+
+  const NearFeatures* near;     ///< or null
+  const CoarseNumbers* coarse;  ///< whole numbers only; or null. With it trains are [train][word]
+};
+
+/// Exact nearest and second nearest descriptors by comparing all with all.
+struct DescriptorKernels {
+  /// Squared L2 distance of whole numbers 0..255, two per word, as 16-bit numbers. A query's are multiplied
+  /// by -2, and offsets are the sums of squares: |q|^2 + |t|^2 - 2 q t. @pre no distance above 2^24
+  void (*whole_numbers)(const NearestBlock<std::int32_t>& block);
+
+  /// Whether whole_numbers() makes use of coarse numbers.
+  bool uses_coarse_numbers;
+
+  /// Hamming distance. @pre no distance above 2^24
+  void (*bits)(const NearestBlock<std::int32_t>& block);
+
+  /// Squared L2 distance of floats, one per word, added up in the order of the words. Distances that are
+  /// infinite or NaN never count.
+  void (*floats)(const NearestBlock<float>& block);
+};
+
+}  // namespace corrsel::core

@@ -1,0 +1,433 @@
+#pragma once
+
+// Nearest and second nearest descriptors. Every lane is a train and every word of a query is broadcast to all
+// lanes, so that nothing is added across lanes.
+
+#include "corrsel/kernels/kernels.h"
+#include "simd.h"
+
+namespace corrsel::core {
+namespace {
+
+typedef std::uint32_t WordV __attribute__((vector_size(kWidth * 4)));
+
+inline WordV load(const std::uint32_t* p) {
+  WordV v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline IntV load(const std::int32_t* p) {
+  IntV v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline void store(std::uint32_t* p, WordV v) { __builtin_memcpy(p, &v, sizeof v); }
+inline void store(std::int32_t* p, IntV v) { __builtin_memcpy(p, &v, sizeof v); }
+
+inline WordV splat(std::uint32_t word) { return word - WordV{}; }
+
+/// Squared differences of whole numbers, expanded: adds the dot product of two pairs of 16-bit numbers.
+struct WholeNumbers {
+  static constexpr std::size_t kFlushedWords = static_cast<std::size_t>(-1);
+  typedef std::int32_t Distance;
+  typedef IntV DistanceV;
+
+  struct Sum {
+    IntV value;
+    void add(WordV a, WordV b) {
+#if defined(__AVX512VNNI__)
+      value = (IntV)_mm512_dpwssd_epi32((__m512i)value, (__m512i)a, (__m512i)b);
+#elif defined(__AVX512F__)
+      value += (IntV)_mm512_madd_epi16((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+      value += (IntV)_mm256_madd_epi16((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+      value += (IntV)_mm_madd_epi16((__m128i)a, (__m128i)b);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+      const int16x8_t p = (int16x8_t)a, q = (int16x8_t)b;
+      const int32x4_t low = vmull_s16(vget_low_s16(p), vget_low_s16(q));
+      value += (IntV)vpaddq_s32(low, vmull_high_s16(p, q));
+#else
+      // The lower numbers are moved up and back, which extends their sign.
+      value += ((IntV)(a << 16) >> 16) * ((IntV)(b << 16) >> 16) + ((IntV)a >> 16) * ((IntV)b >> 16);
+#endif
+    }
+    void flush() {}
+  };
+};
+
+/// Bits that differ. Without an instruction that counts the bits of a lane, those of bytes are added up.
+struct Bits {
+  static constexpr std::size_t kFlushedWords = 31;  ///< a byte holds the bits of so many bytes
+  typedef std::int32_t Distance;
+  typedef IntV DistanceV;
+
+#if defined(__AVX512VPOPCNTDQ__)
+  struct Sum {
+    IntV value;
+    void add(WordV a, WordV b) { value += (IntV)_mm512_popcnt_epi32((__m512i)(a ^ b)); }
+    void flush() {}
+  };
+#else
+  typedef std::uint8_t ByteV __attribute__((vector_size(kWidth * 4)));
+
+  /// Bits of every byte.
+  static ByteV bitsOfBytes(WordV v) {
+#if defined(__AVX512F__)
+    const __m512i table = _mm512_set4_epi32(0x04030302, 0x03020201, 0x03020201, 0x02010100);
+    const __m512i low = (__m512i)(v & 0x0f0f0f0fU), high = (__m512i)((v >> 4) & 0x0f0f0f0fU);
+    return (ByteV)_mm512_shuffle_epi8(table, low) + (ByteV)_mm512_shuffle_epi8(table, high);
+#elif defined(__AVX2__)
+    const __m256i table =
+        _mm256_broadcastsi128_si256(_mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4));
+    const __m256i low = (__m256i)(v & 0x0f0f0f0fU), high = (__m256i)((v >> 4) & 0x0f0f0f0fU);
+    return (ByteV)_mm256_shuffle_epi8(table, low) + (ByteV)_mm256_shuffle_epi8(table, high);
+#elif defined(__ARM_NEON) && !defined(__SSE2__)
+    return (ByteV)vcntq_u8((uint8x16_t)v);
+#else
+    v = v - ((v >> 1) & 0x55555555U);
+    v = (v & 0x33333333U) + ((v >> 2) & 0x33333333U);
+    return (ByteV)((v + (v >> 4)) & 0x0f0f0f0fU);
+#endif
+  }
+
+  /// Sums of the four bytes of every lane.
+  static IntV sumsOfBytes(ByteV v) {
+#if defined(__AVX512F__)
+    const __m512i pairs = _mm512_maddubs_epi16((__m512i)v, _mm512_set1_epi8(1));
+    return (IntV)_mm512_madd_epi16(pairs, _mm512_set1_epi16(1));
+#elif defined(__AVX2__)
+    const __m256i pairs = _mm256_maddubs_epi16((__m256i)v, _mm256_set1_epi8(1));
+    return (IntV)_mm256_madd_epi16(pairs, _mm256_set1_epi16(1));
+#else
+    const WordV pairs = ((WordV)v & 0x00ff00ffU) + (((WordV)v >> 8) & 0x00ff00ffU);
+    return (IntV)((pairs & 0xffffU) + (pairs >> 16));
+#endif
+  }
+
+  struct Sum {
+    IntV value;
+    ByteV bytes = {};
+    void add(WordV a, WordV b) { bytes += bitsOfBytes(a ^ b); }
+    void flush() {
+      value += sumsOfBytes(bytes);
+      bytes = ByteV{};
+    }
+  };
+#endif
+};
+
+struct Floats {
+  static constexpr std::size_t kFlushedWords = static_cast<std::size_t>(-1);
+  typedef float Distance;
+  typedef FloatV DistanceV;
+
+  struct Sum {
+    FloatV value;
+    void add(WordV a, WordV b) {
+      const FloatV difference = (FloatV)a - (FloatV)b;
+      value += difference * difference;
+    }
+    void flush() {}
+  };
+};
+
+// Queries that are compared at a time: as many as leave their sums in registers.
+#if defined(__AVX512F__)
+constexpr std::size_t kQueriesAtATime = 8;
+#elif defined(__AVX2__)
+constexpr std::size_t kQueriesAtATime = 4;
+#else
+constexpr std::size_t kQueriesAtATime = 2;
+#endif
+
+inline bool isNear(const NearFeatures& near, std::size_t query, std::size_t train) {
+  const double dx = near.x[train] - near.centre_x[query], dy = near.y[train] - near.centre_y[query];
+  return dx * dx + dy * dy < near.radius * near.radius;
+}
+
+/// Lets a train compete for a query. Trains come in their order.
+template <class Distance>
+inline void compete(const NearestBlock<Distance>& block, std::size_t query, std::size_t train,
+                    Distance distance) {
+  if (!(distance < block.second[query])) return;
+  if (block.near != nullptr && isNear(*block.near, query, train)) return;
+  if (distance < block.best[query]) {
+    block.second[query] = block.best[query];
+    block.second_train[query] = block.best_train[query];
+    block.best[query] = distance;
+    block.best_train[query] = static_cast<std::uint32_t>(train);
+  } else {
+    block.second[query] = distance;
+    block.second_train[query] = static_cast<std::uint32_t>(train);
+  }
+}
+
+/// Distances of kQueries queries and a group of trains, from the offsets on.
+template <class Metric, std::size_t kQueries>
+inline void addDistances(const NearestBlock<typename Metric::Distance>& block, const std::uint32_t* queries,
+                         const std::uint32_t* trains,
+                         typename Metric::DistanceV (&distances)[kQueries][kParts]) {
+  typename Metric::Sum sums[kQueries][kParts];
+#pragma GCC unroll 8
+  for (std::size_t q = 0; q < kQueries; ++q) {
+#pragma GCC unroll 4
+    for (std::size_t part = 0; part < kParts; ++part) sums[q][part].value = distances[q][part];
+  }
+  for (std::size_t word = 0; word < block.words;) {
+    const std::size_t rest = block.words - word;
+    const std::size_t end = word + (rest < Metric::kFlushedWords ? rest : Metric::kFlushedWords);
+    for (; word < end; ++word) {
+      WordV train[kParts];
+#pragma GCC unroll 4
+      for (std::size_t part = 0; part < kParts; ++part)
+        train[part] = load(trains + word * kLanes + part * kWidth);
+#pragma GCC unroll 8
+      for (std::size_t q = 0; q < kQueries; ++q) {
+        const WordV value = splat(queries[q * block.words + word]);
+#pragma GCC unroll 4
+        for (std::size_t part = 0; part < kParts; ++part) sums[q][part].add(value, train[part]);
+      }
+    }
+#pragma GCC unroll 8
+    for (std::size_t q = 0; q < kQueries; ++q) {
+#pragma GCC unroll 4
+      for (std::size_t part = 0; part < kParts; ++part) sums[q][part].flush();
+    }
+  }
+#pragma GCC unroll 8
+  for (std::size_t q = 0; q < kQueries; ++q) {
+#pragma GCC unroll 4
+    for (std::size_t part = 0; part < kParts; ++part) distances[q][part] = sums[q][part].value;
+  }
+}
+
+/// Lets a group of trains compete for queries, and these for the trains.
+template <class Distance, class DistanceV, std::size_t kQueries>
+inline void takeDistances(const NearestBlock<Distance>& block, std::size_t query, std::size_t first_train,
+                          const DistanceV (&distances)[kQueries][kParts]) {
+#pragma GCC unroll 8
+  for (std::size_t q = 0; q < kQueries; ++q) {
+    const DistanceV second = splat(block.second[query + q]);
+    IntV closer = distances[q][0] < second;
+#pragma GCC unroll 4
+    for (std::size_t part = 1; part < kParts; ++part) closer |= distances[q][part] < second;
+    if (anyTrue(closer)) {
+      Distance lanes[kLanes];
+      for (std::size_t part = 0; part < kParts; ++part) store(lanes + part * kWidth, distances[q][part]);
+      for (std::size_t k = 0; k < kLanes; ++k) compete(block, query + q, first_train + k, lanes[k]);
+    }
+  }
+  if (block.train_best == nullptr) return;
+#pragma GCC unroll 4
+  for (std::size_t part = 0; part < kParts; ++part) {
+    Distance* const best = block.train_best + first_train + part * kWidth;
+    std::uint32_t* const best_query = block.train_best_query + first_train + part * kWidth;
+    DistanceV nearest = load(best);
+    WordV index = load(best_query);
+#pragma GCC unroll 8
+    for (std::size_t q = 0; q < kQueries; ++q) {
+      const IntV closer = distances[q][part] < nearest;
+      nearest = closer ? distances[q][part] : nearest;
+      index = closer ? splat(block.first_query + static_cast<std::uint32_t>(query + q)) : index;
+    }
+    store(best, nearest);
+    store(best_query, index);
+  }
+}
+
+/// Compares kQueries queries with a group of trains.
+template <class Metric, std::size_t kQueries>
+inline void compareGroup(const NearestBlock<typename Metric::Distance>& block, std::size_t query,
+                         std::size_t first_train) {
+  typename Metric::DistanceV distances[kQueries][kParts];
+#pragma GCC unroll 8
+  for (std::size_t q = 0; q < kQueries; ++q) {
+#pragma GCC unroll 4
+    for (std::size_t part = 0; part < kParts; ++part) {
+      distances[q][part] =
+          load(block.train_offset + first_train + part * kWidth) + splat(block.query_offset[query + q]);
+    }
+  }
+  addDistances<Metric>(block, block.queries + query * block.words, block.trains + first_train * block.words,
+                       distances);
+  takeDistances(block, query, first_train, distances);
+}
+
+#if defined(__AVX2__) && !defined(__AVX512VNNI__)
+constexpr bool kUsesCoarseNumbers = true;
+
+/// Sums of the products of unsigned and signed bytes, two by two. @pre they fit
+inline WordV multiplyBytes(WordV a, WordV b) {
+#if defined(__AVX512F__)
+  return (WordV)_mm512_maddubs_epi16((__m512i)a, (__m512i)b);
+#else
+  return (WordV)_mm256_maddubs_epi16((__m256i)a, (__m256i)b);
+#endif
+}
+
+inline WordV addShorts(WordV a, WordV b) {
+#if defined(__AVX512F__)
+  return (WordV)_mm512_add_epi16((__m512i)a, (__m512i)b);
+#else
+  return (WordV)_mm256_add_epi16((__m256i)a, (__m256i)b);
+#endif
+}
+
+/// Keeps compilers from adding up in another order, for which there are too few registers.
+inline void keepOrder(WordV& v) {
+#if defined(__AVX512F__)
+  asm("" : "+v"(v));
+#else
+  asm("" : "+x"(v));
+#endif
+}
+
+// As kQueriesAtATime; there are twice as many sums.
+#if defined(__AVX512F__)
+constexpr std::size_t kCoarseAtATime = 8;
+#else
+constexpr std::size_t kCoarseAtATime = 2;
+#endif
+
+/// Sums of the two 16-bit numbers of every lane.
+inline IntV addPairs(WordV v) {
+#if defined(__AVX512F__)
+  return (IntV)_mm512_madd_epi16((__m512i)v, _mm512_set1_epi16(1));
+#else
+  return (IntV)_mm256_madd_epi16((__m256i)v, _mm256_set1_epi16(1));
+#endif
+}
+
+/// Coarse distances from here on mean that the distance is not below `distance`. Rounded up.
+inline std::int32_t coarseLimit(std::int32_t distance, double error) {
+  const double root = __builtin_sqrt(static_cast<double>(distance)) + error;
+  return static_cast<std::int32_t>(root * root) + 2;
+}
+
+inline IntV coarseLimit(IntV distance, double error) {
+  const FloatV root = squareRoot(toFloat(distance)) + static_cast<float>(error);
+  return truncate(root * root * 1.000001F) + 2;  // more than all roundings together
+}
+
+/// Distance of a query and a train, both rows of words.
+inline std::int32_t exactDistance(const NearestBlock<std::int32_t>& block, std::size_t query,
+                                  std::size_t train) {
+  const std::uint32_t* const a = block.queries + query * block.words;
+  const std::uint32_t* const b = block.trains + train * block.words;
+  WholeNumbers::Sum lanes = {};
+  std::size_t word = 0;
+  for (; word + kWidth <= block.words; word += kWidth) lanes.add(load(a + word), load(b + word));
+  std::int32_t result = block.query_offset[query] + block.train_offset[train] + sum(lanes.value);
+  for (; word < block.words; ++word) {
+    const auto low = [](std::uint32_t pair) { return static_cast<std::int16_t>(pair & 0xffffU); };
+    const auto high = [](std::uint32_t pair) { return static_cast<std::int16_t>(pair >> 16); };
+    result += low(a[word]) * low(b[word]) + high(a[word]) * high(b[word]);
+  }
+  return result;
+}
+
+/// Bit k is set where lane k of a mask is.
+inline unsigned bitsOf(IntV mask) {
+#if defined(__AVX512F__)
+  return _mm512_movepi32_mask((__m512i)mask);
+#else
+  return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
+#endif
+}
+
+void filteredKernel(const NearestBlock<std::int32_t>& block) {
+  const CoarseNumbers& coarse = *block.coarse;
+  for (std::size_t query = 0; query < block.query_count; ++query)
+    coarse.limit[query] = coarseLimit(block.second[query], coarse.error);
+  for (std::size_t group = 0; group < block.groups; ++group) {
+    const std::size_t first_train = group * kLanes;
+    const std::uint32_t* const trains = coarse.trains + first_train * coarse.words;
+    IntV train_limit[kParts];
+    for (std::size_t part = 0; part < kParts; ++part) train_limit[part] = splat(-(1 << 30));
+    const auto limitTrains = [&] {
+      if (block.train_best == nullptr) return;
+      for (std::size_t part = 0; part < kParts; ++part)
+        train_limit[part] = coarseLimit(load(block.train_best + first_train + part * kWidth), coarse.error);
+    };
+    limitTrains();
+    for (std::size_t query = 0; query < block.query_count; query += kCoarseAtATime) {
+      const std::uint32_t* const queries = coarse.queries + query * coarse.words;
+      IntV products[kCoarseAtATime][kParts] = {};
+      for (std::size_t word = 0; word < coarse.words; word += CoarseNumbers::kWords) {
+        // Eight products of at most 127 * 32 fit into 16 bits.
+        WordV sums[kCoarseAtATime][kParts];
+#pragma GCC unroll 4
+        for (std::size_t k = 0; k < CoarseNumbers::kWords; ++k) {
+          WordV train[kParts];
+#pragma GCC unroll 4
+          for (std::size_t part = 0; part < kParts; ++part)
+            train[part] = load(trains + (word + k) * kLanes + part * kWidth);
+#pragma GCC unroll 8
+          for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
+            const WordV value = splat(queries[q * coarse.words + word + k]);
+#pragma GCC unroll 4
+            for (std::size_t part = 0; part < kParts; ++part) {
+              const WordV product = multiplyBytes(value, train[part]);
+              sums[q][part] = k == 0 ? product : addShorts(sums[q][part], product);
+              keepOrder(sums[q][part]);
+            }
+          }
+        }
+#pragma GCC unroll 8
+        for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
+#pragma GCC unroll 4
+          for (std::size_t part = 0; part < kParts; ++part) products[q][part] += addPairs(sums[q][part]);
+        }
+      }
+#pragma GCC unroll 8
+      for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
+        const IntV limit = splat(coarse.limit[query + q]), offset = splat(coarse.query_offset[query + q]);
+        unsigned closer = 0;
+#pragma GCC unroll 4
+        for (std::size_t part = 0; part < kParts; ++part) {
+          const IntV distance =
+              load(coarse.train_offset + first_train + part * kWidth) + offset - (products[q][part] << 4);
+          closer |= bitsOf((distance < limit) | (distance < train_limit[part])) << (part * kWidth);
+        }
+        if (closer == 0) continue;
+        for (; closer != 0; closer &= closer - 1) {
+          const std::size_t train = first_train + static_cast<std::size_t>(__builtin_ctz(closer));
+          const std::int32_t distance = exactDistance(block, query + q, train);
+          compete(block, query + q, train, distance);
+          if (block.train_best == nullptr || !(distance < block.train_best[train])) continue;
+          block.train_best[train] = distance;
+          block.train_best_query[train] = block.first_query + static_cast<std::uint32_t>(query + q);
+        }
+        coarse.limit[query + q] = coarseLimit(block.second[query + q], coarse.error);
+        limitTrains();
+      }
+    }
+  }
+}
+#else
+constexpr bool kUsesCoarseNumbers = false;
+#endif
+
+template <class Metric>
+void nearestKernel(const NearestBlock<typename Metric::Distance>& block) {
+  typedef NearestBlock<typename Metric::Distance> Block;
+  static_assert(Block::kTrains == kLanes, "one lane per train");
+  static_assert(Block::kQueries % kQueriesAtATime == 0, "whole groups of queries");
+  for (std::size_t group = 0; group < block.groups; ++group) {
+    for (std::size_t query = 0; query < block.query_count; query += kQueriesAtATime)
+      compareGroup<Metric, kQueriesAtATime>(block, query, group * kLanes);
+  }
+}
+
+void wholeNumbersKernel(const NearestBlock<std::int32_t>& block) {
+#if defined(__AVX2__) && !defined(__AVX512VNNI__)
+  if (block.coarse != nullptr) return filteredKernel(block);
+#endif
+  nearestKernel<WholeNumbers>(block);
+}
+
+}  // namespace
+}  // namespace corrsel::core

@@ -1,0 +1,7 @@
+#include "table.h"
+
+namespace corrsel::core {
+
+const Kernels kAvx512VnniKernels = kTable;
+
+}  // namespace corrsel::core
