@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace corrsel::core {
 namespace {
@@ -9,11 +10,11 @@ namespace {
 /// Longest row of a patch that is sampled in one go.
 constexpr int kRow = 64;
 
-/// Blends the four pixels around each of n positions.
-void blend(const float (&corner)[4][kRow], const float* wx, const float* wy, int n, float* out) {
+/// Blends the four pixels around each of n positions: pairs of neighbours in the upper and lower row.
+void blend(const float* upper, const float* lower, const float* wx, const float* wy, int n, float* out) {
   for (int i = 0; i < n; ++i) {
-    const float top = corner[0][i] + wx[i] * (corner[1][i] - corner[0][i]);
-    const float bottom = corner[2][i] + wx[i] * (corner[3][i] - corner[2][i]);
+    const float top = upper[2 * i] + wx[i] * (upper[2 * i + 1] - upper[2 * i]);
+    const float bottom = lower[2 * i] + wx[i] * (lower[2 * i + 1] - lower[2 * i]);
     out[i] = top + wy[i] * (bottom - top);
   }
 }
@@ -51,7 +52,7 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
   const auto step_x = static_cast<float>(a11), step_y = static_cast<float>(a21);
   const auto last_x = static_cast<float>(level.width - 1), last_y = static_cast<float>(level.height - 1);
   std::size_t outside = 0;
-  float px[kRow], py[kRow], wx[kRow], wy[kRow], corner[4][kRow];
+  float px[kRow], py[kRow], wx[kRow], wy[kRow], upper[2 * kRow], lower[2 * kRow];
   int offset[kRow];
   for (int r = -half; r <= half; ++r) {
     for (int from = 0; from < side; from += kRow) {
@@ -71,10 +72,8 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
         }
         for (int i = 0; i < n; ++i) {
           const float* const p = pixels + offset[i];
-          corner[0][i] = p[0];
-          corner[1][i] = p[1];
-          corner[2][i] = p[level.width];
-          corner[3][i] = p[level.width + 1];
+          std::memcpy(upper + 2 * i, p, 2 * sizeof(float));
+          std::memcpy(lower + 2 * i, p + level.width, 2 * sizeof(float));
         }
       } else {
         for (int i = 0; i < n; ++i) {
@@ -86,13 +85,13 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
           const float* const p = pixels + static_cast<std::ptrdiff_t>(row) * level.width + column;
           const int right = column + 1 < level.width ? 1 : 0,
                     below = row + 1 < level.height ? level.width : 0;
-          corner[0][i] = p[0];
-          corner[1][i] = p[right];
-          corner[2][i] = p[below];
-          corner[3][i] = p[below + right];
+          upper[2 * i] = p[0];
+          upper[2 * i + 1] = p[right];
+          lower[2 * i] = p[below];
+          lower[2 * i + 1] = p[below + right];
         }
       }
-      blend(corner, wx, wy, n, patch);
+      blend(upper, lower, wx, wy, n, patch);
       patch += n;
     }
   }

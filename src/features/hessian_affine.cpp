@@ -245,7 +245,7 @@ class FrameEstimator {
   static constexpr double kWindow = 3;                     // sigma of the weights, in units of the frame
   static constexpr double kSpacing = 3 * kWindow / kHalf;  // of the samples
   static constexpr int kMaxIterations = 15;
-  static constexpr double kMaxAnisotropy = 5, kConverged = 1.001;
+  static constexpr double kMaxAnisotropy = 5, kConverged = 1.05;
   static constexpr std::size_t kBins = 36;
 
   static double missingBlur(double present) {
