@@ -51,7 +51,8 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
   const float* const pixels = level.pixels + static_cast<std::ptrdiff_t>(origin_y) * level.width + origin_x;
   const auto step_x = static_cast<float>(a11), step_y = static_cast<float>(a21);
   const auto last_x = static_cast<float>(level.width - 1), last_y = static_cast<float>(level.height - 1);
-  std::size_t outside = 0;
+  const int last_column = level.width - 2 - origin_x, last_row = level.height - 2 - origin_y;
+  int outside = 0;
   float px[kRow], py[kRow], wx[kRow], wy[kRow], upper[2 * kRow], lower[2 * kRow];
   int offset[kRow];
   for (int r = -half; r <= half; ++r) {
@@ -63,39 +64,34 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
         px[i] = start_x + step_x * static_cast<float>(i);
         py[i] = start_y + step_y * static_cast<float>(i);
       }
-      if (inside) {
+      if (!inside) {
         for (int i = 0; i < n; ++i) {
-          const int column = static_cast<int>(px[i]), row = static_cast<int>(py[i]);
-          wx[i] = px[i] - static_cast<float>(column);
-          wy[i] = py[i] - static_cast<float>(row);
-          offset[i] = row * level.width + column;
-        }
-        for (int i = 0; i < n; ++i) {
-          const float* const p = pixels + offset[i];
-          std::memcpy(upper + 2 * i, p, 2 * sizeof(float));
-          std::memcpy(lower + 2 * i, p + level.width, 2 * sizeof(float));
-        }
-      } else {
-        for (int i = 0; i < n; ++i) {
-          const float cx = std::clamp(px[i], 0.0F, last_x), cy = std::clamp(py[i], 0.0F, last_y);
+          // In this order 0 comes out of a position that is not a number.
+          const float cx = std::min(last_x, std::max(0.0F, px[i]));
+          const float cy = std::min(last_y, std::max(0.0F, py[i]));
           outside += cx == px[i] && cy == py[i] ? 0 : 1;
-          const int column = static_cast<int>(cx), row = static_cast<int>(cy);
-          wx[i] = cx - static_cast<float>(column);
-          wy[i] = cy - static_cast<float>(row);
-          const float* const p = pixels + static_cast<std::ptrdiff_t>(row) * level.width + column;
-          const int right = column + 1 < level.width ? 1 : 0,
-                    below = row + 1 < level.height ? level.width : 0;
-          upper[2 * i] = p[0];
-          upper[2 * i + 1] = p[right];
-          lower[2 * i] = p[below];
-          lower[2 * i + 1] = p[below + right];
+          px[i] = cx;
+          py[i] = cy;
         }
+      }
+      for (int i = 0; i < n; ++i) {
+        // In the last column and row the weight of the pixel before is 0.
+        const int column = std::min(static_cast<int>(px[i]), last_column);
+        const int row = std::min(static_cast<int>(py[i]), last_row);
+        wx[i] = px[i] - static_cast<float>(column);
+        wy[i] = py[i] - static_cast<float>(row);
+        offset[i] = row * level.width + column;
+      }
+      for (int i = 0; i < n; ++i) {
+        const float* const p = pixels + offset[i];
+        std::memcpy(upper + 2 * i, p, 2 * sizeof(float));
+        std::memcpy(lower + 2 * i, p + level.width, 2 * sizeof(float));
       }
       blend(upper, lower, wx, wy, n, patch);
       patch += n;
     }
   }
-  return outside;
+  return static_cast<std::size_t>(outside);
 }
 
 void polarGradients(const float* dx, const float* dy, std::size_t n, float turn, float* length,

@@ -180,7 +180,7 @@ class FrameEstimator {
       frame[1] = static_cast<float>(-s * minor);
       frame[3] = static_cast<float>(s * major);
       frame[4] = static_cast<float>(c * minor);
-      samplePatch(levelFor(levels_, minor), frame, kHalf, kSpacing, patch_.data());
+      sample(frame);
       double mxx, mxy, myy;
       secondMoments(mxx, mxy, myy);
       const double determinant = mxx * myy - mxy * mxy;
@@ -199,12 +199,10 @@ class FrameEstimator {
 
   /// Directions of the strongest gradients in a frame with orthogonal axes, strongest first, rad.
   std::vector<double> directions(const AffineFrame& frame) {
-    const HalfAxes axes = halfAxes(frame);
-    const ScaleLevel& level = levelFor(levels_, axes.smaller);
-    samplePatch(level, frame, kHalf, kSpacing, patch_.data());
+    if (frame != sampled_) sample(frame);
     // The blur that the patch lacks, which differs between its axes.
     const double along = std::hypot(frame[0], frame[3]), across = std::hypot(frame[1], frame[4]);
-    smooth(missingBlur(level.sigma / along), missingBlur(level.sigma / across));
+    smooth(missingBlur(level_->sigma / along), missingBlur(level_->sigma / across));
     gradients();
     polarGradients(dx_.data(), dy_.data(), kInnerCount, kBins, length_.data(), direction_.data());
 
@@ -252,6 +250,12 @@ class FrameEstimator {
     return present < 1 ? std::sqrt(1 - present * present) / kSpacing : 0;
   }
 
+  void sample(const AffineFrame& frame) {
+    level_ = &levelFor(levels_, halfAxes(frame).smaller);
+    samplePatch(*level_, frame, kHalf, kSpacing, patch_.data());
+    sampled_ = frame;
+  }
+
   /// Of the gradients of patch_.
   void secondMoments(double& xx, double& xy, double& yy) const {
     // One sum per column, so that neighbours are added side by side.
@@ -275,6 +279,7 @@ class FrameEstimator {
 
   /// Blurs patch_ along rows and columns, sigmas in samples.
   void smooth(double sigma_x, double sigma_y) {
+    sampled_ = {};
     if (sigma_x > 0) {
       const int reach = setKernel(sigma_x);
       std::array<float, kSide + 2 * kMaxReach> padded;
@@ -331,6 +336,8 @@ class FrameEstimator {
   static constexpr int kMaxReach = 8;  // missingBlur() is below 1 / kSpacing = 2.3 samples
 
   const std::vector<ScaleLevel>& levels_;
+  AffineFrame sampled_{};              // what patch_ shows; zeros: nothing
+  const ScaleLevel* level_ = nullptr;  // it was sampled from
   std::vector<float> patch_ = std::vector<float>(kSide * kSide), smoothed_ = patch_;
   std::array<float, kSide * kSide> window_;
   std::array<float, kInnerCount> dx_, dy_, length_, direction_;

@@ -155,8 +155,9 @@ bool describable(const AffineFrame& frame, const cv::Size& size) {
   for (const float value : frame) {
     if (!std::isfinite(value)) return false;
   }
-  return frame[2] >= 0 && frame[5] >= 0 && frame[2] <= static_cast<float>(size.width - 1) &&
-         frame[5] <= static_cast<float>(size.height - 1) && halfAxes(frame).smaller > 0;
+  return size.width > 1 && size.height > 1 && frame[2] >= 0 && frame[5] >= 0 &&
+         frame[2] <= static_cast<float>(size.width - 1) && frame[5] <= static_cast<float>(size.height - 1) &&
+         halfAxes(frame).smaller > 0;
 }
 
 }  // namespace

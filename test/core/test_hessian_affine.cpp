@@ -162,19 +162,19 @@ TEST(HessianAffine, FramesFollowARotation) {
 
 TEST(HessianAffine, FramesFollowAnAffineMap) {
   const cv::Mat image = picture();
-  const cv::Matx23d map(1.2, 0.6, 0, 0, 0.6, 60);
+  const cv::Matx23d map(1.15, 0.5, 0, -0.1, 0.75, 80);
   cv::Mat warped;
-  cv::warpAffine(image, warped, map, {860, 360}, cv::INTER_CUBIC, cv::BORDER_CONSTANT, cv::Scalar(128));
+  cv::warpAffine(image, warped, map, {800, 400}, cv::INTER_CUBIC, cv::BORDER_CONSTANT, cv::Scalar(128));
   const Features right = detected(warped);
   const double with_direction = repeated(detected(image), right, map, warped.size(), false, 0.25);
-  const double shape = repeated(detected(image), right, map, warped.size(), true, 0.25);
-  EXPECT_GT(with_direction, 0.45);
-  EXPECT_GT(shape, 0.5);
+  const double shape = repeated(detected(image), right, map, warped.size(), true, 0.15);
+  EXPECT_GT(with_direction, 0.35);
+  EXPECT_GT(shape, 0.45);
   // Similarity frames cannot.
   HessianAffineOptions round;
   round.adapt = false;
   EXPECT_GT(shape,
-            0.15 + repeated(detected(image, round), detected(warped, round), map, warped.size(), true, 0.25));
+            0.15 + repeated(detected(image, round), detected(warped, round), map, warped.size(), true, 0.15));
 }
 
 TEST(HessianAffine, OptionsDoWhatTheySay) {

@@ -27,6 +27,7 @@ HalfAxes halfAxes(const AffineFrame& frame);
 
 /// Samples the level bilinearly at the image points frame * (c * spacing, r * spacing), for r (rows) and c
 /// from -half to half; beyond the border the image goes on with its nearest pixel.
+/// @param level    2 x 2 pixels or more
 /// @param spacing  of the samples, in units of the frame
 /// @param patch    (2 half + 1)^2 values, row-major
 /// @return the number of samples beyond the border
