@@ -179,19 +179,24 @@ bool refine(const Band& band, int layers, double edge_ratio, Extremum& e) {
     if (!solved) return false;
     e.offset = -(inverse * gradient);
     const double worst = std::max({std::abs(e.offset[0]), std::abs(e.offset[1]), std::abs(e.offset[2])});
-    // Halfway between two samples the fit of each may point at the other.
-    if (worst <= (move < 2 ? 0.5 : 1.0)) {
-      e.height = value + gradient.dot(e.offset) / 2;
-      const double trace = xx + yy, determinant = xx * yy - xy * xy;
-      return trace * trace * edge_ratio <= (edge_ratio + 1) * (edge_ratio + 1) * determinant;
+    if (!(worst < kMaxMoves)) return false;
+    const auto step = [&e](int axis) {
+      return std::clamp(static_cast<int>(std::lround(e.offset[axis])), -1, 1);
+    };
+    const int level = std::clamp(e.level + step(2), 1, layers);
+    const bool stays = step(0) == 0 && step(1) == 0 && level == e.level;
+    // Halfway between two samples, or two octaves, the fit of each may point at the other.
+    if (stays || move >= 2) {
+      if (worst <= 1) {
+        e.height = value + gradient.dot(e.offset) / 2;
+        const double trace = xx + yy, determinant = xx * yy - xy * xy;
+        return trace * trace * edge_ratio <= (edge_ratio + 1) * (edge_ratio + 1) * determinant;
+      }
+      if (stays || move == kMaxMoves) return false;
     }
-    if (!(worst < kMaxMoves) || move == kMaxMoves) return false;
-    const int before_y = e.y, before_x = e.x, before_level = e.level;
-    e.x = std::clamp(e.x + static_cast<int>(std::lround(e.offset[0])), e.x - 1, e.x + 1);
-    e.y = std::clamp(e.y + static_cast<int>(std::lround(e.offset[1])), e.y - 1, e.y + 1);
-    e.level = std::clamp(e.level + static_cast<int>(std::lround(e.offset[2])), 1, layers);
-    e.level = std::clamp(e.level, before_level - 1, before_level + 1);
-    if (e.x == before_x && e.y == before_y && e.level == before_level) return false;
+    e.x += step(0);
+    e.y += step(1);
+    e.level = level;
     if (e.x < kMargin || e.y < kMargin || e.x >= band.octave.width - kMargin ||
         e.y >= band.octave.height - kMargin) {
       return false;

@@ -85,7 +85,9 @@ TEST(Blob, FindsDiscsWithTheirPlaceAndRadius) {
         const Disc disc{99 + shift, 80 - shift / 2, radius, contrast};
         const cv::KeyPoint found = blobOf(detect(discs({disc})), disc);
         ASSERT_GT(found.size, 0) << radius << " " << contrast << " " << shift;
-        EXPECT_LT(std::hypot(found.pt.x - disc.x, found.pt.y - disc.y), 0.05) << radius << " " << shift;
+        const double sigma = radius / std::sqrt(2.0);
+        EXPECT_LT(std::hypot(found.pt.x - disc.x, found.pt.y - disc.y), 0.04 * sigma)
+            << radius << " " << shift;
         EXPECT_NEAR(found.size / (2 * radius), 1, 0.03) << radius << " " << shift;
         // 2 / e of the contrast, a little less for the camera's blur that is assumed and not there.
         EXPECT_NEAR(found.response / 100, 2 / std::exp(1.0), 0.03) << radius << " " << shift;
@@ -204,7 +206,7 @@ TEST(Blob, HugeImages) {
   const Features features = detect(image, {}, 2);
   for (const Disc& d : list) {
     const cv::KeyPoint found = blobOf(features, d);
-    EXPECT_LT(std::hypot(found.pt.x - d.x, found.pt.y - d.y), 0.1) << d.x;
+    EXPECT_LT(std::hypot(found.pt.x - d.x, found.pt.y - d.y), 0.04 * d.radius) << d.x;
     EXPECT_NEAR(found.size / (2 * d.radius), 1, 0.05) << d.x;
   }
 }
