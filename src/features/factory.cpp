@@ -2,9 +2,14 @@
 #include <stdexcept>
 
 #include "corrsel/features/akaze.h"
+#include "corrsel/features/asift.h"
+#include "corrsel/features/blob.h"
 #include "corrsel/features/brisk.h"
 #include "corrsel/features/extractor.h"
+#include "corrsel/features/freak.h"
+#include "corrsel/features/hessian_affine.h"
 #include "corrsel/features/orb.h"
+#include "corrsel/features/patch_sift.h"
 #include "corrsel/features/sift.h"
 #include "corrsel/text.h"
 
@@ -18,7 +23,7 @@ struct Algorithm {
   std::unique_ptr<Detector> (*detector)(const OptionSet& options);      ///< null: no detector
   std::unique_ptr<Descriptor> (*descriptor)(const OptionSet& options);  ///< null: no descriptor of other
                                                                         ///< detectors' keypoints
-  bool self_describing = false;
+  bool self_describing = false;  ///< describes its own keypoints while it detects them
 };
 
 template <class O>
@@ -38,9 +43,15 @@ std::unique_ptr<Descriptor> descriptorOf(const OptionSet& options) {
 
 const std::vector<Algorithm>& algorithms() {
   static const std::vector<Algorithm> table = {
-      {"sift", optionsOf<SiftOptions>, detectorOf<SiftDetector, SiftOptions>, nullptr, true},
+      {"hessian_affine", optionsOf<HessianAffineOptions>,
+       detectorOf<HessianAffineDetector, HessianAffineOptions>, nullptr},
+      {"sift", optionsOf<SiftOptions>, detectorOf<SiftDetector, SiftOptions>,
+       descriptorOf<PatchSift, SiftOptions>, true},
       {"orb", optionsOf<OrbOptions>, detectorOf<OrbDetector, OrbOptions>,
        descriptorOf<OrbDescriptor, OrbOptions>, true},
+      {"asift", optionsOf<AsiftOptions>, detectorOf<AsiftDetector, AsiftOptions>, nullptr, true},
+      {"blob", optionsOf<BlobOptions>, detectorOf<BlobDetector, BlobOptions>, nullptr},
+      {"freak", optionsOf<FreakOptions>, nullptr, descriptorOf<FreakDescriptor, FreakOptions>},
       {"akaze", optionsOf<AkazeOptions>, detectorOf<AkazeDetector, AkazeOptions>, nullptr, true},
       {"brisk", optionsOf<BriskOptions>, detectorOf<BriskDetector, BriskOptions>,
        descriptorOf<BriskDescriptor, BriskOptions>, true},

@@ -131,7 +131,7 @@ void histogramOf(const float* patch, const Tables& tables, float* histogram) {
 }
 
 /// Normalises a histogram in place to what describe() promises. False where it is empty.
-bool normalize(float* v, bool root) {
+bool normalize(float* v) {
   const auto scaleToLength = [v](double length) {
     double sum = 0;
     for (int i = 0; i < kLength; ++i) sum += double{v[i]} * v[i];
@@ -142,10 +142,6 @@ bool normalize(float* v, bool root) {
   };
   if (!scaleToLength(1)) return false;
   for (int i = 0; i < kLength; ++i) v[i] = std::min(v[i], 0.2F);
-  if (root) {
-    // The square root of a vector of sum 1 has length 1.
-    for (int i = 0; i < kLength; ++i) v[i] = std::sqrt(v[i]);
-  }
   scaleToLength(512);
   for (int i = 0; i < kLength; ++i) v[i] = std::min(255.0F, std::floor(v[i] + 0.5F));
   return true;
@@ -162,11 +158,7 @@ bool describable(const AffineFrame& frame, const cv::Size& size) {
 
 }  // namespace
 
-void SiftDescriptorOptions::visit(OptionVisitor& visitor) {
-  visitor.flag("root", "RootSIFT: square roots of the descriptor's values, a better distance", root);
-}
-
-PatchSift::PatchSift(const SiftDescriptorOptions& options) : options_(options) { options_.check(); }
+PatchSift::PatchSift(const SiftOptions& options) : options_(options) { options_.check(); }
 
 void PatchSift::describe(const cv::Mat& grey, int threads, Features& features) const {
   static const Tables tables;
@@ -194,7 +186,7 @@ void PatchSift::describe(const cv::Mat& grey, int threads, Features& features) c
       if (2 * outside > patch.size()) continue;
       float* const descriptor = descriptors.ptr<float>(static_cast<int>(i));
       histogramOf(patch.data(), tables, descriptor);
-      keep[i] = normalize(descriptor, options_.root) ? 1 : 0;
+      keep[i] = normalize(descriptor) ? 1 : 0;
     }
   });
 
@@ -206,6 +198,7 @@ void PatchSift::describe(const cv::Mat& grey, int threads, Features& features) c
   }
   keepFeatures(keep, features);
   features.descriptors = kept == static_cast<int>(n) ? descriptors : descriptors.rowRange(0, kept).clone();
+  if (options_.root) toRootSift(features.descriptors);
 }
 
 }  // namespace corrsel::core

@@ -1,5 +1,7 @@
 #include "corrsel/features/sift.h"
 
+#include <algorithm>
+#include <cmath>
 #include <opencv2/features2d.hpp>
 
 namespace corrsel::core {
@@ -12,7 +14,7 @@ void SiftOptions::visit(OptionVisitor& visitor) {
   visitor.number({"edge_threshold", 1, 100, "-", "SIFT: edge-like extrema are dropped; larger keeps more"},
                  edge_threshold);
   visitor.number({"sigma", 0.5, 5, "px", "SIFT: blur of the first octave"}, sigma);
-  visitor.flag("root", "SIFT descriptor of any detector: RootSIFT, compared by the Hellinger kernel", root);
+  visitor.flag("root", "SIFT descriptor of any detector: RootSIFT, square roots of its values", root);
 }
 
 SiftDetector::SiftDetector(const SiftOptions& options)
@@ -34,9 +36,13 @@ void SiftDetector::detectAndDescribe(const cv::Mat& grey, int threads, Features&
 
 void toRootSift(cv::Mat& descriptors) {
   for (int row = 0; row < descriptors.rows; ++row) {
-    cv::Mat values = descriptors.row(row);
-    const double total = cv::norm(values, cv::NORM_L1);
-    if (total > 0) cv::sqrt(values / total, values);
+    auto* const values = descriptors.ptr<float>(row);
+    double total = 0;
+    for (int k = 0; k < descriptors.cols; ++k) total += values[k];
+    if (!(total > 0)) continue;
+    for (int k = 0; k < descriptors.cols; ++k) {
+      values[k] = static_cast<float>(std::min(255.0, std::round(512 * std::sqrt(values[k] / total))));
+    }
   }
 }
 

@@ -48,7 +48,7 @@ std::vector<AffineFrame> randomFrames(cv::Size size, int n, std::uint64_t seed =
 }
 
 cv::Mat described(const cv::Mat& image, const std::vector<AffineFrame>& frames, bool root = false) {
-  SiftDescriptorOptions options;
+  SiftOptions options;
   options.root = root;
   Features features = featuresOf(frames);
   PatchSift(options).describe(image, 1, features);
@@ -69,8 +69,7 @@ AffineFrame mapped(const cv::Matx23d& map, const AffineFrame& f) {
 TEST(PatchSift, SaysWhatItIs) {
   EXPECT_EQ(PatchSift().name(), "sift");
   const auto options = listOptions(PatchSift().options());
-  ASSERT_EQ(options.size(), 1u);
-  EXPECT_EQ(options[0].name, "root");
+  EXPECT_EQ(options.back().name, "root");
 }
 
 TEST(PatchSift, GivesWholeNumbersOfLength512) {
@@ -99,10 +98,7 @@ TEST(PatchSift, RootIsTheSquareRootOfTheShares) {
     const double sum = cv::sum(plain.row(i))[0];
     for (int k = 0; k < 128; ++k) {
       const double expected = 512 * std::sqrt(plain.at<float>(i, k) / sum);
-      // A small value has lost digits by rounding, which its root shows.
-      if (plain.at<float>(i, k) >= 20) {
-        ASSERT_NEAR(root.at<float>(i, k), expected, 3);
-      }
+      ASSERT_NEAR(root.at<float>(i, k), std::min(255.0, expected), 0.51);
     }
   }
 }

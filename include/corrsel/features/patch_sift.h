@@ -1,14 +1,9 @@
 #pragma once
 
 #include "corrsel/features/descriptor.h"
+#include "corrsel/features/sift.h"
 
 namespace corrsel::core {
-
-struct SiftDescriptorOptions : OptionSet {
-  bool root = false;  ///< RootSIFT
-
-  void visit(OptionVisitor& visitor) override;
-};
 
 /// "sift": the SIFT descriptor (Lowe, IJCV 2004, section 6) of affine frames, of any detector. The region of
 /// a frame is the square of 7.5 times its unit on each side of the centre, along its axes, so that the first
@@ -16,9 +11,8 @@ struct SiftDescriptorOptions : OptionSet {
 /// by a Gaussian of 6 units and spread over neighbouring cells and directions. The region is cut from a blur
 /// of at most one unit. Lengths are 1, values at most 0.2 before the second normalisation.
 ///
-/// 128 floats that are whole numbers from 0 to 255: 512 times the unit vector, rounded. With `root`
-/// (Arandjelovic and Zisserman, CVPR 2012) 512 times the square root of the vector of sum 1: again of length
-/// 512 up to rounding, and L2 then compares as the Hellinger kernel does.
+/// 128 floats that are whole numbers from 0 to 255: 512 times the unit vector, rounded. With `root` they go
+/// through toRootSift(). Of the options only `root` is used, the others are the detector's.
 ///
 /// Removed: features whose frame is not finite or flat, whose centre is outside the image, whose region is
 /// outside by more than half, or has one grey value only. Other regions that reach over the border see the
@@ -26,14 +20,14 @@ struct SiftDescriptorOptions : OptionSet {
 /// ns per pixel, up to 19 bytes per pixel.
 class PatchSift : public Descriptor {
  public:
-  explicit PatchSift(const SiftDescriptorOptions& options = {});
+  explicit PatchSift(const SiftOptions& options = {});
 
   void describe(const cv::Mat& grey, int threads, Features& features) const override;
   std::string name() const override { return "sift"; }
   const OptionSet& options() const override { return options_; }
 
  private:
-  SiftDescriptorOptions options_;
+  SiftOptions options_;
 };
 
 }  // namespace corrsel::core
