@@ -51,13 +51,14 @@ Content contentOf(const cv::Mat& descriptors) {
     int other = 0, nan = 0, query_squares = 0, train_squares = 0;
     for (int c = 0; c < descriptors.cols; ++c) {
       const float value = row[c];
-      const bool in_range = value >= 0 && value <= 255;
+      const bool in_range = (value >= 0) & (value <= 255);
       const int number = static_cast<int>(in_range ? value : 0);
       other |= static_cast<float>(number) != value;
       nan |= value != value;
       largest = std::max(largest, number);
       query_squares += number & 1;
-      train_squares += ((number & 3) - 1) * ((number & 3) - 1);
+      // (number % 4 - 1)^2, which is 1, 0, 1 or 4.
+      train_squares += (~number & 1) + ((number & (number >> 1) & 1) << 2);
     }
     query_error = std::max(query_error, query_squares);
     train_error = std::max(train_error, train_squares);

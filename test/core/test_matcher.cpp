@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <limits>
 
@@ -290,6 +291,24 @@ TEST(Matcher, MoreFeaturesThan16BitsCount) {
     ASSERT_EQ(m.size(), 2u);
     EXPECT_EQ((swapped ? m.left_index[1] : m.right_index[0]), 69990u);
   }
+}
+
+TEST(Matcher, MemoryDoesNotGrowWithTheSquare) {
+  const auto peak = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return double(usage.ru_maxrss) * 1024;
+  };
+  const int n = 20000;
+  const Features left = features(randomDescriptors(n, 4, CV_8U, 256, 1)),
+                 right = features(randomDescriptors(n, 4, CV_8U, 256, 2));
+  MatchOptions options;
+  options.mutual = true;
+  options.threads = 2;
+  const double before = peak();
+  EXPECT_GT(matchFeatures(left, right, options).size(), 1000u);
+  // A byte per pair were 400 MB.
+  EXPECT_LT(peak() - before, 100e6);
 }
 
 TEST(Matcher, RefusesBadOptions) {
