@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "corrsel/features/extractor.h"
+#include "corrsel/features/matcher.h"
 #include "corrsel/selectors/factory.h"
 #include "corrsel/text.h"
 
@@ -46,6 +47,19 @@ std::vector<std::string> withAll(const std::vector<std::string>& values,
     }
   }
   return result;
+}
+
+/// Checked.
+MatchOptions matchOptions(const std::map<std::string, OptionMap>& given) {
+  MatchOptions options;
+  const auto found = given.find("match");
+  if (found != given.end()) setOptions(options, found->second, "match");
+  try {
+    options.check();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("match: ") + error.what());
+  }
+  return options;
 }
 
 void emitOptions(YAML::Emitter& out, const std::string& name, const OptionSet& options) {
@@ -104,7 +118,8 @@ void BenchmarkConfig::resolve() {
   requireRange("seed", seed, 0, 2147483647 - 1000);
   requireRange("max_pairs", max_pairs, 0, 2147483647);
 
-  std::set<std::string> known = {"nnsr"};
+  std::set<std::string> known = {"nnsr", "match"};
+  matchOptions(options);
   for (const std::string& name : features) {
     createExtractor(name, options);
     for (const std::string& algorithm : algorithmsOf(name)) known.insert(algorithm);
@@ -150,6 +165,7 @@ std::string BenchmarkConfig::toYaml() const {
     for (const auto& [algorithm, values] : extractor->options()) emitOptions(out, algorithm, *values);
     out << YAML::EndMap;
   }
+  emitOptions(out, "match", matchOptions(options));
   out << YAML::EndMap;
   out << YAML::Key << "selector_options" << YAML::Value << YAML::BeginMap;
   for (const std::string& spec : selectors) {

@@ -88,6 +88,7 @@ struct BenchmarkRunner::Cell {
 struct BenchmarkRunner::Tools {
   std::vector<std::unique_ptr<FeatureExtractor>> extractors;
   FeatureCache features{kFeatureCacheBytes};
+  MatchOptions match;
   std::vector<GridSelector> selectors;
   std::unique_ptr<Selector> preselector;
 };
@@ -101,6 +102,7 @@ BenchmarkRunner::BenchmarkRunner(const BenchmarkConfig& config, RunFolder& folde
   };
   for (const std::string& name : config.features)
     tools_->extractors.push_back(createExtractor(name, config.options));
+  setOptions(tools_->match, given("match"), "match");
   for (const std::string& spec : config.selectors) {
     GridSelector selector;
     selector.spec = spec;
@@ -130,7 +132,7 @@ void BenchmarkRunner::warmUp() const {
   }
   for (const auto& extractor : tools_->extractors) {
     const auto [left, right] = extractPair(*extractor, noise, noise, config_.threads);
-    matchFeatures(left, right);
+    matchFeatures(left, right, tools_->match, config_.threads);
   }
 }
 
@@ -195,7 +197,7 @@ std::vector<BenchmarkRunner::Putative> BenchmarkRunner::putativeMatches(const Im
       putative.detect_seconds = left->detect_seconds + right->detect_seconds;
       putative.describe_seconds = left->describe_seconds + right->describe_seconds;
       const Stopwatch watch;
-      putative.matches = matchFeatures(*left, *right);
+      putative.matches = matchFeatures(*left, *right, tools_->match, config_.threads);
       putative.match_seconds = watch.seconds();
       inputs.push_back(std::move(putative));
     }

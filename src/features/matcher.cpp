@@ -36,16 +36,15 @@ void checkDescriptors(const Features& left, const Features& right) {
 }  // namespace
 
 void MatchOptions::visit(OptionVisitor& visitor) {
-  visitor.integer({"threads", 1, 1024, "-", "Threads of the matcher; any number gives the same matches."},
-                  threads);
-  visitor.flag("mutual", "Keep only matches whose two features are each other's nearest neighbours.", mutual);
-  visitor.number({"second_distance_radius", 0, 1000, "px",
-                  "The second neighbour is at least this far from the first one, so that features detected "
-                  "twice do not count; 0 = plain second neighbour."},
-                 second_distance_radius);
+  visitor.flag("mutual", "Matching: keep features that are each other's nearest only", mutual);
+  visitor.number(
+      {"second_distance_radius", 0, 1000, "px",
+       "Matching: least distance of the second neighbour from the first, for features found twice"},
+      second_distance_radius);
 }
 
-Correspondences matchFeatures(const Features& left, const Features& right, const MatchOptions& options) {
+Correspondences matchFeatures(const Features& left, const Features& right, const MatchOptions& options,
+                              int threads) {
   options.check();
   Correspondences matches;
   matches.left_size = left.image_size;
@@ -53,7 +52,7 @@ Correspondences matchFeatures(const Features& left, const Features& right, const
   if (left.keypoints.empty() || right.keypoints.empty()) return matches;
   checkDescriptors(left, right);
   NeighbourSearch search;
-  search.threads = options.threads;
+  search.threads = threads;
   search.nearest_query = options.mutual;
   search.second_radius = options.second_distance_radius;
   search.train_keypoints = &right.keypoints;

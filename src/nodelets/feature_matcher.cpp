@@ -65,9 +65,11 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
 
   void process(const sensor_msgs::ImageConstPtr& left, const sensor_msgs::ImageConstPtr& right) {
     std::shared_ptr<const core::FeatureExtractor> extractor;
+    core::MatchOptions match;
     {
       const std::lock_guard<std::mutex> lock(extractor_mutex_);
       extractor = extractor_;
+      match = match_;
     }
     if (!extractor) return;
     std::string topic = images_->leftTopic();
@@ -78,7 +80,8 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
       topic += " or " + images_->leftTopic();
       const auto features = core::extractPair(*extractor, left_image->image, right_image->image, threads_);
       const core::Stopwatch watch;
-      const core::Correspondences matches = core::matchFeatures(features.first, features.second);
+      const core::Correspondences matches =
+          core::matchFeatures(features.first, features.second, match, threads_);
       PairInfo info;
       info.match_seconds = watch.seconds();
       info.header = left->header;
@@ -96,6 +99,12 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   void reconfigure(FeatureMatcherConfig& config, std::uint32_t level) {
+    if ((level & kLevelMatch) != 0) {
+      core::MatchOptions match;
+      core::setOptions(match, changedOptions(config, "match_"), "match");  // in range: the server clamps
+      const std::lock_guard<std::mutex> lock(extractor_mutex_);
+      match_ = match;
+    }
     if ((level & kLevelFeatures) == 0) return;
     std::shared_ptr<const core::FeatureExtractor> extractor;
     try {
@@ -122,15 +131,16 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   static constexpr std::uint32_t kPublisherQueue = 10;
-  static constexpr std::uint32_t kLevelFeatures = 1;
+  static constexpr std::uint32_t kLevelFeatures = 1, kLevelMatch = 2;
   static constexpr double kStatisticsPeriod = 15.0;  ///< s, wall time
 
   bool lazy_ = true;
   int threads_ = 2;
   std::mutex connect_mutex_;  ///< guards publisher_ and the subscriptions of images_
   ros::Publisher publisher_;
-  std::mutex extractor_mutex_;  ///< guards extractor_, which is written under server_mutex_ only
+  std::mutex extractor_mutex_;  ///< guards extractor_ and match_, which are written under server_mutex_ only
   std::shared_ptr<const core::FeatureExtractor> extractor_;
+  core::MatchOptions match_;
   FeatureMatcherConfig accepted_ = FeatureMatcherConfig::__getDefault__();  ///< the newest one that worked
   boost::recursive_mutex server_mutex_;
   std::unique_ptr<Server> server_;

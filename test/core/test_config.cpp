@@ -72,6 +72,16 @@ TEST(Config, OptionsBelongToDetectorOrDescriptor) {
   EXPECT_TRUE(contains(errorOf([&] { config.resolve(); }), "cannot work"));
 }
 
+TEST(Config, MatchingHasOptions) {
+  BenchmarkConfig config = sampleConfig();
+  config.options["match"]["mutual"] = "true";
+  config.resolve();
+  EXPECT_TRUE(contains(config.toYaml(), "mutual: true")) << config.toYaml();
+  config.options["match"]["second_distance_radius"] = "-1";
+  EXPECT_TRUE(contains(errorOf([&] { config.resolve(); }),
+                       "match: option second_distance_radius = -1 is outside [0, 1000]"));
+}
+
 TEST(Config, OptionAssignments) {
   std::map<std::string, OptionMap> options;
   parseOptionAssignments("gms.alpha=6, ransac.threshold=1.5,gms.grid=10", options);

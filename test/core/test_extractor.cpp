@@ -331,8 +331,8 @@ TEST(Extractor, RootSiftIsTheSquareRoot) {
     for (int i = 0; i < root.descriptors.rows; ++i) {
       const double total = cv::norm(plain.descriptors.row(i), cv::NORM_L1);
       for (int k = 0; k < 128; ++k) {
-        ASSERT_NEAR(root.descriptors.at<float>(i, k), 512 * std::sqrt(plain.descriptors.at<float>(i, k) / total),
-                    0.51);
+        ASSERT_NEAR(root.descriptors.at<float>(i, k),
+                    512 * std::sqrt(plain.descriptors.at<float>(i, k) / total), 0.51);
       }
     }
   }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "corrsel/features/extractor.h"
+#include "corrsel/features/matcher.h"
 #include "corrsel/ros/parameters.h"
 #include "corrsel/selectors/factory.h"
 #include "corrsel/text.h"
@@ -158,6 +159,7 @@ TEST(Cfg, FeatureParametersEqualTheOptions) {
   const auto all = parameters(FeatureMatcherConfig::__getDescriptionMessage__());
   auto open = all;
   for (const auto& [name, options] : core::featureAlgorithms()) compare(*options, open, all, name + "_", 1);
+  compare(core::MatchOptions(), open, all, "match_", 2);
   for (const std::string& name : core::extractorNames()) {
     EXPECT_NE(all.at("features").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }

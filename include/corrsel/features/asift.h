@@ -16,7 +16,7 @@ struct AsiftOptions : DetectorOptions {
   double margin = 6;                 ///< simulated views: distance from the image border, in radii
   double merge_distance = 0.5;
   double merge_shape = 0.4;
-  double max_megapixels = 4;         ///< larger images are shrunk to this
+  double max_megapixels = 4;  ///< larger images are shrunk to this
 
   void visit(OptionVisitor& visitor) override;
 };

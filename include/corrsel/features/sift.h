@@ -28,9 +28,9 @@ class SiftDetector : public OpenCvDetector {
   SiftOptions options_;
 };
 
-/// RootSIFT (Arandjelovic and Zisserman, CVPR 2012, section 3): square roots of every row divided by its sum, so
-/// that L2 compares as the Hellinger kernel does. Times 512 and rounded to whole numbers from 0 to 255, as SIFT
-/// is. @param descriptors  N x 128 CV_32F, not negative
+/// RootSIFT (Arandjelovic and Zisserman, CVPR 2012, section 3): square roots of every row divided by its sum,
+/// so that L2 compares as the Hellinger kernel does. Times 512 and rounded to whole numbers from 0 to 255, as
+/// SIFT is. @param descriptors  N x 128 CV_32F, not negative
 void toRootSift(cv::Mat& descriptors);
 
 }  // namespace corrsel::core
