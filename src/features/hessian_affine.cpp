@@ -295,7 +295,8 @@ class FrameEstimator {
         std::fill_n(row, kSide, 0.0F);
         for (int t = 0; t <= 2 * reach; ++t) {
           const float weight = kernel_[static_cast<std::size_t>(t)];
-          for (int c = 0; c < kSide; ++c) row[c] += weight * padded[static_cast<std::size_t>(c + t)];
+          const float* const from = padded.data() + t;
+          for (int c = 0; c < kSide; ++c) row[c] += weight * from[c];
         }
       }
     }
@@ -305,7 +306,7 @@ class FrameEstimator {
         float* const out = smoothed_.data() + std::ptrdiff_t{r} * kSide;
         std::fill_n(out, kSide, 0.0F);
         for (int t = -reach; t <= reach; ++t) {
-          const float weight = kernel_[static_cast<std::size_t>(t + reach)];
+          const float weight = *(kernel_.data() + reach + t);
           const float* const row = patch_.data() + std::ptrdiff_t{std::clamp(r + t, 0, kSide - 1)} * kSide;
           for (int c = 0; c < kSide; ++c) out[c] += weight * row[c];
         }
@@ -320,8 +321,7 @@ class FrameEstimator {
     double sum = 0;
     for (int t = -reach; t <= reach; ++t) sum += std::exp(-t * t / (2 * sigma * sigma));
     for (int t = -reach; t <= reach; ++t) {
-      kernel_[static_cast<std::size_t>(t + reach)] =
-          static_cast<float>(std::exp(-t * t / (2 * sigma * sigma)) / sum);
+      *(kernel_.data() + reach + t) = static_cast<float>(std::exp(-t * t / (2 * sigma * sigma)) / sum);
     }
     return reach;
   }

@@ -18,6 +18,7 @@ constexpr int kCellSamples = 6;   // samples along one side of a cell
 constexpr int kHalf = 15;         // samples on each side of the centre
 constexpr int kSide = 2 * kHalf + 1;
 constexpr int kInner = kSide - 2;  // samples that have a gradient, and a weight in a cell
+constexpr int kMiddle = kInner / 2;
 constexpr std::size_t kInnerCount = std::size_t{kInner} * kInner;
 constexpr double kWindow = 2.0 * kCellSamples;  // sigma of the Gaussian weight, samples
 
@@ -41,7 +42,8 @@ Pyramid pyramidOf(const cv::Mat& grey, double smallest, double largest) {
   grey.convertTo(image, CV_32F);
   pyramid.add(image, 1, kCameraBlur);
   double step = 1, sigma = kCameraBlur;
-  for (double next = 1.0; next <= largest; next *= std::sqrt(2.0)) {
+  for (int k = 0; std::exp2(0.5 * k) <= largest; ++k) {
+    const double next = std::exp2(0.5 * k);
     // Blurred by two pixels, every other one is enough.
     if (sigma / step >= 1.99 && std::min(image.cols, image.rows) >= 4) {
       cv::Mat half((image.rows + 1) / 2, (image.cols + 1) / 2, CV_32F);
@@ -78,11 +80,11 @@ struct Tables {
     float* weight = window.data();
     for (int i = 0; i < kInner; ++i) {
       // Cell 0 has its middle a cell and a half, cell -1 two and a half cells (kHalf) before the centre.
-      const int sample = i - kInner / 2 + kHalf;
+      const int sample = i - kMiddle + kHalf;
       cells[static_cast<std::size_t>(i)] = {sample / kCellSamples - 1,
                                             static_cast<float>(sample % kCellSamples) / kCellSamples};
       for (int j = 0; j < kInner; ++j) {
-        const double x = j - kInner / 2, y = i - kInner / 2;
+        const double x = j - kMiddle, y = i - kMiddle;
         *weight++ = static_cast<float>(std::exp(-(x * x + y * y) / (2 * kWindow * kWindow)));
       }
     }
