@@ -11,8 +11,9 @@ namespace {
 constexpr int kRow = 64;
 
 /// Blends the four pixels around each of n positions: pairs of neighbours in the upper and lower row.
-void blend(const float* upper, const float* lower, const float* wx, const float* wy, int n, float* out) {
-  for (int i = 0; i < n; ++i) {
+void blend(const float* upper, const float* lower, const float* wx, const float* wy, std::ptrdiff_t n,
+           float* out) {
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
     const float top = upper[2 * i] + wx[i] * (upper[2 * i + 1] - upper[2 * i]);
     const float bottom = lower[2 * i] + wx[i] * (lower[2 * i + 1] - lower[2 * i]);
     out[i] = top + wy[i] * (bottom - top);
@@ -84,8 +85,8 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
       }
       for (int i = 0; i < n; ++i) {
         const float* const p = pixels + offset[i];
-        std::memcpy(upper + 2 * i, p, 2 * sizeof(float));
-        std::memcpy(lower + 2 * i, p + level.width, 2 * sizeof(float));
+        std::memcpy(upper + std::ptrdiff_t{2} * i, p, 2 * sizeof(float));
+        std::memcpy(lower + std::ptrdiff_t{2} * i, p + level.width, 2 * sizeof(float));
       }
       blend(upper, lower, wx, wy, n, patch);
       patch += n;

@@ -86,6 +86,7 @@ class HessianExtrema {
 class ScaleSelection {
  public:
   static constexpr int kHalf = 16, kSide = 2 * kHalf + 1, kLevels = 10;
+  static constexpr std::size_t kCount = std::size_t{kSide} * kSide;  // of samples
   static constexpr std::size_t kMaxScales = 4;
 
   ScaleSelection() {
@@ -100,10 +101,11 @@ class ScaleSelection {
       for (int x = -kReach; x <= kReach; ++x) sum += gaussian(x);
       const auto g = [&](int x) { return std::abs(x) > kReach ? 0.0 : gaussian(x) / sum; };
       const auto curvature = [&](int x) { return g(x - 1) - 2 * g(x) + g(x + 1); };
+      auto at = static_cast<std::size_t>(k);
       for (int y = -kHalf; y <= kHalf; ++y) {
         for (int x = -kHalf; x <= kHalf; ++x) {
-          filters_[static_cast<std::size_t>(((y + kHalf) * kSide + x + kHalf) * kPadded + k)] =
-              static_cast<float>(curvature(x) * g(y) + g(x) * curvature(y));
+          filters_[at] = static_cast<float>(curvature(x) * g(y) + g(x) * curvature(y));
+          at += kPadded;
         }
       }
     }
@@ -114,7 +116,7 @@ class ScaleSelection {
                                  double threshold) const {
     const double unit = halfAxes(frame).smaller;
     const ScaleLevel& level = levelFor(levels, kBlur * unit);
-    std::array<float, kSide * kSide> patch;
+    std::array<float, kCount> patch;
     samplePatch(level, frame, kHalf, kSpacing, patch.data());
     std::array<float, kPadded> sums{};
     for (std::size_t q = 0; q < patch.size(); ++q) {
@@ -146,18 +148,18 @@ class ScaleSelection {
   static double square(double x) { return x * x; }
   static double scaleAt(double k) { return std::exp2(-0.5 + k / (kLevels - 1)); }
 
-  std::array<float, kSide * kSide * kPadded> filters_{};
+  std::array<float, kCount * kPadded> filters_{};
 };
 
 /// Shape and directions of one frame after the other. Keeps a patch: one per thread.
 class FrameEstimator {
  public:
   explicit FrameEstimator(const std::vector<ScaleLevel>& levels) : levels_(levels) {
+    float* weight = window_.data();
     for (int r = -kHalf; r <= kHalf; ++r) {
       for (int c = -kHalf; c <= kHalf; ++c) {
         const double distance2 = kSpacing * kSpacing * (r * r + c * c);
-        window_[static_cast<std::size_t>((r + kHalf) * kSide + c + kHalf)] =
-            static_cast<float>(std::exp(-distance2 / (2 * kWindow * kWindow)));
+        *weight++ = static_cast<float>(std::exp(-distance2 / (2 * kWindow * kWindow)));
       }
     }
   }
@@ -232,6 +234,7 @@ class FrameEstimator {
     }
     std::sort(peaks.begin(), peaks.end());
     std::vector<double> angles;
+    angles.reserve(peaks.size());
     for (const auto& peak : peaks) angles.push_back(peak.second);
     return angles;
   }
@@ -239,7 +242,8 @@ class FrameEstimator {
  private:
   static constexpr int kHalf = 20, kSide = 2 * kHalf + 1;
   static constexpr int kInner = kSide - 2;  // samples that have a gradient
-  static constexpr std::size_t kInnerCount = kInner * kInner;
+  static constexpr std::size_t kInnerCount = std::size_t{kInner} * kInner;
+  static constexpr std::size_t kCount = std::size_t{kSide} * kSide;
   static constexpr double kWindow = 3;                     // sigma of the weights, in units of the frame
   static constexpr double kSpacing = 3 * kWindow / kHalf;  // of the samples
   static constexpr int kMaxIterations = 15;
@@ -284,25 +288,26 @@ class FrameEstimator {
       const int reach = setKernel(sigma_x);
       std::array<float, kSide + 2 * kMaxReach> padded;
       for (int r = 0; r < kSide; ++r) {
-        float* const row = patch_.data() + r * kSide;
+        float* const row = patch_.data() + std::ptrdiff_t{r} * kSide;
         std::fill_n(padded.begin(), reach, row[0]);
         std::copy_n(row, kSide, padded.begin() + reach);
         std::fill_n(padded.begin() + reach + kSide, reach, row[kSide - 1]);
         std::fill_n(row, kSide, 0.0F);
         for (int t = 0; t <= 2 * reach; ++t) {
           const float weight = kernel_[static_cast<std::size_t>(t)];
-          for (int c = 0; c < kSide; ++c) row[c] += weight * padded[static_cast<std::size_t>(c + t)];
+          const float* const from = padded.data() + t;
+          for (int c = 0; c < kSide; ++c) row[c] += weight * from[c];
         }
       }
     }
     if (sigma_y > 0) {
       const int reach = setKernel(sigma_y);
       for (int r = 0; r < kSide; ++r) {
-        float* const out = smoothed_.data() + r * kSide;
+        float* const out = smoothed_.data() + std::ptrdiff_t{r} * kSide;
         std::fill_n(out, kSide, 0.0F);
         for (int t = -reach; t <= reach; ++t) {
-          const float weight = kernel_[static_cast<std::size_t>(t + reach)];
-          const float* const row = patch_.data() + std::clamp(r + t, 0, kSide - 1) * kSide;
+          const float weight = *(kernel_.data() + reach + t);
+          const float* const row = patch_.data() + std::ptrdiff_t{std::clamp(r + t, 0, kSide - 1)} * kSide;
           for (int c = 0; c < kSide; ++c) out[c] += weight * row[c];
         }
       }
@@ -316,8 +321,7 @@ class FrameEstimator {
     double sum = 0;
     for (int t = -reach; t <= reach; ++t) sum += std::exp(-t * t / (2 * sigma * sigma));
     for (int t = -reach; t <= reach; ++t) {
-      kernel_[static_cast<std::size_t>(t + reach)] =
-          static_cast<float>(std::exp(-t * t / (2 * sigma * sigma)) / sum);
+      *(kernel_.data() + reach + t) = static_cast<float>(std::exp(-t * t / (2 * sigma * sigma)) / sum);
     }
     return reach;
   }
@@ -338,8 +342,8 @@ class FrameEstimator {
   const std::vector<ScaleLevel>& levels_;
   AffineFrame sampled_{};              // what patch_ shows; zeros: nothing
   const ScaleLevel* level_ = nullptr;  // it was sampled from
-  std::vector<float> patch_ = std::vector<float>(kSide * kSide), smoothed_ = patch_;
-  std::array<float, kSide * kSide> window_;
+  std::vector<float> patch_ = std::vector<float>(kCount), smoothed_ = patch_;
+  std::array<float, kCount> window_;
   std::array<float, kInnerCount> dx_, dy_, length_, direction_;
   std::array<float, 2 * kMaxReach + 1> kernel_;
 };

@@ -17,7 +17,9 @@ constexpr double kSpacing = 0.5;  // of the samples, in units of the frame
 constexpr int kCellSamples = 6;   // samples along one side of a cell
 constexpr int kHalf = 15;         // samples on each side of the centre
 constexpr int kSide = 2 * kHalf + 1;
-constexpr int kInner = kSide - 2;               // samples that have a gradient, and a weight in a cell
+constexpr int kInner = kSide - 2;  // samples that have a gradient, and a weight in a cell
+constexpr int kMiddle = kInner / 2;
+constexpr std::size_t kInnerCount = std::size_t{kInner} * kInner;
 constexpr double kWindow = 2.0 * kCellSamples;  // sigma of the Gaussian weight, samples
 
 /// Blurred copies of an image, each half as fine as the one before once the blur allows.
@@ -40,14 +42,15 @@ Pyramid pyramidOf(const cv::Mat& grey, double smallest, double largest) {
   grey.convertTo(image, CV_32F);
   pyramid.add(image, 1, kCameraBlur);
   double step = 1, sigma = kCameraBlur;
-  for (double next = 1.0; next <= largest; next *= std::sqrt(2.0)) {
+  for (int k = 0; std::exp2(0.5 * k) <= largest; ++k) {
+    const double next = std::exp2(0.5 * k);
     // Blurred by two pixels, every other one is enough.
     if (sigma / step >= 1.99 && std::min(image.cols, image.rows) >= 4) {
       cv::Mat half((image.rows + 1) / 2, (image.cols + 1) / 2, CV_32F);
       for (int r = 0; r < half.rows; ++r) {
         const float* const from = image.ptr<float>(2 * r);
         float* const to = half.ptr<float>(r);
-        for (int c = 0; c < half.cols; ++c) to[c] = from[2 * c];
+        for (int c = 0; c < half.cols; ++c) to[c] = from[std::ptrdiff_t{2} * c];
       }
       image = half;
       step *= 2;
@@ -71,18 +74,18 @@ struct Cell {
 
 struct Tables {
   std::array<Cell, kInner> cells;
-  std::array<float, kInner * kInner> window;
+  std::array<float, kInnerCount> window;
 
   Tables() {
+    float* weight = window.data();
     for (int i = 0; i < kInner; ++i) {
       // Cell 0 has its middle a cell and a half, cell -1 two and a half cells (kHalf) before the centre.
-      const int sample = i - kInner / 2 + kHalf;
+      const int sample = i - kMiddle + kHalf;
       cells[static_cast<std::size_t>(i)] = {sample / kCellSamples - 1,
                                             static_cast<float>(sample % kCellSamples) / kCellSamples};
       for (int j = 0; j < kInner; ++j) {
-        const double x = j - kInner / 2, y = i - kInner / 2;
-        window[static_cast<std::size_t>(i * kInner + j)] =
-            static_cast<float>(std::exp(-(x * x + y * y) / (2 * kWindow * kWindow)));
+        const double x = j - kMiddle, y = i - kMiddle;
+        *weight++ = static_cast<float>(std::exp(-(x * x + y * y) / (2 * kWindow * kWindow)));
       }
     }
   }
@@ -90,26 +93,26 @@ struct Tables {
 
 /// The histogram of a patch, not normalised.
 void histogramOf(const float* patch, const Tables& tables, float* histogram) {
-  constexpr std::size_t kCount = kInner * kInner;
-  std::array<float, kCount> dx, dy, length, direction;
+  std::array<float, kInnerCount> dx, dy, length, direction;
   for (int r = 0; r < kInner; ++r) {
-    const float* const row = patch + (r + 1) * kSide + 1;
+    const float* const row = patch + (std::ptrdiff_t{r} + 1) * kSide + 1;
+    const std::size_t start = static_cast<std::size_t>(r) * kInner;
     for (int c = 0; c < kInner; ++c) {
-      dx[static_cast<std::size_t>(r * kInner + c)] = row[c + 1] - row[c - 1];
-      dy[static_cast<std::size_t>(r * kInner + c)] = row[c + kSide] - row[c - kSide];
+      dx[start + static_cast<std::size_t>(c)] = row[c + 1] - row[c - 1];
+      dy[start + static_cast<std::size_t>(c)] = row[c + kSide] - row[c - kSide];
     }
   }
-  polarGradients(dx.data(), dy.data(), kCount, kDirections, length.data(), direction.data());
-  for (std::size_t i = 0; i < kCount; ++i) length[i] *= tables.window[i];
+  polarGradients(dx.data(), dy.data(), kInnerCount, kDirections, length.data(), direction.data());
+  for (std::size_t i = 0; i < kInnerCount; ++i) length[i] *= tables.window[i];
 
   std::fill(histogram, histogram + kLength, 0.0F);
   for (int r = 0; r < kInner; ++r) {
     // One row of cells, with a cell outside on either side.
     float line[(kCells + 2) * kDirections] = {};
     for (int c = 0; c < kInner; ++c) {
-      const auto i = static_cast<std::size_t>(r * kInner + c);
+      const auto i = static_cast<std::size_t>(r) * kInner + static_cast<std::size_t>(c);
       const Cell cell = tables.cells[static_cast<std::size_t>(c)];
-      float* const left = line + (cell.first + 1) * kDirections;
+      float* const left = line + (std::ptrdiff_t{cell.first} + 1) * kDirections;
       float* const right = left + kDirections;
       const int bin = static_cast<int>(direction[i]), low = bin % kDirections, high = (bin + 1) % kDirections;
       const float to_high = (direction[i] - static_cast<float>(bin)) * length[i],
@@ -124,7 +127,7 @@ void histogramOf(const float* patch, const Tables& tables, float* histogram) {
       const int target = cell.first + side;
       if (target < 0 || target >= kCells) continue;
       const float share = side == 0 ? 1 - cell.share : cell.share;
-      float* const to = histogram + target * kCells * kDirections;
+      float* const to = histogram + std::ptrdiff_t{target} * kCells * kDirections;
       for (int k = 0; k < kCells * kDirections; ++k) to[k] += share * line[kDirections + k];
     }
   }
@@ -178,7 +181,7 @@ void PatchSift::describe(const cv::Mat& grey, int threads, Features& features) c
   cv::Mat descriptors(static_cast<int>(n), kLength, CV_32F);
   std::vector<char> keep(n, 0);
   forEachBlock(n, 64, threads, [&](std::size_t begin, std::size_t end) {
-    std::array<float, kSide * kSide> patch;
+    std::array<float, std::size_t{kSide} * kSide> patch;
     for (std::size_t i = begin; i < end; ++i) {
       if (!(blur[i] > 0)) continue;
       const std::size_t outside =
