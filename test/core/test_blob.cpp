@@ -197,17 +197,19 @@ TEST(Blob, BlankAndTinyImagesHaveNoFeatures) {
 
 TEST(Blob, HugeImages) {
   cv::Mat image(6000, 8000, CV_8U, cv::Scalar(128));
-  const std::vector<Disc> list = {{50, 40, 6, 100}, {4000.5, 3000.25, 30, -90}, {7900, 5950, 12, 100}};
+  const std::vector<Disc> list = {{50, 40, 6, 100}, {4000.5, 3000.25, 20, -90}, {7900, 5950, 12, 100}};
   for (const Disc& d : list) {
     const int side = int(2 * d.radius) + 40, left = int(d.x) - side / 2, top = int(d.y) - side / 2;
     discs({{d.x - left, d.y - top, d.radius, d.contrast}}, {side, side})
         .copyTo(image(cv::Rect(left, top, side, side) & cv::Rect(0, 0, 8000, 6000)));
   }
-  const Features features = detect(image, {}, 2);
+  BlobOptions options;
+  options.layers = 2;  // for time
+  const Features features = detect(image, options, 2);
   for (const Disc& d : list) {
     const cv::KeyPoint found = blobOf(features, d);
     EXPECT_LT(std::hypot(found.pt.x - d.x, found.pt.y - d.y), 0.04 * d.radius) << d.x;
-    EXPECT_NEAR(found.size / (2 * d.radius), 1, 0.05) << d.x;
+    EXPECT_NEAR(found.size / (2 * d.radius), 1, 0.1) << d.x;
   }
 }
 
