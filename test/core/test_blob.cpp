@@ -254,6 +254,25 @@ TEST(Blob, ReplacesWhatWasThere) {
   expectSame(features, detect(picture({300, 300}, 2)));
 }
 
+TEST(Blob, RunsAtTheEndsOfTheRanges) {
+  const cv::Mat image = picture();
+  for (const double min_sigma : {1.0, 16.0}) {
+    for (const int layers : {1, 10}) {
+      BlobOptions options;
+      options.min_sigma = min_sigma;
+      options.max_sigma = 1000;
+      options.layers = layers;
+      options.threshold = 0.1;
+      const Features features = detect(image, options);
+      EXPECT_GT(features.keypoints.size(), 5u) << min_sigma << " " << layers;
+      for (const cv::KeyPoint& k : features.keypoints) {
+        ASSERT_TRUE(std::isfinite(k.pt.x + k.pt.y + k.size + k.angle + k.response));
+        ASSERT_GE(k.size, float(2 * std::sqrt(2.0) * min_sigma));
+      }
+    }
+  }
+}
+
 TEST(Blob, NamesOptionsOutOfRange) {
   const auto refusal = [](const OptionMap& values) {
     BlobOptions options;
