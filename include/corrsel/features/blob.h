@@ -21,9 +21,9 @@ struct BlobOptions : DetectorOptions {
 /// dark (Lindeberg, "Feature detection with automatic scale selection", IJCV 1998, sections 3 and 4), refined
 /// by a quadratic fit over 3x3x3 samples. The diameter is 2 sqrt(2) sigma, that of the disc which answers
 /// most at sigma; blobs that do not lie within the image are left out. The angle is the strongest gradient
-/// direction around (Lowe, IJCV 2004, section 5). The first two
-/// octaves are searched in the image's own pixels, only then it is halved. O(pixels); memory: the image as
-/// float and, per thread, some 40 bytes per pixel of 700 rows.
+/// direction around (Lowe, IJCV 2004, section 5). The first two octaves are searched in the
+/// image's own pixels, only then it is halved. O(pixels); memory: the image as float and, per thread, some
+/// 40 bytes per pixel of 700 rows.
 class BlobDetector : public Detector {
  public:
   /// Throws std::invalid_argument for options out of range.
