@@ -30,9 +30,11 @@ void AsiftOptions::visit(OptionVisitor& visitor) {
                  contrast_threshold);
   visitor.number({"edge_threshold", 1, 100, "-", "ASIFT: edge-like extrema are dropped; larger keeps more"},
                  edge_threshold);
-  visitor.number({"margin", 0, 20, "radii", "margin"}, margin);
-  visitor.number({"merge_distance", 0, 20, "radii", "margin"}, merge_distance);
-  visitor.number({"merge_shape", 0, 20, "-", "margin"}, merge_shape);
+  visitor.number({"margin", 0, 20, "radii", "ASIFT: simulated views: least distance from the image border"},
+                 margin);
+  visitor.number({"merge_distance", 0, 5, "radii", "ASIFT: views of one keypoint are at most so far apart"},
+                 merge_distance);
+  visitor.number({"merge_shape", 0, 5, "-", "ASIFT: and their frames differ at most by this"}, merge_shape);
   visitor.number({"max_megapixels", 0.01, 100, "Mpx",
                   "ASIFT: larger images are shrunk to this before the views are made"},
                  max_megapixels);
@@ -42,12 +44,10 @@ namespace {
 
 constexpr int kDescriptorLength = 128;
 
-using Descriptor8 = std::array<std::uint8_t, kDescriptorLength>;
-
 struct ViewFeature {
   cv::KeyPoint keypoint;
   AffineFrame frame;
-  Descriptor8 descriptor;
+  std::array<std::uint8_t, kDescriptorLength> descriptor;
 };
 
 /// One simulated camera: the image turned, then compressed vertically by the tilt.
@@ -65,8 +65,8 @@ std::vector<View> viewsOf(const AsiftOptions& options) {
 }
 
 struct SimulatedView {
-  cv::Mat pixels;
-  cv::Matx23d to_image;
+  cv::Mat pixels;        ///< CV_32F, 0..255
+  cv::Matx23d to_image;  ///< from its pixels to those of the image
 };
 
 /// Turned by OpenCV in strips that are too small for its own threads.
@@ -85,6 +85,7 @@ cv::Mat turned(const cv::Mat& image, const cv::Matx23d& to_image, const cv::Size
   return result;
 }
 
+/// Every tilt-th row, after the blur that keeps finer rows from aliasing.
 cv::Mat compressed(const cv::Mat& image, double tilt) {
   const double sigma = 0.8 * std::sqrt(tilt * tilt - 1);
   const int rows = static_cast<int>(std::floor((image.rows - 1) / tilt)) + 1;
@@ -177,6 +178,7 @@ std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const View& view, in
   return features;
 }
 
+/// Frobenius norm of A^-1 B - I, and |A^-1 (q - p)|, for the frames A at p (kept) and B at q.
 double difference(const AffineFrame& kept, const AffineFrame& other, double& distance) {
   const double a = kept[0], b = kept[1], c = kept[3], d = kept[4], det = a * d - b * c;
   const double dx = double(other[2]) - kept[2], dy = double(other[5]) - kept[5];
@@ -186,6 +188,7 @@ double difference(const AffineFrame& kept, const AffineFrame& other, double& dis
   return std::sqrt(m00 * m00 + m01 * m01 + m10 * m10 + m11 * m11);
 }
 
+/// The strongest of the views of each keypoint (see the class), strongest first.
 std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOptions& options) {
   std::stable_sort(features.begin(), features.end(), [](const ViewFeature& a, const ViewFeature& b) {
     return a.keypoint.response > b.keypoint.response;
@@ -194,15 +197,17 @@ std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOp
   using Grid = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
   std::vector<Grid> levels;
   const auto cell = [](double x, double y, double side) {
-    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::floor(y / side))) << 32) |
-           static_cast<std::uint32_t>(std::floor(x / side));
+    const auto number = [side](double v) {
+      return static_cast<std::uint64_t>(static_cast<std::uint32_t>(static_cast<int>(std::floor(v / side))));
+    };
+    return number(y) << 32 | number(x);
   };
   std::vector<ViewFeature> kept;
   for (const ViewFeature& feature : features) {
     const double x = feature.keypoint.pt.x, y = feature.keypoint.pt.y;
     bool is_new = true;
     for (std::size_t l = 0; l < levels.size() && is_new; ++l) {
-      const auto found = levels[l].find(cell(x + 1e5, y + 1e5, std::ldexp(2.0, int(l))));
+      const auto found = levels[l].find(cell(x, y, std::ldexp(2.0, int(l))));
       if (found == levels[l].end()) continue;
       for (const std::uint32_t i : found->second) {
         double distance;
@@ -215,32 +220,43 @@ std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOp
     }
     if (!is_new) continue;
     const AffineFrame& f = feature.frame;
-    const double reach = options.merge_distance * std::max(std::hypot(f[0], f[1]), std::hypot(f[3], f[4]));
+    const double reach = options.merge_distance * std::hypot(std::hypot(f[0], f[1]), std::hypot(f[3], f[4]));
     const auto level = static_cast<std::size_t>(std::max(0.0, std::ceil(std::log2(std::max(reach, 1e-3)))));
     if (level >= levels.size()) levels.resize(level + 1);
     const double side = std::ldexp(2.0, int(level));
     const auto number = static_cast<std::uint32_t>(kept.size());
-    std::array<std::uint64_t, 4> cells;
-    int n = 0;
-    for (const double px : {x - reach, x + reach}) {
-      for (const double py : {y - reach, y + reach}) cells[n++] = cell(px + 1e5, py + 1e5, side);
-    }
+    std::array<std::uint64_t, 4> cells = {cell(x - reach, y - reach, side), cell(x + reach, y - reach, side),
+                                          cell(x - reach, y + reach, side), cell(x + reach, y + reach, side)};
     std::sort(cells.begin(), cells.end());
-    for (int i = 0; i < 4; ++i) {
-      if (i == 0 || cells[i] != cells[i - 1]) levels[level][cells[i]].push_back(number);
-    }
+    const auto end = std::unique(cells.begin(), cells.end());
+    for (auto c = cells.begin(); c != end; ++c) levels[level][*c].push_back(number);
     kept.push_back(feature);
   }
   return kept;
 }
 
+/// From the pixels of a shrunk image to those of the image.
+void enlarge(double x_factor, double y_factor, std::vector<ViewFeature>& features) {
+  const auto fx = static_cast<float>(x_factor), fy = static_cast<float>(y_factor);
+  for (ViewFeature& feature : features) {
+    AffineFrame& f = feature.frame;
+    f = {fx * f[0], fx * f[1], fx * (f[2] + 0.5F) - 0.5F, fy * f[3], fy * f[4], fy * (f[5] + 0.5F) - 0.5F};
+    feature.keypoint.pt = {f[2], f[5]};
+    feature.keypoint.size *= std::sqrt(fx * fy);
+    const auto angle = static_cast<float>(std::atan2(double(f[3]), double(f[0])) * 180 / CV_PI);
+    feature.keypoint.angle = angle < 0 ? std::fmod(angle + 360, 360.0F) : angle;
+  }
+}
+
+/// Merged features of all views, strongest first.
 std::vector<ViewFeature> allFeatures(const cv::Mat& grey, int threads, const AsiftOptions& options,
                                      bool with_descriptors) {
   cv::Mat image = grey;
-  double shrink = 1;
   if (double(grey.total()) > options.max_megapixels * 1e6) {
-    shrink = std::sqrt(options.max_megapixels * 1e6 / double(grey.total()));
-    cv::resize(grey, image, {}, shrink, shrink, cv::INTER_AREA);
+    const double shrink = std::sqrt(options.max_megapixels * 1e6 / double(grey.total()));
+    const cv::Size size(std::max(1, static_cast<int>(grey.cols * shrink)),
+                        std::max(1, static_cast<int>(grey.rows * shrink)));
+    cv::resize(grey, image, size, 0, 0, cv::INTER_AREA);
   }
   const std::vector<View> views = viewsOf(options);
   std::vector<std::vector<ViewFeature>> found(views.size());
@@ -256,6 +272,9 @@ std::vector<ViewFeature> allFeatures(const cv::Mat& grey, int threads, const Asi
   for (std::future<void>& other : others) other.get();
   std::vector<ViewFeature> all;
   for (const std::vector<ViewFeature>& some : found) all.insert(all.end(), some.begin(), some.end());
+  if (image.size() != grey.size()) {
+    enlarge(double(grey.cols) / image.cols, double(grey.rows) / image.rows, all);
+  }
   return merged(std::move(all), options);
 }
 
@@ -275,6 +294,7 @@ void AsiftDetector::detect(const cv::Mat& grey, int threads, Features& features)
 void AsiftDetector::extract(const cv::Mat& grey, int threads, Features& features) const {
   features.keypoints.clear();
   features.frames.clear();
+  features.descriptors.release();
   const std::vector<ViewFeature> all = allFeatures(grey, threads, options_, true);
   features.descriptors.create(static_cast<int>(all.size()), kDescriptorLength, CV_32F);
   for (std::size_t i = 0; i < all.size(); ++i) {

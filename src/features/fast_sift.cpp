@@ -242,8 +242,7 @@ class Sift {
     if (!accept_(e.x * scale, e.y * scale, sigma * scale)) return;
     const cv::Mat& level = octave_.levels[static_cast<std::size_t>(e.level)];
     for (const float turn : directions(level, e, sigma)) {
-      features_.push_back(
-          {e.x * scale, e.y * scale, sigma * scale, turn * kTwoPi, e.response, number_, {}});
+      features_.push_back({e.x * scale, e.y * scale, sigma * scale, turn * kTwoPi, e.response, number_, {}});
       if (p_.describe) describe(level, e, sigma, turn, features_.back().descriptor);
     }
   }
@@ -300,8 +299,8 @@ class Sift {
       length_.resize(static_cast<std::size_t>(n));
       turn_.resize(static_cast<std::size_t>(n));
     }
-    gradients(level.ptr<float>(y - 1) + first, level.ptr<float>(y) + first, level.ptr<float>(y + 1) + first, n,
-              length_.data(), turn_.data());
+    gradients(level.ptr<float>(y - 1) + first, level.ptr<float>(y) + first, level.ptr<float>(y + 1) + first,
+              n, length_.data(), turn_.data());
   }
 
   /// 4 x 4 x 8 histogram of gradients (Lowe, section 6).

@@ -12,8 +12,8 @@ struct FastSiftParameters {
   int octave_layers = 3;
   double contrast_threshold = 0.04;  ///< divided by octave_layers inside, as in OpenCV's SIFT
   double edge_threshold = 10;
-  double sigma = 1.6;     ///< blur of the first level, px
-  bool describe = true;   ///< else the descriptors are left undefined
+  double sigma = 1.6;    ///< blur of the first level, px
+  bool describe = true;  ///< else the descriptors are left undefined
 };
 
 struct FastSiftFeature {
