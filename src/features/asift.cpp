@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <future>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "corrsel/features/fast_sift.h"
+#include "corrsel/parallel.h"
 
 namespace corrsel::core {
 
@@ -30,24 +29,21 @@ void AsiftOptions::visit(OptionVisitor& visitor) {
                  contrast_threshold);
   visitor.number({"edge_threshold", 1, 100, "-", "ASIFT: edge-like extrema are dropped; larger keeps more"},
                  edge_threshold);
-  visitor.number({"margin", 0, 20, "radii", "margin"}, margin);
-  visitor.number({"merge_distance", 0, 20, "radii", "margin"}, merge_distance);
-  visitor.number({"merge_shape", 0, 20, "-", "margin"}, merge_shape);
-  visitor.number({"max_megapixels", 0.01, 100, "Mpx",
-                  "ASIFT: larger images are shrunk to this before the views are made"},
-                 max_megapixels);
+  visitor.number({"margin", 0, 20, "radii", "ASIFT: simulated views: least distance from the image border"},
+                 margin);
+  visitor.number({"merge_distance", 0, 5, "radii", "ASIFT: views of one keypoint are at most so far apart"},
+                 merge_distance);
+  visitor.number({"merge_shape", 0, 5, "-", "ASIFT: and their frames differ at most by this"}, merge_shape);
 }
 
 namespace {
 
 constexpr int kDescriptorLength = 128;
 
-using Descriptor8 = std::array<std::uint8_t, kDescriptorLength>;
-
 struct ViewFeature {
   cv::KeyPoint keypoint;
   AffineFrame frame;
-  Descriptor8 descriptor;
+  std::array<std::uint8_t, kDescriptorLength> descriptor;
 };
 
 /// One simulated camera: the image turned, then compressed vertically by the tilt.
@@ -65,8 +61,8 @@ std::vector<View> viewsOf(const AsiftOptions& options) {
 }
 
 struct SimulatedView {
-  cv::Mat pixels;
-  cv::Matx23d to_image;
+  cv::Mat pixels;        ///< CV_32F, 0..255
+  cv::Matx23d to_image;  ///< from its pixels to those of the image
 };
 
 /// Turned by OpenCV in strips that are too small for its own threads.
@@ -85,6 +81,7 @@ cv::Mat turned(const cv::Mat& image, const cv::Matx23d& to_image, const cv::Size
   return result;
 }
 
+/// Every tilt-th row, after the blur that keeps finer rows from aliasing.
 cv::Mat compressed(const cv::Mat& image, double tilt) {
   const double sigma = 0.8 * std::sqrt(tilt * tilt - 1);
   const int rows = static_cast<int>(std::floor((image.rows - 1) / tilt)) + 1;
@@ -177,6 +174,7 @@ std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const View& view, in
   return features;
 }
 
+/// Frobenius norm of A^-1 B - I, and |A^-1 (q - p)|, for the frames A at p (kept) and B at q.
 double difference(const AffineFrame& kept, const AffineFrame& other, double& distance) {
   const double a = kept[0], b = kept[1], c = kept[3], d = kept[4], det = a * d - b * c;
   const double dx = double(other[2]) - kept[2], dy = double(other[5]) - kept[5];
@@ -186,6 +184,7 @@ double difference(const AffineFrame& kept, const AffineFrame& other, double& dis
   return std::sqrt(m00 * m00 + m01 * m01 + m10 * m10 + m11 * m11);
 }
 
+/// The strongest of the views of each keypoint (see the class), strongest first.
 std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOptions& options) {
   std::stable_sort(features.begin(), features.end(), [](const ViewFeature& a, const ViewFeature& b) {
     return a.keypoint.response > b.keypoint.response;
@@ -194,15 +193,17 @@ std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOp
   using Grid = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
   std::vector<Grid> levels;
   const auto cell = [](double x, double y, double side) {
-    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::floor(y / side))) << 32) |
-           static_cast<std::uint32_t>(std::floor(x / side));
+    const auto number = [side](double v) {
+      return static_cast<std::uint64_t>(static_cast<std::uint32_t>(static_cast<int>(std::floor(v / side))));
+    };
+    return number(y) << 32 | number(x);
   };
   std::vector<ViewFeature> kept;
   for (const ViewFeature& feature : features) {
     const double x = feature.keypoint.pt.x, y = feature.keypoint.pt.y;
     bool is_new = true;
     for (std::size_t l = 0; l < levels.size() && is_new; ++l) {
-      const auto found = levels[l].find(cell(x + 1e5, y + 1e5, std::ldexp(2.0, int(l))));
+      const auto found = levels[l].find(cell(x, y, std::ldexp(2.0, int(l))));
       if (found == levels[l].end()) continue;
       for (const std::uint32_t i : found->second) {
         double distance;
@@ -215,45 +216,29 @@ std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOp
     }
     if (!is_new) continue;
     const AffineFrame& f = feature.frame;
-    const double reach = options.merge_distance * std::max(std::hypot(f[0], f[1]), std::hypot(f[3], f[4]));
+    const double reach = options.merge_distance * std::hypot(std::hypot(f[0], f[1]), std::hypot(f[3], f[4]));
     const auto level = static_cast<std::size_t>(std::max(0.0, std::ceil(std::log2(std::max(reach, 1e-3)))));
     if (level >= levels.size()) levels.resize(level + 1);
     const double side = std::ldexp(2.0, int(level));
     const auto number = static_cast<std::uint32_t>(kept.size());
-    std::array<std::uint64_t, 4> cells;
-    int n = 0;
-    for (const double px : {x - reach, x + reach}) {
-      for (const double py : {y - reach, y + reach}) cells[n++] = cell(px + 1e5, py + 1e5, side);
-    }
+    std::array<std::uint64_t, 4> cells = {cell(x - reach, y - reach, side), cell(x + reach, y - reach, side),
+                                          cell(x - reach, y + reach, side), cell(x + reach, y + reach, side)};
     std::sort(cells.begin(), cells.end());
-    for (int i = 0; i < 4; ++i) {
-      if (i == 0 || cells[i] != cells[i - 1]) levels[level][cells[i]].push_back(number);
-    }
+    const auto end = std::unique(cells.begin(), cells.end());
+    for (auto c = cells.begin(); c != end; ++c) levels[level][*c].push_back(number);
     kept.push_back(feature);
   }
   return kept;
 }
 
+/// Merged features of all views, strongest first.
 std::vector<ViewFeature> allFeatures(const cv::Mat& grey, int threads, const AsiftOptions& options,
                                      bool with_descriptors) {
-  cv::Mat image = grey;
-  double shrink = 1;
-  if (double(grey.total()) > options.max_megapixels * 1e6) {
-    shrink = std::sqrt(options.max_megapixels * 1e6 / double(grey.total()));
-    cv::resize(grey, image, {}, shrink, shrink, cv::INTER_AREA);
-  }
   const std::vector<View> views = viewsOf(options);
   std::vector<std::vector<ViewFeature>> found(views.size());
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < views.size(); i = next++)
-      found[i] = viewFeatures(image, views[i], static_cast<int>(i), options, with_descriptors);
-  };
-  std::vector<std::future<void>> others;
-  for (int i = 1; i < std::min(threads, static_cast<int>(views.size())); ++i)
-    others.push_back(std::async(std::launch::async, work));
-  work();
-  for (std::future<void>& other : others) other.get();
+  forEachBlock(views.size(), 1, threads, [&](std::size_t i, std::size_t) {
+    found[i] = viewFeatures(grey, views[i], static_cast<int>(i), options, with_descriptors);
+  });
   std::vector<ViewFeature> all;
   for (const std::vector<ViewFeature>& some : found) all.insert(all.end(), some.begin(), some.end());
   return merged(std::move(all), options);
@@ -272,9 +257,10 @@ void AsiftDetector::detect(const cv::Mat& grey, int threads, Features& features)
   }
 }
 
-void AsiftDetector::extract(const cv::Mat& grey, int threads, Features& features) const {
+void AsiftDetector::detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const {
   features.keypoints.clear();
   features.frames.clear();
+  features.descriptors.release();
   const std::vector<ViewFeature> all = allFeatures(grey, threads, options_, true);
   features.descriptors.create(static_cast<int>(all.size()), kDescriptorLength, CV_32F);
   for (std::size_t i = 0; i < all.size(); ++i) {

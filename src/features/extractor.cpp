@@ -92,12 +92,11 @@ void enlarge(const cv::Size& from, const cv::Size& to, Features& features) {
   for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
     cv::KeyPoint& keypoint = features.keypoints[i];
     AffineFrame& frame = features.frames[i];
-    keypoint.size *= std::sqrt(x * y);
-    frame[0] *= x;
-    frame[1] *= x;
+    // x and y differ by roundings to whole pixels only: shapes and angles stay.
+    const float scale = std::sqrt(x * y);
+    keypoint.size *= scale;
+    for (const std::size_t k : {0, 1, 3, 4}) frame[k] *= scale;
     frame[2] = (frame[2] + 0.5F) * x - 0.5F;
-    frame[3] *= y;
-    frame[4] *= y;
     frame[5] = (frame[5] + 0.5F) * y - 0.5F;
     keypoint.pt = {frame[2], frame[5]};
   }
