@@ -13,7 +13,7 @@ struct FastSiftParameters {
   double contrast_threshold = 0.04;  ///< divided by octave_layers inside, as in OpenCV's SIFT
   double edge_threshold = 10;
   double sigma = 1.6;    ///< blur of the first level, px
-  bool describe = true;  ///< else the descriptors are left undefined
+  bool describe = true;  ///< else the descriptors are all zero
 };
 
 struct FastSiftFeature {
@@ -31,7 +31,6 @@ using AcceptKeypoint = std::function<bool(float x, float y, float sigma)>;
 /// SIFT (Lowe, IJCV 2004) of one picture in one thread, for callers that need many pictures: it starts from
 /// the picture itself where OpenCV doubles it first (a quarter of the pixels; features below sigma * 1.2 px
 /// are lost), computes gradients only around keypoints and leaves out the corners of the described square.
-/// Rounds alike on every processor.
 /// @param image  CV_32F, 0..255; sides below 16 px give no features
 /// O(pixels) time, 12 float values of memory per pixel.
 std::vector<FastSiftFeature> fastSift(const cv::Mat& image, const FastSiftParameters& parameters,
