@@ -43,8 +43,9 @@ const Descriptors& descriptors(DescriptorKind kind, std::size_t n) {
   const std::string count = std::to_string(n);
   const auto extractor =
       kind == DescriptorKind::kOrb
-          ? core::createExtractor("orb+orb", {{"max_features", count}, {"fast_threshold", "5"}})
-          : core::createExtractor("sift+sift", {{"max_features", count}, {"contrast_threshold", "0.01"}});
+          ? core::createExtractor("orb+orb", {{"orb", {{"max_features", count}, {"fast_threshold", "5"}}}})
+          : core::createExtractor("sift+sift",
+                                  {{"sift", {{"max_features", count}, {"contrast_threshold", "0.01"}}}});
   const auto [left, right] = views();
   const auto describe = [&, kind = kind](const cv::Mat& image) {
     cv::Mat found = extractor->extract(image).descriptors;

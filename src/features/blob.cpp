@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "corrsel/parallel.h"
 #include "corrsel/text.h"
 
 namespace corrsel::core {
@@ -316,19 +317,17 @@ void BlobDetector::detect(const cv::Mat& grey, int threads, Features& features) 
     };
     cv::Mat next((image.rows + step - 1) / step, (image.cols + step - 1) / step, CV_32F);
     std::vector<std::vector<cv::KeyPoint>> found(static_cast<std::size_t>(bands));
-    const auto work = [&](const cv::Range& range) {
-      for (int i = range.start; i < range.end; ++i) {
-        const Band band = makeBand(image, beginOf(i), beginOf(i + 1), scales);
-        found[static_cast<std::size_t>(i)] = findKeypoints(band, grey.size(), scales);
-        const cv::Mat& base = band.levels[static_cast<std::size_t>(options_.layers)];
-        for (int y = band.begin; y < band.end; y += step) {
-          const auto* const from = base.ptr<float>(y - band.first);
-          auto* const to = next.ptr<float>(y / step);
-          for (int x = 0; x < next.cols; ++x) to[x] = from[step * x];
-        }
+    forEachBlock(found.size(), 1, threads, [&](std::size_t number, std::size_t) {
+      const int i = static_cast<int>(number);
+      const Band band = makeBand(image, beginOf(i), beginOf(i + 1), scales);
+      found[number] = findKeypoints(band, grey.size(), scales);
+      const cv::Mat& base = band.levels[static_cast<std::size_t>(options_.layers)];
+      for (int y = band.begin; y < band.end; y += step) {
+        const auto* const from = base.ptr<float>(y - band.first);
+        auto* const to = next.ptr<float>(y / step);
+        for (int x = 0; x < next.cols; ++x) to[x] = from[step * x];
       }
-    };
-    cv::parallel_for_({0, bands}, work, std::max(threads, 1));
+    });
     std::vector<cv::KeyPoint> keypoints;
     for (const auto& part : found) keypoints.insert(keypoints.end(), part.begin(), part.end());
     removeDuplicates(keypoints);

@@ -7,6 +7,7 @@
 
 #include "corrsel/features/detector.h"
 #include "corrsel/features/freak_pattern.h"
+#include "corrsel/parallel.h"
 
 namespace corrsel::core {
 
@@ -45,9 +46,9 @@ void FreakDescriptor::describe(const cv::Mat& grey, int threads, Features& featu
   const int count = static_cast<int>(features.keypoints.size());
   features.descriptors = cv::Mat::zeros(count, static_cast<int>(kFreakTests / 8), CV_8U);
 
-  const auto work = [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      cv::KeyPoint& keypoint = features.keypoints[static_cast<std::size_t>(i)];
+  forEachBlock(features.keypoints.size(), 64, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      cv::KeyPoint& keypoint = features.keypoints[i];
       const double size = sizeOf(keypoint);
       double angle = 0;
       if (options_.orientation_normalized) {
@@ -56,14 +57,13 @@ void FreakDescriptor::describe(const cv::Mat& grey, int threads, Features& featu
         keypoint.angle = degrees < 0 ? degrees + 360 : degrees;
       }
       const FreakSampler::Means means = sampler.means(keypoint.pt, size, angle);
-      auto* const bits = features.descriptors.ptr<std::uint8_t>(i);
+      auto* const bits = features.descriptors.ptr<std::uint8_t>(static_cast<int>(i));
       for (std::size_t test = 0; test < kFreakTests; ++test) {
         const auto [a, b] = kFreakPairs[test];
         bits[test / 8] = static_cast<std::uint8_t>(bits[test / 8] | ((means[a] > means[b]) << (test % 8)));
       }
     }
-  };
-  cv::parallel_for_({0, count}, work, std::max(threads, 1));
+  });
 
   if (!options_.orientation_normalized) return;
   const std::vector<AffineFrame> turned = similarityFrames(features.keypoints);

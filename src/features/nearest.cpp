@@ -4,10 +4,10 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
-#include <future>
 #include <mutex>
 
 #include "corrsel/kernels/kernels.h"
+#include "corrsel/parallel.h"
 
 namespace corrsel::core {
 namespace {
@@ -23,15 +23,6 @@ constexpr int kMostCoarseColumns = 4096;
 using Rows = std::vector<std::uint32_t>;
 
 std::size_t roundedUp(std::size_t n, std::size_t unit) { return (n + unit - 1) / unit * unit; }
-
-/// Calls work() on `threads` threads, this one included, and passes on what one of them throws.
-template <typename Work>
-void inParallel(std::size_t threads, const Work& work) {
-  std::vector<std::future<void>> others;
-  for (std::size_t i = 1; i < threads; ++i) others.push_back(std::async(std::launch::async, work));
-  work();
-  for (std::future<void>& other : others) other.get();
-}
 
 /// What the values of float descriptors are.
 struct Content {
@@ -258,7 +249,7 @@ void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric
   const std::size_t blocks = roundedUp(rows.size(), kBlock) / kBlock;
   std::atomic<std::size_t> next{0};
   std::mutex merging;
-  inParallel(std::min(threads, std::max<std::size_t>(blocks, 1)), [&] {
+  onThreads(std::min(threads, std::max<std::size_t>(blocks, 1)), [&] {
     PackedQueries<Metric> packed(trains.word_count);
     PackedQueries<CoarseRows> coarse_packed(coarse ? coarse->packed.word_count : 0);
     std::vector<std::int32_t> limits(kBlock);

@@ -281,7 +281,7 @@ TEST(Extractor, NamesWhatIsValid) {
   const std::string valid = "; valid: detector+descriptor, e.g. " + joinList(extractorNames()) +
                             "; detectors: " + joinList(detectorNames()) +
                             "; descriptors: " + joinList(descriptorNames());
-  for (const std::string& name :
+  for (const std::string name :
        {"surf+surf", "sift", "", "+", "sift+", "+sift", "sift+sift+sift", "freak+freak"}) {
     EXPECT_EQ(errorOf<std::invalid_argument>([&] { createExtractor(name); }),
               "unknown features '" + name + "'" + valid);
@@ -324,7 +324,7 @@ TEST(Extractor, OptionsOfOtherAlgorithmsAreNotLookedAt) {
 
 TEST(Extractor, RootSiftIsTheSquareRoot) {
   const cv::Mat image = picture();
-  for (const std::string& name : {"sift+sift", "hessian_affine+sift"}) {
+  for (const std::string name : {"sift+sift", "hessian_affine+sift"}) {
     const Features plain = createExtractor(name)->extract(image);
     const Features root = createExtractor(name, {{"sift", {{"root", "true"}}}})->extract(image);
     ASSERT_EQ(root.descriptors.size(), plain.descriptors.size());
