@@ -26,37 +26,49 @@ std::size_t roundedUp(std::size_t n, std::size_t unit) { return (n + unit - 1) /
 
 /// What the values of float descriptors are.
 struct Content {
-  Rows rows;           ///< those without NaN
-  float largest = -1;  ///< where all values are whole numbers from 0 to 255, the largest
+  Rows rows;        ///< those without NaN
+  cv::Mat bytes;    ///< the same numbers, where all are whole and from 0 to 255; otherwise empty
+  int largest = 0;  ///< of bytes
   /// Largest lengths of what CoarseNumbers leave out of a query and of a train.
   double query_error = 0, train_error = 0;
 };
 
 Content contentOf(const cv::Mat& descriptors) {
   Content content;
+  cv::Mat bytes(descriptors.size(), CV_8U);
   bool whole = true;
   int largest = 0, query_error = 0, train_error = 0;
   for (int r = 0; r < descriptors.rows; ++r) {
     const float* const row = descriptors.ptr<float>(r);
-    // Without branches, so that it is vectorised.
-    int other = 0, nan = 0, query_squares = 0, train_squares = 0;
+    auto* const out = bytes.ptr<std::uint8_t>(r);
+    // Without branches, so that they are vectorised.
+    int other = 0, nan = 0;
     for (int c = 0; c < descriptors.cols; ++c) {
       const float value = row[c];
       const bool in_range = (value >= 0) & (value <= 255);
       const int number = static_cast<int>(in_range ? value : 0);
       other |= static_cast<float>(number) != value;
       nan |= value != value;
-      largest = std::max(largest, number);
+      out[c] = static_cast<std::uint8_t>(number);
+    }
+    if (!nan) content.rows.push_back(static_cast<std::uint32_t>(r));
+    whole = whole && !other;
+    if (!whole) continue;
+    int query_squares = 0, train_squares = 0, row_largest = 0;
+    for (int c = 0; c < descriptors.cols; ++c) {
+      const int number = out[c];
+      row_largest = std::max(row_largest, number);
       query_squares += number & 1;
       // (number % 4 - 1)^2, which is 1, 0, 1 or 4.
       train_squares += (~number & 1) + ((number & (number >> 1) & 1) << 2);
     }
+    largest = std::max(largest, row_largest);
     query_error = std::max(query_error, query_squares);
     train_error = std::max(train_error, train_squares);
-    whole = whole && !other;
-    if (!nan) content.rows.push_back(static_cast<std::uint32_t>(r));
   }
-  if (whole) content.largest = static_cast<float>(largest);
+  if (!whole) return content;
+  content.bytes = bytes;
+  content.largest = largest;
   content.query_error = std::sqrt(static_cast<double>(query_error));
   content.train_error = std::sqrt(static_cast<double>(train_error));
   return content;
@@ -70,20 +82,18 @@ Rows allRows(const cv::Mat& descriptors) {
 
 // Metrics: how a row becomes the words and the offset of a kernel.
 
+/// Of bytes.
 struct WholeNumberRows {
   using Distance = std::int32_t;
   static std::size_t words(const cv::Mat& m) { return (static_cast<std::size_t>(m.cols) + 1) / 2; }
   static Distance convert(const cv::Mat& m, int row, int factor, std::uint32_t* words) {
-    const float* const values = m.ptr<float>(row);
+    const auto* const values = m.ptr<std::uint8_t>(row);
+    auto* const numbers = reinterpret_cast<std::int16_t*>(words);
     Distance squares = 0;
-    const auto convertOne = [&](int c) {
-      const int value = static_cast<int>(values[c]);
-      squares += value * value;
-      return static_cast<std::uint32_t>(factor * value);
-    };
-    int c = 0;
-    for (; c + 1 < m.cols; c += 2) *words++ = (convertOne(c) & 0xffff) | convertOne(c + 1) << 16;
-    if (c < m.cols) *words = convertOne(c) & 0xffff;
+    for (int c = 0; c < m.cols; ++c) {
+      numbers[c] = static_cast<std::int16_t>(factor * values[c]);
+      squares += values[c] * values[c];
+    }
     return squares;
   }
   static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
@@ -94,29 +104,29 @@ struct WholeNumberRows {
   static float distance(Distance d) { return std::sqrt(static_cast<float>(d)); }
 };
 
-/// CoarseNumbers.
+/// CoarseNumbers, of bytes.
 struct CoarseRows {
   using Distance = std::int32_t;
   static std::size_t words(const cv::Mat& m) {
     return roundedUp(static_cast<std::size_t>(m.cols), 4 * CoarseNumbers::kWords) / 4;
   }
   static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
-    const float* const values = m.ptr<float>(row);
+    const auto* const values = m.ptr<std::uint8_t>(row);
     auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
     Distance offset = 0;
     for (int c = 0; c < m.cols; ++c) {
-      const int half = static_cast<int>(values[c]) >> 1;
+      const int half = values[c] >> 1;
       bytes[c] = static_cast<std::uint8_t>(half);
       offset += 4 * half * half - 516 * half;
     }
     return offset;
   }
   static Distance train(const cv::Mat& m, int row, std::uint32_t* words) {
-    const float* const values = m.ptr<float>(row);
+    const auto* const values = m.ptr<std::uint8_t>(row);
     auto* const bytes = reinterpret_cast<std::int8_t*>(words);
     Distance offset = 0;
     for (int c = 0; c < m.cols; ++c) {
-      const int quarter = static_cast<int>(values[c]) >> 2;
+      const int quarter = values[c] >> 2;
       bytes[c] = static_cast<std::int8_t>(quarter - 32);
       offset += (4 * quarter + 1) * (4 * quarter + 1);
     }
@@ -374,17 +384,20 @@ Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& t
 Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const NeighbourSearch& search) {
   if (queries.type() == CV_8U)
     return find<BitRows>(queries, allRows(queries), trains, allRows(trains), search);
-  const Content left = contentOf(queries), right = contentOf(trains);
+  Content left, right;
+  forEachBlock(2, 1, search.threads, [&](std::size_t side, std::size_t) {
+    (side == 0 ? left : right) = contentOf(side == 0 ? queries : trains);
+  });
   const double largest = std::max(left.largest, right.largest);
-  if (left.largest >= 0 && right.largest >= 0 && queries.cols * largest * largest <= kLargestExact) {
-    if (!kernels().descriptors.uses_coarse_numbers || queries.cols > kMostCoarseColumns) {
-      return find<WholeNumberRows>(queries, left.rows, trains, right.rows, search);
-    }
-    const CoarseTrains coarse{PackedTrains<CoarseRows>(trains, right.rows, true),
-                              left.query_error + right.train_error};
-    return find<WholeNumberRows>(queries, left.rows, trains, right.rows, search, &coarse);
+  if (left.bytes.empty() || right.bytes.empty() || queries.cols * largest * largest > kLargestExact) {
+    return find<FloatRows>(queries, left.rows, trains, right.rows, search);
   }
-  return find<FloatRows>(queries, left.rows, trains, right.rows, search);
+  if (!kernels().descriptors.uses_coarse_numbers || queries.cols > kMostCoarseColumns) {
+    return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search);
+  }
+  const CoarseTrains coarse{PackedTrains<CoarseRows>(right.bytes, right.rows, true),
+                            left.query_error + right.train_error};
+  return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
 }
 
 }  // namespace corrsel::core

@@ -317,10 +317,18 @@ inline std::int32_t exactDistance(const NearestBlock<std::int32_t>& block, std::
                                   std::size_t train) {
   const std::uint32_t* const a = block.queries + query * block.words;
   const std::uint32_t* const b = block.trains + train * block.words;
-  WholeNumbers::Sum lanes = {};
+  // Two sums: one addition need not wait for the other.
+  WholeNumbers::Sum even = {}, odd = {};
   std::size_t word = 0;
-  for (; word + kWidth <= block.words; word += kWidth) lanes.add(load(a + word), load(b + word));
-  std::int32_t result = block.query_offset[query] + block.train_offset[train] + sum(lanes.value);
+  for (; word + 2 * kWidth <= block.words; word += 2 * kWidth) {
+    even.add(load(a + word), load(b + word));
+    odd.add(load(a + word + kWidth), load(b + word + kWidth));
+  }
+  if (word + kWidth <= block.words) {
+    even.add(load(a + word), load(b + word));
+    word += kWidth;
+  }
+  std::int32_t result = block.query_offset[query] + block.train_offset[train] + sum(even.value + odd.value);
   for (; word < block.words; ++word) {
     const auto low = [](std::uint32_t pair) { return static_cast<std::int16_t>(pair & 0xffffU); };
     const auto high = [](std::uint32_t pair) { return static_cast<std::int16_t>(pair >> 16); };
@@ -363,8 +371,10 @@ void filteredKernel(const NearestBlock<std::int32_t>& block) {
         for (std::size_t k = 0; k < CoarseNumbers::kWords; ++k) {
           WordV train[kParts];
 #pragma GCC unroll 4
-          for (std::size_t part = 0; part < kParts; ++part)
+          for (std::size_t part = 0; part < kParts; ++part) {
             train[part] = load(trains + (word + k) * kLanes + part * kWidth);
+            keepOrder(train[part]);  // in a register for all queries
+          }
 #pragma GCC unroll 8
           for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
             const WordV value = splat(queries[q * coarse.words + word + k]);
@@ -393,6 +403,8 @@ void filteredKernel(const NearestBlock<std::int32_t>& block) {
           closer |= bitsOf((distance < limit) | (distance < train_limit[part])) << (part * kWidth);
         }
         if (closer == 0) continue;
+        const std::int32_t second = block.second[query + q];
+        bool trains_closer = false;
         for (; closer != 0; closer &= closer - 1) {
           const std::size_t train = first_train + static_cast<std::size_t>(__builtin_ctz(closer));
           const std::int32_t distance = exactDistance(block, query + q, train);
@@ -400,9 +412,12 @@ void filteredKernel(const NearestBlock<std::int32_t>& block) {
           if (block.train_best == nullptr || !(distance < block.train_best[train])) continue;
           block.train_best[train] = distance;
           block.train_best_query[train] = block.first_query + static_cast<std::uint32_t>(query + q);
+          trains_closer = true;
         }
-        coarse.limit[query + q] = coarseLimit(block.second[query + q], coarse.error);
-        limitTrains();
+        if (block.second[query + q] != second) {
+          coarse.limit[query + q] = coarseLimit(block.second[query + q], coarse.error);
+        }
+        if (trains_closer) limitTrains();
       }
     }
   }

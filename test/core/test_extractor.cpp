@@ -294,7 +294,7 @@ TEST(Extractor, NamesWhatIsValid) {
   EXPECT_EQ(
       errorOf<std::invalid_argument>([] { createExtractor("orb+akaze"); }),
       "features 'orb+akaze' cannot work: the akaze descriptor needs what the akaze detector finds on the "
-      "way; use akaze+akaze, or with orb one of sift, orb, brisk, freak");
+      "way; use akaze+akaze, or with orb one of sift, orb, freak, brisk");
 }
 
 TEST(Extractor, EveryPairingWorksOrSaysWhyNot) {
