@@ -1,5 +1,7 @@
 #include "corrsel/features/brisk.h"
 
+#include <algorithm>
+
 namespace corrsel::core {
 
 void BriskOptions::visit(OptionVisitor& visitor) {
@@ -16,8 +18,11 @@ constexpr double kBasicSize = 12, kAgastDiameter = 7;
 constexpr int kBorder = 8;
 
 OpenCvDetector::Create create(const BriskOptions& options) {
-  return [options](const cv::Size&) {
-    return cv::BRISK::create(options.threshold, options.octaves, static_cast<float>(options.pattern_scale));
+  return [options](const cv::Size& size) {
+    // OpenCV fails on a pyramid that shrinks to nothing.
+    int octaves = 0;
+    while (octaves < options.octaves && std::min(size.width, size.height) >> (octaves + 1) >= 2) ++octaves;
+    return cv::BRISK::create(options.threshold, octaves, static_cast<float>(options.pattern_scale));
   };
 }
 

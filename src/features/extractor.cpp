@@ -20,7 +20,8 @@ cv::Mat toGrey(const cv::Mat& image) {
     throw std::invalid_argument("image has type " + cv::typeToString(image.type()) +
                                 "; needed: 8 bits with 1, 3 (BGR) or 4 (BGRA) channels");
   }
-  if (image.channels() == 1) return image;
+  // OpenCV's BRISK looks beyond the border of a part of an image.
+  if (image.channels() == 1) return image.isSubmatrix() ? image.clone() : image;
   cv::Mat grey;
   cv::cvtColor(image, grey, image.channels() == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
   return grey;

@@ -42,7 +42,7 @@ TEST(HessianAffine, SaysWhatItIs) {
   EXPECT_EQ(detector.name(), "hessian_affine");
   const auto options = listOptions(detector.options());
   EXPECT_EQ(options[0].name, "max_features");
-  EXPECT_EQ(options[2].name, "peak_threshold");
+  EXPECT_EQ(options[3].name, "peak_threshold");
   HessianAffineOptions wrong;
   wrong.first_octave = -2;
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { HessianAffineDetector detector(wrong); }),
