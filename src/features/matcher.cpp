@@ -36,7 +36,7 @@ void checkDescriptors(const Features& left, const Features& right) {
 }  // namespace
 
 void MatchOptions::visit(OptionVisitor& visitor) {
-  visitor.flag("mutual", "Matching: keep features that are each other's nearest only", mutual);
+  visitor.flag("mutual", "Matching: keep features that are nearest to each other only", mutual);
   visitor.number(
       {"second_distance_radius", 0, 1000, "px",
        "Matching: least distance of the second neighbour from the first, for features found twice"},
