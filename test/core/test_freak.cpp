@@ -251,7 +251,8 @@ constexpr Turn kTurns[] = {{30, 1}, {90, 1}, {180, 1}, {0, 1.5}, {30, 1.5}};
 
 /// Share of the nearest neighbours between an image and itself turned and scaled that are right within 3 px,
 /// percent. Keypoints are found in both images, or found in the first and mapped, their angles discarded.
-double shareOfRight(const cv::Mat& image, const Turn& turn, bool found_anew) {
+/// @param mutual  nearest to each other only: others may not have been found again
+double shareOfRight(const cv::Mat& image, const Turn& turn, bool found_anew, bool mutual = false) {
   cv::Size canvas;
   const cv::Matx33d map = similarity(image.size(), turn.degrees, turn.scale, canvas);
   cv::Mat turned;
@@ -263,7 +264,9 @@ double shareOfRight(const cv::Mat& image, const Turn& turn, bool found_anew) {
     keypoints.emplace_back(cv::Point2f(place), k.size * float(turn.scale), 0.0F);
   }
   const Features right = describe(turned, found_anew ? blobs(turned) : keypoints);
-  const Correspondences matches = matchFeatures(left, right);
+  MatchOptions options;
+  options.mutual = mutual;
+  const Correspondences matches = matchFeatures(left, right, options);
   EXPECT_GT(matches.size(), 200u);
   GroundTruth truth;
   truth.kind = TruthKind::kHomography;
@@ -277,6 +280,7 @@ TEST(Freak, DoesNotDependOnRotationAndScale) {
   for (const Turn& turn : kTurns) {
     EXPECT_GE(shareOfRight(picture(), turn, false), 95) << turn.degrees << " " << turn.scale;
     EXPECT_GE(shareOfRight(picture(), turn, true), 80) << turn.degrees << " " << turn.scale;
+    EXPECT_GE(shareOfRight(picture(), turn, true, true), 90) << turn.degrees << " " << turn.scale;
   }
 }
 
@@ -423,6 +427,7 @@ TEST_F(FreakOnPhotographs, DoesNotDependOnRotationAndScale) {
     for (const Turn& turn : kTurns) {
       EXPECT_GE(shareOfRight(image, turn, false), 95) << scene << " " << turn.degrees << " " << turn.scale;
       EXPECT_GE(shareOfRight(image, turn, true), 80) << scene << " " << turn.degrees << " " << turn.scale;
+      EXPECT_GE(shareOfRight(image, turn, true, true), 90) << scene << " " << turn.degrees << " " << turn.scale;
     }
   }
 }
