@@ -427,7 +427,8 @@ TEST_F(FreakOnPhotographs, DoesNotDependOnRotationAndScale) {
     for (const Turn& turn : kTurns) {
       EXPECT_GE(shareOfRight(image, turn, false), 95) << scene << " " << turn.degrees << " " << turn.scale;
       EXPECT_GE(shareOfRight(image, turn, true), 80) << scene << " " << turn.degrees << " " << turn.scale;
-      EXPECT_GE(shareOfRight(image, turn, true, true), 90) << scene << " " << turn.degrees << " " << turn.scale;
+      EXPECT_GE(shareOfRight(image, turn, true, true), 90)
+          << scene << " " << turn.degrees << " " << turn.scale;
     }
   }
 }

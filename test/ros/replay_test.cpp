@@ -376,8 +376,7 @@ class Matcher : public Replay {
   /// The matches of the core for the same images.
   static core::Correspondences offline(const std::string& features, const core::OptionMap& options,
                                        const cv::Mat& left, const cv::Mat& right) {
-    const auto extractor =
-        core::createExtractor(features, {{core::algorithmsOf(features).front(), options}});
+    const auto extractor = core::createExtractor(features, {{core::algorithmsOf(features).front(), options}});
     const auto pair = core::extractPair(*extractor, left, right, 1);
     return core::matchFeatures(pair.first, pair.second);
   }
