@@ -206,6 +206,13 @@ class Replay : public testing::Test {
                                                       const std::map<std::string, double>& numbers = {}) {
     dynamic_reconfigure::Reconfigure call;
     for (const auto& [name, value] : texts) {
+      if (value == "true" || value == "false") {
+        dynamic_reconfigure::BoolParameter flag;
+        flag.name = name;
+        flag.value = value == "true";
+        call.request.config.bools.push_back(flag);
+        continue;
+      }
       dynamic_reconfigure::StrParameter parameter;
       parameter.name = name;
       parameter.value = value;
@@ -375,10 +382,11 @@ class Matcher : public Replay {
 
   /// The matches of the core for the same images.
   static core::Correspondences offline(const std::string& features, const core::OptionMap& options,
-                                       const cv::Mat& left, const cv::Mat& right) {
+                                       const cv::Mat& left, const cv::Mat& right,
+                                       const core::MatchOptions& match = {}) {
     const auto extractor = core::createExtractor(features, {{core::algorithmsOf(features).front(), options}});
     const auto pair = core::extractPair(*extractor, left, right, 1);
-    return core::matchFeatures(pair.first, pair.second);
+    return core::matchFeatures(pair.first, pair.second, match);
   }
 
   void expectMatches(const ros::Time& stamp, const std::string& features,
@@ -414,16 +422,40 @@ TEST_F(Matcher, FindsWhatTheCoreFinds) {
   const cv::Mat left = texture(320, 240, 1);
   cv::Mat right;
   cv::warpPerspective(left, right, exampleTruth().matrix, {360, 260});
-  for (const auto& [features, options] :
-       {std::pair<std::string, core::OptionMap>{"orb+orb", orb_options_}, {"sift+sift", {}}}) {
+  for (const auto& [features, options] : {std::pair<std::string, core::OptionMap>{"orb+orb", orb_options_},
+                                          {"sift+sift", {}},
+                                          {"hessian_affine+sift", {}},
+                                          {"blob+freak", {}},
+                                          {"asift+asift", {}},
+                                          {"akaze+akaze", {}},
+                                          {"brisk+brisk", {}},
+                                          {"sift+freak", {}}}) {
     SCOPED_TRACE(features);
     EXPECT_EQ(configure("feature_matcher", {{"features", features}})["features"], features);
     const ros::Time stamp = nextStamp();
     send(stamp, "mono8", left, "mono8", right);
     const core::Correspondences expected = offline(features, options, left, right);
-    ASSERT_GT(expected.size(), 50u);
+    ASSERT_GT(expected.size(), 20u);
     expectMatches(stamp, features, expected);
   }
+}
+
+TEST_F(Matcher, MatchingIsReconfigured) {
+  const cv::Mat left = texture(320, 240, 1), right = texture(320, 240, 5);
+  configure("feature_matcher", {{"features", "orb+orb"}, {"match_mutual", "true"}});
+  const ros::Time stamp = nextStamp();
+  send(stamp, "mono8", left, "mono8", right);
+  core::MatchOptions match;
+  match.mutual = true;
+  const core::Correspondences expected = offline("orb+orb", orb_options_, left, right, match);
+  EXPECT_LT(expected.size(), offline("orb+orb", orb_options_, left, right).size());
+  expectMatches(stamp, "orb+orb", expected);
+  configure("feature_matcher", {{"match_mutual", "false"}});
+}
+
+TEST_F(Matcher, ImpossiblePairingsAreRefused) {
+  configure("feature_matcher", {{"features", "orb+orb"}});
+  EXPECT_EQ(configure("feature_matcher", {{"features", "orb+akaze"}})["features"], "orb+orb");
 }
 
 TEST_F(Matcher, EncodingsMayDiffer) {
