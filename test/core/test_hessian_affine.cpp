@@ -255,6 +255,7 @@ TEST(HessianAffine, TakesViewsOfLargerImages) {
 }
 
 TEST(HessianAffine, TakesHugeImages) {
+  if (kSanitized) GTEST_SKIP() << "takes minutes under sanitizers";
   cv::Mat image(6000, 8000, CV_8U, cv::Scalar(128));
   const cv::Rect corner(7450, 5550, 500, 400);
   picture().copyTo(image(corner));

@@ -38,6 +38,13 @@ std::string errorOf(const Action& action) {
   return "";
 }
 
+/// Whether this is a build with AddressSanitizer, in which the longest tests would take minutes.
+#ifdef __SANITIZE_ADDRESS__
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
 inline bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }

@@ -305,11 +305,7 @@ TEST_F(VfcOnAdelaideRmf, ReachesThePublishedMeans) {
 }
 
 TEST_F(VfcOnAdelaideRmf, DecidesLikeDenseSolves) {
-#ifdef __SANITIZE_ADDRESS__
-  constexpr std::size_t kLargest = 400;  // dense solves take minutes there
-#else
-  constexpr std::size_t kLargest = 100000;
-#endif
+  constexpr std::size_t kLargest = kSanitized ? 400 : 100000;  // dense solves take minutes there
   std::size_t different = 0, decisions = 0;
   for (const LabelledPair& pair : adelaidePairs()) {
     if (pair.matches.size() > kLargest) continue;
