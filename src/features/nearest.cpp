@@ -23,11 +23,10 @@ std::size_t roundedUp(std::size_t n, std::size_t unit) { return (n + unit - 1) /
 
 /// What the values of float descriptors are.
 struct Content {
-  Rows rows;        ///< those without NaN
-  cv::Mat bytes;    ///< the same numbers, where all are whole and from 0 to 255; otherwise empty
-  int largest = 0;  ///< of bytes
-  /// Largest lengths of what CoarseNumbers leave out of a query and of a train.
-  double query_error = 0, train_error = 0;
+  Rows rows;                  ///< those without NaN
+  cv::Mat bytes;              ///< the same numbers, where all are whole and from 0 to 255; otherwise empty
+  int largest = 0;            ///< of bytes
+  double train_error = 0;     ///< largest length of what CoarseNumbers leave out of a train
   std::uint32_t squares = 0;  ///< the largest sum of the squares of a descriptor's bytes
 };
 
@@ -36,7 +35,7 @@ Content contentOf(const cv::Mat& descriptors) {
   cv::Mat bytes;
   descriptors.convertTo(bytes, CV_8U);
   bool whole = true;
-  int largest = 0, query_error = 0, train_error = 0;
+  int largest = 0, train_error = 0;
   for (int r = 0; r < descriptors.rows; ++r) {
     const float* const row = descriptors.ptr<float>(r);
     const auto* const numbers = bytes.ptr<std::uint8_t>(r);
@@ -49,25 +48,22 @@ Content contentOf(const cv::Mat& descriptors) {
     if (!nan) content.rows.push_back(static_cast<std::uint32_t>(r));
     whole = whole && !other;
     if (!whole) continue;
-    int query_squares = 0, train_squares = 0, row_largest = 0;
+    int train_squares = 0, row_largest = 0;
     std::uint32_t squares = 0;
     for (int c = 0; c < descriptors.cols; ++c) {
       const int number = numbers[c];
       row_largest = std::max(row_largest, number);
       squares += static_cast<std::uint32_t>(number * number);
-      query_squares += number & 1;
       // (number % 4 - 1)^2, which is 1, 0, 1 or 4.
       train_squares += (~number & 1) + ((number & (number >> 1) & 1) << 2);
     }
     largest = std::max(largest, row_largest);
     content.squares = std::max(content.squares, squares);
-    query_error = std::max(query_error, query_squares);
     train_error = std::max(train_error, train_squares);
   }
   if (!whole) return content;
   content.bytes = bytes;
   content.largest = largest;
-  content.query_error = std::sqrt(static_cast<double>(query_error));
   content.train_error = std::sqrt(static_cast<double>(train_error));
   return content;
 }
@@ -116,9 +112,9 @@ struct CoarseRows {
     for (int c = 0; c < columns; ++c) {
       const int half = values[c] >> 1;
       bytes[c] = static_cast<std::uint8_t>(half);
-      offset += 4 * half * half - 4 * half;
+      offset += 4 * half * half - 2 * half - 1;
     }
-    return offset;
+    return offset + (columns + 3) / 4;
   }
   static Distance train(const cv::Mat& m, int row, std::uint32_t* words) {
     const auto* const values = m.ptr<std::uint8_t>(row);
@@ -128,7 +124,7 @@ struct CoarseRows {
     for (int c = 0; c < columns; ++c) {
       const int quarter = values[c] >> 2;
       bytes[c] = static_cast<std::uint8_t>(quarter);
-      offset += (4 * quarter + 1) * (4 * quarter + 1);
+      offset += 16 * quarter * quarter + 4 * quarter + 1;
     }
     return offset;
   }
@@ -398,7 +394,7 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
     return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search);
   }
   const CoarseTrains coarse{PackedTrains<CoarseRows>(right.bytes, right.rows, true),
-                            left.query_error + right.train_error};
+                            std::sqrt(queries.cols) / 2 + right.train_error};
   return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
 }
 
