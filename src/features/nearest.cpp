@@ -17,59 +17,53 @@ constexpr std::size_t kBlock = 64;
 // Up to here every whole number is a float, and so are its sums.
 constexpr double kLargestExact = 1 << 24;
 
-// So that no sum of coarse numbers comes near 2^31.
-constexpr int kMostCoarseColumns = 4096;
-
 using Rows = std::vector<std::uint32_t>;
 
 std::size_t roundedUp(std::size_t n, std::size_t unit) { return (n + unit - 1) / unit * unit; }
 
 /// What the values of float descriptors are.
 struct Content {
-  Rows rows;        ///< those without NaN
-  cv::Mat bytes;    ///< the same numbers, where all are whole and from 0 to 255; otherwise empty
-  int largest = 0;  ///< of bytes
-  /// Largest lengths of what CoarseNumbers leave out of a query and of a train.
-  double query_error = 0, train_error = 0;
+  Rows rows;                  ///< those without NaN
+  cv::Mat bytes;              ///< the same numbers, where all are whole and from 0 to 255; otherwise empty
+  int largest = 0;            ///< of bytes
+  double train_error = 0;     ///< largest length of what CoarseNumbers leave out of a train
+  std::uint32_t squares = 0;  ///< the largest sum of the squares of a descriptor's bytes
 };
 
 Content contentOf(const cv::Mat& descriptors) {
   Content content;
-  cv::Mat bytes(descriptors.size(), CV_8U);
+  cv::Mat bytes;
+  descriptors.convertTo(bytes, CV_8U);
   bool whole = true;
-  int largest = 0, query_error = 0, train_error = 0;
+  int largest = 0, train_error = 0;
   for (int r = 0; r < descriptors.rows; ++r) {
     const float* const row = descriptors.ptr<float>(r);
-    auto* const out = bytes.ptr<std::uint8_t>(r);
+    const auto* const numbers = bytes.ptr<std::uint8_t>(r);
     // Without branches, so that they are vectorised.
     int other = 0, nan = 0;
     for (int c = 0; c < descriptors.cols; ++c) {
-      const float value = row[c];
-      const bool in_range = (value >= 0) & (value <= 255);
-      const int number = static_cast<int>(in_range ? value : 0);
-      other |= static_cast<float>(number) != value;
-      nan |= value != value;
-      out[c] = static_cast<std::uint8_t>(number);
+      other |= static_cast<float>(numbers[c]) != row[c];
+      nan |= row[c] != row[c];
     }
     if (!nan) content.rows.push_back(static_cast<std::uint32_t>(r));
     whole = whole && !other;
     if (!whole) continue;
-    int query_squares = 0, train_squares = 0, row_largest = 0;
+    int train_squares = 0, row_largest = 0;
+    std::uint32_t squares = 0;
     for (int c = 0; c < descriptors.cols; ++c) {
-      const int number = out[c];
+      const int number = numbers[c];
       row_largest = std::max(row_largest, number);
-      query_squares += number & 1;
+      squares += static_cast<std::uint32_t>(number * number);
       // (number % 4 - 1)^2, which is 1, 0, 1 or 4.
       train_squares += (~number & 1) + ((number & (number >> 1) & 1) << 2);
     }
     largest = std::max(largest, row_largest);
-    query_error = std::max(query_error, query_squares);
+    content.squares = std::max(content.squares, squares);
     train_error = std::max(train_error, train_squares);
   }
   if (!whole) return content;
   content.bytes = bytes;
   content.largest = largest;
-  content.query_error = std::sqrt(static_cast<double>(query_error));
   content.train_error = std::sqrt(static_cast<double>(train_error));
   return content;
 }
@@ -113,22 +107,24 @@ struct CoarseRows {
   static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
     const auto* const values = m.ptr<std::uint8_t>(row);
     auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
+    const int columns = m.cols;  // not read anew after every byte that is written
     Distance offset = 0;
-    for (int c = 0; c < m.cols; ++c) {
+    for (int c = 0; c < columns; ++c) {
       const int half = values[c] >> 1;
       bytes[c] = static_cast<std::uint8_t>(half);
-      offset += 4 * half * half - 516 * half;
+      offset += 4 * half * half - 2 * half - 1;
     }
-    return offset;
+    return offset + (columns + 3) / 4;
   }
   static Distance train(const cv::Mat& m, int row, std::uint32_t* words) {
     const auto* const values = m.ptr<std::uint8_t>(row);
-    auto* const bytes = reinterpret_cast<std::int8_t*>(words);
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
+    const int columns = m.cols;
     Distance offset = 0;
-    for (int c = 0; c < m.cols; ++c) {
+    for (int c = 0; c < columns; ++c) {
       const int quarter = values[c] >> 2;
-      bytes[c] = static_cast<std::int8_t>(quarter - 32);
-      offset += (4 * quarter + 1) * (4 * quarter + 1);
+      bytes[c] = static_cast<std::uint8_t>(quarter);
+      offset += 16 * quarter * quarter + 4 * quarter + 1;
     }
     return offset;
   }
@@ -392,11 +388,13 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
   if (left.bytes.empty() || right.bytes.empty() || queries.cols * largest * largest > kLargestExact) {
     return find<FloatRows>(queries, left.rows, trains, right.rows, search);
   }
-  if (!kernels().descriptors.uses_coarse_numbers || queries.cols > kMostCoarseColumns) {
+  const double longest = std::max(std::sqrt(static_cast<double>(left.squares)),
+                                  std::sqrt(static_cast<double>(right.squares)) + right.train_error);
+  if (!kernels().descriptors.uses_coarse_numbers || longest * longest > CoarseNumbers::kLargestSquares) {
     return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search);
   }
   const CoarseTrains coarse{PackedTrains<CoarseRows>(right.bytes, right.rows, true),
-                            left.query_error + right.train_error};
+                            std::sqrt(queries.cols) / 2 + right.train_error};
   return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
 }
 

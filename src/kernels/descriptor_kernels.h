@@ -259,6 +259,9 @@ inline void compareGroup(const NearestBlock<typename Metric::Distance>& block, s
 #if defined(__AVX2__) && !defined(__AVX512VNNI__)
 constexpr bool kUsesCoarseNumbers = true;
 
+// Groups of trains that give the queries a first limit.
+constexpr std::size_t kFirstGroups = 4;
+
 /// Sums of the products of unsigned and signed bytes, two by two. @pre they fit
 inline WordV multiplyBytes(WordV a, WordV b) {
 #if defined(__AVX512F__)
@@ -285,20 +288,10 @@ inline void keepOrder(WordV& v) {
 #endif
 }
 
-// As kQueriesAtATime; there are twice as many sums.
-#if defined(__AVX512F__)
-constexpr std::size_t kCoarseAtATime = 8;
-#else
-constexpr std::size_t kCoarseAtATime = 2;
-#endif
-
-/// Sums of the two 16-bit numbers of every lane.
-inline IntV addPairs(WordV v) {
-#if defined(__AVX512F__)
-  return (IntV)_mm512_madd_epi16((__m512i)v, _mm512_set1_epi16(1));
-#else
-  return (IntV)_mm256_madd_epi16((__m256i)v, _mm256_set1_epi16(1));
-#endif
+inline std::int32_t largestOf(IntV v) {
+  std::int32_t result = v[0];
+  for (int k = 1; k < kWidth; ++k) result = v[k] > result ? v[k] : result;
+  return result;
 }
 
 /// Coarse distances from here on mean that the distance is not below `distance`. Rounded up.
@@ -346,76 +339,159 @@ inline unsigned bitsOf(IntV mask) {
 #endif
 }
 
-void filteredKernel(const NearestBlock<std::int32_t>& block) {
-  const CoarseNumbers& coarse = *block.coarse;
-  for (std::size_t query = 0; query < block.query_count; ++query)
-    coarse.limit[query] = coarseLimit(block.second[query], coarse.error);
-  for (std::size_t group = 0; group < block.groups; ++group) {
-    const std::size_t first_train = group * kLanes;
-    const std::uint32_t* const trains = coarse.trains + first_train * coarse.words;
-    IntV train_limit[kParts];
-    for (std::size_t part = 0; part < kParts; ++part) train_limit[part] = splat(-(1 << 30));
-    const auto limitTrains = [&] {
-      if (block.train_best == nullptr) return;
-      for (std::size_t part = 0; part < kParts; ++part)
-        train_limit[part] = coarseLimit(load(block.train_best + first_train + part * kWidth), coarse.error);
-    };
-    limitTrains();
-    for (std::size_t query = 0; query < block.query_count; query += kCoarseAtATime) {
-      const std::uint32_t* const queries = coarse.queries + query * coarse.words;
-      IntV products[kCoarseAtATime][kParts] = {};
-      for (std::size_t word = 0; word < coarse.words; word += CoarseNumbers::kWords) {
-        // Eight products of at most 127 * 32 fit into 16 bits.
-        WordV sums[kCoarseAtATime][kParts];
-#pragma GCC unroll 4
-        for (std::size_t k = 0; k < CoarseNumbers::kWords; ++k) {
-          WordV train[kParts];
-#pragma GCC unroll 4
-          for (std::size_t part = 0; part < kParts; ++part) {
-            train[part] = load(trains + (word + k) * kLanes + part * kWidth);
-            keepOrder(train[part]);  // in a register for all queries
-          }
+/// Offset of a train as coarseSums() wants it, a padding row's included.
+inline IntV shortOffset(IntV offset) {
+  const IntV largest = splat(CoarseNumbers::kLargestSquares);
+  return (offset < largest ? offset : largest) >> 4;
+}
+
+/// Queries times a group of trains, less the trains' short offsets: in the upper halves of the lanes. These
+/// fit, see CoarseNumbers::kLargestSquares; on the way there they may overflow.
+inline void coarseSums(const CoarseNumbers& coarse, std::size_t query, std::size_t first_train,
+                       const IntV (&offsets)[kParts], IntV (&results)[kQueriesAtATime][kParts]) {
+  const std::uint32_t* const queries = coarse.queries + query * coarse.words;
+  const std::uint32_t* const trains = coarse.trains + first_train * coarse.words;
+  WordV sums[kQueriesAtATime][kParts];
 #pragma GCC unroll 8
-          for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
-            const WordV value = splat(queries[q * coarse.words + word + k]);
+  for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
 #pragma GCC unroll 4
-            for (std::size_t part = 0; part < kParts; ++part) {
-              const WordV product = multiplyBytes(value, train[part]);
-              sums[q][part] = k == 0 ? product : addShorts(sums[q][part], product);
-              keepOrder(sums[q][part]);
-            }
-          }
-        }
-#pragma GCC unroll 8
-        for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
+    for (std::size_t part = 0; part < kParts; ++part) sums[q][part] = -((WordV)offsets[part] << 16);
+  }
+  for (std::size_t first = 0; first < coarse.words; first += CoarseNumbers::kWords) {
 #pragma GCC unroll 4
-          for (std::size_t part = 0; part < kParts; ++part) products[q][part] += addPairs(sums[q][part]);
-        }
+    for (std::size_t word = first; word < first + CoarseNumbers::kWords; ++word) {
+      WordV train[kParts];
+#pragma GCC unroll 4
+      for (std::size_t part = 0; part < kParts; ++part) {
+        train[part] = load(trains + word * kLanes + part * kWidth);
+        keepOrder(train[part]);  // in a register for all queries
       }
 #pragma GCC unroll 8
-      for (std::size_t q = 0; q < kCoarseAtATime; ++q) {
-        const IntV limit = splat(coarse.limit[query + q]), offset = splat(coarse.query_offset[query + q]);
-        unsigned closer = 0;
+      for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+        const WordV value = splat(queries[q * coarse.words + word]);
 #pragma GCC unroll 4
         for (std::size_t part = 0; part < kParts; ++part) {
-          const IntV distance =
-              load(coarse.train_offset + first_train + part * kWidth) + offset - (products[q][part] << 4);
-          closer |= bitsOf((distance < limit) | (distance < train_limit[part])) << (part * kWidth);
+          sums[q][part] = addShorts(sums[q][part], multiplyBytes(value, train[part]));
+          keepOrder(sums[q][part]);
         }
-        if (closer == 0) continue;
+      }
+    }
+  }
+#pragma GCC unroll 8
+  for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+#pragma GCC unroll 4
+    for (std::size_t part = 0; part < kParts; ++part)
+      results[q][part] = (IntV)(sums[q][part] + (sums[q][part] << 16));
+  }
+}
+
+/// What sums of trains that are closer than a coarse distance to a query are above.
+inline std::int32_t sumLimit(std::int32_t query_offset, std::int32_t distance) {
+  // distance > query_offset + train_offset - 16 product. Both quotients are rounded down, so that a few
+  // trains too many pass.
+  const std::int32_t limit = (query_offset - distance) >> 4;
+  if (limit < -(1 << 15)) return -0x7fff0001;
+  return (limit < (1 << 15) - 1 ? limit : (1 << 15) - 1) * (1 << 16) + 0xffff;
+}
+
+/// Limits of the queries, from their second distances and from upper bounds of these: the nearest trains of
+/// two sets of trains are two trains.
+inline void limitQueries(const NearestBlock<std::int32_t>& block) {
+  const CoarseNumbers& coarse = *block.coarse;
+  for (std::size_t query = 0; query < block.query_count; query += kQueriesAtATime) {
+    IntV nearest[kQueriesAtATime][2];
+    for (auto& of_query : nearest) of_query[0] = of_query[1] = splat(-0x7fffffff);
+    for (std::size_t group = 0; group < block.groups && group < kFirstGroups; ++group) {
+      IntV offsets[kParts], sums[kQueriesAtATime][kParts];
+      for (std::size_t part = 0; part < kParts; ++part)
+        offsets[part] = shortOffset(load(coarse.train_offset + group * kLanes + part * kWidth));
+      coarseSums(coarse, query, group * kLanes, offsets, sums);
+      for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+        for (std::size_t part = 0; part < kParts; ++part) {
+          IntV& largest = nearest[q][group % 2];
+          largest = sums[q][part] > largest ? sums[q][part] : largest;
+        }
+      }
+    }
+    for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+      const std::int32_t offset = coarse.query_offset[query + q];
+      std::int32_t limit = coarseLimit(block.second[query + q], coarse.error);
+      // Trains that are near others do not count.
+      if (block.near == nullptr) {
+        const std::int32_t first = largestOf(nearest[q][0]) >> 16, second = largestOf(nearest[q][1]) >> 16;
+        const std::int32_t sum = first < second ? first : second;
+        if (sum > -CoarseNumbers::kLargestSquares / 16) {
+          // One error from the coarse to the true distance, another one back; and 16 from rounding.
+          const std::int32_t bound = coarseLimit(offset - 16 * sum + 16, 2 * coarse.error);
+          limit = bound < limit ? bound : limit;
+        }
+      }
+      const bool padding = offset == kFarDistance<std::int32_t>;
+      coarse.limit[query + q] = padding ? sumLimit(0, -kFarDistance<std::int32_t>) : sumLimit(offset, limit);
+    }
+  }
+}
+
+/// Has the rows of a group of trains read, some of which are going to be compared.
+inline void prefetchRows(const NearestBlock<std::int32_t>& block, std::size_t first_train) {
+  if (first_train >= block.groups * kLanes) return;
+  const std::uint32_t* const rows = block.trains + first_train * block.words;
+  for (std::size_t word = 0; word < kLanes * block.words; word += 16) __builtin_prefetch(rows + word);
+}
+
+template <bool kForTrains>
+void filteredKernel(const NearestBlock<std::int32_t>& block) {
+  const CoarseNumbers& coarse = *block.coarse;
+  limitQueries(block);
+  for (std::size_t group = 0; group < block.groups; ++group) {
+    const std::size_t first_train = group * kLanes;
+    IntV offsets[kParts], train_limit[kParts];
+    for (std::size_t part = 0; part < kParts; ++part)
+      offsets[part] = shortOffset(load(coarse.train_offset + first_train + part * kWidth));
+    const auto limitTrains = [&] {
+      for (std::size_t part = 0; part < kParts; ++part) {
+        const std::size_t train = first_train + part * kWidth;
+        train_limit[part] = coarseLimit(load(block.train_best + train), coarse.error) >> 4;
+      }
+    };
+    if (kForTrains) limitTrains();
+    prefetchRows(block, first_train + kLanes);
+    for (std::size_t query = 0; query < block.query_count; query += kQueriesAtATime) {
+      IntV sums[kQueriesAtATime][kParts];
+      coarseSums(coarse, query, first_train, offsets, sums);
+#pragma GCC unroll 8
+      for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
+        const IntV limit = splat(coarse.limit[query + q]);
+        IntV near[kParts];
+        IntV any = {};
+#pragma GCC unroll 4
+        for (std::size_t part = 0; part < kParts; ++part) {
+          near[part] = sums[q][part] > limit;
+          if (kForTrains) {
+            // One less for the quotients, as all are rounded down.
+            const IntV least = splat((coarse.query_offset[query + q] >> 4) - 1) - train_limit[part];
+            near[part] |= (sums[q][part] >> 16) > least;
+          }
+          any |= near[part];
+        }
+        if (!anyTrue(any)) continue;
+        unsigned closer = 0;
+        for (std::size_t part = 0; part < kParts; ++part) closer |= bitsOf(near[part]) << (part * kWidth);
         const std::int32_t second = block.second[query + q];
         bool trains_closer = false;
         for (; closer != 0; closer &= closer - 1) {
           const std::size_t train = first_train + static_cast<std::size_t>(__builtin_ctz(closer));
           const std::int32_t distance = exactDistance(block, query + q, train);
           compete(block, query + q, train, distance);
-          if (block.train_best == nullptr || !(distance < block.train_best[train])) continue;
+          if (!kForTrains || !(distance < block.train_best[train])) continue;
           block.train_best[train] = distance;
           block.train_best_query[train] = block.first_query + static_cast<std::uint32_t>(query + q);
           trains_closer = true;
         }
         if (block.second[query + q] != second) {
-          coarse.limit[query + q] = coarseLimit(block.second[query + q], coarse.error);
+          const std::int32_t own =
+              sumLimit(coarse.query_offset[query + q], coarseLimit(block.second[query + q], coarse.error));
+          coarse.limit[query + q] = own > coarse.limit[query + q] ? own : coarse.limit[query + q];
         }
         if (trains_closer) limitTrains();
       }
@@ -439,7 +515,8 @@ void nearestKernel(const NearestBlock<typename Metric::Distance>& block) {
 
 void wholeNumbersKernel(const NearestBlock<std::int32_t>& block) {
 #if defined(__AVX2__) && !defined(__AVX512VNNI__)
-  if (block.coarse != nullptr) return filteredKernel(block);
+  if (block.coarse != nullptr)
+    return block.train_best == nullptr ? filteredKernel<false>(block) : filteredKernel<true>(block);
 #endif
   nearestKernel<WholeNumbers>(block);
 }

@@ -20,17 +20,21 @@ struct NearFeatures {
 };
 
 /// Whole numbers with fewer bits, four per word: with them most trains are found to be too far. Queries hold
-/// q / 2 and trains t / 4 - 32, rounded down, which stand for q' = 2 (q / 2) and t' = 4 (t / 4) + 1.
+/// q / 2 and trains t / 4, rounded down, which stand for q' = 2 (q / 2) + 1/2 and t' = 4 (t / 4) + 1.
 /// Distances of q' and t' differ from those of q and t by no more than their lengths of q - q' and t - t'
 /// together.
 struct CoarseNumbers {
   static constexpr std::size_t kWords = 4;  ///< the number of words is a multiple of it
 
+  /// Neither |q|^2 nor |t'|^2 is above. Then (q / 2) (t / 4) - |t'|^2 / 16, which is from -|t'|^2 / 16 to
+  /// |q|^2 / 16, fits into 16 bits.
+  static constexpr std::int32_t kLargestSquares = 16 * 0x7fff;
+
   std::size_t words;                 ///< per descriptor
   const std::uint32_t* queries;      ///< as in NearestBlock
-  const std::int32_t* query_offset;  ///< |q'|^2 - 516 sum(q / 2)
+  const std::int32_t* query_offset;  ///< sum(4 (q / 2)^2 - 2 (q / 2) - 3/4), rounded up
   const std::uint32_t* trains;
-  const std::int32_t* train_offset;  ///< |t'|^2
+  const std::int32_t* train_offset;  ///< sum(16 (t / 4)^2 + 4 (t / 4) + 1)
   double error;                      ///< largest |q - q'| + largest |t - t'|
   std::int32_t* limit;               ///< scratch, per query
 };
