@@ -30,6 +30,7 @@
 #include "corrsel/datasets/reader.h"
 #include "corrsel/datasets/sample.h"
 #include "corrsel/features/extractor.h"
+#include "corrsel/features/matcher.h"
 #include "corrsel/ros/bag_cache.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/dataset_bag.h"
@@ -114,6 +115,8 @@ void printList() {
     std::cout << "  " << name << "\n";
     printOptions(name, *options);
   }
+  std::cout << "matching:\n";
+  printOptions("match", core::MatchOptions());
   std::cout << "selectors:\n";
   for (const std::string& name : core::selectorNames()) {
     std::cout << "  " << name;
