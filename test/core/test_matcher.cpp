@@ -5,6 +5,7 @@
 
 #include "corrsel/features/matcher.h"
 #include "corrsel/features/nearest.h"
+#include "corrsel/kernels/descriptor.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -102,7 +103,8 @@ void expectSame(const Correspondences& m, const Correspondences& expected) {
 }
 
 /// Compares with the naive loop: plain, mutual and with a radius, at every level.
-void expectNaive(const cv::Mat& left_descriptors, const cv::Mat& right_descriptors) {
+void expectNaive(const cv::Mat& left_descriptors, const cv::Mat& right_descriptors,
+                 const std::vector<int>& thread_counts = {1}) {
   const Features left = features(left_descriptors), right = features(right_descriptors);
   const LevelGuard guard;
   for (const bool mutual : {false, true}) {
@@ -114,8 +116,11 @@ void expectNaive(const cv::Mat& left_descriptors, const cv::Mat& right_descripto
         MatchOptions options;
         options.mutual = mutual;
         options.second_distance_radius = radius;
-        expectSame(matchFeatures(left, right, options), expected);
-        if (::testing::Test::HasFatalFailure()) return;
+        for (const int threads : thread_counts) {
+          SCOPED_TRACE(std::to_string(threads) + " threads");
+          expectSame(matchFeatures(left, right, options, threads), expected);
+          if (::testing::Test::HasFatalFailure()) return;
+        }
       }
     }
   }
@@ -142,6 +147,27 @@ cv::Mat siftLike(int rows, std::uint64_t seed) {
     }
     for (int c = 0; c < 128; ++c)
       d(r, c) = float(std::min(std::floor(512 * d(r, c) / std::sqrt(squares)), 255.0));
+  }
+  return d;
+}
+
+/// Numbers of 0..255 that leave `residue` when divided by `divisor`. Squares of a row's add up to `squares`
+/// at most and to as much as can be.
+cv::Mat rowsOfLength(int rows, int squares, int residue, int divisor, std::uint64_t seed) {
+  const int columns = 128, greedy = 20;  // the last ones take what is left
+  Random random(seed);
+  cv::Mat_<float> d(rows, columns, float(residue));
+  for (int r = 0; r < rows; ++r) {
+    int rest = squares - columns * residue * residue;
+    for (int c = 0; c < columns; ++c) {
+      const int most = c < columns - greedy ? int(random.index(100)) : 255;
+      int value = residue;
+      while (value + divisor <= most && (value + divisor) * (value + divisor) - residue * residue <= rest)
+        value += divisor;
+      rest -= value * value - residue * residue;
+      d(r, c) = float(value);
+    }
+    for (int c = columns - 1; c > 0; --c) std::swap(d(r, c), d(r, int(random.index(std::uint32_t(c) + 1))));
   }
   return d;
 }
@@ -231,6 +257,33 @@ TEST(Matcher, TheLargestValuesDoNotOverflow) {
     ASSERT_NO_FATAL_FAILURE(expectNaive(high, mixed));
     const cv::Mat none = cv::Mat::zeros(20, columns, CV_8U), all(20, columns, CV_8U, cv::Scalar(255));
     ASSERT_NO_FATAL_FAILURE(expectNaive(none, all));
+  }
+}
+
+TEST(Matcher, EqualsTheNaiveLoopAroundTheLargestCoarseNumbers) {
+  // Of queries the squares count, of trains the length and that of what coarse numbers leave out: nothing
+  // where all have the residue 1, and two per number where it is 3.
+  const int largest = CoarseNumbers::kLargestSquares;
+  const double shorter = std::sqrt(double(largest)) - 2 * std::sqrt(128.0);
+  const int largest3 = int(shorter * shorter);
+  const std::vector<cv::Mat> trains = {
+      rowsOfLength(50, largest, 1, 4, 1), rowsOfLength(50, largest + 24, 1, 4, 1),
+      rowsOfLength(50, largest3, 3, 4, 1), rowsOfLength(50, largest3 + 40, 3, 4, 1),
+      // So much longer that products would not fit.
+      rowsOfLength(50, largest + largest / 16, 1, 4, 1)};
+  for (const int squares : {largest, largest + 1}) {
+    const cv::Mat any = rowsOfLength(40, squares, 0, 1, 2);
+    EXPECT_EQ(any.row(0).dot(any.row(0)), squares);
+    for (const cv::Mat& train : trains) {
+      SCOPED_TRACE(std::to_string(squares) + " and " + std::to_string(train.row(0).dot(train.row(0))));
+      // Also the largest product, which is of equals, and the smallest one.
+      cv::Mat query, twice;
+      cv::vconcat(any, rowsOfLength(40, largest, 1, 4, 1), query);
+      cv::vconcat(query, train.rowRange(10, 20), query);
+      query.row(70).setTo(0);
+      cv::vconcat(train, train.rowRange(20, 35), twice);
+      ASSERT_NO_FATAL_FAILURE(expectNaive(query, twice, {1, 2}));
+    }
   }
 }
 
