@@ -8,6 +8,7 @@
 
 #include "corrsel/features/asift.h"
 #include "corrsel/features/matcher.h"
+#include "feature_checks.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -70,17 +71,6 @@ std::vector<std::size_t> rightMatches(const Correspondences& m, const cv::Matx33
 }
 
 cv::Matx22d linear(const AffineFrame& f) { return {f[0], f[1], f[3], f[4]}; }
-
-void expectSame(const Features& a, const Features& b) {
-  ASSERT_EQ(a.keypoints.size(), b.keypoints.size());
-  for (std::size_t i = 0; i < a.keypoints.size(); ++i) {
-    const cv::KeyPoint &p = a.keypoints[i], &q = b.keypoints[i];
-    ASSERT_TRUE(p.pt == q.pt && p.size == q.size && p.angle == q.angle && p.response == q.response &&
-                p.octave == q.octave && p.class_id == q.class_id)
-        << i;
-    ASSERT_EQ(a.frames[i], b.frames[i]);
-  }
-}
 
 TEST(Asift, MatchesATiltedViewWhereSiftDoesNot) {
   const cv::Mat left = picture(), right = warped(left, tilted());
@@ -167,7 +157,7 @@ TEST(Asift, DescriptorsAreWholeNumbersOfOpenCvsLength) {
 TEST(Asift, DetectFindsTheSameFeatures) {
   Features detected;
   AsiftDetector().detect(picture(), 1, detected);
-  expectSame(detected, extract(picture()));
+  expectSameKeypoints(detected, extract(picture()));
 }
 
 TEST(Asift, MergesViewsOfOneKeypoint) {
@@ -192,7 +182,7 @@ TEST(Asift, ThreadsChangeNothing) {
   const Features one = extract(picture());
   for (const int threads : {2, 3}) {
     const Features more = extract(picture(), {}, threads);
-    expectSame(one, more);
+    expectSameKeypoints(one, more);
     EXPECT_EQ(cv::norm(one.descriptors, more.descriptors, cv::NORM_INF), 0);
   }
 }

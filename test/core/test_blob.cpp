@@ -4,6 +4,7 @@
 #include <set>
 
 #include "corrsel/features/blob.h"
+#include "feature_checks.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -55,17 +56,6 @@ Features detect(const cv::Mat& image, const BlobOptions& options = {}, int threa
   BlobDetector(options).detect(image, threads, features);
   EXPECT_EQ(features.frames.size(), features.keypoints.size());
   return features;
-}
-
-void expectSame(const Features& a, const Features& b) {
-  ASSERT_EQ(a.keypoints.size(), b.keypoints.size());
-  for (std::size_t i = 0; i < a.keypoints.size(); ++i) {
-    const cv::KeyPoint &p = a.keypoints[i], &q = b.keypoints[i];
-    ASSERT_TRUE(p.pt == q.pt && p.size == q.size && p.angle == q.angle && p.response == q.response &&
-                p.octave == q.octave)
-        << i;
-  }
-  EXPECT_EQ(a.frames, b.frames);
 }
 
 /// The strongest keypoint whose size differs from the disc's by less than half an octave; size 0: none.
@@ -238,21 +228,21 @@ TEST(Blob, DoesNotDependOnThreads) {
   const int before = cv::getNumThreads();
   for (const int opencv_threads : {1, 2, 3}) {
     cv::setNumThreads(opencv_threads);
-    for (const int threads : {0, 1, 2, 3}) expectSame(detect(image, {}, threads), expected);
+    for (const int threads : {0, 1, 2, 3}) expectSameKeypoints(detect(image, {}, threads), expected);
   }
   cv::setNumThreads(before);
 }
 
 TEST(Blob, PartsOfImagesAreImages) {
   const cv::Mat part = picture()(cv::Rect(50, 40, 300, 200));
-  expectSame(detect(part), detect(part.clone()));
+  expectSameKeypoints(detect(part), detect(part.clone()));
 }
 
 TEST(Blob, ReplacesWhatWasThere) {
   Features features;
   BlobDetector().detect(picture(), 1, features);
   BlobDetector().detect(picture({300, 300}, 2), 1, features);
-  expectSame(features, detect(picture({300, 300}, 2)));
+  expectSameKeypoints(features, detect(picture({300, 300}, 2)));
 }
 
 TEST(Blob, RunsAtTheEndsOfTheRanges) {

@@ -8,12 +8,14 @@
 
 namespace corrsel::core {
 
+/// Ranges: those of AsiftOptions.
 struct FastSiftParameters {
-  int octave_layers = 3;
-  double contrast_threshold = 0.04;  ///< divided by octave_layers inside, as in OpenCV's SIFT
-  double edge_threshold = 10;
-  double sigma = 1.6;    ///< blur of the first level, px
-  bool describe = true;  ///< else the descriptors are all zero
+  int octave_layers = 3;  ///< layers per octave
+  double contrast_threshold =
+      0.04;                    ///< of grey levels / 255; divided by octave_layers inside, as in OpenCV's
+  double edge_threshold = 10;  ///< largest ratio of the principal curvatures
+  double sigma = 1.6;          ///< blur of the first level, px
+  bool describe = true;        ///< else the descriptors are all zero
 };
 
 struct FastSiftFeature {
@@ -21,7 +23,7 @@ struct FastSiftFeature {
   float sigma;     ///< scale, px
   float angle;     ///< of the strongest gradients, radians in [0, 2 pi), clockwise in the image
   float response;  ///< contrast, grey levels / 255
-  int octave;
+  int octave;      ///< 0: that of the image itself
   std::array<std::uint8_t, 128> descriptor;  ///< length 512 before clipping to 255
 };
 
