@@ -67,7 +67,7 @@ void runHardModels(double inlier_ratio, int peer_every, const std::string& name,
   SceneSpec spec{SceneKind::kPlane, kMatches, inlier_ratio};
   for (int seed = 0; seed < kSeeds; ++seed) {
     spec.seed = std::uint64_t(seed);
-    Scene scene = makeScene(spec);
+    Scene scene = core::makeScene(spec);
     scene.matches.distance.clear();
     scene.matches.second_distance.clear();
     for (Search& search : searches) {

@@ -52,9 +52,12 @@ double secondsOf(bool wall_time, const Work& work) {
   return wall_time ? wall.seconds() : processor.seconds();
 }
 
+/// Matchers are timed on descriptors instead, which have no inlier ratio.
+bool hasScenes(const Method& method) { return !std::isnan(method.scene.inlier_ratio); }
+
 /// The scenes of a method; matchers have one that is empty.
 std::shared_ptr<const std::vector<Scene>> inputsOf(const Method& method) {
-  if (method.scene.kind != SceneKind::kDescriptors) return scenes(method.scene, method.scenes);
+  if (hasScenes(method)) return scenes(method.scene, method.scenes);
   return std::make_shared<const std::vector<Scene>>(1);
 }
 
@@ -69,7 +72,7 @@ void warmUp(const Method& method, Contestant& contestant, Measurement& result) {
     return mask;
   };
   for (std::size_t k = 0; k < inputs->size(); ++k) result.masks.push_back(timed(k));
-  if (method.scene.kind != SceneKind::kDescriptors) judge(*inputs, result);
+  if (hasScenes(method)) judge(*inputs, result);
   // The only call so far may have been slower than those to come: look again where that is cheap.
   if (seconds < kSlowCall) timed(0);
   contestant.batch = int(std::ceil(kShortest / std::max(seconds, 1e-7)));
