@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "corrsel/benchmark/results.h"
+#include "corrsel/image_pair.h"
+
+namespace corrsel::core {
+
+/// A selector succeeds on a pair where its F (reading `paper`) is at least this.
+inline constexpr double kExampleSuccessF = 0.8;
+/// A selector fails on a pair where its F is at least this much below the best selector's...
+inline constexpr double kExampleFailureShortfall = 0.3;
+/// ...and the best F is at least this: a failure of the selector, not a pair that defeats all of them.
+inline constexpr double kExampleFailureBestF = 0.5;
+
+inline bool isExampleSuccess(double f) { return f >= kExampleSuccessF; }
+inline bool isExampleFailure(double f, double best_f) {
+  return best_f >= kExampleFailureBestF && best_f - f >= kExampleFailureShortfall;
+}
+
+/// Chooses the pairs worth drawing, as few as a greedy cover finds, so that among them every selector but
+/// keep_all has a success (else the pair of its highest F) and a failure (else the pair of its largest
+/// shortfall to the best selector, of these the one of its lowest F), and every dataset has a pair. Among
+/// pairs that show equally much, those of the highest F and the largest shortfall come first.
+/// @param rows  of one cell (features and preselection, "given" rows beside them); repetitions are averaged;
+///              rows that are not judged or have no F count for nothing
+/// @param tau  px; rows of other tolerances are left out, labelled rows always count
+/// @return at most max_pairs pairs (then the ones that show most), sorted by dataset, sequence and pair; the
+///         same for any order of the rows
+/// O(rows log rows + pairs^2 * selectors).
+std::vector<PairId> chooseExamples(const std::vector<ResultRow>& rows, double tau,
+                                   std::size_t max_pairs = 16);
+
+}  // namespace corrsel::core
