@@ -10,6 +10,9 @@
 
 namespace corrsel::core {
 
+/// Stands for the name of the features where putative matches come with the dataset.
+inline constexpr char kGivenFeatures[] = "given";
+
 /// Names a pair of a dataset, e.g. {"vgg", "graf", "1-3"}.
 struct PairId {
   std::string dataset, sequence, pair;

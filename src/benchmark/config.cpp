@@ -8,11 +8,14 @@
 
 #include "corrsel/features/extractor.h"
 #include "corrsel/features/matcher.h"
+#include "corrsel/image_pair.h"
 #include "corrsel/selectors/factory.h"
 #include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {
+
+constexpr double kTableTolerance = 5.0;  // px, of the paper's tables
 
 std::string algorithmOf(const std::string& spec) { return spec.substr(0, spec.find_first_of(":+")); }
 
@@ -100,8 +103,22 @@ void BenchmarkConfig::resolve() {
   expanded.erase(std::remove(expanded.begin(), expanded.end(), "keep_all"), expanded.end());
   expanded.push_back("keep_all");
   selectors = withoutRepeats(expanded);
-  features = withoutRepeats(withAll(features, extractorNames()));
-  preselection = withoutRepeats(preselection);
+  if (cells.empty()) {
+    features = withoutRepeats(withAll(features, extractorNames()));
+    preselection = withoutRepeats(preselection);
+    for (const std::string& name : features) {
+      for (const std::string& before : preselection) cells.push_back({name, before});
+    }
+  } else {
+    features.clear();
+    preselection.clear();
+    for (const Cell& cell : cells) {
+      features.push_back(cell.features);
+      preselection.push_back(cell.preselection);
+    }
+    features = withoutRepeats(features);
+    preselection = withoutRepeats(preselection);
+  }
   requireSome("features", features);
   requireSome("preselection", preselection);
   if (datasets.empty() && bags.empty()) throw std::invalid_argument("neither dataset nor bag is given");
@@ -140,11 +157,15 @@ void BenchmarkConfig::resolve() {
 std::string BenchmarkConfig::toYaml() const {
   YAML::Emitter out;
   out << YAML::BeginMap;
+  out << YAML::Key << "experiment" << YAML::Value << experiment;
+  out << YAML::Key << "sections" << YAML::Value << YAML::Flow << sections;
   out << YAML::Key << "datasets" << YAML::Value << YAML::Flow << datasets;
   out << YAML::Key << "data_root" << YAML::Value << data_root;
   out << YAML::Key << "bags" << YAML::Value << YAML::Flow << bags;
-  out << YAML::Key << "features" << YAML::Value << YAML::Flow << features;
-  out << YAML::Key << "preselection" << YAML::Value << YAML::Flow << preselection;
+  out << YAML::Key << "bag_topics" << YAML::Value << YAML::Flow << bag_topics;
+  std::vector<std::string> cell_names;
+  for (const Cell& cell : cells) cell_names.push_back(cell.text());
+  out << YAML::Key << "cells" << YAML::Value << YAML::Flow << cell_names;
   out << YAML::Key << "selectors" << YAML::Value << YAML::Flow << selectors;
   std::vector<std::string> taus;
   for (const double tau : tolerances) taus.push_back(formatNumber(tau));
@@ -154,10 +175,6 @@ std::string BenchmarkConfig::toYaml() const {
   out << YAML::Key << "threads" << YAML::Value << threads;
   out << YAML::Key << "seed" << YAML::Value << seed;
   out << YAML::Key << "max_pairs" << YAML::Value << max_pairs;
-  const auto given = [this](const std::string& spec) {
-    const auto found = options.find(algorithmOf(spec));
-    return found == options.end() ? OptionMap{} : found->second;
-  };
   out << YAML::Key << "feature_options" << YAML::Value << YAML::BeginMap;
   for (const std::string& name : features) {
     out << YAML::Key << name << YAML::Value << YAML::BeginMap;
@@ -169,10 +186,38 @@ std::string BenchmarkConfig::toYaml() const {
   out << YAML::EndMap;
   out << YAML::Key << "selector_options" << YAML::Value << YAML::BeginMap;
   for (const std::string& spec : selectors) {
-    emitOptions(out, spec, createSelector(spec, given(spec), {{"seed", std::to_string(seed)}})->options());
+    emitOptions(out, spec,
+                createSelector(spec, optionsOf(spec), {{"seed", std::to_string(seed)}})->options());
   }
   out << YAML::EndMap << YAML::EndMap;
   return std::string(out.c_str()) + "\n";
+}
+
+OptionMap BenchmarkConfig::optionsOf(const std::string& spec) const {
+  const auto found = options.find(algorithmOf(spec));
+  return found == options.end() ? OptionMap{} : found->second;
+}
+
+double BenchmarkConfig::tableTolerance() const {
+  return std::find(tolerances.begin(), tolerances.end(), kTableTolerance) != tolerances.end()
+             ? kTableTolerance
+             : *std::max_element(tolerances.begin(), tolerances.end());
+}
+
+std::vector<std::string> BenchmarkConfig::preselectionsOf(const std::string& features_name) const {
+  if (features_name == kGivenFeatures)
+    return experiment.empty() ? preselection : std::vector<std::string>{"none"};
+  std::vector<std::string> names;
+  for (const Cell& cell : cells) {
+    if (cell.features == features_name) names.push_back(cell.preselection);
+  }
+  return names;
+}
+
+bool BenchmarkConfig::measuresScaling() const {
+  return std::any_of(sections.begin(), sections.end(), [](const std::string& section) {
+    return section == "efficiency" || section == "guide";
+  });
 }
 
 bool isNnsr(const std::string& spec) { return algorithmOf(spec) == "nnsr"; }

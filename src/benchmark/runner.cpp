@@ -8,7 +8,9 @@
 #include <set>
 #include <stdexcept>
 
+#include "corrsel/benchmark/examples.h"
 #include "corrsel/datasets/reader.h"
+#include "corrsel/datasets/scene.h"
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/match_drawing.h"
 #include "corrsel/features/extractor.h"
@@ -21,9 +23,7 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kExamplePairs = 6;
-constexpr double kExampleTolerance = 5.0;  // px, the paper's tau for its tables
-constexpr int kExampleWidth = 1200;        // px
+constexpr int kExampleWidth = 1000;  // px
 // A sequence's first image stays between its pairs even where every image has 15000 features.
 constexpr std::size_t kFeatureCacheBytes = std::size_t{256} << 20U;
 
@@ -36,29 +36,6 @@ struct GridSelector {
   }
 };
 
-/// Six pairs spread evenly over the run.
-std::set<std::size_t> exampleNumbers(std::size_t total) {
-  std::set<std::size_t> numbers;
-  for (std::size_t k = 0; k < kExamplePairs; ++k) numbers.insert((2 * k + 1) * total / (2 * kExamplePairs));
-  return numbers;
-}
-
-Correspondences syntheticMatches() {
-  Random random(1);
-  Correspondences matches;
-  matches.left_size = matches.right_size = {640, 480};
-  for (int i = 0; i < 500; ++i) {
-    const auto x = static_cast<float>(random.uniform(0, 639)), y = static_cast<float>(random.uniform(0, 479));
-    const bool inlier = i % 2 == 0;
-    matches.add({x, y}, inlier ? cv::Point2f(x * 0.95F + 9, y * 0.97F + 5)
-                               : cv::Point2f(static_cast<float>(random.uniform(0, 639)),
-                                             static_cast<float>(random.uniform(0, 479))));
-    matches.distance.push_back(inlier ? 0.5F : 0.9F);
-    matches.second_distance.push_back(1.0F);
-  }
-  return matches;
-}
-
 }  // namespace
 
 /// The putative matches of one pair and what is known about them.
@@ -68,6 +45,7 @@ struct BenchmarkRunner::Putative {
   std::vector<double> errors;
   std::size_t n_left = 0, n_right = 0;
   double detect_seconds = kUndefined, describe_seconds = kUndefined, match_seconds = kUndefined;
+  double extract_wall_seconds = 0;  ///< what detection and description of both images took here and now
 
   Putative survivors(const std::vector<std::uint8_t>& mask) const {
     const std::vector<std::uint32_t> rows = selectedRows(mask);
@@ -76,13 +54,6 @@ struct BenchmarkRunner::Putative {
     for (const std::uint32_t row : rows) result.errors.push_back(errors[row]);
     return result;
   }
-};
-
-/// Where a selection stands in the grid.
-struct BenchmarkRunner::Cell {
-  const std::string& preselection;
-  const std::string& selector;
-  int repetition;
 };
 
 struct BenchmarkRunner::Tools {
@@ -96,13 +67,9 @@ struct BenchmarkRunner::Tools {
 BenchmarkRunner::BenchmarkRunner(const BenchmarkConfig& config, RunFolder& folder, RunObserver& observer,
                                  const std::atomic<bool>& stop)
     : config_(config), folder_(folder), observer_(observer), stop_(stop), tools_(std::make_unique<Tools>()) {
-  const auto given = [&config](const std::string& name) {
-    const auto found = config.options.find(name.substr(0, name.find_first_of(":+")));
-    return found == config.options.end() ? OptionMap{} : found->second;
-  };
   for (const std::string& name : config.features)
     tools_->extractors.push_back(createExtractor(name, config.options));
-  setOptions(tools_->match, given("match"), "match");
+  setOptions(tools_->match, config.optionsOf("match"), "match");
   for (const std::string& spec : config.selectors) {
     GridSelector selector;
     selector.spec = spec;
@@ -110,20 +77,22 @@ BenchmarkRunner::BenchmarkRunner(const BenchmarkConfig& config, RunFolder& folde
       OptionMap common = {{"seed", std::to_string(config.seed + repetition)},
                           {"threads", std::to_string(config.threads)}};
       common["model"] = "homography";
-      selector.homography.push_back(createSelector(spec, given(spec), common));
+      selector.homography.push_back(createSelector(spec, config.optionsOf(spec), common));
       common["model"] = "fundamental";
-      selector.fundamental.push_back(createSelector(spec, given(spec), common));
+      selector.fundamental.push_back(createSelector(spec, config.optionsOf(spec), common));
     }
     tools_->selectors.push_back(std::move(selector));
   }
-  tools_->preselector = createSelector("nnsr", given("nnsr"));
+  tools_->preselector = createSelector("nnsr", config.optionsOf("nnsr"));
   cv::setNumThreads(config.threads);
 }
 
 BenchmarkRunner::~BenchmarkRunner() = default;
 
 void BenchmarkRunner::warmUp() const {
-  const Correspondences matches = syntheticMatches();
+  SceneSpec scene;
+  scene.n = 500;
+  const Correspondences matches = makeScene(scene).matches;
   for (const GridSelector& selector : tools_->selectors) selector.at(true, 0).select(matches);
   cv::Mat noise(240, 320, CV_8U);
   Random random(2);
@@ -136,78 +105,96 @@ void BenchmarkRunner::warmUp() const {
   }
 }
 
-RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& sources) {
+/// Calls use(source, number, i) for every place of a pair, max_pairs observed, until it returns false or the
+/// run is to stop. @return places in all
+template <class Use>
+std::size_t BenchmarkRunner::eachPair(const std::vector<std::unique_ptr<PairSource>>& sources,
+                                      const Use& use) {
+  std::size_t number = 0;
+  for (const auto& source : sources) {
+    std::size_t size = source->size();
+    if (config_.max_pairs > 0) size = std::min(size, static_cast<std::size_t>(config_.max_pairs));
+    for (std::size_t i = 0; i < size; ++i, ++number) {
+      if (!stop_) use(*source, number);
+    }
+  }
+  return number;
+}
+
+void BenchmarkRunner::recordFailure(const PairId& id, const char* stage, const std::string& error) {
+  const Failure failure{id, "", stage, error};
+  folder_.appendFailure(failure);
+  observer_.failed(failure);
+}
+
+RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& sources, const Shard& shard) {
   RunState state;
-  const auto limited = [this](std::size_t size) {
-    return config_.max_pairs > 0 ? std::min(size, static_cast<std::size_t>(config_.max_pairs)) : size;
-  };
-  for (const auto& source : sources) state.pairs_total += limited(source->size());
-  const std::set<std::size_t> examples = exampleNumbers(state.pairs_total);
+  state.shard = shard.text();
   state.pairs_done = folder_.doneCount();
+  eachPair(sources, [&](PairSource&, std::size_t number) { state.pairs_total += shard.holds(number); });
   const ProgressMeter meter(state.pairs_total, state.pairs_done);
   observer_.progress(meter.at(state.pairs_done, ""));
   warmUp();
-  std::size_t number = 0;
-  for (const auto& source : sources) {
-    for (std::size_t i = 0; i < limited(source->size()); ++i, ++number) {
-      if (stop_) {
-        state.interrupted = true;
-        return state;
-      }
-      ImagePair pair;
-      const char* stage = "read";
-      try {
-        if (!source->next(pair)) break;
-        if (folder_.isDone(pair.id)) continue;
-        stage = "run";
-        runPair(pair, examples.count(number) > 0);
-        if (stop_) continue;
-        ++state.pairs_done;
-      } catch (const RunFolderError&) {
-        throw;
-      } catch (const std::exception& error) {
-        const Failure failure{pair.id, "", stage, error.what()};
-        folder_.appendFailure(failure);
-        observer_.failed(failure);
-        ++state.pairs_failed;
-      }
-      observer_.progress(meter.at(state.pairs_done, pair.id.text()));
+  eachPair(sources, [&](PairSource& source, std::size_t number) {
+    ImagePair pair;
+    const char* stage = "read";
+    try {
+      const Stopwatch watch;
+      if (!source.next(pair)) throw DatasetError("the bag ends before this pair");
+      if (!shard.holds(number) || folder_.isDone(pair.id)) return;
+      stage = "run";
+      runPair(pair, number, watch.seconds());
+      if (stop_) return;
+      ++state.pairs_done;
+    } catch (const RunFolderError&) {
+      throw;
+    } catch (const std::exception& error) {
+      if (!shard.holds(number)) return;
+      recordFailure(pair.id, stage, error.what());
+      ++state.pairs_failed;
     }
-  }
+    observer_.progress(meter.at(state.pairs_done, pair.id.text()));
+  });
   state.interrupted = stop_;
   return state;
 }
 
-std::vector<BenchmarkRunner::Putative> BenchmarkRunner::putativeMatches(const ImagePair& pair) const {
-  std::vector<Putative> inputs;
-  if (pair.given) {
-    Putative putative;
-    putative.features = "given";
+/// @param features  name of an extractor, or kGivenFeatures
+BenchmarkRunner::Putative BenchmarkRunner::putativeMatches(const ImagePair& pair,
+                                                           const std::string& features) const {
+  Putative putative;
+  putative.features = features;
+  if (features == kGivenFeatures) {
     putative.matches = *pair.given;
     putative.n_left = putative.n_right = pair.given->size();
-    inputs.push_back(std::move(putative));
-  } else {
-    for (const auto& extractor : tools_->extractors) {
-      Putative putative;
-      putative.features = extractor->name();
-      const auto [left, right] =
-          tools_->features.extractPair(*extractor, pair.left, pair.right, config_.threads);
-      putative.n_left = left->keypoints.size();
-      putative.n_right = right->keypoints.size();
-      putative.detect_seconds = left->detect_seconds + right->detect_seconds;
-      putative.describe_seconds = left->describe_seconds + right->describe_seconds;
-      const Stopwatch watch;
-      putative.matches = matchFeatures(*left, *right, tools_->match, config_.threads);
-      putative.match_seconds = watch.seconds();
-      inputs.push_back(std::move(putative));
-    }
+    return putative;
   }
-  for (Putative& input : inputs) input.errors = groundTruthErrors(pair.truth, input.matches);
-  return inputs;
+  for (const auto& extractor : tools_->extractors) {
+    if (extractor->name() != features) continue;
+    const Stopwatch extraction;
+    const auto [left, right] =
+        tools_->features.extractPair(*extractor, pair.left, pair.right, config_.threads);
+    putative.extract_wall_seconds = extraction.seconds();
+    putative.n_left = left->keypoints.size();
+    putative.n_right = right->keypoints.size();
+    putative.detect_seconds = left->detect_seconds + right->detect_seconds;
+    putative.describe_seconds = left->describe_seconds + right->describe_seconds;
+    const Stopwatch watch;
+    putative.matches = matchFeatures(*left, *right, tools_->match, config_.threads);
+    putative.match_seconds = watch.seconds();
+  }
+  return putative;
+}
+
+const Selector& BenchmarkRunner::selectorFor(const ImagePair& pair, std::size_t selector,
+                                             int repetition) const {
+  const bool homography = pair.truth.kind == TruthKind::kHomography || pair.truth.kind == TruthKind::kNone;
+  return tools_->selectors[selector].at(homography, repetition);
 }
 
 std::vector<ResultRow> BenchmarkRunner::judge(const ImagePair& pair, const Putative& putative,
-                                              const Cell& cell, const Selection& selection) const {
+                                              const Cell& cell, const std::string& selector, int repetition,
+                                              const Selection& selection) const {
   EvaluationOptions options;
   options.tolerances = config_.tolerances;
   options.ground_truth_tolerance = config_.ground_truth_tolerance;
@@ -216,9 +203,9 @@ std::vector<ResultRow> BenchmarkRunner::judge(const ImagePair& pair, const Putat
   for (const Metrics& metrics : evaluation.metrics) {
     ResultRow row;
     row.id = pair.id;
-    row.features = putative.features;
+    row.features = cell.features;
     row.preselection = cell.preselection;
-    row.selector = cell.selector;
+    row.selector = selector;
     row.n_left = putative.n_left;
     row.n_right = putative.n_right;
     row.n_putative = evaluation.n_putative;
@@ -226,7 +213,7 @@ std::vector<ResultRow> BenchmarkRunner::judge(const ImagePair& pair, const Putat
     row.n_selected = evaluation.n_selected;
     row.metrics = metrics;
     row.status = selection.status;
-    row.seed = config_.seed + cell.repetition;
+    row.seed = config_.seed + repetition;
     row.detect_seconds = putative.detect_seconds;
     row.describe_seconds = putative.describe_seconds;
     row.match_seconds = putative.match_seconds;
@@ -236,59 +223,119 @@ std::vector<ResultRow> BenchmarkRunner::judge(const ImagePair& pair, const Putat
   return rows;
 }
 
+void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double read_seconds) {
+  double extract_seconds = 0, match_seconds = 0, select_seconds = 0;
+  Stopwatch total;
+  std::vector<ResultRow> rows;
+  for (const std::string& features :
+       pair.given ? std::vector<std::string>{kGivenFeatures} : config_.features) {
+    Putative input = putativeMatches(pair, features);
+    extract_seconds += input.extract_wall_seconds;
+    match_seconds += std::isnan(input.match_seconds) ? 0 : input.match_seconds;
+    input.errors = groundTruthErrors(pair.truth, input.matches);
+    for (const std::string& preselection : config_.preselectionsOf(features)) {
+      const Cell cell{features, preselection};
+      const bool preselect = preselection == "nnsr";
+      const Selection preselected = preselect ? tools_->preselector->select(input.matches) : Selection{};
+      select_seconds += preselected.seconds;
+      const bool usable = preselected.status != Status::kUnsupportedInput;
+      const Putative putative = preselect && usable ? input.survivors(preselected.mask) : input;
+      for (std::size_t k = 0; k < tools_->selectors.size(); ++k) {
+        const std::string& spec = tools_->selectors[k].spec;
+        if (preselect && isNnsr(spec)) continue;
+        for (int repetition = 0; repetition < config_.repetitions; ++repetition) {
+          if (stop_) return;
+          const Selection selection =
+              usable ? selectorFor(pair, k, repetition).select(putative.matches) : preselected;
+          select_seconds += selection.seconds;
+          const std::vector<ResultRow> judged = judge(pair, putative, cell, spec, repetition, selection);
+          rows.insert(rows.end(), judged.begin(), judged.end());
+          observer_.judged(judged);
+        }
+      }
+    }
+  }
+  const double evaluate_seconds = total.seconds() - extract_seconds - match_seconds - select_seconds;
+  folder_.appendPair(rows, number,
+                     {{"read", read_seconds},
+                      {"features", extract_seconds},
+                      {"match", match_seconds},
+                      {"select", select_seconds},
+                      {"evaluate", evaluate_seconds}});
+}
+
+void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>>& sources) {
+  const Cell& first = config_.cells.front();
+  std::vector<ResultRow> rows;
+  for (const ResultRow& row : folder_.readRows()) {
+    const bool drawn = row.features == kGivenFeatures || row.features == first.features;
+    if (drawn && row.preselection == first.preselection && row.seed == config_.seed) rows.push_back(row);
+  }
+  const double tau = config_.tableTolerance();
+  const std::vector<PairId> chosen = chooseExamples(rows, tau);
+  const auto isChosen = [&chosen](const PairId& id) {
+    return std::find(chosen.begin(), chosen.end(), id) != chosen.end();
+  };
+  std::set<std::string> wanted, there;
+  for (const ResultRow& row : rows) {
+    const bool picture = row.judged() && row.selector != "keep_all" && isChosen(row.id);
+    if (picture) wanted.insert(row.id.text() + "/" + row.selector);
+  }
+  for (const ExampleImage& image : folder_.readImages()) there.insert(image.id.text() + "/" + image.selector);
+  if (wanted == there) return;
+  folder_.clearImages();
+  const Stopwatch watch;
+  const ProgressMeter meter(chosen.size(), 0);
+  std::size_t drawn = 0;
+  eachPair(sources, [&](PairSource& source, std::size_t) {
+    ImagePair pair;
+    try {
+      if (drawn == chosen.size() || !source.next(pair) || !isChosen(pair.id)) return;
+      Cell cell = first;
+      if (pair.given) cell.features = kGivenFeatures;
+      Putative putative = putativeMatches(pair, cell.features);
+      putative.errors = groundTruthErrors(pair.truth, putative.matches);
+      if (cell.preselection == "nnsr")
+        putative = putative.survivors(tools_->preselector->select(putative.matches).mask);
+      for (std::size_t k = 0; k < tools_->selectors.size(); ++k) {
+        const std::string& spec = tools_->selectors[k].spec;
+        if (stop_ || wanted.count(pair.id.text() + "/" + spec) == 0) continue;
+        drawExample(pair, putative, cell, spec, selectorFor(pair, k, 0).select(putative.matches));
+      }
+      observer_.progress(meter.at(++drawn, "pictures of " + pair.id.text()));
+    } catch (const RunFolderError&) {
+      throw;
+    } catch (const std::exception& error) {
+      if (isChosen(pair.id)) recordFailure(pair.id, "pictures", error.what());
+    }
+  });
+  folder_.appendStage({"pictures", watch.seconds()});
+}
+
 void BenchmarkRunner::drawExample(const ImagePair& pair, const Putative& putative, const Cell& cell,
-                                  const Selection& selection) const {
+                                  const std::string& selector, const Selection& selection) {
+  const double tolerance = config_.tableTolerance();
   ExampleImage image;
   image.id = pair.id;
-  image.features = putative.features;
+  image.features = cell.features;
   image.preselection = cell.preselection;
-  image.selector = cell.selector;
-  image.tau = pair.truth.kind == TruthKind::kLabels ? kUndefined : kExampleTolerance;
+  image.selector = selector;
+  image.tau = pair.truth.kind == TruthKind::kLabels ? kUndefined : tolerance;
   for (std::size_t i = 0; i < selection.mask.size(); ++i) {
     if (std::isnan(putative.errors[i])) continue;
-    const bool correct = putative.errors[i] <= kExampleTolerance;
+    const bool correct = putative.errors[i] <= tolerance;
     image.n_selected += selection.mask[i];
     image.n_correct += selection.mask[i] && correct ? 1 : 0;
     image.n_missed += !selection.mask[i] && correct ? 1 : 0;
   }
   image.n_wrong = image.n_selected - image.n_correct;
-  cv::Mat picture = drawMatches(pair.left, pair.right, putative.matches, selection.mask, putative.errors,
-                                kExampleTolerance);
+  cv::Mat picture =
+      drawMatches(pair.left, pair.right, putative.matches, selection.mask, putative.errors, tolerance);
   if (picture.cols > kExampleWidth) {
     cv::resize(picture, picture, {kExampleWidth, picture.rows * kExampleWidth / picture.cols}, 0, 0,
                cv::INTER_AREA);
   }
   folder_.appendImage(image, picture);
-}
-
-void BenchmarkRunner::runPair(const ImagePair& pair, bool example) {
-  const bool homography = pair.truth.kind == TruthKind::kHomography || pair.truth.kind == TruthKind::kNone;
-  const std::vector<Putative> inputs = putativeMatches(pair);
-  std::vector<ResultRow> rows;
-  for (const Putative& input : inputs) {
-    for (const std::string& preselection : config_.preselection) {
-      const bool preselect = preselection == "nnsr";
-      const Selection preselected = preselect ? tools_->preselector->select(input.matches) : Selection{};
-      const bool usable = preselected.status != Status::kUnsupportedInput;
-      const Putative putative = preselect && usable ? input.survivors(preselected.mask) : input;
-      for (const GridSelector& selector : tools_->selectors) {
-        if (preselect && isNnsr(selector.spec)) continue;
-        for (int repetition = 0; repetition < config_.repetitions; ++repetition) {
-          if (stop_) return;
-          const Cell cell{preselection, selector.spec, repetition};
-          const Selection selection =
-              usable ? selector.at(homography, repetition).select(putative.matches) : preselected;
-          const std::vector<ResultRow> judged = judge(pair, putative, cell, selection);
-          rows.insert(rows.end(), judged.begin(), judged.end());
-          observer_.judged(judged);
-          const bool draw = example && &input == &inputs.front() && !preselect && repetition == 0 &&
-                            selector.spec != "keep_all" && judged.front().judged();
-          if (draw) drawExample(pair, putative, cell, selection);
-        }
-      }
-    }
-  }
-  folder_.appendPair(rows);
 }
 
 }  // namespace corrsel::core

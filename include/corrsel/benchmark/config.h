@@ -8,14 +8,29 @@
 
 namespace corrsel::core {
 
+/// A column of the grid: what the putative matches are made of, and what reduces them first.
+struct Cell {
+  std::string features, preselection;
+
+  /// "features/preselection".
+  std::string text() const { return features + "/" + preselection; }
+  bool operator==(const Cell& other) const {
+    return features == other.features && preselection == other.preselection;
+  }
+};
+
 /// Everything that decides what a benchmark run computes. Paths and switches that do not (output folder,
 /// report, verbosity) are not part of it.
 struct BenchmarkConfig {
-  std::vector<std::string> datasets;  ///< names for openDataset(); empty when bags are given
-  std::string data_root;              ///< folder that holds one folder per dataset
-  std::vector<std::string> bags;      ///< dataset bags, instead of datasets
+  std::string experiment;                         ///< name of the preset that filled this in; empty = none
+  std::vector<std::string> sections;              ///< experiments that the report shows; empty without preset
+  std::vector<std::string> datasets;              ///< names for openDataset(); empty when bags are given
+  std::string data_root;                          ///< folder that holds one folder per dataset
+  std::vector<std::string> bags;                  ///< bags, instead of datasets
+  std::map<std::string, std::string> bag_topics;  ///< how to read the bags: BagTopics by name
   std::vector<std::string> features = {"sift+sift", "orb+orb"};  ///< "all" = the named combinations
   std::vector<std::string> preselection = {"none", "nnsr"};
+  std::vector<Cell> cells;  ///< of the grid; empty = every one of features with every one of preselection
   std::vector<std::string> selectors = {
       "all"};  ///< "name" or "name:preset"; "all" = every algorithm's default
   std::vector<double> tolerances = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< tau, px
@@ -26,12 +41,27 @@ struct BenchmarkConfig {
   int max_pairs = 0;                         ///< first pairs of every dataset or bag; 0 = all
   std::map<std::string, OptionMap> options;  ///< per algorithm ("gms", "sift"): options given by the user
 
-  /// Replaces "all", adds the baseline keep_all, drops repeated names and checks every value by creating each
-  /// extractor and selector once. Throws std::invalid_argument naming argument, value and what is valid.
+  /// Replaces "all", adds the baseline keep_all, drops repeated names, makes cells, features and preselection
+  /// agree and checks every value by creating each extractor and selector once. Throws std::invalid_argument
+  /// naming argument, value and what is valid.
   void resolve();
 
   /// The resolved configuration as YAML, every option of every algorithm with its value.
   std::string toYaml() const;
+
+  /// Options given by the user for the algorithm of "name", "name:preset" or "name+name".
+  OptionMap optionsOf(const std::string& spec) const;
+
+  /// The tolerance of tables and pictures, px: the paper's 5 px where it is evaluated, else the largest.
+  double tableTolerance() const;
+
+  /// Preselections that putative matches of these features are run with. Matches that a dataset gives
+  /// ("given") are not preselected in a preset: NNSR needs what they lack, and the paper leaves them out,
+  /// too.
+  std::vector<std::string> preselectionsOf(const std::string& features_name) const;
+
+  /// Whether the preset asks for selection times against the number of matches.
+  bool measuresScaling() const;
 };
 
 /// Whether NNSR is meant, with or without a preset: it is not run on its own survivors.

@@ -9,6 +9,7 @@
 #include "corrsel/benchmark/progress.h"
 #include "corrsel/benchmark/results.h"
 #include "corrsel/datasets/pair_source.h"
+#include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
 
@@ -22,8 +23,8 @@ class RunObserver {
   virtual void failed(const Failure&) {}
 };
 
-/// Runs the grid features x preselection x selector over sources of image pairs, pair by pair, and writes the
-/// run's folder. One pair is in memory at a time.
+/// Runs the grid of cells (features, preselection) x selectors over sources of image pairs, pair by pair, and
+/// writes the run's folder. One pair is in memory at a time.
 class BenchmarkRunner {
  public:
   /// @param config  resolved
@@ -32,21 +33,29 @@ class BenchmarkRunner {
                   const std::atomic<bool>& stop);
   ~BenchmarkRunner();
 
-  /// Runs all pairs that the folder does not hold yet. A pair that fails is recorded and the run goes on.
-  /// Throws RunFolderError where results cannot be written.
-  RunState run(const std::vector<std::unique_ptr<PairSource>>& sources);
+  /// Runs all pairs of the shard that the folder does not hold yet. A pair that fails is recorded and the run
+  /// goes on. Throws RunFolderError where results cannot be written.
+  RunState run(const std::vector<std::unique_ptr<PairSource>>& sources, const Shard& shard = {});
+
+  /// Draws what every selector keeps on the pairs that chooseExamples() picks from the folder's rows, with
+  /// the features and preselection of the first cell. Nothing is done where those pictures are there already.
+  /// @param sources  those of run(), opened anew
+  void drawExamples(const std::vector<std::unique_ptr<PairSource>>& sources);
 
  private:
   struct Tools;
   struct Putative;
-  struct Cell;
-  std::vector<Putative> putativeMatches(const ImagePair& pair) const;
+  template <class Use>
+  std::size_t eachPair(const std::vector<std::unique_ptr<PairSource>>& sources, const Use& use);
+  Putative putativeMatches(const ImagePair& pair, const std::string& features) const;
+  const Selector& selectorFor(const ImagePair& pair, std::size_t selector, int repetition) const;
   std::vector<ResultRow> judge(const ImagePair& pair, const Putative& putative, const Cell& cell,
-                               const Selection& selection) const;
+                               const std::string& selector, int repetition, const Selection& selection) const;
   void drawExample(const ImagePair& pair, const Putative& putative, const Cell& cell,
-                   const Selection& selection) const;
-  void runPair(const ImagePair& pair, bool example);
+                   const std::string& selector, const Selection& selection);
+  void runPair(const ImagePair& pair, std::size_t number, double read_seconds);
   void warmUp() const;
+  void recordFailure(const PairId& id, const char* stage, const std::string& error);
 
   const BenchmarkConfig& config_;
   RunFolder& folder_;

@@ -1,0 +1,91 @@
+#include "corrsel/benchmark/experiments.h"
+
+#include <stdexcept>
+
+#include "corrsel/text.h"
+
+namespace corrsel::core {
+namespace {
+
+const std::vector<std::string> kPlanar = {"vgg", "symbench", "heinly"};
+// The two reconstructed pairs are a dataset of their own: they are never mixed into the originals' means.
+const std::vector<std::string> kAll = {"vgg", "symbench", "heinly", "adelaidermf",
+                                       "adelaidermf_reconstructed"};
+
+const Cell kDefault = {"hessian_affine+sift", "none"};
+const Cell kPreselected = {"hessian_affine+sift", "nnsr"};
+const std::vector<Cell> kCombinations = {
+    {"sift+sift", "none"}, {"orb+orb", "none"}, {"asift+asift", "none"}, {"blob+freak", "none"}};
+
+std::vector<Cell> allCells() {
+  std::vector<Cell> cells = {kDefault, kPreselected};
+  cells.insert(cells.end(), kCombinations.begin(), kCombinations.end());
+  return cells;
+}
+
+struct Experiment {
+  std::string name;
+  std::vector<std::string> datasets;
+  std::vector<Cell> cells;
+};
+
+/// The paper's sections "Performance on the different datasets" to "Summary and discussion", in its order.
+const std::vector<Experiment>& experiments() {
+  static const std::vector<Experiment> all = {
+      {"overall", kAll, {kDefault}},
+      {"per_pair", kAll, {kDefault}},
+      {"preselected", kPlanar, {kDefault, kPreselected}},
+      {"features", kPlanar, kCombinations},
+      {"robustness", {"vgg"}, {kDefault}},
+      {"efficiency", kAll, {kDefault}},
+      {"visual", kAll, {kDefault}},
+      {"guide", kAll, allCells()},
+      {"paper", kAll, allCells()},
+  };
+  return all;
+}
+
+const Experiment& find(const std::string& name) {
+  for (const Experiment& experiment : experiments()) {
+    if (experiment.name == name) return experiment;
+  }
+  throw std::invalid_argument("unknown experiment '" + name + "'; valid: " + joinList(experimentNames()));
+}
+
+}  // namespace
+
+std::vector<std::string> experimentNames() {
+  std::vector<std::string> names;
+  for (const Experiment& experiment : experiments()) names.push_back(experiment.name);
+  return names;
+}
+
+std::vector<std::string> experimentDatasets(const std::string& name) { return find(name).datasets; }
+
+void applyExperiment(const std::string& name, BenchmarkConfig& config) {
+  config.experiment = name;
+  if (config.selectors.empty()) config.selectors = {"all"};
+  if (name.empty()) {
+    if (config.features.empty()) config.features = {"sift+sift", "orb+orb"};
+    if (config.preselection.empty()) config.preselection = {"none", "nnsr"};
+    return;
+  }
+  const Experiment& experiment = find(name);
+  config.sections = {name};
+  if (name == "paper") {
+    config.sections = experimentNames();
+    config.sections.pop_back();
+  }
+  if (config.features.empty() && config.preselection.empty()) {
+    config.cells = experiment.cells;
+    return;
+  }
+  // What the user names replaces the preset's; the other axis of the grid is the preset's.
+  const bool features = config.features.empty(), preselection = config.preselection.empty();
+  for (const Cell& cell : experiment.cells) {
+    if (features) config.features.push_back(cell.features);
+    if (preselection) config.preselection.push_back(cell.preselection);
+  }
+}
+
+}  // namespace corrsel::core
