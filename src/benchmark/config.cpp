@@ -103,22 +103,16 @@ void BenchmarkConfig::resolve() {
   expanded.erase(std::remove(expanded.begin(), expanded.end(), "keep_all"), expanded.end());
   expanded.push_back("keep_all");
   selectors = withoutRepeats(expanded);
-  if (cells.empty()) {
-    features = withoutRepeats(withAll(features, extractorNames()));
-    preselection = withoutRepeats(preselection);
-    for (const std::string& name : features) {
-      for (const std::string& before : preselection) cells.push_back({name, before});
-    }
-  } else {
+  if (!cells.empty()) {
     features.clear();
     preselection.clear();
     for (const Cell& cell : cells) {
       features.push_back(cell.features);
       preselection.push_back(cell.preselection);
     }
-    features = withoutRepeats(features);
-    preselection = withoutRepeats(preselection);
   }
+  features = withoutRepeats(withAll(features, extractorNames()));
+  preselection = withoutRepeats(preselection);
   requireSome("features", features);
   requireSome("preselection", preselection);
   if (datasets.empty() && bags.empty()) throw std::invalid_argument("neither dataset nor bag is given");
@@ -164,7 +158,7 @@ std::string BenchmarkConfig::toYaml() const {
   out << YAML::Key << "bags" << YAML::Value << YAML::Flow << bags;
   out << YAML::Key << "bag_topics" << YAML::Value << YAML::Flow << bag_topics;
   std::vector<std::string> cell_names;
-  for (const Cell& cell : cells) cell_names.push_back(cell.text());
+  for (const Cell& cell : grid()) cell_names.push_back(cell.text());
   out << YAML::Key << "cells" << YAML::Value << YAML::Flow << cell_names;
   out << YAML::Key << "selectors" << YAML::Value << YAML::Flow << selectors;
   std::vector<std::string> taus;
@@ -198,6 +192,15 @@ OptionMap BenchmarkConfig::optionsOf(const std::string& spec) const {
   return found == options.end() ? OptionMap{} : found->second;
 }
 
+std::vector<Cell> BenchmarkConfig::grid() const {
+  if (!cells.empty()) return cells;
+  std::vector<Cell> product;
+  for (const std::string& name : features) {
+    for (const std::string& before : preselection) product.push_back({name, before});
+  }
+  return product;
+}
+
 double BenchmarkConfig::tableTolerance() const {
   return std::find(tolerances.begin(), tolerances.end(), kTableTolerance) != tolerances.end()
              ? kTableTolerance
@@ -208,7 +211,7 @@ std::vector<std::string> BenchmarkConfig::preselectionsOf(const std::string& fea
   if (features_name == kGivenFeatures)
     return experiment.empty() ? preselection : std::vector<std::string>{"none"};
   std::vector<std::string> names;
-  for (const Cell& cell : cells) {
+  for (const Cell& cell : grid()) {
     if (cell.features == features_name) names.push_back(cell.preselection);
   }
   return names;

@@ -265,7 +265,7 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
 }
 
 void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>>& sources) {
-  const Cell& first = config_.cells.front();
+  const Cell first = config_.grid().front();
   std::vector<ResultRow> rows;
   for (const ResultRow& row : folder_.readRows()) {
     const bool drawn = row.features == kGivenFeatures || row.features == first.features;

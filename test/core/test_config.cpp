@@ -108,5 +108,35 @@ TEST(Config, YamlHoldsEveryOptionAndDifferencesNameTheKeys) {
   EXPECT_TRUE(contains(errorOf([] { yamlDifferences("a: [1", "a: 1"); }), "YAML"));
 }
 
+TEST(Config, CellsAreTheProductUnlessGiven) {
+  BenchmarkConfig config = sampleConfig();
+  config.features = {"orb+orb", "sift+sift"};
+  config.preselection = {"none", "nnsr"};
+  config.resolve();
+  ASSERT_EQ(config.grid().size(), 4U);
+  EXPECT_EQ(config.grid()[1].text(), "orb+orb/nnsr");
+  EXPECT_TRUE(
+      contains(config.toYaml(), "cells: [orb+orb/none, orb+orb/nnsr, sift+sift/none, sift+sift/nnsr]"))
+      << config.toYaml();
+  EXPECT_EQ(config.preselectionsOf("given"), config.preselection);
+
+  BenchmarkConfig listed = sampleConfig();
+  listed.experiment = "paper";
+  listed.features = {"akaze+akaze"};
+  listed.cells = {{"orb+orb", "nnsr"}, {"sift+sift", "none"}, {"orb+orb", "none"}};
+  listed.resolve();
+  EXPECT_EQ(listed.features, (std::vector<std::string>{"orb+orb", "sift+sift"}));
+  EXPECT_EQ(listed.preselectionsOf("orb+orb"), (std::vector<std::string>{"nnsr", "none"}));
+  EXPECT_EQ(listed.preselectionsOf("sift+sift"), (std::vector<std::string>{"none"}));
+  EXPECT_EQ(listed.preselectionsOf("given"), (std::vector<std::string>{"none"}));
+}
+
+TEST(Config, TableToleranceIsThePapersWhereItIsEvaluated) {
+  BenchmarkConfig config;
+  EXPECT_EQ(config.tableTolerance(), 5.0);
+  config.tolerances = {1, 8, 3};
+  EXPECT_EQ(config.tableTolerance(), 8.0);
+}
+
 }  // namespace
 }  // namespace corrsel::core

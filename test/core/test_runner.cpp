@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
@@ -69,8 +70,14 @@ class Runner : public ::testing::Test {
     std::vector<std::string> rows;  // time columns taken out
   };
 
+  static std::vector<std::unique_ptr<PairSource>> sources(std::size_t pairs, std::size_t broken = 1000) {
+    std::vector<std::unique_ptr<PairSource>> list;
+    list.push_back(std::make_unique<MemorySource>(pairs, broken));
+    return list;
+  }
+
   Outcome run(const std::string& name, std::size_t pairs, bool resume = false, std::size_t broken = 1000,
-              std::size_t stop_after = 1000) {
+              std::size_t stop_after = 1000, const Shard& shard = {}) {
     struct Stopper : RunObserver {
       void progress(const Progress& progress) override { stop = stop || progress.done >= limit; }
       std::atomic<bool> stop{false};
@@ -78,10 +85,10 @@ class Runner : public ::testing::Test {
     } observer;
     observer.limit = stop_after;
     RunFolder folder((root_ / name).string(), config_, resume);
-    std::vector<std::unique_ptr<PairSource>> sources;
-    sources.push_back(std::make_unique<MemorySource>(pairs, broken));
     Outcome outcome;
-    outcome.state = BenchmarkRunner(config_, folder, observer, observer.stop).run(sources);
+    outcome.state =
+        BenchmarkRunner(config_, folder, observer, observer.stop).run(sources(pairs, broken), shard);
+    folder.writeSummary(outcome.state);
     std::ifstream in(root_ / name / "pairs.csv");
     for (std::string line; std::getline(in, line);) {
       std::vector<std::string> fields = parseCsvLine(line);
@@ -110,11 +117,79 @@ TEST_F(Runner, WritesTheWholeGrid) {
       EXPECT_LT(row.precision, 0.95);
     }
   }
-  std::size_t pictures = 0;
-  for (const auto& entry : fs::directory_iterator(root_ / "run" / "images")) {
-    pictures += entry.path().extension() == ".jpg";
+}
+
+TEST_F(Runner, EveryDrawnPairIsDrawnForEverySelectorOnce) {
+  run("drawn", 3);
+  RunFolder folder((root_ / "drawn").string(), config_, true);
+  const auto draw = [&] {
+    RunObserver observer;
+    const std::atomic<bool> stop{false};
+    BenchmarkRunner(config_, folder, observer, stop).drawExamples(sources(3));
+  };
+  draw();
+  const std::vector<ExampleImage> images = folder.readImages();
+  std::map<std::string, std::set<std::string>> selectors;  // by pair
+  for (const ExampleImage& image : images) {
+    selectors[image.id.text()].insert(image.selector);
+    EXPECT_EQ(image.features, "orb+orb");
+    EXPECT_EQ(image.preselection, "none");
+    EXPECT_TRUE(fs::exists(root_ / "drawn" / "images" / image.file)) << image.file;
   }
-  EXPECT_EQ(pictures, 2U * 8);  // one per pair and selector, the baseline left out
+  ASSERT_FALSE(selectors.empty());
+  std::size_t pictures = 0;
+  for (const auto& [pair, names] : selectors) {
+    EXPECT_GE(names.size(), 7U) << pair;  // all but the baseline and what cannot run on ORB
+    EXPECT_EQ(names.count("keep_all"), 0U);
+    pictures += names.size();
+  }
+  EXPECT_EQ(images.size(), pictures);
+  const auto written = fs::last_write_time(root_ / "drawn" / "images" / images.front().file);
+  draw();
+  EXPECT_EQ(fs::last_write_time(root_ / "drawn" / "images" / images.front().file), written);
+}
+
+TEST_F(Runner, ShardsMergedEqualTheUncutRun) {
+  const Outcome uncut = run("uncut", 5, false, 3);
+  std::vector<std::string> parts;
+  for (const char* part : {"1/2", "2/2"}) {
+    parts.push_back("part" + std::string(part, 1));
+    const Outcome outcome = run(parts.back(), 5, false, 3, 1000, Shard::fromText(part));
+    EXPECT_EQ(outcome.state.shard, part);
+    EXPECT_EQ(outcome.state.pairs_done + outcome.state.pairs_failed, outcome.state.pairs_total);
+  }
+  {
+    RunFolder merged((root_ / "merged").string(), config_, false);
+    for (const std::string& part : parts) merged.merge((root_ / part).string(), config_);
+    EXPECT_EQ(merged.doneCount(), 4U);
+  }
+  const Outcome merged = run("merged", 5, true, 3);
+  EXPECT_EQ(merged.rows, uncut.rows);
+  EXPECT_EQ(merged.state.pairs_failed, 1U);
+  EXPECT_EQ(merged.state.pairs_done, uncut.state.pairs_done);
+}
+
+TEST_F(Runner, CellsNeedNotBeAProduct) {
+  config_.cells = {{"orb+orb", "none"}, {"orb+orb", "nnsr"}, {"sift+sift", "none"}};
+  config_.resolve();
+  const Outcome outcome = run("cells", 1);
+  EXPECT_EQ(outcome.rows.size(), 1U + (9 + 8 + 9) * 2);
+  EXPECT_EQ(run("cells", 1, true).state.pairs_done, 1U);
+}
+
+TEST_F(Runner, StagesOfEveryPairAreKept) {
+  run("stages", 2);
+  std::ifstream in(root_ / "stages" / "stages.csv");
+  std::map<std::string, int> stages;
+  for (std::string line; std::getline(in, line);) {
+    const std::vector<std::string> fields = parseCsvLine(line);
+    ASSERT_EQ(fields.size(), 6U);
+    if (fields[0] == "number") continue;
+    ++stages[fields[4]];
+    EXPECT_GE(parseNumber(fields[5], "seconds"), 0.0) << line;
+  }
+  EXPECT_EQ(stages, (std::map<std::string, int>{
+                        {"read", 2}, {"features", 2}, {"match", 2}, {"select", 2}, {"evaluate", 2}}));
 }
 
 TEST_F(Runner, ThreadsAndRunsDoNotChangeTheResults) {

@@ -30,7 +30,7 @@ struct BenchmarkConfig {
   std::map<std::string, std::string> bag_topics;  ///< how to read the bags: BagTopics by name
   std::vector<std::string> features = {"sift+sift", "orb+orb"};  ///< "all" = the named combinations
   std::vector<std::string> preselection = {"none", "nnsr"};
-  std::vector<Cell> cells;  ///< of the grid; empty = every one of features with every one of preselection
+  std::vector<Cell> cells;  ///< instead of every one of features with every one of preselection
   std::vector<std::string> selectors = {
       "all"};  ///< "name" or "name:preset"; "all" = every algorithm's default
   std::vector<double> tolerances = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< tau, px
@@ -51,6 +51,9 @@ struct BenchmarkConfig {
 
   /// Options given by the user for the algorithm of "name", "name:preset" or "name+name".
   OptionMap optionsOf(const std::string& spec) const;
+
+  /// The columns of the grid.
+  std::vector<Cell> grid() const;
 
   /// The tolerance of tables and pictures, px: the paper's 5 px where it is evaluated, else the largest.
   double tableTolerance() const;

@@ -1,0 +1,268 @@
+// The benchmark node: reads bags in its own process, runs the grid, leaves a results folder. Works with and
+// without a ROS master; see --help.
+
+#include <ros/package.h>
+#include <ros/ros.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "arguments.h"
+#include "corrsel/benchmark/runner.h"
+#include "corrsel/benchmark/scaling.h"
+#include "corrsel/datasets/reader.h"
+#include "corrsel/datasets/sample.h"
+#include "corrsel/ros/bag_cache.h"
+#include "corrsel/stopwatch.h"
+#include "reporter.h"
+
+namespace corrsel {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Readers = std::map<std::string, std::unique_ptr<core::DatasetReader>>;
+using Sources = std::vector<std::unique_ptr<core::PairSource>>;
+
+constexpr int kExitComplete = 0, kExitIncomplete = 1, kExitUsage = 2, kExitInterrupted = 130;
+
+std::atomic<bool> stop_requested{false};
+
+void requestStop(int signal) {
+  stop_requested = true;
+  // A second Ctrl-C ends the process at once.
+  std::signal(signal, SIG_DFL);
+}
+
+/// Runs a program of this package with one argument and waits for it. @return its exit code, 127 if not found
+int runScript(const std::string& name, const std::string& argument) {
+  std::error_code error;
+  const fs::path here = fs::read_symlink("/proc/self/exe", error).parent_path();
+  std::vector<fs::path> candidates = {here / name};
+  const std::string package = ros::package::getPath("corrsel");
+  if (!package.empty()) candidates.insert(candidates.begin(), fs::path(package) / "scripts" / name);
+  for (const fs::path& candidate : candidates) {
+    if (!fs::exists(candidate)) continue;
+    std::cout.flush();
+    const pid_t child = fork();
+    if (child < 0) return 127;
+    if (child == 0) {
+      // The system's Python: another one may come first in PATH and lack the packages.
+      const char* const path = std::getenv("PATH");
+      setenv("PATH", ("/usr/bin:/bin:" + std::string(path ? path : "")).c_str(), 1);
+      execl(candidate.c_str(), candidate.c_str(), argument.c_str(), static_cast<char*>(nullptr));
+      _exit(127);
+    }
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 127;
+  }
+  return 127;
+}
+
+/// Folder of a dataset: below data_root; what is made of the sample photographs lives in the cache unless
+/// data_root has it.
+std::string datasetFolder(const std::string& name, const std::string& data_root) {
+  const fs::path below = fs::path(data_root) / name;
+  if (core::needsSamplePhotographs(name) && (data_root.empty() || !fs::is_directory(below))) {
+    return (fs::path(cacheFolder()) / "sample").string();
+  }
+  if (data_root.empty()) {
+    throw UsageError("dataset '" + name + "' needs data_root: the folder that holds the folder '" + name +
+                     "'");
+  }
+  return below.string();
+}
+
+void fetchSamplesIfMissing(const std::string& folder) {
+  for (const std::string& image : core::SampleReader::imageNames()) {
+    if (fs::exists(fs::path(folder) / image)) continue;
+    std::cout << "fetching the sample photographs (Debian's opencv-doc, once, 96 MB)..." << std::endl;
+    if (runScript("fetch_samples.sh", folder) != 0) {
+      throw core::DatasetError("the sample photographs are missing in " + folder +
+                               " and could not be fetched; run: rosrun corrsel fetch_samples.sh");
+    }
+    return;
+  }
+}
+
+Readers openDatasets(const core::BenchmarkConfig& config) {
+  Readers readers;
+  for (const std::string& name : config.datasets) {
+    const std::string folder = datasetFolder(name, config.data_root);
+    if (core::needsSamplePhotographs(name)) fetchSamplesIfMissing(folder);
+    readers[name] = core::openDataset(name, folder, config.seed);
+  }
+  return readers;
+}
+
+/// The bags of the datasets, made where the cache lacks them. What could not be read is recorded.
+/// @param broken  pairs that could not be read are added to it
+std::vector<std::string> datasetBags(const core::BenchmarkConfig& config, const Readers& readers,
+                                     core::RunFolder& folder, Reporter& reporter, std::size_t* broken) {
+  std::vector<std::string> bags;
+  for (const std::string& name : config.datasets) {
+    const core::Stopwatch watch;
+    const core::DatasetReader& reader = *readers.at(name);
+    const core::ProgressMeter meter(reader.size(), 0);
+    const CachedBag bag =
+        cachedDatasetBag((fs::path(cacheFolder()) / "bags").string(), name, reader, config.seed,
+                         [&](std::size_t done, std::size_t, const core::PairId& id) {
+                           reporter.progress(meter.at(done, "writing the bag of " + id.text()));
+                         });
+    reporter.endLine();
+    std::cout << (bag.reused ? "using " : "made ") << bag.path << std::endl;
+    if (!bag.reused) folder.appendStage({"bag", watch.seconds()}, name);
+    for (const std::string& problem : bag.problems) {
+      const core::Failure failure{{name, "", ""}, "", "read", problem};
+      folder.appendFailure(failure);
+      reporter.failed(failure);
+      ++*broken;
+    }
+    if (bag.problems.size() < reader.size()) bags.push_back(bag.path);
+  }
+  return bags;
+}
+
+Sources openBags(const std::vector<std::string>& bags, const BagTopics& topics, bool notes) {
+  Sources sources;
+  for (const std::string& bag : bags) {
+    auto source = std::make_unique<BagSource>(bag, topics);
+    for (const std::string& note : notes ? source->notes() : std::vector<std::string>()) {
+      std::cout << "note: " << bag << ": " << note << std::endl;
+    }
+    sources.push_back(std::move(source));
+  }
+  return sources;
+}
+
+int dryRun(const Arguments& arguments, const Readers& readers) {
+  std::cout << arguments.config.toYaml() << "output_dir: " << arguments.output_dir << "\n";
+  for (const auto& [name, reader] : readers) std::cout << name << ": " << reader->size() << " pairs\n";
+  for (const std::string& bag : arguments.config.bags) {
+    std::cout << bag << ": " << BagSource(bag, arguments.bag_topics).size() << " pairs\n";
+  }
+  return kExitComplete;
+}
+
+/// The grid, then what needs its results. @return the state at the end
+core::RunState runStages(const Arguments& arguments, const std::vector<std::string>& bags,
+                         core::RunFolder& folder, Reporter& reporter) {
+  const core::BenchmarkConfig& config = arguments.config;
+  core::BenchmarkRunner runner(config, folder, reporter, stop_requested);
+  core::RunState state = runner.run(openBags(bags, arguments.bag_topics, true), arguments.shard);
+  reporter.endLine();
+  // A part of a run neither knows which pairs are worth drawing nor should time what is timed once.
+  if (arguments.shard.count == 1 && config.measuresScaling() && !folder.hasScaling() && !stop_requested) {
+    std::cout << "timing the selectors on 1000 to 5000 generated matches" << std::endl;
+    const core::Stopwatch watch;
+    const std::vector<core::ScalingRow> rows = core::measureScaling(config, stop_requested);
+    if (!rows.empty()) {
+      folder.writeScaling(rows);
+      folder.appendStage({"scaling", watch.seconds()});
+    }
+  }
+  if (arguments.shard.count == 1 && !stop_requested) {
+    runner.drawExamples(openBags(bags, arguments.bag_topics, false));
+    reporter.endLine();
+  }
+  state.interrupted = stop_requested;
+  state.left_out_datasets = arguments.left_out;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  state.peak_memory_mib = static_cast<double>(usage.ru_maxrss / 1024);
+  return state;
+}
+
+/// Writes the report and prints the guide. @return whether both could be made
+bool writeReport(const core::BenchmarkConfig& config, const std::string& output_dir) {
+  const auto shows = [&config](const char* section) {
+    return std::find(config.sections.begin(), config.sections.end(), section) != config.sections.end();
+  };
+  bool written = !shows("guide") || runScript("guide.py", output_dir) == 0;
+  if (!written) std::cerr << "the guide could not be made: the message above says why" << std::endl;
+  if (runScript("report.py", output_dir) != 0) {
+    std::cerr << "report.html could not be written: the message above says why" << std::endl;
+    written = false;
+  }
+  return written;
+}
+
+int run(int argc, char** argv) {
+  const Arguments arguments = parseArguments(argc, argv);
+  if (arguments.help) {
+    printHelp();
+    return kExitComplete;
+  }
+  if (arguments.list) {
+    printList();
+    return kExitComplete;
+  }
+  const core::BenchmarkConfig& config = arguments.config;
+  const std::string& output_dir = arguments.output_dir;
+  const Readers readers = openDatasets(config);
+  if (arguments.dry_run) return dryRun(arguments, readers);
+
+  core::RunFolder folder(output_dir, config, arguments.resume);
+  std::cout << "results folder: " << output_dir << std::endl;
+  for (const auto& [dataset, reason] : arguments.left_out) {
+    std::cout << "without " << dataset << ": " << reason << std::endl;
+  }
+  for (const std::string& other : arguments.merge) {
+    std::cout << folder.merge(other, config) << " pairs taken over from " << other << std::endl;
+  }
+  std::signal(SIGINT, requestStop);
+  std::signal(SIGTERM, requestStop);
+  Reporter reporter(arguments.verbose, output_dir);
+  std::size_t broken = 0;
+  std::vector<std::string> bags = datasetBags(config, readers, folder, reporter, &broken);
+  bags.insert(bags.end(), config.bags.begin(), config.bags.end());
+
+  core::RunState state = runStages(arguments, bags, folder, reporter);
+  state.pairs_total += broken;
+  state.pairs_failed += broken;
+  reporter.finish(state.interrupted ? "interrupted" : state.complete() ? "finished" : "failed");
+  const core::Stopwatch watch;
+  printTable(folder.writeSummary(state), config.tableTolerance());
+  folder.appendStage({"summary", watch.seconds()});
+  std::cout << state.pairs_done << " of " << state.pairs_total << " pairs done, " << state.pairs_failed
+            << " failed; peak memory " << state.peak_memory_mib << " MiB\n";
+  if (state.interrupted)
+    std::cout << "interrupted: continue with resume:=true output_dir:=" << output_dir << "\n";
+  const bool reported = !arguments.report || writeReport(config, output_dir);
+  std::cout << "results: " << output_dir << std::endl;
+  if (state.interrupted) return kExitInterrupted;
+  return state.complete() && reported ? kExitComplete : kExitIncomplete;
+}
+
+}  // namespace
+}  // namespace corrsel
+
+int main(int argc, char** argv) {
+  // ROS takes its remappings out of its own copy; names like dataset:=vgg are this program's arguments.
+  std::vector<char*> ros_argv;
+  for (int i = 0; i < argc; ++i) {
+    if (i == 0 || std::string(argv[i]).compare(0, 2, "__") == 0) ros_argv.push_back(argv[i]);
+  }
+  int ros_argc = static_cast<int>(ros_argv.size());
+  try {
+    ros::init(ros_argc, ros_argv.data(), "benchmark", ros::init_options::NoSigintHandler);
+    return corrsel::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::cerr << "benchmark: " << error.what() << std::endl;
+  }
+  return corrsel::kExitUsage;
+}

@@ -1,0 +1,115 @@
+#include "reporter.h"
+
+#include <ros/master.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+
+#include "corrsel/Progress.h"
+#include "corrsel/Score.h"
+#include "corrsel/ros/conversions.h"
+#include "corrsel/text.h"
+
+namespace corrsel {
+namespace {
+
+std::string percent(double value) {
+  char text[16];
+  std::snprintf(text, sizeof(text), "%6.1f", 100 * value);
+  return std::isnan(value) ? "     -" : text;
+}
+
+}  // namespace
+
+Reporter::Reporter(bool verbose, const std::string& output_dir)
+    : printer_(std::cout, isatty(STDOUT_FILENO) != 0), verbose_(verbose), output_dir_(output_dir) {
+  if (!ros::isInitialized() || !ros::master::check()) return;
+  node_.emplace("~");
+  progress_publisher_ = node_->advertise<Progress>("progress", 10, true);
+  score_publisher_ = node_->advertise<Score>("score", 1000);
+}
+
+void Reporter::progress(const core::Progress& progress) {
+  last_ = progress;
+  printer_.show(progress);
+  publish("running");
+}
+
+void Reporter::judged(const std::vector<core::ResultRow>& rows) {
+  const core::ResultRow& first = rows.front();
+  if (verbose_) {
+    printer_.finish();
+    std::cout << first.id.text() << " " << first.features << " " << first.preselection << " "
+              << first.selector << ": " << first.n_selected << " of " << first.n_putative << " selected, "
+              << toString(first.status) << std::endl;
+  }
+  if (!node_) return;
+  core::Evaluation evaluation;
+  evaluation.n_putative = first.n_putative;
+  evaluation.n_ground_truth = first.n_ground_truth;
+  evaluation.n_selected = first.n_selected;
+  for (const core::ResultRow& row : rows) evaluation.metrics.push_back(row.metrics);
+  ScoreLabels labels;
+  labels.pair.header.stamp = ros::Time(ros::WallTime::now().toSec());
+  labels.pair.id = first.id;
+  labels.pair.features = first.features;
+  labels.preselection = first.preselection;
+  labels.selector = first.selector;
+  labels.status = first.status;
+  labels.select_seconds = first.select_seconds;
+  score_publisher_.publish(toMsg(evaluation, labels));
+}
+
+void Reporter::failed(const core::Failure& failure) {
+  printer_.finish();
+  std::cerr << "failed (" << failure.stage
+            << "): " << (failure.id.dataset.empty() ? "" : failure.id.text() + ": ") << failure.error
+            << std::endl;
+}
+
+void Reporter::finish(const std::string& state) {
+  printer_.finish();
+  publish(state);
+}
+
+void Reporter::publish(const std::string& state) {
+  if (!node_) return;
+  Progress message;
+  message.header.stamp = ros::Time(ros::WallTime::now().toSec());
+  message.state = state;
+  message.current = last_.current;
+  message.pairs_done = static_cast<std::uint32_t>(last_.done);
+  message.pairs_total = static_cast<std::uint32_t>(last_.total);
+  message.rate = last_.rate;
+  message.remaining_seconds = last_.remaining;
+  message.output_dir = output_dir_;
+  progress_publisher_.publish(message);
+}
+
+void printTable(const std::vector<core::SummaryRow>& summary, double tau) {
+  std::string heading;
+  for (const core::SummaryRow& row : summary) {
+    if (!std::isnan(row.tau) && row.tau != tau) continue;
+    const std::string group = row.dataset + ", " + row.features + ", preselection " + row.preselection;
+    if (group != heading) {
+      heading = group;
+      std::cout << "\n"
+                << group << (std::isnan(row.tau) ? "" : ", tau = " + core::formatNumber(tau) + " px") << "\n";
+      std::printf("  %-18s %5s %6s %6s %6s   %-14s %10s %10s\n", "selector", "pairs", "P %", "R %", "F %",
+                  "95 % of F", "median ms", "p95 ms");
+    }
+    if (row.pairs == 0 && std::isnan(row.select_median)) {
+      std::printf("  %-18s %5s  unsupported input\n", row.selector.c_str(), "-");
+      continue;
+    }
+    std::printf("  %-18s %5zu %s %s %s   %s..%s %10.3f %10.3f\n", row.selector.c_str(), row.pairs,
+                percent(row.precision).c_str(), percent(row.recall_paper).c_str(),
+                percent(row.f_paper).c_str(), percent(row.f_low).c_str(), percent(row.f_high).c_str(),
+                1e3 * row.select_median, 1e3 * row.select_p95);
+  }
+  std::cout << std::endl;
+}
+
+}  // namespace corrsel

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <ros/ros.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "corrsel/benchmark/progress.h"
+#include "corrsel/benchmark/results.h"
+#include "corrsel/benchmark/runner.h"
+
+namespace corrsel {
+
+/// Shows the run to people and publishes ~progress and ~score where a master is there.
+class Reporter : public core::RunObserver {
+ public:
+  /// @param verbose  print every judged selection
+  Reporter(bool verbose, const std::string& output_dir);
+
+  void progress(const core::Progress& progress) override;
+  void judged(const std::vector<core::ResultRow>& rows) override;
+  void failed(const core::Failure& failure) override;
+
+  /// @param state  "finished", "interrupted" or "failed"
+  void finish(const std::string& state);
+
+  /// Ends the progress bar's line.
+  void endLine() { printer_.finish(); }
+
+ private:
+  void publish(const std::string& state);
+
+  core::ProgressPrinter printer_;
+  bool verbose_;
+  std::string output_dir_;
+  core::Progress last_;
+  std::optional<ros::NodeHandle> node_;
+  ros::Publisher progress_publisher_, score_publisher_;
+};
+
+/// Prints the summary at one tolerance (and labelled rows), one table per dataset, features and preselection.
+void printTable(const std::vector<core::SummaryRow>& summary, double tau);
+
+}  // namespace corrsel
