@@ -17,7 +17,7 @@ build_packages=(
   build-essential catkin cmake git pkg-config
   libdynamic-reconfigure-config-init-mutex-dev libeigen3-dev libmatio-dev libnodeletlib-tools libopencv-dev
   librosbag-dev libvlfeat-dev libyaml-cpp-dev nlohmann-json3-dev python3-dynamic-reconfigure python3-matplotlib
-  python3-numpy python3-rosbag python3-roslaunch python3-rostopic ros-perception-dev rosbash
+  python3-numpy python3-rosbag python3-roslaunch python3-rostopic python3-sensor-msgs ros-perception-dev rosbash
 )
 performance_packages=(libbenchmark-dev libnanoflann-dev)
 test_packages=(libgtest-dev librostest-dev python3-rosservice python3-rostest)

@@ -8,16 +8,16 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
+#include "corrsel/ros/bag_file.h"
 #include "corrsel/ros/conversions.h"
+#include "corrsel/ros/own_bag.h"
 #include "corrsel/text.h"
 
 namespace corrsel {
@@ -31,19 +31,6 @@ constexpr std::uint32_t kChunkBytes = 16u << 20;  // large chunks keep opening f
 
 /// Exceptions of rosbag and OpenCV as the one that callers of the core know.
 [[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
-
-std::string stampText(const ros::Time& stamp) {
-  std::ostringstream text;
-  text << stamp;  // seconds.nanoseconds, nine digits
-  return text.str();
-}
-
-bool looksLikeBag(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string magic(8, '\0');
-  file.read(magic.data(), static_cast<std::streamsize>(magic.size()));
-  return file && magic == "#ROSBAG ";
-}
 
 std::string imageEncoding(const core::ImagePair& pair, const cv::Mat& image, const char* side) {
   if (image.type() == CV_8UC1) return sensor_msgs::image_encodings::MONO8;
@@ -143,7 +130,16 @@ void DatasetBagWriter::close() {
 
 // ---------------------------------------------------------------------------------------------------- reader
 
-struct BagSource::Impl {
+namespace {
+
+/// Reads dataset bags: a pair is what has one stamp.
+class DatasetBagSource : public core::PairSource {
+ public:
+  DatasetBagSource(std::unique_ptr<rosbag::Bag> bag, const std::string& path);
+  std::size_t size() const override { return n_pairs_; }
+  bool next(core::ImagePair& pair) override;
+
+ private:
   /// One message, taken out of the bag.
   struct Item {
     ros::Time stamp;
@@ -157,45 +153,21 @@ struct BagSource::Impl {
   /// The messages of one stamp, by topic.
   using Group = std::map<std::string, Item>;
 
-  std::string path;
-  rosbag::Bag bag;
-  std::unique_ptr<rosbag::View> view;
-  rosbag::View::iterator position;
-  std::optional<Item> ahead;  ///< the first message of the next pair, read already
-  std::size_t n_pairs = 0;
-  std::string left_topic, right_topic;  ///< raw ones, or the compressed ones where there are no raw ones
-
-  void open();
-  std::map<std::string, std::string> topics();
-  Item read(const rosbag::MessageInstance& message) const;
+  static Item read(const rosbag::MessageInstance& message);
   bool nextGroup(ros::Time& stamp, Group& group, std::string& problem);
   cv::Mat image(const Group& group, const std::string& topic, const core::PairId& id) const;
   void build(const ros::Time& stamp, const Group& group, core::ImagePair& pair) const;
+
+  std::unique_ptr<rosbag::Bag> bag_;
+  std::string path_;
+  std::unique_ptr<rosbag::View> view_;
+  rosbag::View::iterator position_;
+  std::optional<Item> ahead_;  ///< the first message of the next pair, read already
+  std::size_t n_pairs_ = 0;
+  std::string left_topic_, right_topic_;  ///< raw ones, or the compressed ones where there are no raw ones
 };
 
-void BagSource::Impl::open() {
-  std::error_code ignored;
-  if (!fs::is_regular_file(path, ignored)) fail("bag " + path + " does not exist or is not a file");
-  if (!looksLikeBag(path)) fail(path + " is not a bag: it does not begin with '#ROSBAG'");
-  try {
-    bag.open(path, rosbag::bagmode::Read);
-  } catch (const rosbag::BagUnindexedException&) {
-    fail("bag " + path + " has no index, its recording was interrupted; run: rosbag reindex " + path);
-  } catch (const std::exception& error) {
-    fail("bag " + path + " is cut off or damaged (" + error.what() + "); run: rosbag reindex " + path);
-  }
-}
-
-std::map<std::string, std::string> BagSource::Impl::topics() {
-  std::map<std::string, std::string> types;
-  rosbag::View all(bag);
-  for (const rosbag::ConnectionInfo* connection : all.getConnections()) {
-    types[connection->topic] = connection->datatype;
-  }
-  return types;
-}
-
-BagSource::Impl::Item BagSource::Impl::read(const rosbag::MessageInstance& message) const {
+DatasetBagSource::Item DatasetBagSource::read(const rosbag::MessageInstance& message) {
   Item item;
   item.topic = message.getTopic();
   item.stamp = message.getTime();
@@ -226,7 +198,7 @@ BagSource::Impl::Item BagSource::Impl::read(const rosbag::MessageInstance& messa
 }
 
 /// Collects the messages up to the next stamp. @return false at the end of the bag
-bool BagSource::Impl::nextGroup(ros::Time& stamp, Group& group, std::string& problem) {
+bool DatasetBagSource::nextGroup(ros::Time& stamp, Group& group, std::string& problem) {
   const auto add = [&](Item&& item) {
     if (group.empty()) stamp = item.stamp;
     const std::string topic = item.topic;
@@ -234,15 +206,15 @@ bool BagSource::Impl::nextGroup(ros::Time& stamp, Group& group, std::string& pro
       problem = topic + " has several messages with the stamp " + stampText(stamp);
     }
   };
-  if (ahead) {
-    add(std::move(*ahead));
-    ahead.reset();
+  if (ahead_) {
+    add(std::move(*ahead_));
+    ahead_.reset();
   }
-  for (; position != view->end(); ++position) {
-    Item item = read(*position);
+  for (; position_ != view_->end(); ++position_) {
+    Item item = read(*position_);
     if (!group.empty() && item.stamp != stamp) {
-      ahead = std::move(item);
-      ++position;
+      ahead_ = std::move(item);
+      ++position_;
       break;
     }
     add(std::move(item));
@@ -250,7 +222,7 @@ bool BagSource::Impl::nextGroup(ros::Time& stamp, Group& group, std::string& pro
   return !group.empty();
 }
 
-cv::Mat BagSource::Impl::image(const Group& group, const std::string& topic, const core::PairId& id) const {
+cv::Mat DatasetBagSource::image(const Group& group, const std::string& topic, const core::PairId& id) const {
   const auto found = group.find(topic);
   if (found == group.end()) fail(id.text() + ": no message on " + topic);
   try {
@@ -261,11 +233,11 @@ cv::Mat BagSource::Impl::image(const Group& group, const std::string& topic, con
   }
 }
 
-void BagSource::Impl::build(const ros::Time& stamp, const Group& group, core::ImagePair& pair) const {
+void DatasetBagSource::build(const ros::Time& stamp, const Group& group, core::ImagePair& pair) const {
   const auto truth = group.find(bag_topics::kGroundTruth);
   const auto given = group.find(bag_topics::kCorrespondences);
   pair = {};
-  pair.id = {fs::path(path).stem().string(), "bag", stampText(stamp)};
+  pair.id = {fs::path(path_).stem().string(), "bag", stampText(stamp)};
   if (given != group.end() && given->second.given && !given->second.given->pair.empty()) {
     const Correspondences& msg = *given->second.given;
     pair.id = {msg.dataset, msg.sequence, msg.pair};
@@ -286,54 +258,72 @@ void BagSource::Impl::build(const ros::Time& stamp, const Group& group, core::Im
   } catch (const std::invalid_argument& error) {
     fail(pair.id.text() + ": " + topic + ": " + error.what());
   }
-  pair.left = image(group, left_topic, pair.id);
-  pair.right = image(group, right_topic, pair.id);
+  pair.left = image(group, left_topic_, pair.id);
+  pair.right = image(group, right_topic_, pair.id);
 }
 
-BagSource::BagSource(const std::string& path) : impl_(std::make_unique<Impl>()) {
-  impl_->path = path;
-  impl_->open();
+DatasetBagSource::DatasetBagSource(std::unique_ptr<rosbag::Bag> bag, const std::string& path)
+    : bag_(std::move(bag)), path_(path) {
+  const std::map<std::string, std::string> topics = topicTypes(*bag_);
+  const auto choose = [&topics](const char* raw, const char* compressed) -> std::string {
+    if (topics.count(raw) != 0) return raw;
+    return topics.count(compressed) != 0 ? compressed : "";
+  };
+  left_topic_ = choose(bag_topics::kLeft, bag_topics::kLeftCompressed);
+  right_topic_ = choose(bag_topics::kRight, bag_topics::kRightCompressed);
+  if (left_topic_.empty() || right_topic_.empty()) {
+    fail("bag " + path + " needs the topics " + bag_topics::kLeft + " and " + bag_topics::kRight +
+         ", raw or /compressed, or left and right to name others; it has " + describeTopics(topics));
+  }
+  const auto count = [this](const std::string& topic) {
+    return rosbag::View(*bag_, rosbag::TopicQuery(topic)).size();
+  };
+  n_pairs_ = std::max(count(left_topic_), count(bag_topics::kGroundTruth));
+  view_ = std::make_unique<rosbag::View>(
+      *bag_, rosbag::TopicQuery(std::vector<std::string>{left_topic_, right_topic_, bag_topics::kGroundTruth,
+                                                         bag_topics::kCorrespondences}));
+  position_ = view_->begin();
+}
+
+bool DatasetBagSource::next(core::ImagePair& pair) {
+  ros::Time stamp;
+  Group group;
+  std::string problem;
+  if (!nextGroup(stamp, group, problem)) return false;
+  build(stamp, group, pair);
+  if (!problem.empty()) fail(pair.id.text() + ": " + problem);
+  return true;
+}
+
+bool namesTopics(const BagTopics& topics) {
+  return !topics.left.empty() || !topics.right.empty() || !topics.left_info.empty() ||
+         !topics.right_info.empty() || !topics.ground_truth.empty();
+}
+
+}  // namespace
+
+BagSource::BagSource(const std::string& path, const BagTopics& topics) {
+  std::unique_ptr<rosbag::Bag> bag = openBag(path);
   try {
-    const std::map<std::string, std::string> topics = impl_->topics();
-    const auto choose = [&topics](const char* raw, const char* compressed) -> std::string {
-      if (topics.count(raw) != 0) return raw;
-      return topics.count(compressed) != 0 ? compressed : "";
-    };
-    impl_->left_topic = choose(bag_topics::kLeft, bag_topics::kLeftCompressed);
-    impl_->right_topic = choose(bag_topics::kRight, bag_topics::kRightCompressed);
-    if (impl_->left_topic.empty() || impl_->right_topic.empty()) {
-      std::vector<std::string> present;
-      for (const auto& [topic, type] : topics) present.push_back(topic + " (" + type + ")");
-      fail("bag " + path + " needs the topics " + bag_topics::kLeft + " and " + bag_topics::kRight +
-           ", raw or /compressed; it has " + (present.empty() ? "none" : core::joinList(present)));
+    if (namesTopics(topics) || OwnBagSource::recognises(topicTypes(*bag))) {
+      auto own = std::make_unique<OwnBagSource>(std::move(bag), path, topics);
+      notes_ = own->notes();
+      source_ = std::move(own);
+    } else {
+      source_ = std::make_unique<DatasetBagSource>(std::move(bag), path);
     }
-    const auto count = [this](const std::string& topic) {
-      return rosbag::View(impl_->bag, rosbag::TopicQuery(topic)).size();
-    };
-    impl_->n_pairs = std::max(count(impl_->left_topic), count(bag_topics::kGroundTruth));
-    impl_->view = std::make_unique<rosbag::View>(
-        impl_->bag,
-        rosbag::TopicQuery(std::vector<std::string>{impl_->left_topic, impl_->right_topic,
-                                                    bag_topics::kGroundTruth, bag_topics::kCorrespondences}));
-    impl_->position = impl_->view->begin();
   } catch (const rosbag::BagException& error) {
-    fail("bag " + path + " is cut off or damaged (" + error.what() + "); run: rosbag reindex " + path);
+    fail(damagedBagText(path, error.what()));
   }
 }
 
 BagSource::~BagSource() = default;
 
-std::size_t BagSource::size() const { return impl_->n_pairs; }
+std::size_t BagSource::size() const { return source_->size(); }
 
-bool BagSource::next(core::ImagePair& pair) {
-  ros::Time stamp;
-  Impl::Group group;
-  std::string problem;
-  if (!impl_->nextGroup(stamp, group, problem)) return false;
-  impl_->build(stamp, group, pair);
-  if (!problem.empty()) fail(pair.id.text() + ": " + problem);
-  return true;
-}
+bool BagSource::next(core::ImagePair& pair) { return source_->next(pair); }
+
+const std::vector<std::string>& BagSource::notes() const { return notes_; }
 
 // ------------------------------------------------------------------------------------------------ conversion
 

@@ -54,29 +54,51 @@ class DatasetBagWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads the image pairs of a bag in this process: no topic, no lost frame. Messages with equal header stamps
-/// form a pair, which ends where the next stamp begins. Raw and compressed images are read, in any mixture of
-/// encodings. A pair without ground truth has TruthKind::kNone and, unless it has given matches, is named
+/// Topics of a bag and how its messages become pairs; the defaults are those of a dataset bag. Topics may be
+/// given with or without the leading slash, those of images with or without "/compressed".
+struct BagTopics {
+  std::string left = "", right = "";  ///< image topics; empty = those of a dataset bag
+  std::string left_info = "",
+              right_info = "";    ///< sensor_msgs/CameraInfo; empty = camera_info beside the image topic
+  std::string ground_truth = "";  ///< corrsel/GroundTruth; empty = /ground_truth
+  std::string images =
+      "auto";  ///< raw, rectified, auto: rectified where the image topic's name says image_rect
+  double max_stamp_difference = 0.01;  ///< between left and right image (and truth) of a pair, s, in [0, 10]
+};
+
+/// Reads the image pairs of a bag in this process: no topic, no lost frame. Raw and compressed images are
+/// read, in any mixture of encodings.
+///
+/// Dataset bags (no topic is named): messages with equal header stamps form a pair, which ends where the next
+/// stamp begins. A pair without ground truth has TruthKind::kNone and, unless it has given matches, is named
 /// after bag and stamp.
+///
+/// A robot's own bag (a topic is named, or the bag has camera_info for both images and neither ground truth
+/// nor matches): see OwnBagSource in own_bag.h.
 class BagSource : public core::PairSource {
  public:
   /// Throws core::DatasetError saying what is wrong and how to mend it: missing file, not a bag, bag without
-  /// an index, bag without the topics (naming those it has).
-  explicit BagSource(const std::string& path);
+  /// an index, bag without the topics (naming those it has), and what OwnBagSource throws.
+  explicit BagSource(const std::string& path, const BagTopics& topics = {});
   ~BagSource() override;
   BagSource(const BagSource&) = delete;
   BagSource& operator=(const BagSource&) = delete;
 
-  /// Left images or ground truths, whichever are more. Nothing is decoded for this.
+  /// Dataset bags: left images or ground truths, whichever are more; own bags: the pairs. No image is decoded
+  /// for this.
   std::size_t size() const override;
 
   /// Throws core::DatasetError naming pair and topic where a pair is incomplete or cannot be decoded; the
   /// next call goes on with the pair after it.
   bool next(core::ImagePair& pair) override;
 
+  /// For people: messages of an own bag that were left out, and why; one sentence each. Empty for dataset
+  /// bags, whose incomplete pairs next() reports.
+  const std::vector<std::string>& notes() const;
+
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<core::PairSource> source_;
+  std::vector<std::string> notes_;
 };
 
 /// Called after every pair, written or not: pairs done, pairs of the dataset, the pair.

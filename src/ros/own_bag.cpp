@@ -1,0 +1,519 @@
+#include "corrsel/ros/own_bag.h"
+
+#include <rosbag/view.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+#include <std_msgs/Header.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "corrsel/ros/conversions.h"
+#include "corrsel/ros/stereo_rig.h"
+#include "corrsel/text.h"
+
+namespace corrsel {
+namespace {
+
+/// The beginning of every message with a header; what comes after it stays unread.
+struct HeaderOnly {
+  std_msgs::Header header;
+};
+
+}  // namespace
+}  // namespace corrsel
+
+namespace ros::message_traits {
+template <>
+struct MD5Sum<corrsel::HeaderOnly> {
+  static const char* value() { return "*"; }  // any type of message
+};
+}  // namespace ros::message_traits
+
+namespace ros::serialization {
+template <>
+struct Serializer<corrsel::HeaderOnly> {
+  template <typename Stream>
+  static void read(Stream& stream, corrsel::HeaderOnly& message) {
+    stream.next(message.header);
+  }
+};
+}  // namespace ros::serialization
+
+namespace corrsel {
+namespace {
+
+constexpr char kImageType[] = "sensor_msgs/Image";
+constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
+constexpr char kInfoType[] = "sensor_msgs/CameraInfo";
+constexpr char kTruthType[] = "corrsel/GroundTruth";
+constexpr char kCompressedSuffix[] = "/compressed";
+constexpr double kLongestStampDifference = 10.0;  // s
+
+using Types = std::map<std::string, std::string>;
+
+[[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
+
+std::string withoutCompressed(const std::string& topic) {
+  const std::string suffix = kCompressedSuffix;
+  const bool ends =
+      topic.size() > suffix.size() && topic.compare(topic.size() - suffix.size(), suffix.size(), suffix) == 0;
+  return ends ? topic.substr(0, topic.size() - suffix.size()) : topic;
+}
+
+/// "/stereo/left/image_raw" and its compressed form give "/stereo/left/camera_info".
+std::string besideImage(const std::string& topic) {
+  const std::string base = withoutCompressed(topic);
+  const std::size_t slash = base.rfind('/');
+  return (slash == std::string::npos ? "" : base.substr(0, slash + 1)) + "camera_info";
+}
+
+/// The name under which the bag has a topic, which may be given with or without the leading slash; empty
+/// where it has none.
+std::string nameInBag(const Types& types, const std::string& topic) {
+  if (types.count(topic) != 0) return topic;
+  const std::string other = !topic.empty() && topic[0] == '/' ? topic.substr(1) : "/" + topic;
+  return types.count(other) != 0 ? other : "";
+}
+
+/// The topic, raw or compressed, with the images that the name stands for; empty where there are none.
+std::string imageTopic(const Types& types, const std::string& given) {
+  const std::string base = withoutCompressed(given);
+  for (const std::string& name : {given, base, base + kCompressedSuffix}) {
+    const std::string topic = nameInBag(types, name);
+    if (!topic.empty() && (types.at(topic) == kImageType || types.at(topic) == kCompressedType)) return topic;
+  }
+  return "";
+}
+
+bool isRectified(const std::string& images, const std::string& topic) {
+  return images == "auto" ? topic.find("image_rect") != std::string::npos : images == "rectified";
+}
+
+std::string secondsText(std::int64_t nanoseconds) {
+  return core::formatNumber(static_cast<double>(nanoseconds) * 1e-9) + " s";
+}
+
+std::string count(std::size_t n, const std::string& noun) {
+  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
+}
+
+/// A message, where it is in the bag, and its stamp in ns.
+struct Stamped {
+  std::int64_t stamp;
+  rosbag::MessageInstance message;
+};
+
+std::vector<std::int64_t> stampsOf(const std::vector<Stamped>& messages) {
+  std::vector<std::int64_t> stamps;
+  for (const Stamped& message : messages) stamps.push_back(message.stamp);
+  return stamps;
+}
+
+/// Number of the stamp nearest to `stamp`; the earlier one of two, the first one of equals. @pre not empty
+std::size_t nearest(const std::vector<std::int64_t>& stamps, std::int64_t stamp) {
+  const auto first = [&stamps](std::int64_t value) {
+    return std::lower_bound(stamps.begin(), stamps.end(), value);
+  };
+  const auto next = first(stamp);
+  if (next == stamps.begin()) return 0;
+  const auto before = std::prev(next);
+  const bool take_next = next != stamps.end() && *next - stamp < stamp - *before;
+  return static_cast<std::size_t>((take_next ? next : first(*before)) - stamps.begin());
+}
+
+struct Partners {
+  std::vector<std::optional<std::size_t>> of;  ///< per stamp of the first list: its partner in the second
+  std::int64_t least_difference = std::numeric_limits<std::int64_t>::max();  ///< ns, whether paired or not
+  std::size_t size() const {
+    return static_cast<std::size_t>(
+        std::count_if(of.begin(), of.end(), [](const auto& partner) { return partner.has_value(); }));
+  }
+};
+
+/// Pairs stamps that are nearest to each other and at most `tolerance` apart. Both lists are sorted.
+Partners partners(const std::vector<std::int64_t>& first, const std::vector<std::int64_t>& second,
+                  std::int64_t tolerance) {
+  Partners result;
+  result.of.resize(first.size());
+  if (second.empty()) return result;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    const std::size_t j = nearest(second, first[i]);
+    const std::int64_t difference = std::abs(second[j] - first[i]);
+    result.least_difference = std::min(result.least_difference, difference);
+    if (difference <= tolerance && nearest(first, second[j]) == i) result.of[i] = j;
+  }
+  return result;
+}
+
+bool equalCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
+  return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model &&
+         a.D == b.D && a.K == b.K && a.R == b.R && a.P == b.P && a.binning_x == b.binning_x &&
+         a.binning_y == b.binning_y && a.roi == b.roi;
+}
+
+/// What a bag says about one camera.
+struct Camera {
+  std::string side;   ///< "left" or "right"
+  std::string topic;  ///< of the images
+  std::string info_topic;
+  bool info_named = false;  ///< by the user
+  bool rectified = false;
+  std::vector<Stamped> images;
+  std::optional<sensor_msgs::CameraInfo> info;  ///< the first one
+  bool info_changes = false;
+};
+
+}  // namespace
+
+struct OwnBagSource::Impl {
+  struct Pair {
+    Stamped left, right;
+    std::optional<Stamped> truth;
+  };
+
+  std::unique_ptr<rosbag::Bag> bag;
+  std::string path;
+  BagTopics options;
+  Types types;
+  Camera left, right;
+  std::string truth_topic;  ///< empty: none
+  std::vector<Stamped> truths;
+  std::optional<StereoRig> rig;
+  std::string rig_problem;  ///< why there is no rig
+  std::vector<Pair> pairs;
+  std::size_t position = 0;
+  std::vector<std::string> notes;
+  std::map<std::string, std::size_t> unreadable, unstamped;  ///< messages by topic
+
+  void checkOptions() const;
+  void findTopics();
+  Camera findCamera(const std::string& side, const std::string& images, const std::string& info) const;
+  void scan();
+  void add(const rosbag::MessageInstance& message);
+  void addInfo(Camera& camera, const rosbag::MessageInstance& message) const;
+  void makeRig();
+  void makePairs();
+  void checkSizes() const;
+  [[noreturn]] void failUnpaired(const Partners& found) const;
+  [[noreturn]] void failUnjudged(const Partners& found) const;
+  core::PairId idOf(const Pair& pair) const;
+  cv::Mat image(const Camera& camera, const Stamped& message) const;
+  void read(const Pair& from, core::ImagePair& pair) const;
+};
+
+void OwnBagSource::Impl::checkOptions() const {
+  if (options.images != "auto" && options.images != "raw" && options.images != "rectified") {
+    throw std::invalid_argument("images = '" + options.images + "' is none of raw, rectified, auto");
+  }
+  if (!(options.max_stamp_difference >= 0 && options.max_stamp_difference <= kLongestStampDifference)) {
+    throw std::invalid_argument("max_stamp_difference = " + core::formatNumber(options.max_stamp_difference) +
+                                " is outside [0, " + core::formatNumber(kLongestStampDifference) + "] s");
+  }
+}
+
+Camera OwnBagSource::Impl::findCamera(const std::string& side, const std::string& images,
+                                      const std::string& info) const {
+  Camera camera;
+  camera.side = side;
+  camera.topic = imageTopic(types, images);
+  if (camera.topic.empty()) {
+    fail("bag " + path + " has no images for " + side + " on " + images + ", raw or " + kCompressedSuffix +
+         "; it has " + describeTopics(types));
+  }
+  camera.rectified = isRectified(options.images, camera.topic);
+  camera.info_named = !info.empty();
+  const std::string wanted = camera.info_named ? info : besideImage(camera.topic);
+  const std::string found = nameInBag(types, wanted);
+  const bool usable = !found.empty() && types.at(found) == kInfoType;
+  if (camera.info_named && !usable) {
+    fail("bag " + path + " has no " + kInfoType + " for " + side + " on " + info + "; it has " +
+         describeTopics(types));
+  }
+  camera.info_topic = usable ? found : wanted;
+  return camera;
+}
+
+void OwnBagSource::Impl::findTopics() {
+  left = findCamera("left", options.left.empty() ? bag_topics::kLeft : options.left, options.left_info);
+  right = findCamera("right", options.right.empty() ? bag_topics::kRight : options.right, options.right_info);
+  if (withoutCompressed(left.topic) == withoutCompressed(right.topic)) {
+    fail("left and right are both " + withoutCompressed(left.topic) + ": a pair needs two cameras; bag " +
+         path + " has " + describeTopics(types));
+  }
+  const bool named = !options.ground_truth.empty();
+  const std::string wanted = named ? options.ground_truth : bag_topics::kGroundTruth;
+  const std::string found = nameInBag(types, wanted);
+  if (!found.empty() && types.at(found) == kTruthType) {
+    truth_topic = found;
+  } else if (named) {
+    fail("bag " + path + " has no " + kTruthType + " on " + wanted + "; it has " + describeTopics(types));
+  } else if (!found.empty()) {
+    notes.push_back(found + " is " + types.at(found) + ", not " + kTruthType + ", and is not looked at");
+  }
+}
+
+void OwnBagSource::Impl::addInfo(Camera& camera, const rosbag::MessageInstance& message) const {
+  const auto info = message.instantiate<sensor_msgs::CameraInfo>();
+  if (info == nullptr) throw std::invalid_argument("another version of the message type");
+  if (!camera.info) {
+    camera.info = *info;
+  } else if (!equalCalibration(*camera.info, *info)) {
+    camera.info_changes = true;
+  }
+}
+
+void OwnBagSource::Impl::add(const rosbag::MessageInstance& message) {
+  const std::string& topic = message.getTopic();
+  try {
+    if (topic == left.info_topic) addInfo(left, message);
+    if (topic == right.info_topic) addInfo(right, message);
+    std::vector<Stamped>* list = topic == left.topic    ? &left.images
+                                 : topic == right.topic ? &right.images
+                                 : topic == truth_topic ? &truths
+                                                        : nullptr;
+    if (list == nullptr) return;
+    ros::Time stamp = message.instantiate<HeaderOnly>()->header.stamp;
+    if (stamp.isZero()) {
+      stamp = message.getTime();
+      ++unstamped[topic];
+    }
+    list->push_back({static_cast<std::int64_t>(stamp.toNSec()), message});
+  } catch (const std::exception&) {  // a damaged chunk
+    ++unreadable[topic];
+  }
+}
+
+void OwnBagSource::Impl::scan() {
+  std::vector<std::string> wanted = {left.topic, right.topic, left.info_topic, right.info_topic};
+  if (!truth_topic.empty()) wanted.push_back(truth_topic);
+  rosbag::View view(*bag, rosbag::TopicQuery(wanted));
+  for (const rosbag::MessageInstance& message : view) add(message);
+  for (std::vector<Stamped>* list : {&left.images, &right.images, &truths}) {
+    // References to messages cannot be assigned, so their order is sorted.
+    std::vector<std::size_t> order(list->size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::stable_sort(order.begin(), order.end(),
+                     [list](std::size_t a, std::size_t b) { return (*list)[a].stamp < (*list)[b].stamp; });
+    std::vector<Stamped> sorted;
+    sorted.reserve(list->size());
+    for (const std::size_t i : order) sorted.push_back((*list)[i]);
+    list->swap(sorted);
+  }
+  for (const auto& [topic, n] : unreadable) {
+    notes.push_back(count(n, "message") + " on " + topic + " cannot be read and are left out");
+  }
+  for (const auto& [topic, n] : unstamped) {
+    notes.push_back(count(n, "message") + " on " + topic +
+                    " have no stamp in the header: the time of recording is used");
+  }
+}
+
+void OwnBagSource::Impl::makeRig() {
+  std::vector<std::string> missing, present;
+  for (const Camera* camera : {&left, &right}) {
+    (camera->info ? present : missing).push_back(camera->info_topic);
+    if (camera->info_changes) {
+      notes.push_back("camera_info on " + camera->info_topic +
+                      " changes in the bag: its first message is used");
+    }
+  }
+  if (!missing.empty()) {
+    rig_problem = "there is no camera_info on " + core::joinList(missing, " and ");
+    if (!present.empty()) {
+      rig_problem += ", while " + present.front() +
+                     " has one, and one camera alone does not give the geometry of the pair";
+    }
+    return;
+  }
+  try {
+    rig.emplace(RigCamera{*left.info, left.rectified, left.info_topic},
+                RigCamera{*right.info, right.rectified, right.info_topic});
+  } catch (const std::invalid_argument& error) {
+    rig_problem = error.what();
+  }
+}
+
+void OwnBagSource::Impl::failUnpaired(const Partners& found) const {
+  for (const Camera* camera : {&left, &right}) {
+    if (camera->images.empty()) fail("bag " + path + " has no readable image on " + camera->topic);
+  }
+  fail("bag " + path + ": no image on " + right.topic + " comes within " +
+       core::formatNumber(options.max_stamp_difference) + " s of one on " + left.topic +
+       "; the smallest difference of stamps is " + secondsText(found.least_difference) +
+       (found.least_difference > static_cast<std::int64_t>(kLongestStampDifference * 1e9)
+            ? ": are the clocks of the cameras set?"
+            : ": set max_stamp_difference to at least that"));
+}
+
+void OwnBagSource::Impl::failUnjudged(const Partners& found) const {
+  std::string truth_problem =
+      "there is no " + std::string(kTruthType) + " on " +
+      (options.ground_truth.empty() ? bag_topics::kGroundTruth : options.ground_truth);
+  if (!truths.empty()) {
+    truth_problem = "no message on " + truth_topic +
+                    " has the stamp of a left image (the smallest difference is " +
+                    secondsText(found.least_difference) + ")";
+  }
+  fail("bag " + path + " has nothing to judge by: " + rig_problem + "; and " + truth_problem + "; it has " +
+       describeTopics(types));
+}
+
+void OwnBagSource::Impl::makePairs() {
+  const auto tolerance = static_cast<std::int64_t>(std::llround(options.max_stamp_difference * 1e9));
+  const Partners rights = partners(stampsOf(left.images), stampsOf(right.images), tolerance);
+  if (rights.size() == 0) failUnpaired(rights);
+  std::vector<std::int64_t> paired;
+  for (std::size_t i = 0; i < left.images.size(); ++i) {
+    if (rights.of[i]) paired.push_back(left.images[i].stamp);
+  }
+  const Partners judged = partners(paired, stampsOf(truths), tolerance);
+  if (!rig && judged.size() == 0) failUnjudged(judged);
+
+  std::size_t k = 0, unjudged = 0;
+  for (std::size_t i = 0; i < left.images.size(); ++i) {
+    if (!rights.of[i]) continue;
+    const std::optional<std::size_t> truth = judged.of[k++];
+    if (!truth && !rig) {
+      ++unjudged;
+      continue;
+    }
+    pairs.push_back({left.images[i], right.images[*rights.of[i]], std::nullopt});
+    if (truth) pairs.back().truth.emplace(truths[*truth]);
+  }
+  if (paired.size() < left.images.size()) {
+    notes.push_back(std::to_string(left.images.size() - paired.size()) + " of " +
+                    count(left.images.size(), "left image") + " have no right image within " +
+                    core::formatNumber(options.max_stamp_difference) + " s and are left out");
+  }
+  if (unjudged > 0) {
+    notes.push_back(std::to_string(unjudged) + " of " + count(paired.size(), "pair") +
+                    " have no message on " + truth_topic + " and are left out, since " + rig_problem);
+  } else if (judged.size() > 0 && judged.size() < paired.size()) {
+    notes.push_back(std::to_string(judged.size()) + " of " + count(paired.size(), "pair") +
+                    " are judged by " + truth_topic + ", the others by camera_info");
+  }
+  if (judged.size() < truths.size()) {
+    notes.push_back(std::to_string(truths.size() - judged.size()) + " of " + count(truths.size(), "message") +
+                    " on " + truth_topic + " belong to no pair");
+  }
+}
+
+/// The first pair that the rig judges tells whether camera_info is that of the images.
+void OwnBagSource::Impl::checkSizes() const {
+  const auto first =
+      std::find_if(pairs.begin(), pairs.end(), [](const Pair& pair) { return !pair.truth.has_value(); });
+  if (first == pairs.end()) return;
+  cv::Mat left_image, right_image;
+  try {
+    left_image = image(left, first->left);
+    right_image = image(right, first->right);
+  } catch (const std::exception&) {  // next() says so
+    return;
+  }
+  const auto check = [this](const Camera& camera, const auto& rectify) {
+    try {
+      rectify();
+    } catch (const std::invalid_argument& error) {
+      fail("bag " + path + ": " + camera.topic + ": " + error.what());
+    }
+  };
+  check(left, [&] { rig->rectifyLeft(left_image); });
+  check(right, [&] { rig->rectifyRight(right_image); });
+}
+
+core::PairId OwnBagSource::Impl::idOf(const Pair& pair) const {
+  ros::Time stamp;
+  stamp.fromNSec(static_cast<std::uint64_t>(pair.left.stamp));
+  return {std::filesystem::path(path).stem().string(), "bag", stampText(stamp)};
+}
+
+/// Throws std::invalid_argument or an exception of rosbag.
+cv::Mat OwnBagSource::Impl::image(const Camera& camera, const Stamped& message) const {
+  if (types.at(camera.topic) == kImageType) {
+    const auto raw = message.message.instantiate<sensor_msgs::Image>();
+    if (raw != nullptr) return fromMsg(sensor_msgs::ImageConstPtr(raw))->image.clone();
+  } else {
+    const auto compressed = message.message.instantiate<sensor_msgs::CompressedImage>();
+    if (compressed != nullptr) return fromMsg(*compressed);
+  }
+  throw std::invalid_argument("has type " + message.message.getDataType() + " with checksum " +
+                              message.message.getMD5Sum());
+}
+
+void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
+  pair = {};
+  pair.id = idOf(from);
+  const std::string* topic = &left.topic;
+  try {
+    pair.left = image(left, from.left);
+    if (!from.truth) pair.left = rig->rectifyLeft(pair.left);
+    topic = &right.topic;
+    pair.right = image(right, from.right);
+    if (!from.truth) pair.right = rig->rectifyRight(pair.right);
+    if (!from.truth) {
+      pair.truth.kind = core::TruthKind::kFundamental;
+      pair.truth.matrix = rig->fundamental();
+      return;
+    }
+    topic = &truth_topic;
+    const auto truth = from.truth->message.instantiate<GroundTruth>();
+    if (truth == nullptr) {
+      throw std::invalid_argument("has another version of " + std::string(kTruthType) + ", checksum " +
+                                  from.truth->message.getMD5Sum());
+    }
+    pair.truth = fromMsg(*truth);
+  } catch (const std::exception& error) {  // also a damaged chunk
+    fail(pair.id.text() + ": " + *topic + ": " + error.what());
+  }
+}
+
+OwnBagSource::OwnBagSource(std::unique_ptr<rosbag::Bag> bag, const std::string& path, const BagTopics& topics)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->bag = std::move(bag);
+  impl_->path = path;
+  impl_->options = topics;
+  impl_->checkOptions();
+  try {
+    impl_->types = topicTypes(*impl_->bag);
+    impl_->findTopics();
+    impl_->scan();
+  } catch (const rosbag::BagException& error) {
+    fail(damagedBagText(path, error.what()));
+  }
+  impl_->makeRig();
+  impl_->makePairs();
+  impl_->checkSizes();
+}
+
+OwnBagSource::~OwnBagSource() = default;
+
+bool OwnBagSource::recognises(const std::map<std::string, std::string>& types) {
+  for (const char* const topic : {bag_topics::kGroundTruth, bag_topics::kCorrespondences}) {
+    if (types.count(topic) != 0) return false;
+  }
+  for (const char* const topic : {bag_topics::kLeft, bag_topics::kRight}) {
+    const auto info = types.find(besideImage(topic));
+    if (imageTopic(types, topic).empty() || info == types.end() || info->second != kInfoType) return false;
+  }
+  return true;
+}
+
+std::size_t OwnBagSource::size() const { return impl_->pairs.size(); }
+
+bool OwnBagSource::next(core::ImagePair& pair) {
+  if (impl_->position == impl_->pairs.size()) return false;
+  impl_->read(impl_->pairs[impl_->position++], pair);
+  return true;
+}
+
+const std::vector<std::string>& OwnBagSource::notes() const { return impl_->notes; }
+
+}  // namespace corrsel
