@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <tuple>
@@ -49,7 +50,12 @@ double numberOrNan(const std::string& text, const char* column) {
 
 std::size_t count(const std::string& text, const char* column) {
   const double value = numberOrNan(text, column);
-  return std::isnan(value) ? 0 : static_cast<std::size_t>(value);
+  if (std::isnan(value)) return 0;
+  // Beyond 2^53 not every whole number is a double.
+  if (!(value >= 0 && value <= 9007199254740992.0) || value != std::floor(value)) {
+    throw std::invalid_argument(std::string(column) + ": '" + text + "' is not a count");
+  }
+  return static_cast<std::size_t>(value);
 }
 
 std::string readFile(const fs::path& file) {
@@ -100,6 +106,118 @@ std::string keepPairs(const std::string& text, std::size_t first_column, const s
     }
   }
   return kept;
+}
+
+bool near(double a, double b) { return std::isnan(a) ? std::isnan(b) : std::abs(a - b) <= 1e-6; }
+
+/// Harmonic mean of part / one and part / other; NaN where the recall is undefined.
+double fOfCounts(double part, double selected, double inliers) {
+  return inliers > 0 ? 2 * part / (selected + inliers) : kUndefined;
+}
+
+/// What in a row cannot be; empty for a row as the benchmark writes it.
+std::string contradictionIn(const ResultRow& row) {
+  const Metrics& m = row.metrics;
+  const auto exceeds = [](const char* part, std::size_t a, const char* whole, std::size_t b) {
+    return std::string(part) + " = " + std::to_string(a) + " exceeds " + whole + " = " + std::to_string(b);
+  };
+  const auto differs = [](const char* name, double value, const std::string& of, double expected) {
+    const auto text = [](double number) {
+      return std::isnan(number) ? std::string("(empty)") : formatNumber(number);
+    };
+    return std::string(name) + " = " + text(value) + " instead of " + of + " = " + text(expected);
+  };
+  if (m.tau < 0 || std::isinf(m.tau)) return "tau_px = " + formatNumber(m.tau) + " is no tolerance";
+  for (const auto& [name, seconds] : {std::pair{"detect_s", row.detect_seconds},
+                                      {"describe_s", row.describe_seconds},
+                                      {"match_s", row.match_seconds},
+                                      {"select_s", row.select_seconds}}) {
+    if (seconds < 0 || std::isinf(seconds)) {
+      return std::string(name) + " = " + formatNumber(seconds) + " is no time";
+    }
+  }
+  if (row.n_ground_truth > row.n_putative) {
+    return exceeds("n_ground_truth", row.n_ground_truth, "n_putative", row.n_putative);
+  }
+  if (!row.judged()) {
+    const bool empty = row.n_selected == 0 && m.n_correct == 0 && std::isnan(m.precision) &&
+                       std::isnan(m.recall_paper) && std::isnan(m.recall_same_tau) && std::isnan(m.f_paper) &&
+                       std::isnan(m.f_same_tau) && std::isnan(row.select_seconds);
+    return empty ? "" : "status " + toString(row.status) + " beside numbers of a selection";
+  }
+  if (row.n_selected > row.n_putative) {
+    return exceeds("n_selected", row.n_selected, "n_putative", row.n_putative);
+  }
+  if (m.n_correct > row.n_selected) {
+    return exceeds("n_correct", m.n_correct, "n_selected", row.n_selected);
+  }
+  const double correct = static_cast<double>(m.n_correct), selected = static_cast<double>(row.n_selected),
+               inliers = static_cast<double>(row.n_ground_truth);
+  const double precision = row.n_selected > 0 ? correct / selected : kUndefined;
+  if (!near(m.precision, precision)) {
+    return differs("precision", m.precision, "n_correct / n_selected", precision);
+  }
+  const double recall = row.n_ground_truth > 0 ? correct / inliers : kUndefined;
+  if (!near(m.recall_paper, recall)) {
+    return differs("recall_paper", m.recall_paper, "n_correct / n_ground_truth", recall);
+  }
+  const double f = fOfCounts(correct, selected, inliers);
+  if (!near(m.f_paper, f)) return differs("f_paper", m.f_paper, "the F of the counts", f);
+  const bool found_none_of = m.n_correct == 0 && m.recall_same_tau == 0;
+  const bool has_no_inlier = m.n_correct == 0 && std::isnan(m.recall_same_tau);
+  if (!found_none_of && !has_no_inlier && !(m.recall_same_tau > 0 && m.recall_same_tau <= 1)) {
+    return "recall_same_tau = " + formatNumber(m.recall_same_tau) +
+           " with n_correct = " + std::to_string(m.n_correct);
+  }
+  const double f_same_tau = has_no_inlier   ? kUndefined
+                            : found_none_of ? 0
+                                            : fOfCounts(correct, selected, correct / m.recall_same_tau);
+  if (!near(m.f_same_tau, f_same_tau)) {
+    return differs("f_same_tau", m.f_same_tau, "the F of precision and recall_same_tau", f_same_tau);
+  }
+  return "";
+}
+
+/// The rows of a pairs.csv; row i stands in line i + 2. A last line that was cut off is left out.
+/// Throws RunFolderError: a line is no row, or is there twice.
+std::vector<ResultRow> parseRows(const fs::path& file, const std::string& text) {
+  const auto damaged = [&file](std::size_t row, const std::string& problem) {
+    return RunFolderError(file.string() + ", line " + std::to_string(row + 2) + ": " + problem +
+                          "; repair or remove the line, or run the benchmark again into another output_dir");
+  };
+  const std::vector<std::string> lines = completeLines(text);
+  if (lines.empty() || lines.front() != kPairsHeader) {
+    throw RunFolderError(file.string() +
+                         ", line 1: is not the header that this version writes; run the benchmark again "
+                         "into another output_dir");
+  }
+  std::vector<ResultRow> rows;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    try {
+      rows.push_back(ResultRow::fromCsv(lines[i]));
+    } catch (const std::invalid_argument& problem) {
+      throw damaged(i - 1, problem.what());
+    }
+  }
+  const auto key = [&rows](std::size_t i) {
+    const ResultRow& row = rows[i];
+    // Labelled rows have no tolerance, and NaN has no order.
+    const double tau = std::isnan(row.metrics.tau) ? -1 : row.metrics.tau;
+    return std::tuple<const std::string&, const std::string&, const std::string&, const std::string&,
+                      const std::string&, const std::string&, double, int>(
+        row.id.dataset, row.id.sequence, row.id.pair, row.features, row.preselection, row.selector, tau,
+        row.seed);
+  };
+  std::vector<std::size_t> order(rows.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&key](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    if (key(order[k - 1]) == key(order[k])) {
+      throw damaged(order[k], "repeats the selection of line " + std::to_string(order[k - 1] + 2));
+    }
+  }
+  return rows;
 }
 
 /// Rows that a pair must have, given that it is labelled (or has given matches) or not.
@@ -285,6 +403,30 @@ ResultRow ResultRow::fromCsv(const std::string& line) {
   return row;
 }
 
+std::vector<ResultRow> readResults(const std::string& folder) {
+  const fs::path file = fs::path(folder) / "pairs.csv";
+  if (!fs::is_regular_file(file)) {
+    throw RunFolderError(file.string() + " does not exist: give the folder of a run, its output_dir");
+  }
+  const std::string text = readFile(file);
+  std::vector<ResultRow> rows = parseRows(file, text);
+  const auto at = [&file](std::size_t line) {
+    return file.string() + ", line " + std::to_string(line) + ": ";
+  };
+  if (text.back() != '\n') {
+    throw RunFolderError(at(rows.size() + 2) +
+                         "is cut off; continue the run with resume:=true, or remove the line");
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::string problem = contradictionIn(rows[i]);
+    if (problem.empty()) continue;
+    throw RunFolderError(at(i + 2) + problem +
+                         "; the line was changed after the run: run the benchmark again into another "
+                         "output_dir");
+  }
+  return rows;
+}
+
 std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows) {
   // One pair's repetitions, averaged.
   struct PairValues {
@@ -433,10 +575,8 @@ std::size_t RunFolder::merge(const std::string& folder, const BenchmarkConfig& c
 bool RunFolder::isDone(const PairId& id) const { return done_.count(keyOf(id)) > 0; }
 
 std::vector<ResultRow> RunFolder::readRows() const {
-  std::vector<ResultRow> rows;
-  const std::vector<std::string> lines = completeLines(readFile(fs::path(path_) / "pairs.csv"));
-  for (std::size_t i = 1; i < lines.size(); ++i) rows.push_back(ResultRow::fromCsv(lines[i]));
-  return rows;
+  const fs::path file = fs::path(path_) / "pairs.csv";
+  return parseRows(file, readFile(file));
 }
 
 void RunFolder::append(const std::string& file, const std::string& text) const {

@@ -48,6 +48,11 @@ struct SummaryRow {
   double select_median = kUndefined, select_p95 = kUndefined;  ///< s
 };
 
+/// Rows of a run folder that is not being written to, each checked: complete, not there twice, numbers in
+/// their ranges, and precision, recall and F as the counts give them (to 1e-6).
+/// Throws RunFolderError naming file, line, what is wrong and what to do. O(rows log rows).
+std::vector<ResultRow> readResults(const std::string& folder);
+
 /// Groups rows by dataset, features, preselection, selector and tolerance, in order of first appearance.
 /// Repetitions of a pair are averaged before the mean over pairs. O(rows log rows + groups * 2000 * pairs).
 std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows);

@@ -1,0 +1,237 @@
+#include "corrsel/benchmark/comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "corrsel/benchmark/config.h"
+#include "corrsel/text.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr std::pair<const char*, double Metrics::*> kMetrics[] = {
+    {"f_paper", &Metrics::f_paper},
+    {"f_same_tau", &Metrics::f_same_tau},
+    {"precision", &Metrics::precision},
+    {"recall_paper", &Metrics::recall_paper},
+    {"recall_same_tau", &Metrics::recall_same_tau},
+};
+
+double Metrics::*metricNamed(const std::string& name) {
+  for (const auto& [known, member] : kMetrics) {
+    if (name == known) return member;
+  }
+  throw std::invalid_argument("unknown metric '" + name + "'; valid: " + joinList(comparisonMetrics()));
+}
+
+/// Dataset, features, preselection, selector.
+using GroupKey = std::tuple<std::string, std::string, std::string, std::string>;
+/// Sequence, pair.
+using PairKey = std::pair<std::string, std::string>;
+
+/// What a run says of one selection: its repetitions.
+struct PairValues {
+  std::vector<double> values;   ///< defined ones
+  std::vector<double> seconds;  ///< known ones
+  Status status = Status::kOk;
+};
+
+struct RunTable {
+  std::vector<GroupKey> order;
+  std::map<GroupKey, std::map<PairKey, PairValues>> groups;
+  std::map<GroupKey, double> tau;
+};
+
+RunTable tableOf(const RecordedRun& run, double tau, double Metrics::*metric) {
+  RunTable table;
+  std::set<double> taus;
+  for (const ResultRow& row : run.rows) {
+    if (!std::isnan(row.metrics.tau)) {
+      taus.insert(row.metrics.tau);
+      if (row.metrics.tau != tau) continue;
+    }
+    const GroupKey key{row.id.dataset, row.features, row.preselection, row.selector};
+    const auto [group, is_new] = table.groups.try_emplace(key);
+    if (is_new) {
+      table.order.push_back(key);
+      table.tau[key] = row.metrics.tau;
+    }
+    PairValues& pair = group->second[{row.id.sequence, row.id.pair}];
+    pair.status = row.status;
+    if (!row.judged()) continue;
+    if (!std::isnan(row.metrics.*metric)) pair.values.push_back(row.metrics.*metric);
+    if (!std::isnan(row.select_seconds)) pair.seconds.push_back(row.select_seconds);
+  }
+  if (!taus.empty() && taus.count(tau) == 0) {
+    std::vector<std::string> texts;
+    for (const double known : taus) texts.push_back(formatNumber(known));
+    throw std::invalid_argument(run.folder + " has no rows of tau = " + formatNumber(tau) +
+                                " px; give one of its tolerances: " + joinList(texts));
+  }
+  return table;
+}
+
+UnmatchedValue unmatched(const GroupKey& key, const std::string& pair, const std::string& reason) {
+  return {std::get<0>(key), std::get<1>(key), std::get<2>(key), std::get<3>(key), pair, reason};
+}
+
+/// Values of `one` that `other` lacks.
+std::vector<UnmatchedValue> missingIn(const RunTable& other, const RunTable& one) {
+  std::vector<UnmatchedValue> missing;
+  for (const GroupKey& key : one.order) {
+    const auto group = other.groups.find(key);
+    if (group == other.groups.end()) {
+      missing.push_back(unmatched(key, "", "no rows of this group"));
+      continue;
+    }
+    for (const auto& [pair, values] : one.groups.at(key)) {
+      const std::string name = pair.first + "/" + pair.second;
+      const auto found = group->second.find(pair);
+      if (found == group->second.end()) {
+        missing.push_back(unmatched(key, name, "no row"));
+      } else if (!values.values.empty() && found->second.values.empty()) {
+        missing.push_back(unmatched(key, name, "no value (status " + toString(found->second.status) + ")"));
+      }
+    }
+  }
+  return missing;
+}
+
+Verdict verdictOf(const std::vector<double>& differences, const GroupComparison& group, double tolerance) {
+  if (std::all_of(differences.begin(), differences.end(), [](double d) { return d == 0; })) {
+    return Verdict::kEqual;
+  }
+  if (group.interval.low <= 0 && group.interval.high >= 0) return Verdict::kWithinNoise;
+  if (std::abs(group.difference) <= tolerance) return Verdict::kWithinTolerance;
+  return group.difference > 0 ? Verdict::kBetter : Verdict::kWorse;
+}
+
+std::string textOf(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) {
+    throw RunFolderError("cannot read " + file.string() +
+                         ": give the folder of a run, its output_dir, that holds config.yaml and pairs.csv");
+  }
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+void requireYaml(const RecordedRun& run) {
+  try {
+    yamlDifferences(run.config, "");
+  } catch (const std::invalid_argument& error) {
+    throw RunFolderError(run.folder + "/config.yaml is damaged (" + error.what() +
+                         "): repair it, or run the benchmark again into another output_dir");
+  }
+}
+
+}  // namespace
+
+RecordedRun readRun(const std::string& folder) {
+  RecordedRun run;
+  run.folder = folder;
+  run.config = textOf(std::filesystem::path(folder) / "config.yaml");
+  requireYaml(run);
+  run.rows = readResults(folder);
+  return run;
+}
+
+std::vector<std::string> comparisonMetrics() {
+  std::vector<std::string> names;
+  for (const auto& metric : kMetrics) names.emplace_back(metric.first);
+  return names;
+}
+
+std::string toString(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kEqual:
+      return "equal";
+    case Verdict::kWithinNoise:
+      return "within noise";
+    case Verdict::kWithinTolerance:
+      return "within tolerance";
+    case Verdict::kBetter:
+      return "better";
+    case Verdict::kWorse:
+      return "worse";
+  }
+  throw std::invalid_argument("unknown verdict " + std::to_string(static_cast<int>(verdict)));
+}
+
+std::string UnmatchedValue::text() const {
+  return dataset + ", " + features + ", preselection " + preselection + ", " + selector + ": " +
+         (pair.empty() ? "" : pair + ": ") + reason;
+}
+
+std::size_t RunComparison::count(Verdict verdict) const {
+  return static_cast<std::size_t>(std::count_if(
+      groups.begin(), groups.end(), [verdict](const GroupComparison& g) { return g.verdict == verdict; }));
+}
+
+double RunComparison::expectedByChance() const {
+  return 0.05 * static_cast<double>(groups.size() - count(Verdict::kEqual));
+}
+
+bool RunComparison::passes(bool strict) const {
+  if (count(Verdict::kWorse) > 0 || !lost.empty()) return false;
+  return !strict ||
+         (added.empty() && std::none_of(groups.begin(), groups.end(),
+                                        [](const GroupComparison& g) { return g.beyond_tolerance; }));
+}
+
+RunComparison compareRuns(const RecordedRun& before, const RecordedRun& after,
+                          const ComparisonOptions& options) {
+  double Metrics::*const metric = metricNamed(options.metric);
+  if (!(options.tolerance >= 0 && options.tolerance <= 1)) {
+    throw std::invalid_argument("tolerance = " + formatNumber(options.tolerance) + " is outside [0, 1]");
+  }
+  if (options.resamples < 1) {
+    throw std::invalid_argument("resamples = " + std::to_string(options.resamples) + " is below 1");
+  }
+  requireYaml(before);
+  requireYaml(after);
+  const RunTable old_table = tableOf(before, options.tau, metric),
+                 new_table = tableOf(after, options.tau, metric);
+  RunComparison result;
+  result.config_differences = yamlDifferences(before.config, after.config);
+  result.lost = missingIn(new_table, old_table);
+  result.added = missingIn(old_table, new_table);
+  for (const GroupKey& key : old_table.order) {
+    const auto other = new_table.groups.find(key);
+    if (other == new_table.groups.end()) continue;
+    std::vector<double> old_values, new_values, differences, old_seconds, new_seconds;
+    for (const auto& [pair, values] : old_table.groups.at(key)) {
+      const auto found = other->second.find(pair);
+      if (found == other->second.end() || values.values.empty() || found->second.values.empty()) continue;
+      old_values.push_back(mean(values.values));
+      new_values.push_back(mean(found->second.values));
+      differences.push_back(new_values.back() - old_values.back());
+      if (values.seconds.empty() || found->second.seconds.empty()) continue;
+      old_seconds.push_back(mean(values.seconds));
+      new_seconds.push_back(mean(found->second.seconds));
+    }
+    if (differences.empty()) continue;
+    GroupComparison group;
+    std::tie(group.dataset, group.features, group.preselection, group.selector) = key;
+    group.tau = old_table.tau.at(key);
+    group.pairs = differences.size();
+    group.before = mean(old_values);
+    group.after = mean(new_values);
+    group.difference = mean(differences);
+    group.interval = bootstrapMean(differences, options.seed, options.resamples);
+    group.verdict = verdictOf(differences, group, options.tolerance);
+    group.beyond_tolerance = std::abs(group.difference) > options.tolerance;
+    group.time_ratio = quantile(new_seconds, 0.5) / quantile(old_seconds, 0.5);
+    result.groups.push_back(group);
+  }
+  return result;
+}
+
+}  // namespace corrsel::core
