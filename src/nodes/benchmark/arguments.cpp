@@ -108,10 +108,6 @@ std::map<std::string, std::string> readCommandLine(int argc, char** argv,
   return values;
 }
 
-std::string absolutePath(const std::string& path, const std::string& working_dir) {
-  return fs::absolute(fs::path(working_dir) / path).lexically_normal().string();
-}
-
 using Values = std::map<std::string, std::string>;
 
 std::string absolutePath(const std::string& path, const Values& values) {
