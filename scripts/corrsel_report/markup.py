@@ -1,7 +1,8 @@
 """Building blocks of the page: tables, sections, paragraphs."""
 import re
+from urllib.parse import quote
 
-from .words import esc, features_text, preselection_text
+from .words import data_kind, esc, features_text, preselection_text
 
 MAX_ROWS = 200  # longest table of failures or left-out pairs; the rest stays in the CSV file
 
@@ -50,7 +51,23 @@ def paragraph(text, css=""):
 def group_heading(group):
     """Return a group's name as the HTML of a heading."""
     details = "%s, %s" % (features_text(group.features), preselection_text(group.preselection))
-    return '%s <span class="sub">%s</span>' % (esc(group.dataset), esc(details))
+    return '%s <span class="sub">%s</span>' % (dataset_html(group.dataset), esc(details))
+
+
+def dataset_html(dataset):
+    """Return a dataset's name as HTML, with a badge where it is not real."""
+    kind = data_kind(dataset)
+    return esc(dataset) + ("" if kind == "real" else ' <span class="kind">%s</span>' % esc(kind))
+
+
+def sources(run, *names):
+    """Return a line of links to files of the run's folder, those that are there."""
+    links = [
+        '<a href="%s%s">%s</a>' % (esc(run.link), quote(name), esc(name))
+        for name in names
+        if (run.folder / name).is_file()
+    ]
+    return '<p class="files">Numbers: %s</p>' % ", ".join(links) if links else ""
 
 
 def cut_rows(rows, source):

@@ -24,8 +24,10 @@ FAILURES_HEADER = "dataset,sequence,pair,features,stage,error".split(",")
 IMAGES_HEADER = (
     "file,dataset,sequence,pair,features,preselection,selector,n_selected,n_correct,n_wrong,n_missed,tau_px"
 ).split(",")
+STAGES_HEADER = "number,dataset,sequence,pair,stage,seconds".split(",")
+SCALING_HEADER = "selector,threads,n,round,n_selected,status,select_s".split(",")
 TEXT_COLUMNS = {"dataset", "sequence", "pair", "features", "preselection", "selector", "status", "seed"}
-TEXT_COLUMNS |= {"stage", "error", "file"}
+TEXT_COLUMNS |= {"stage", "error", "file", "threads"}
 REFERENCE_TAU = 5.0
 Group = namedtuple("Group", "dataset features preselection")
 
@@ -137,6 +139,37 @@ def read_optional_json(path, notes, consequence):
     return content
 
 
+def config_values(text):
+    """Return key -> text or list of texts of the top-level lines of a config.yaml.
+
+    Reads what the benchmark writes there: plain and quoted words, and lists in brackets. Nested maps, and
+    whatever else YAML allows, are left out.
+    """
+    values = OrderedDict()
+    for match in re.finditer(r"^([A-Za-z_]\w*):[ \t]*(\[.*\]|\[[^\]]*\]|.*?)[ \t]*$", text, re.M):
+        key, value = match.groups()
+        if value.startswith("[") and value.endswith("]"):
+            values[key] = [word for word in map(unquote, split_list(value[1:-1])) if word]
+        elif value:
+            values[key] = unquote(value)
+    return values
+
+
+def split_list(text):
+    """Return the parts between the commas that stand outside of quotes."""
+    return [match[0] for match in re.finditer(r"""(?:"(?:\\.|[^"\\])*"|'(?:''|[^'])*'|[^,"'])+""", text)]
+
+
+def unquote(text):
+    """Return a YAML word without its quotes."""
+    text = text.strip()
+    if len(text) >= 2 and text[0] == text[-1] == '"':
+        return re.sub(r"\\(.)", r"\1", text[1:-1])
+    if len(text) >= 2 and text[0] == text[-1] == "'":
+        return text[1:-1].replace("''", "'")
+    return text
+
+
 def read_run(folder):
     """Read everything a run left behind into a Run; raises ReportError without a usable pairs.csv."""
     if not folder.is_dir():
@@ -174,6 +207,15 @@ def read_run(folder):
     run.config = read_text(config) if config.is_file() else None
     if run.config is None:
         notes.append("config.yaml is missing: the configuration is not shown.")
+    run.settings = config_values(run.config or "")
+    run.sections = run.list_setting("sections")
+    run.stages = read_optional_table(
+        folder / "stages.csv", STAGES_HEADER, notes, "the time by stage is not shown"
+    )
+    if "efficiency" in run.sections or (folder / "scaling.csv").is_file():
+        run.scaling = read_optional_table(
+            folder / "scaling.csv", SCALING_HEADER, notes, "time against the number of matches is not shown"
+        )
     run.index()
     return run
 
@@ -187,8 +229,11 @@ class Run:
         self.name = folder.resolve().name
         self.pairs = pairs
         self.notes = notes
-        self.summary, self.failures, self.images = [], [], []
+        self.summary, self.failures, self.images, self.stages, self.scaling = [], [], [], [], []
         self.state, self.environment, self.config = {}, {}, None
+        self.settings = {}  # top-level keys of config.yaml
+        self.sections = []  # experiments of the preset the run was started with; empty without preset
+        self.link = ""  # leads from the page to the run's folder: "" or ends in "/"
 
     def index(self):
         """Build the look-ups; call once all files are read."""
@@ -214,6 +259,11 @@ class Run:
         for (group, _, _, selector, _), status in self.tasks.items():
             self.statuses.setdefault((group, selector), Counter())[status] += 1
         self.styles = selector_styles(self.selectors)
+
+    def list_setting(self, key):
+        """Return a list of config.yaml; empty where there is none."""
+        value = self.settings.get(key, [])
+        return value if isinstance(value, list) else []
 
     def selectors_of(self, group):
         """Return the selectors of a group in the report's order, the baseline last."""

@@ -73,6 +73,22 @@ def overlap(first, second):
     return bounds[0] <= bounds[3] and bounds[2] <= bounds[1]
 
 
+def data_kind(dataset):
+    """Return whether a dataset's pairs are real, reconstructed or generated, as words."""
+    if dataset == "sample":
+        return "generated but for " + " and ".join(PHOTOGRAPHED)
+    for kind in ("reconstructed", "generated"):
+        if dataset.endswith("_" + kind):
+            return kind
+    return "real"
+
+
+def dataset_text(dataset):
+    """Return a dataset's name as words that tell apart what is not real."""
+    kind = data_kind(dataset)
+    return dataset if kind == "real" else "%s (%s)" % (dataset, kind)
+
+
 def at_tau(tau):
     """Return the tolerance as words."""
     return "labelled ground truth" if tau is None else "\u03c4 = %g px" % tau
@@ -86,7 +102,7 @@ def preselection_text(name):
 def group_text(group):
     """Return the name of a group as words."""
     return "%s, %s, %s" % (
-        group.dataset,
+        dataset_text(group.dataset),
         features_text(group.features),
         preselection_text(group.preselection),
     )
