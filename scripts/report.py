@@ -4,8 +4,9 @@
 Usage: report.py RUN_FOLDER [--output FILE]
 
 Reads pairs.csv (needed) and, where present, summary.csv, summary.json, environment.json, config.yaml,
-failures.csv and images/index.csv. Tables and curves show the numbers of summary.csv; pairs.csv gives the
-per-pair distributions, the counts and the failures. The same folder always gives the same bytes.
+failures.csv, stages.csv, scaling.csv and images/index.csv. Tables and curves show the numbers of summary.csv;
+pairs.csv gives the values per pair, the counts and the failures. Figures are also written as files below
+RUN_FOLDER/figures. The same folder always gives the same bytes.
 Exit status: 0 written, 2 unusable input.
 """
 import argparse
@@ -13,6 +14,7 @@ import os
 import sys
 import tempfile
 from pathlib import Path
+from urllib.parse import quote
 
 # The package lies beside this file, in the source tree as in the install space.
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -47,6 +49,27 @@ def write_atomically(path, text):
         raise
 
 
+def link_between(page_folder, run_folder):
+    """Return the relative link from the page's folder to the run's: "" or a path that ends in "/"."""
+    path = os.path.relpath(os.path.realpath(str(run_folder)), os.path.realpath(str(page_folder)))
+    return "" if path == "." else quote(path.replace(os.sep, "/")) + "/"
+
+
+def figures_folder(run):
+    """Return the folder for the figures' files; None, with a note, where it cannot be written to."""
+    folder = run.folder / "figures"
+    try:
+        folder.mkdir(exist_ok=True)
+        with tempfile.TemporaryFile(dir=str(folder)):
+            return folder
+    except OSError as error:
+        run.notes.append(
+            "The figures were not written as files: %s cannot be written (%s)."
+            % (folder.name, error.strerror)
+        )
+        return None
+
+
 def main(arguments=None):
     """Run the command line; return the exit status."""
     parser = argparse.ArgumentParser(
@@ -61,7 +84,8 @@ def main(arguments=None):
     try:
         run = read_run(folder)
         output = Path(options.output) if options.output else folder / "report.html"
-        text = build(run)
+        run.link = link_between(output.parent, folder)
+        text = build(run, figures_folder(run))
         write_atomically(output, text)
     except ReportError as error:
         print("report.py: error: %s" % error, file=sys.stderr)

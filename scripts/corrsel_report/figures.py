@@ -78,6 +78,7 @@ class FigureWriter:
         self.folder = folder
         self.link = link
         self.names = set()
+        self.swatches = {}  # selector -> its swatch
 
     def __call__(self, figure, label, name=None, css="plot"):
         """Return a figure as an inline SVG element with an accessible label.
@@ -116,6 +117,11 @@ class FigureWriter:
         ]
         return '<p class="files">%s</p>' % ", ".join(links)
 
+    def again(self, svg):
+        """Return an inline SVG for another place of the page: with identifiers of its own."""
+        self.count += 1
+        return re.sub(r'(id="|href="#|url\(#)f\d+-', lambda m: "%sf%d-" % (m[1], self.count), svg)
+
     def shorten(self, text):
         """Give the identifiers of one figure short names of its own and round its coordinates."""
         names = {}
@@ -153,12 +159,15 @@ def draw_line(axes, x, y, style, **options):
 
 def swatch(run, figures, selector):
     """Return a selector's line and marker as a small picture for a legend."""
-    figure, axes = new_axes(0.5, 0.2, 0, 0, 0, 0)
-    draw_line(axes, [0, 1, 2], [0, 0, 0], run.styles[selector], markevery=[1])
-    axes.set_xlim(0, 2)
-    axes.set_ylim(-1, 1)
-    axes.axis("off")
-    return figures(figure, "", css="swatch").replace('role="img" aria-label=""', 'aria-hidden="true"')
+    if selector not in figures.swatches:
+        figure, axes = new_axes(0.5, 0.2, 0, 0, 0, 0)
+        draw_line(axes, [0, 1, 2], [0, 0, 0], run.styles[selector], markevery=[1])
+        axes.set_xlim(0, 2)
+        axes.set_ylim(-1, 1)
+        axes.axis("off")
+        text = figures(figure, "", css="swatch")
+        figures.swatches[selector] = text.replace('role="img" aria-label=""', 'aria-hidden="true"')
+    return figures.again(figures.swatches[selector])
 
 
 def pixel_boxes(axes, points, obstacles):

@@ -54,6 +54,12 @@ def group_heading(group):
     return '%s <span class="sub">%s</span>' % (dataset_html(group.dataset), esc(details))
 
 
+def best_cell(text, rest="", of="row"):
+    """Return the cell of the best value of a row or column."""
+    mark = '<span class="mark" title="best of the %s">\u25b2</span>' % of
+    return ('class="best"', "<strong>%s</strong>%s%s" % (text, mark, rest))
+
+
 def dataset_html(dataset):
     """Return a dataset's name as HTML, with a badge where it is not real."""
     kind = data_kind(dataset)

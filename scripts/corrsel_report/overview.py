@@ -1,9 +1,13 @@
 """What won where: the state of the run and the table of the winners."""
 from collections import OrderedDict
 
-from .markup import paragraph, table
+from .compared import dataset_notes, paper_dataset, paper_winner
+from .markup import dataset_html, paragraph, sources, table
+from .paper import SOURCE
+from .scopes import is_main
 from .selectors import BASELINE, is_baseline
 from .words import (
+    data_kind,
     at_tau,
     bracket,
     esc,
@@ -17,6 +21,9 @@ from .words import (
     plural,
     preselection_text,
 )
+
+
+MAX_FINDINGS = 8  # more sentences on single groups stand with the groups, not in the overview
 
 
 def state_html(run):
@@ -34,6 +41,26 @@ def state_html(run):
         )
     text = "<strong>INCOMPLETE</strong>: %s. The numbers below describe only the pairs done." % esc(counted)
     return paragraph(text, "state banner")
+
+
+def scope_html(run):
+    """Return what the run leaves out by its configuration: datasets that were not there, other shards."""
+    out, shard, left = [], run.state.get("shard"), run.state.get("left_out_datasets")
+    experiment = run.settings.get("experiment")
+    if run.sections and isinstance(experiment, str) and experiment:
+        out.append(paragraph("Experiment <b>%s</b>: %s." % (esc(experiment), esc(", ".join(run.sections)))))
+    if isinstance(shard, str) and shard:
+        text = (
+            "<strong>Shard %s</strong>: this run holds only its share of the pairs; merge all shards for the"
+        )
+        out.append(paragraph(text % esc(shard) + " results of the whole.", "state banner"))
+    items = [item for item in left if isinstance(item, dict)] if isinstance(left, list) else []
+    if items:
+        text = "; ".join(
+            "<b>%s</b> (%s)" % (esc(i.get("dataset")), esc(i.get("reason", "no reason given"))) for i in items
+        )
+        out.append(paragraph("<strong>Left out</strong>: %s." % text, "state banner"))
+    return "\n".join(out)
 
 
 def notes_html(run):
@@ -56,7 +83,7 @@ def lead_html(run):
         return paragraph("This run holds no pairs.", "lead")
     competing = [s for s in run.selectors if not is_baseline(s)]
     counts = ", ".join(
-        "%s (%s)" % (esc(name), plural(len(pairs), "pair")) for name, pairs in datasets.items()
+        "%s (%s)" % (dataset_html(name), plural(len(pairs), "pair")) for name, pairs in datasets.items()
     )
     features = ", ".join(
         esc(features_text(f)) for f in OrderedDict.fromkeys(row["features"] for row in run.pairs)
@@ -136,6 +163,24 @@ def baseline_sentence(run, group, ranking):
     return text + "; %s %s no better." % (listed, "does" if len(below) == 1 else "do")
 
 
+def findings_in_place(run):
+    """Tell whether the sentences on single groups stand with the groups, being too many for the overview."""
+    return sum(group in run.means for group in run.groups) > MAX_FINDINGS
+
+
+def paper_cell(run, group):
+    """Return the selectors the paper puts first in the group's setting, as HTML."""
+    named = paper_winner(run, group)
+    if not named:
+        return "\u2013"
+    names, source = named
+    note = "" if paper_dataset(group.dataset) == group.dataset else " (%s)" % paper_dataset(group.dataset)
+    return '%s<br><span class="small">%s</span>' % (
+        ", ".join(esc(name) for name in names),
+        esc(source.split(", ", 1)[-1] + note),
+    )
+
+
 def f_cell(row):
     """Return the name of a selector with F and interval below it."""
     if row is None:
@@ -150,15 +195,23 @@ def f_cell(row):
 def summary_row(run, group):
     """Return one row of the summary table."""
     ranking = run.ranking(group)
-    head = '%s<br><span class="small">%s<br>%s</span>' % (
+    head = '%s<br><span class="small">%s<br>%s<br>%s</span>' % (
         esc(group.dataset),
+        esc("%s data" % data_kind(group.dataset)),
         esc(features_text(group.features)),
         esc(preselection_text(group.preselection)),
     )
     tau = run.tau(group)
     cells = [head, "label" if tau is None else "%g" % tau]
     if not ranking:
-        return ("", cells + [('colspan="7" class="text"', "no selector has a mean F")])
+        return (
+            "",
+            cells
+            + [
+                ('colspan="7" class="text"', "no selector has a mean F"),
+                ('class="text"', paper_cell(run, group)),
+            ],
+        )
     second = ranking[1] if len(ranking) > 1 else None
     common = overlap(ranking[0], second) if second else None
     versus_text = "\u2013"
@@ -183,6 +236,7 @@ def summary_row(run, group):
         versus_text,
         (text, quickest),
         ('class="base"', fraction(base[0]["f_paper"])) if base else "\u2013",
+        (text, paper_cell(run, group)),
     ]
     return ("", cells)
 
@@ -196,6 +250,7 @@ def html(run, figures):
         return paragraph("There is no summary.csv to take means from; see the counts per pair below.")
     caption = "Highest mean F for each dataset, kind of features and preselection."
     caption += " In brackets the 95 %% interval of the mean. %s does not compete." % BASELINE
+    caption += " Last column: what the paper (%s) puts first in the same setting." % SOURCE
     head = [
         "Dataset",
         "\u03c4 (px)",
@@ -206,7 +261,12 @@ def html(run, figures):
         "Winner better on",
         "Fastest",
         "F of %s" % BASELINE,
+        "Paper names",
     ]
     out = [table(caption, head, [summary_row(run, g) for g in groups], "overview", long=len(groups) > 12)]
+    out.append(sources(run, "summary.csv", "pairs.csv"))
+    out += [paragraph(esc(note), "small") for note in dataset_notes(run, [g.dataset for g in groups])]
+    if findings_in_place(run):
+        groups = [g for g in groups if is_main(run, g)][:MAX_FINDINGS]
     out.append('<ul class="findings">%s</ul>' % "".join("<li>%s</li>" % sentence(run, g) for g in groups))
     return "\n".join(out)

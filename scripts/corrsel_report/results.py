@@ -4,8 +4,10 @@ from collections import OrderedDict
 from matplotlib.ticker import FuncFormatter
 
 from .figures import draw_line, new_axes, plot_text, swatch
-from .markup import group_heading, paragraph, table
+from .markup import group_heading, paragraph, sources, table
+from .overview import findings_in_place, sentence
 from .reading import REFERENCE_TAU
+from .scopes import figure_name, other_groups
 from .selectors import DARK, YELLOW, is_baseline
 from .words import (
     GROUND_TRUTH_PX,
@@ -23,7 +25,7 @@ from .words import (
 )
 
 
-def curve_panel(run, figures, group, title, column):
+def curve_panel(run, figures, group, title, column, name):
     """Draw the mean of one measure against tau, one line per selector."""
     figure, axes = new_axes(3.9, 3.1, 0.5, 0.12, 0.48, 0.34)
     taus = run.taus(group)
@@ -39,10 +41,12 @@ def curve_panel(run, figures, group, title, column):
     axes.set_xticks(taus if len(taus) <= 12 else taus[:: len(taus) // 10])
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: "%g" % x))
     axes.grid(True)
-    return figures(figure, "%s against tolerance for %s, one line per selector" % (title, group_text(group)))
+    return figures(
+        figure, "%s against tolerance for %s, one line per selector" % (title, group_text(group)), name
+    )
 
 
-def bar_panel(run, figures, group, title, column):
+def bar_panel(run, figures, group, title, column, name):
     """Draw one measure of a labelled dataset as bars, one per selector, with the interval of mean F."""
     selectors = run.selectors_of(group)
     figure, axes = new_axes(3.9, 0.75 + 0.27 * len(selectors), 1.05, 0.5, 0.38, 0.34)
@@ -73,7 +77,7 @@ def bar_panel(run, figures, group, title, column):
     axes.set_xticks([0, 0.25, 0.5, 0.75, 1])
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: "%g" % x))
     axes.set_title(title, loc="left")
-    return figures(figure, "%s per selector for %s" % (title, group_text(group)))
+    return figures(figure, "%s per selector for %s" % (title, group_text(group)), name)
 
 
 COLUMNS = (
@@ -154,7 +158,7 @@ def group_notes(run, group):
     return [esc(text) for text in out]
 
 
-def group_html(run, figures, swatches, index, group):
+def group_html(run, figures, anchor, prefix, group):
     """Return table and curves of one dataset x features x preselection."""
     tau = run.tau(group)
     caption = "Means over the pairs of %s at %s." % (esc(group_text(group)), esc(at_tau(tau)))
@@ -164,14 +168,18 @@ def group_html(run, figures, swatches, index, group):
     best = best_texts(run, group)
     selectors = run.selectors_of(group)
     rows = [result_row(run, group, s, best) for s in selectors]
-    out = ['<article class="group" id="group-%d"><h3>%s</h3>' % (index, group_heading(group))]
+    out = ['<article class="group" id="%s"><h3>%s</h3>' % (anchor, group_heading(group))]
+    if findings_in_place(run):
+        out.append(paragraph(sentence(run, group)))
     out.append(table(caption, ["Selector"] + [c[0] for c in COLUMNS], rows, "results"))
+    out.append(sources(run, "summary.csv", "pairs.csv"))
     out += [paragraph(note, "small") for note in group_notes(run, group)]
-    measures = (("Precision", "precision"), ("Recall", "recall_paper"), ("F", "f_paper"))
+    measures = (("Precision", "precision", "p"), ("Recall", "recall_paper", "r"), ("F", "f_paper", "f"))
     if run.ranking(group):
         panel = bar_panel if tau is None else curve_panel
         plots = "".join(
-            "<div>%s</div>" % panel(run, figures, group, title, column) for title, column in measures
+            "<div>%s</div>" % panel(run, figures, group, title, column, figure_name(run, prefix, group, key))
+            for title, column, key in measures
         )
         text = "Precision, recall and F of each selector; the bars on F are 95 % intervals of the mean."
         legend = ""
@@ -182,7 +190,7 @@ def group_html(run, figures, swatches, index, group):
             )
             drawn = [s for s in selectors if any(run.mean(group, s, t) for t in run.taus(group))]
             legend = '<ul class="legend">%s</ul>' % "".join(
-                "<li>%s%s</li>" % (swatches[s], esc(s)) for s in drawn
+                "<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in drawn
             )
         out.append(
             '<figure class="figure">%s<div class="panels">%s</div><figcaption>%s</figcaption></figure>'
@@ -192,19 +200,24 @@ def group_html(run, figures, swatches, index, group):
     return "\n".join(out)
 
 
+def groups_html(run, figures, groups, prefix, link_text="Results"):
+    """Return table and curves of several groups; `prefix` begins their anchors and figure files."""
+    out = []
+    if len(groups) > 1:
+        links = (
+            '<li><a href="#%s-%d">%s</a></li>' % (prefix, i, esc(group_text(g)))
+            for i, g in enumerate(groups, 1)
+        )
+        out.append('<nav aria-label="%s"><ul class="toc">%s</ul></nav>' % (esc(link_text), "".join(links)))
+    out += [group_html(run, figures, "%s-%d" % (prefix, i), prefix, g) for i, g in enumerate(groups, 1)]
+    return "\n".join(out)
+
+
 def html(run, figures):
-    """Return the body of the section."""
-    groups = [g for g in run.groups if g in run.means]
+    """Return the body of the section: every group that no experiment of a preset shows."""
+    groups = other_groups(run)
     if not groups:
         return paragraph(
             "No means to show: %s." % ("summary.csv has no rows" if run.groups else "the run holds no pairs")
         )
-    swatches = {s: swatch(run, figures, s) for s in run.selectors}
-    out = []
-    if len(groups) > 1:
-        links = (
-            '<li><a href="#group-%d">%s</a></li>' % (i, esc(group_text(g))) for i, g in enumerate(groups, 1)
-        )
-        out.append('<nav aria-label="Results"><ul class="toc">%s</ul></nav>' % "".join(links))
-    out += [group_html(run, figures, swatches, i, g) for i, g in enumerate(groups, 1)]
-    return "\n".join(out)
+    return groups_html(run, figures, groups, "results")

@@ -22,6 +22,12 @@ code, pre { font-family: ui-monospace, "SFMono-Regular", Menlo, Consolas, "DejaV
   font-size: .86em; }
 .run { color: #555; margin: 0 0 1.2rem; }
 .lead { max-width: 50rem; font-size: 1.06rem; }
+.files { font-size: .84em; color: #555; margin: 0 0 1rem; }
+svg.plot + .files { margin: 0 0 .3rem; padding-left: .2rem; }
+.kind { display: inline-block; font-size: .78em; font-weight: 600; line-height: 1.3; padding: 0 .4em;
+  border: 1px solid #767676; border-radius: .3em; color: #444; background: #f5f5f5; white-space: nowrap; }
+.kind.good { border-color: #009E73; color: #00664b; background: #eef7f3; }
+.kind.bad { border-color: #D55E00; color: #8f3f00; background: #fdf0e6; }
 .small { font-size: .84em; color: #555; font-weight: 400; }
 .state { margin: 0 0 1.2rem; padding: .55rem .9rem; border-left: 5px solid #009E73; background: #eef7f3; }
 .state.banner { border-color: #D55E00; background: #fdf0e6; }
@@ -50,12 +56,17 @@ th:first-child { text-align: left; padding-left: .2rem; position: sticky; left: 
 .stages { margin-top: 2.4rem; } .stages thead th:nth-child(2) { text-align: left; }
 td.best { position: relative; }
 .mark { position: absolute; right: .3rem; font-size: .8em; color: #005a8d; }
+tr.paper th, tr.paper td, tr.paper th:first-child { background: #eef3f8; color: #33475b; }
+tr.paper th { font-weight: 400; font-style: italic; }
+.compared td, .compared th { vertical-align: top; }
+.map svg.plot { max-width: 42rem; } .single svg.plot { max-width: 44rem; }
+table.findings td { min-width: 15rem; } table.findings td:last-child { min-width: 0; white-space: nowrap; }
 tr.baseline th, tr.baseline td, td.base { color: #5c5c5c; font-style: italic; }
 tr.baseline { background: #f5f5f5; } tr.baseline th:first-child { background: #f5f5f5; }
 .none { color: #5c5c5c; font-style: italic; }
 .results td.none { text-align: left; }
 .zero { color: #767676; }
-.findings { padding-left: 1.1rem; } .findings li { margin-bottom: .6rem; max-width: 54rem; }
+ul.findings { padding-left: 1.1rem; } .findings li { margin-bottom: .6rem; max-width: 54rem; }
 .figure { margin: 1rem 0 0; }
 figcaption { color: #555; font-size: .9rem; }
 .panels { display: grid; grid-template-columns: repeat(3, minmax(0, 1fr)); gap: .6rem 1.2rem; }

@@ -12,7 +12,8 @@ from .figures import (
     place_labels,
     plot_text,
 )
-from .markup import group_heading, paragraph, table
+from .markup import group_heading, paragraph, sources, table
+from .scopes import figure_name
 from .selectors import DARK, GREY, YELLOW, is_baseline
 from .words import at_tau, esc, features_text, group_text, milliseconds
 
@@ -92,9 +93,8 @@ def time_panel(run, figures, group):
     axes.grid(True)
     axes.set_xlabel("median selection time (ms, logarithmic)")
     axes.set_title("Mean F with 95 % interval", loc="left")
-    return figures(
-        figure, "Mean F against median selection time for %s, one point per selector" % group_text(group)
-    )
+    label = "Mean F against median selection time for %s, one point per selector" % group_text(group)
+    return figures(figure, label, figure_name(run, "time", group))
 
 
 def distribution_panel(run, figures, group):
@@ -129,7 +129,8 @@ def distribution_panel(run, figures, group):
     axes.set_xlim(-0.02, 1.02)
     axes.set_xlabel("F of a pair")
     axes.set_title("F pair by pair", loc="left")
-    return figures(figure, "Distribution of F over the pairs of %s, one row per selector" % group_text(group))
+    label = "Distribution of F over the pairs of %s, one row per selector" % group_text(group)
+    return figures(figure, label, figure_name(run, "pairs", group))
 
 
 def stage_table(run):
@@ -196,5 +197,5 @@ def html(run, figures):
             % (plots, esc(text))
         )
     if run.pairs:
-        out.append(stage_table(run))
+        out += [stage_table(run), sources(run, "summary.csv", "pairs.csv")]
     return "\n".join(out) or paragraph("The run holds no pairs.")

@@ -16,6 +16,7 @@ STATUSES = OrderedDict(
 )
 PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
 GROUND_TRUTH_PX = 10
+GIVEN = "given"  # features of a dataset that provides matches
 
 
 def esc(value):
@@ -110,7 +111,7 @@ def group_text(group):
 
 def features_text(name):
     """Return the features as words."""
-    return "given matches" if name == "given" else name
+    return "given matches" if name == GIVEN else name
 
 
 def statuses_text(counts):
