@@ -190,7 +190,22 @@ def change_text(result, selector):
     )
     if sign * (here - there) > 0:
         text += ", most of all by its %s (%s against %s)" % (name, fraction(here), fraction(there))
-    return text
+    return text + whole_pairs_text(case.recall[selector], measured.f.count)
+
+
+def whole_pairs_text(recall, count):
+    """Return a remark on a printed recall, in percent, that is a whole number of `count` pairs; else ''.
+
+    Recall 1 on some pairs and 0 on the others gives such a number; other recalls can, but seldom do.
+    """
+    whole = recall * count / 100
+    if not 0 < whole < count or whole != round(whole):
+        return ""
+    return " (its printed recall, %.2f %%, is what recall 1 on %d of %d pairs and 0 on the others gives)" % (
+        recall,
+        whole,
+        count,
+    )
 
 
 def difference_text(first, second, difference):
