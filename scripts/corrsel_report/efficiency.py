@@ -110,6 +110,9 @@ def statement(threads, selectors):
             )
         )
         text += " N<sup>%.2f</sup>" % exponents[flat]
+    absent = [s for s in selectors if s not in medians and not is_baseline(s)]
+    if absent:
+        text += ". Without a time at this N: %s" % ", ".join("<b>%s</b>" % esc(s) for s in absent)
     return text + "."
 
 
@@ -157,7 +160,7 @@ def scaling_table(threads, selectors):
         exponent = growth_exponent(rounds)
         cells.append(DASH if exponent is None else "%.2f" % exponent)
         cells.append(
-            DASH if not last or not fastest[ns[-1]] else ratio_text(np.median(last) / fastest[ns[-1]])
+            DASH if base or not last or not fastest[ns[-1]] else ratio_text(np.median(last) / fastest[ns[-1]])
         )
         rows.append(("baseline" if base else "", cells))
     head = ["Selector"] + ["N = %d" % n for n in ns]

@@ -179,3 +179,6 @@ GUIDE = OrderedDict(
         ("efficiency", Advice("Efficiency", "", ("gms", "nnsr"), ("st", "gtm"))),
     ]
 )
+
+# Fig. 8 (fig:per6): curves on VGG for these combinations; no numbers are printed.
+FEATURES_VGG = ("sift+sift", "orb+orb", "asift+asift", "blob+freak")

@@ -201,7 +201,7 @@ def whole_pairs_text(recall, count):
     whole = recall * count / 100
     if not 0 < whole < count or whole != round(whole):
         return ""
-    return " (its printed recall, %.2f %%, is what recall 1 on %d of %d pairs and 0 on the others gives)" % (
+    return "; its printed recall, %.2f %%, is what recall 1 on %d of %d pairs and 0 on the others gives" % (
         recall,
         whole,
         count,
