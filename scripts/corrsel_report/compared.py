@@ -2,10 +2,10 @@
 from collections import OrderedDict, namedtuple
 
 from . import paper
-from .markup import best_cell, dataset_html, table
+from .markup import best_cell, breakable, table
 from .scopes import is_main
 from .selectors import is_baseline, selector_key
-from .words import GIVEN, esc, plural
+from .words import GIVEN, data_kind, esc, plural
 
 STAND_INS = {"heinly_generated": "heinly"}  # generated dataset -> the paper's dataset it stands in for
 
@@ -146,8 +146,10 @@ def comparison_table(caption, blocks):
 
 def group_label(group, *words):
     """Return the label of a row of the run."""
-    rest = ", ".join(esc(word) for word in words if word)
-    return dataset_html(group.dataset) + ('<br><span class="small">%s</span>' % rest if rest else "")
+    rest = "<br>".join(esc(word) for word in words if word)
+    kind = data_kind(group.dataset)
+    badge = "" if kind == "real" else ' <span class="kind">%s</span>' % esc(kind)
+    return breakable(group.dataset) + badge + ('<br><span class="small">%s</span>' % rest if rest else "")
 
 
 def paper_label(source, dataset=None):

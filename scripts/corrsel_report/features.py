@@ -1,4 +1,6 @@
 """Experiment features: other detectors and descriptors (the paper's Fig. 8 and Table III)."""
+from collections import OrderedDict
+
 from . import paper, results
 from .compared import (
     Block,
@@ -28,7 +30,8 @@ def html(run, figures):
         if g in run.means and is_main(run, g) and g.features != GIVEN and g.dataset in datasets
     ]
     blocks = []
-    for group in shown + groups:
+    order = list(OrderedDict.fromkeys(group.dataset for group in shown + groups))
+    for group in sorted(shown + groups, key=lambda g: order.index(g.dataset)):
         theirs, source = printed_f(run, group) or (None, paper.FEATURES_SOURCE)
         label = paper_label(source, paper_dataset(group.dataset)) if theirs else ""
         blocks.append(Block(group_label(group, group.features), measured(run, group), label, theirs))

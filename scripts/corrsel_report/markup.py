@@ -60,6 +60,11 @@ def best_cell(text, rest="", of="row"):
     return ('class="best"', "<strong>%s</strong>%s%s" % (text, mark, rest))
 
 
+def breakable(name):
+    """Return a name as HTML that may break after its underscores."""
+    return esc(name).replace("_", "_<wbr>")
+
+
 def dataset_html(dataset):
     """Return a dataset's name as HTML, with a badge where it is not real."""
     kind = data_kind(dataset)

@@ -2,12 +2,12 @@
 from collections import OrderedDict
 
 from .compared import dataset_notes, paper_dataset, paper_winner
-from .markup import dataset_html, paragraph, sources, table
+from .markup import breakable, dataset_html, paragraph, sources, table
 from .paper import SOURCE
 from .scopes import is_main
 from .selectors import BASELINE, is_baseline
 from .words import (
-    data_kind,
+    kind_text,
     at_tau,
     bracket,
     esc,
@@ -97,10 +97,12 @@ def lead_html(run):
     return paragraph(text, "lead")
 
 
-def sentence(run, group):
-    """Return what a group's numbers say, in words."""
+def sentence(run, group, named=True):
+    """Return what a group's numbers say, in words; without its name where a heading gives it."""
     ranking, tau = run.ranking(group), run.tau(group)
-    name = "<b>%s</b> (%s)" % (esc(group_text(group)), esc(at_tau(tau)))
+    name = "Labelled ground truth" if tau is None else "At %s" % at_tau(tau)
+    if named:
+        name = "<b>%s</b> (%s)" % (esc(group_text(group)), esc(at_tau(tau)))
     if not ranking:
         return "%s: no selector has a mean F." % name
     first = ranking[0]
@@ -181,6 +183,12 @@ def paper_cell(run, group):
     )
 
 
+OVERLAP = {
+    True: '<br><span class="small">intervals overlap</span>',
+    False: '<br><span class="small">intervals separate</span>',
+}
+
+
 def f_cell(row):
     """Return the name of a selector with F and interval below it."""
     if row is None:
@@ -195,23 +203,18 @@ def f_cell(row):
 def summary_row(run, group):
     """Return one row of the summary table."""
     ranking = run.ranking(group)
-    head = '%s<br><span class="small">%s<br>%s<br>%s</span>' % (
-        esc(group.dataset),
-        esc("%s data" % data_kind(group.dataset)),
-        esc(features_text(group.features)),
-        esc(preselection_text(group.preselection)),
-    )
     tau = run.tau(group)
-    cells = [head, "label" if tau is None else "%g" % tau]
+    lines = (
+        "%s, %s" % (kind_text(group.dataset), "labelled" if tau is None else at_tau(tau)),
+        features_text(group.features),
+        preselection_text(group.preselection),
+    )
+    head = breakable(group.dataset) + '<br><span class="small">%s</span>' % "<br>".join(map(esc, lines))
+    cells = [head]
+    text = 'class="text"'
     if not ranking:
-        return (
-            "",
-            cells
-            + [
-                ('colspan="7" class="text"', "no selector has a mean F"),
-                ('class="text"', paper_cell(run, group)),
-            ],
-        )
+        nothing = (text, "no selector has a mean F")
+        return ("", cells + ["\u2013", nothing, (text, paper_cell(run, group)), ('colspan="4"', "\u2013")])
     second = ranking[1] if len(ranking) > 1 else None
     common = overlap(ranking[0], second) if second else None
     versus_text = "\u2013"
@@ -227,41 +230,37 @@ def summary_row(run, group):
     if fastest:
         time = milliseconds(fastest["select_s_median"])
         quickest = '<b>%s</b><br><span class="small">%s ms</span>' % (esc(fastest["selector"]), time)
-    text = 'class="text"'
     cells += [
         number(ranking[0]["pairs"]),
         (text, f_cell(ranking[0])),
-        (text, f_cell(second)),
-        (text, "\u2013" if common is None else "overlap" if common else "separate"),
+        (text, paper_cell(run, group)),
+        (text, f_cell(second) + ("" if common is None else OVERLAP[common])),
         versus_text,
         (text, quickest),
         ('class="base"', fraction(base[0]["f_paper"])) if base else "\u2013",
-        (text, paper_cell(run, group)),
     ]
     return ("", cells)
 
 
 def html(run, figures):
     """Return the body of the section."""
-    groups = [g for g in run.groups if g in run.means]
+    groups = sorted((g for g in run.groups if g in run.means), key=lambda g: not is_main(run, g))
     if not run.groups:
         return paragraph("There are no pairs in this run, so there is nothing to compare.")
     if not groups:
         return paragraph("There is no summary.csv to take means from; see the counts per pair below.")
     caption = "Highest mean F for each dataset, kind of features and preselection."
     caption += " In brackets the 95 %% interval of the mean. %s does not compete." % BASELINE
-    caption += " Last column: what the paper (%s) puts first in the same setting." % SOURCE
+    caption += " Paper names: what the paper (%s) puts first in the same setting." % SOURCE
     head = [
         "Dataset",
-        "\u03c4 (px)",
         "Pairs",
         "Highest F",
+        "Paper names",
         "Runner-up",
-        "Intervals",
         "Winner better on",
         "Fastest",
         "F of %s" % BASELINE,
-        "Paper names",
     ]
     out = [table(caption, head, [summary_row(run, g) for g in groups], "overview", long=len(groups) > 12)]
     out.append(sources(run, "summary.csv", "pairs.csv"))

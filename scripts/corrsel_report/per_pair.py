@@ -58,7 +58,7 @@ def heat_map(run, figures, group, pairs, selectors, f, name):
             ha="center",
             va="center",
             fontsize=8,
-            color="black" if not known or value > 0.55 else "white",
+            color="black" if not known or value > 0.5 else "white",
             fontweight="bold" if best else "normal",
         )
     if is_baseline(selectors[-1]) and len(selectors) > 1:

@@ -170,7 +170,7 @@ def group_html(run, figures, anchor, prefix, group):
     rows = [result_row(run, group, s, best) for s in selectors]
     out = ['<article class="group" id="%s"><h3>%s</h3>' % (anchor, group_heading(group))]
     if findings_in_place(run):
-        out.append(paragraph(sentence(run, group)))
+        out.append(paragraph(sentence(run, group, named=False)))
     out.append(table(caption, ["Selector"] + [c[0] for c in COLUMNS], rows, "results"))
     out.append(sources(run, "summary.csv", "pairs.csv"))
     out += [paragraph(note, "small") for note in group_notes(run, group)]

@@ -60,7 +60,7 @@ def stages_of(datasets):
 def stage_panel(figures, datasets):
     """Draw the time of each dataset as one bar made of its stages."""
     names = stages_of(datasets)
-    figure, axes = new_axes(6.4, 1.05 + 0.34 * len(datasets), 1.75, 0.2, 0.48, 0.5)
+    figure, axes = new_axes(6.6, 1.05 + 0.34 * len(datasets), 1.95, 0.2, 0.48, 0.5)
     longest = max(sum(stages.values()) for stages in datasets.values())
     scale, unit = (1, "s") if longest < 300 else (60, "min") if longest < 18000 else (3600, "h")
     for i, name in enumerate(names):
@@ -79,7 +79,7 @@ def stage_panel(figures, datasets):
             linewidth=0.5,
         )
     axes.set_yticks(range(len(datasets)))
-    axes.set_yticklabels([plot_text(d, 22) for d in datasets])
+    axes.set_yticklabels([plot_text(d, 26) for d in datasets])
     axes.set_ylim(len(datasets) - 0.5, -0.5)
     axes.tick_params(axis="y", length=0)
     axes.set_xlabel("time (%s)" % unit)

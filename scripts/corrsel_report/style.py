@@ -7,12 +7,13 @@ html { -webkit-text-size-adjust: 100%; text-size-adjust: 100%; }
 body { margin: 0 auto; max-width: 70rem; padding: 2.5rem 1.5rem 4rem; background: #fff; color: #1b1b1b;
   font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "Liberation Sans", Arial,
     sans-serif; }
-h1, h2, h3 { line-height: 1.2; font-weight: 650; overflow-wrap: anywhere; }
+h1, h2, h3, h4 { line-height: 1.2; font-weight: 650; overflow-wrap: anywhere; }
 h1 { font-size: 2rem; margin: 0 0 .3rem; letter-spacing: -.015em; }
 h2 { font-size: 1.4rem; margin: 3.5rem 0 1rem; padding-top: .8rem; border-top: 2px solid #1b1b1b; }
 h2 .no { color: #767676; font-weight: 400; margin-right: .35rem; }
 h3 { font-size: 1.1rem; margin: 2.4rem 0 .7rem; }
-h3 .sub { font-weight: 400; color: #555; margin-left: .3rem; }
+h4 { font-size: 1rem; margin: 1rem 0 .4rem; }
+h3 .sub, h4 .sub { font-weight: 400; color: #555; margin-left: .3rem; }
 p, ul, dl { margin: 0 0 1rem; }
 p, li, dd { overflow-wrap: anywhere; }
 a { color: #005a8d; }
@@ -39,7 +40,7 @@ svg.plot + .files { margin: 0 0 .3rem; padding-left: .2rem; }
 table { border-collapse: collapse; min-width: 100%; font-variant-numeric: tabular-nums;
   font-size: .92rem; line-height: 1.35; }
 caption { text-align: left; color: #555; padding: 0 0 .5rem; font-size: .92rem; }
-caption { position: sticky; left: 0; max-width: calc(100vw - 3rem); }
+caption { position: sticky; left: 0; max-width: min(calc(100vw - 3rem), 67rem); }
 th, td { padding: .42rem .8rem; text-align: right; vertical-align: baseline; white-space: nowrap; }
 th { font-weight: 650; }
 thead th { border-bottom: 1.5px solid #1b1b1b; vertical-align: bottom; font-size: .88rem; }
@@ -51,7 +52,11 @@ th:first-child { text-align: left; padding-left: .2rem; position: sticky; left: 
 .text { text-align: left; }
 .texts td, .texts thead th { text-align: left; }
 .texts td { white-space: normal; overflow-wrap: anywhere; min-width: 6rem; }
-.overview thead th:nth-child(n+4):not(:nth-child(7)):not(:nth-child(9)) { text-align: left; }
+.overview thead th:nth-child(n+3):not(:nth-child(6)):not(:nth-child(8)) { text-align: left; }
+.overview th:first-child, .compared th:first-child { white-space: normal; min-width: 7rem; max-width: 13rem;
+  overflow-wrap: break-word; }
+.overview thead th { white-space: normal; min-width: 3.4rem; }
+.compared td, .compared thead th { padding-left: .3rem; padding-right: 1.2rem; }
 .results td, .results thead th { padding-right: 1.35rem; }
 .stages { margin-top: 2.4rem; } .stages thead th:nth-child(2) { text-align: left; }
 td.best { position: relative; }
@@ -67,7 +72,7 @@ tr.baseline { background: #f5f5f5; } tr.baseline th:first-child { background: #f
 .results td.none { text-align: left; }
 .zero { color: #767676; }
 ul.findings { padding-left: 1.1rem; } .findings li { margin-bottom: .6rem; max-width: 54rem; }
-.figure { margin: 1rem 0 0; }
+.figure { margin: 1rem 0 1.4rem; }
 figcaption { color: #555; font-size: .9rem; }
 .panels { display: grid; grid-template-columns: repeat(3, minmax(0, 1fr)); gap: .6rem 1.2rem; }
 .panels.two { grid-template-columns: repeat(2, minmax(0, 1fr)); }
@@ -107,7 +112,8 @@ footer { margin-top: 3rem; padding-top: .8rem; border-top: 1px solid #d5d5d5; co
 @media screen and (max-width: 560px) {
   body { padding: 1.4rem 1rem 3rem; }
   h1 { font-size: 1.6rem; } h2 { font-size: 1.25rem; margin-top: 2.6rem; }
-  h3 .sub { display: block; margin: .15rem 0 0; font-size: .95rem; }
+  h4 { font-size: 1rem; margin: 1rem 0 .4rem; }
+h3 .sub, h4 .sub { display: block; margin: .15rem 0 0; font-size: .95rem; }
   table { font-size: .86rem; } th, td { padding: .4rem .6rem; }
   th:first-child { min-width: 5.6rem; max-width: 9.5rem; white-space: normal; overflow-wrap: break-word; }
 }

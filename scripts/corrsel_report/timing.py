@@ -64,7 +64,7 @@ def time_panel(run, figures, group):
     tau = run.tau(group)
     base = [run.mean(group, s, tau) for s in run.selectors_of(group) if is_baseline(s)]
     base = [row for row in base if row]
-    figure, axes = new_axes(5.0, 3.6, 0.55, 0.15, 0.5, 0.34)
+    figure, axes = new_axes(5.0, 3.6, 0.55, 0.25, 0.5, 0.34)
     times = [1e3 * r["select_s_median"] for r in rows]
     axes.set_xscale("log")
     axes.set_xlim(min(times) / 2, max(times) * 3)

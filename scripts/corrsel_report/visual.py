@@ -168,7 +168,7 @@ def findings_html(images):
             (success_sentence(success), success),
             (failure_sentence(selector, failure), failure),
         ):
-            link = ' <a href="#cell-%d">see it</a>' % drawn.index if drawn else ""
+            link = ' <a class="nb" href="#cell-%d">see it</a>' % drawn.index if drawn else ""
             cells.append(('class="text"', esc(sentence) + link))
         cells.append("%d / %d / %d" % (sum(map(is_success, own)), sum(map(is_failure, own)), len(own)))
         rows.append(("", cells))

@@ -84,6 +84,12 @@ def data_kind(dataset):
     return "real"
 
 
+def kind_text(dataset):
+    """Return the kind of a dataset as words that stand alone."""
+    kind = data_kind(dataset)
+    return kind if " " in kind else kind + " data"
+
+
 def dataset_text(dataset):
     """Return a dataset's name as words that tell apart what is not real."""
     kind = data_kind(dataset)
