@@ -390,7 +390,7 @@ def overview_table(group, cases):
     if compared:
         head += ["Highest F<br>in the paper", "Same", "\u03c1"]
         caption += " \u03c1: Spearman's rank correlation between the measured F and the paper's."
-    return table(caption, head, rows, "results")
+    return table(caption, head, rows)
 
 
 # --------------------------------------------------------------------------------------------------- figure
