@@ -13,7 +13,7 @@ from .figures import (
     plot_text,
 )
 from .markup import group_heading, paragraph, sources, table
-from .scopes import figure_name
+from .scopes import figure_name, is_main
 from .selectors import DARK, GREY, YELLOW, is_baseline
 from .words import at_tau, esc, features_text, group_text, milliseconds
 
@@ -175,13 +175,14 @@ DISTRIBUTION_TEXT = (
 
 
 def html(run, figures):
-    """Return the body of the section."""
+    """Return the body of the section: what the experiments efficiency and per_pair do not show."""
     out = []
     for group in run.groups:
-        panels = [
-            (time_panel(run, figures, group), TIME_TEXT),
-            (distribution_panel(run, figures, group), DISTRIBUTION_TEXT),
-        ]
+        main, panels = is_main(run, group), []
+        if not (main and "efficiency" in run.sections):
+            panels.append((time_panel(run, figures, group), TIME_TEXT))
+        if not (main and "per_pair" in run.sections):
+            panels.append((distribution_panel(run, figures, group), DISTRIBUTION_TEXT))
         panels = [(plot, text) for plot, text in panels if plot]
         if not panels:
             continue
