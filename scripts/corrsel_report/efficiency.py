@@ -164,12 +164,12 @@ def scaling_table(threads, selectors):
         )
         rows.append(("baseline" if base else "", cells))
     head = ["Selector"] + ["N = %d" % n for n in ns]
-    head += ["Quartiles at N = %d" % ns[-1], "Exponent", "\u00d7 fastest"]
+    head += ["Quartiles", "Exponent", "\u00d7 fastest"]
     count = max(len(seconds) for rounds in selectors.values() for seconds in rounds.values())
     caption = (
-        "Selection time in ms, %s: median of %s. Exponent: p of the fit time \u221d N<sup>p</sup> through the medians."
-        " \u00d7 fastest: median over the lowest at the largest N. \u25bc lowest of the column."
-        % (esc(threads_text(threads)), plural(count, "round"))
+        "Selection time in ms, %s: median of %s; quartiles at N = %d. Exponent: p of the fit time \u221d N<sup>p</sup>"
+        " through the medians. \u00d7 fastest: median over the lowest at N = %d. \u25bc lowest of the column."
+        % (esc(threads_text(threads)), plural(count, "round"), ns[-1], ns[-1])
     )
     return table(caption, head, rows, "results")
 

@@ -183,13 +183,13 @@ def change_text(result, selector):
     rise = measured.f.mean - printed(case.f[selector])
     sign = 1 if rise > 0 else -1
     name, here, there = max(parts, key=lambda p: sign * (p[1] - p[2]))
-    text = "<b>%s</b>, F %s here and %s there" % (
+    text = "<b>%s</b> is further from its printed F, %s here and %s there" % (
         esc(selector),
         fraction(measured.f.mean),
         fraction(printed(case.f[selector])),
     )
     if sign * (here - there) > 0:
-        text += ", most of all by its %s (%s against %s)" % (name, fraction(here), fraction(there))
+        text += ", most of all in %s (%s against %s)" % (name, fraction(here), fraction(there))
     return text + whole_pairs_text(case.recall[selector], measured.f.count)
 
 
@@ -250,7 +250,7 @@ def why_html(result):
         if selector in result.printed.f:
             changes[selector] = result.scores[selector].f.mean - printed(result.printed.f[selector])
     moved = max(changes, key=lambda s: abs(changes[s]))
-    text += "what differs most from the paper is %s" % change_text(result, moved)
+    text += "of the two, %s" % change_text(result, moved)
     if theirs != moved:
         text += "; <b>%s</b> has %s against %s" % (
             esc(theirs),
@@ -346,6 +346,11 @@ def case_table(result, tau):
     return table(caption + ". \u25b2 highest of the column.", head, rows, "results")
 
 
+def name_cell(selector, f):
+    """Return a selector with its F below it, as HTML."""
+    return '<b>%s</b><br><span class="small">%s</span>' % (esc(selector), fraction(f))
+
+
 def overview_table(group, cases):
     """Return the table with one row for each case."""
     compared = any(r.printed for r in cases)
@@ -354,40 +359,38 @@ def overview_table(group, cases):
         names = competing(result)
         first = result.scores[names[0]]
         runner = names[1] if len(names) > 1 else None
-        text = 'class="text"'
+        shares = (result.ratio.within_10, result.ratio.within_5) if result.ratio else (None, None)
         cells = [
-            '%s<br><span class="small">%s</span>' % (esc(result.case.name), esc(result.sequence)),
-            (text, esc(result.case.nuisance)),
+            '%s<br><span class="small">%s: %s</span>'
+            % (esc(result.case.name), esc(result.sequence), esc(result.case.nuisance)),
             str(first.f.count),
             DASH if result.putative is None else "%.0f" % result.putative,
-            percent(result.ratio.within_10) if result.ratio else DASH,
-            percent(result.ratio.within_5) if result.ratio else DASH,
-            (text, "<b>%s</b> %s" % (esc(names[0]), fraction(first.f.mean))),
-            (text, "%s %s" % (esc(runner), fraction(result.scores[runner].f.mean)) if runner else DASH),
+            "%s<br>%s" % tuple(percent(share) for share in shares),
+            name_cell(names[0], first.f.mean),
+            name_cell(runner, result.scores[runner].f.mean) if runner else DASH,
         ]
         separate = DASH
         if runner:
             difference = difference_of(result, names[0], runner)
             separate = DASH if difference is None else "yes" if is_separate(difference) else "no"
-        cells.append((text, separate))
+        cells.append(separate)
         if result.printed:
             winner = printed_winner(result.printed)
             rho = correlation(result)
-            cells.append((text, "<b>%s</b> %s" % (esc(winner), fraction(printed(result.printed.f[winner])))))
-            cells.append((text, "yes" if winner == names[0] else "no"))
+            cells.append(name_cell(winner, printed(result.printed.f[winner])))
+            cells.append("yes" if winner == names[0] else "no")
             cells.append(DASH if rho is None else "%.2f" % rho)
         rows.append(("", cells))
-    head = ["Case", "Nuisance", "Pairs", "Matches", "Within 10 px", "Within 5 px", "Highest F", "Runner-up"]
-    head.append("Separate")
+    head = ["Case", "Pairs", "Matches", "Within 10 px<br>Within 5 px", "Highest F", "Runner-up", "Separate"]
     caption = (
-        "The cases of %s. Matches: median number of putative matches; within 10 and 5 px: mean share of them"
-        " near the truth. Separate: the 95 %% interval of the difference in F between the first two, pair by pair,"
-        " leaves out 0." % esc(group_text(group))
+        "The cases of %s. Matches: median number of putative matches; within 10 and 5 px: mean share of them so near the"
+        " truth. Separate: the 95 %% interval of the difference in F between the first two, pair by pair, leaves out 0;"
+        " with five pairs that interval is rough." % esc(group_text(group))
     )
     if compared:
-        head += ["Highest F in the paper", "Same", "\u03c1"]
+        head += ["Highest F<br>in the paper", "Same", "\u03c1"]
         caption += " \u03c1: Spearman's rank correlation between the measured F and the paper's."
-    return table(caption, head, rows, "results")
+    return table(caption, head, rows)
 
 
 # --------------------------------------------------------------------------------------------------- figure
@@ -477,6 +480,7 @@ def group_html(run, figures, group):
         '<figure class="figure"><div class="panels">%s</div><figcaption>%s</figcaption></figure>'
         % (panels, text)
     )
+    out.append("<h4>Case by case</h4>")
     out += [case_table(r, run.tau(group)) for r in cases]
     out.append("</article>")
     return "\n".join(part for part in out if part)
