@@ -78,7 +78,7 @@ def sources(run, *names):
         for name in names
         if (run.folder / name).is_file()
     ]
-    return '<p class="files">Numbers: %s</p>' % ", ".join(links) if links else ""
+    return '<p class="files">Files: %s</p>' % ", ".join(links) if links else ""
 
 
 def cut_rows(rows, source):

@@ -19,12 +19,13 @@ from . import (
     visual,
 )
 from .figures import FigureWriter, set_up_figures
-from .markup import section
+from .markup import section, sources
 from .scopes import other_groups
 from .style import CSS
 from .words import esc
 
-Section = namedtuple("Section", "key title module shown")
+# `files` are the tables of the run that a section is made of and does not link itself.
+Section = namedtuple("Section", "key title module shown files", defaults=[()])
 
 
 def always(run):
@@ -44,16 +45,28 @@ SECTIONS = (
     Section("per_pair", "Pair by pair", per_pair, experiment("per_pair")),
     Section("preselected", "After preselection", preselected, experiment("preselected")),
     Section("features", "Detectors and descriptors", features, experiment("features")),
-    Section("robustness", "Robustness", robustness, experiment("robustness")),
-    Section("efficiency", "Efficiency", efficiency, experiment("efficiency")),
-    Section("guide", "Guide: which selector when", guide, experiment("guide")),
+    Section("robustness", "Robustness", robustness, experiment("robustness"), ("pairs.csv",)),
+    Section("efficiency", "Efficiency", efficiency, experiment("efficiency"), ("scaling.csv", "summary.csv")),
+    Section(
+        "guide",
+        "Guide: which selector when",
+        guide,
+        experiment("guide"),
+        ("guide.csv", "pairs.csv", "scaling.csv"),
+    ),
     Section("results", "Results", results, lambda run: not run.sections or other_groups(run)),
     Section("time", "Time against F, and F pair by pair", timing, always),
     Section("visual", "Example pairs", visual, always),
-    Section("failures", "Failures and left-out pairs", failures, always),
+    Section("failures", "Failures and left-out pairs", failures, always, ("failures.csv", "pairs.csv")),
     Section("stages", "Time by stage", stages, lambda run: run.stages or "peak_memory_mib" in run.state),
     Section("definitions", "Definitions", definitions, always),
-    Section("environment", "Environment, configuration, seeds", environment, always),
+    Section(
+        "environment",
+        "Environment, configuration, seeds",
+        environment,
+        always,
+        ("config.yaml", "environment.json"),
+    ),
 )
 
 
@@ -61,7 +74,11 @@ def build(run, figures_folder=None):
     """Return the whole report as HTML; figures are also written as files where a folder is given."""
     set_up_figures()
     figures = FigureWriter(figures_folder, run.link + "figures/")
-    parts = [(s.key, s.title, s.module.html(run, figures)) for s in SECTIONS if s.shown(run)]
+    parts = [
+        (s.key, s.title, s.module.html(run, figures) + sources(run, *s.files))
+        for s in SECTIONS
+        if s.shown(run)
+    ]
     title = "Correspondence selection benchmark"
     toc = "".join(
         '<li><a href="#%s">%d %s</a></li>' % (key, i, esc(name)) for i, (key, name, _) in enumerate(parts, 1)

@@ -60,7 +60,7 @@ def stages_of(datasets):
 def stage_panel(figures, datasets):
     """Draw the time of each dataset as one bar made of its stages."""
     names = stages_of(datasets)
-    figure, axes = new_axes(6.6, 1.05 + 0.34 * len(datasets), 1.95, 0.2, 0.48, 0.5)
+    figure, axes = new_axes(5.2, 1.25 + 0.34 * len(datasets), 1.85, 0.15, 0.48, 0.66)
     longest = max(sum(stages.values()) for stages in datasets.values())
     scale, unit = (1, "s") if longest < 300 else (60, "min") if longest < 18000 else (3600, "h")
     for i, name in enumerate(names):
@@ -86,8 +86,8 @@ def stage_panel(figures, datasets):
     axes.grid(True, axis="x")
     axes.legend(
         loc="lower left",
-        bbox_to_anchor=(-0.02, 1.0),
-        ncol=len(names),
+        bbox_to_anchor=(-0.05, 1.0),
+        ncol=3,
         frameon=False,
         fontsize=8,
         borderaxespad=0.2,

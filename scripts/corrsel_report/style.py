@@ -47,7 +47,7 @@ thead th { border-bottom: 1.5px solid #1b1b1b; vertical-align: bottom; font-size
 tbody tr { border-bottom: 1px solid #e3e3e3; }
 tbody tr:last-child { border-bottom: 1.5px solid #1b1b1b; }
 th:first-child { text-align: left; padding-left: .2rem; position: sticky; left: 0; background: #fff;
-  z-index: 1; }
+  background-clip: padding-box; z-index: 1; }
 .nb { white-space: nowrap; }
 .text { text-align: left; }
 .texts td, .texts thead th { text-align: left; }
@@ -61,13 +61,13 @@ th:first-child { text-align: left; padding-left: .2rem; position: sticky; left: 
 .stages { margin-top: 2.4rem; } .stages thead th:nth-child(2) { text-align: left; }
 td.best { position: relative; }
 .mark { position: absolute; right: .3rem; font-size: .8em; color: #005a8d; }
-tr.paper th, tr.paper td, tr.paper th:first-child { background: #eef3f8; color: #33475b; }
+tr.paper th, tr.paper td, tr.paper th:first-child { background-color: #eef3f8; color: #33475b; }
 tr.paper th { font-weight: 400; font-style: italic; }
 .compared td, .compared th { vertical-align: top; }
 .map svg.plot { max-width: 42rem; } .single svg.plot { max-width: 44rem; }
-table.findings td { min-width: 15rem; } table.findings td:last-child { min-width: 0; white-space: nowrap; }
+table.findings td { min-width: 15rem; } table.findings td:last-child { min-width: 5.5rem; }
 tr.baseline th, tr.baseline td, td.base { color: #5c5c5c; font-style: italic; }
-tr.baseline { background: #f5f5f5; } tr.baseline th:first-child { background: #f5f5f5; }
+tr.baseline { background: #f5f5f5; } tr.baseline th:first-child { background-color: #f5f5f5; }
 .none { color: #5c5c5c; font-style: italic; }
 .results td.none { text-align: left; }
 .zero { color: #767676; }
@@ -117,12 +117,18 @@ h3 .sub, h4 .sub { display: block; margin: .15rem 0 0; font-size: .95rem; }
   table { font-size: .86rem; } th, td { padding: .4rem .6rem; }
   th:first-child { min-width: 5.6rem; max-width: 9.5rem; white-space: normal; overflow-wrap: break-word; }
 }
+@media screen and (max-width: 560px) {
+  table.findings thead { display: none; }
+  table.findings tr, table.findings th, table.findings td { display: block; max-width: none; }
+  table.findings th, table.findings td { padding: .25rem .2rem; }
+}
 @media print {
   @page { size: A4; margin: 13mm; }
-  body { max-width: none; padding: 0; font-size: 9.5pt; }
+  html { font-size: 9.5pt; } body { max-width: none; padding: 0; font-size: 9.5pt; }
   h2 { margin-top: 1.6rem; }
   h1, h2, h3, caption, .legend { page-break-after: avoid; break-after: avoid; }
-  .scroll { overflow: visible; }
+  .scroll { overflow: visible; } .compared td, .compared thead th { padding-left: .1rem; padding-right: 1rem; }
+  .overview td .small { white-space: nowrap; } table.findings a, .files { display: none; }
   table { font-size: 8pt; page-break-inside: avoid; break-inside: avoid; }
   table.long { page-break-inside: auto; break-inside: auto; } thead { display: table-header-group; }
   th, td { padding: .25rem .35rem; } .results td, .results thead th { padding-right: 1rem; }

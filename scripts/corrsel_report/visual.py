@@ -170,14 +170,21 @@ def findings_html(images):
         ):
             link = ' <a class="nb" href="#cell-%d">see it</a>' % drawn.index if drawn else ""
             cells.append(('class="text"', esc(sentence) + link))
-        cells.append("%d / %d / %d" % (sum(map(is_success, own)), sum(map(is_failure, own)), len(own)))
+        cells.append(
+            "%s, %s of %d"
+            % (
+                plural(sum(map(is_success, own)), "success", "successes"),
+                plural(sum(map(is_failure, own)), "failure"),
+                len(own),
+            )
+        )
         rows.append(("", cells))
     if not rows:
         return ""
     caption = (
         "A success and a failure of each selector among the drawn pairs. Success: F of at least %.0f, or else the"
         " selector's best drawn pair. Failure: F at least %.0f points below the best selector's where that reaches"
-        " %.0f, or else the largest shortfall. Last column: drawn pairs that are successes / failures / all."
+        " %.0f, or else the largest shortfall. Last column: how many of the selector's drawn pairs are one or the other."
     ) % (100 * SUCCESS_F, 100 * FAILURE_GAP, 100 * FAILURE_BEST)
     head = ["Selector", "Success", "Failure", "Number"]
     return table(esc(caption), head, rows, "texts findings", long=True)
