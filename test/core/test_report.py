@@ -18,6 +18,7 @@ SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "report.py"
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(SCRIPT.parent))
 import report  # noqa: E402  (found through the path above)
+from corrsel_report import reading  # noqa: E402
 
 EVIL = '<script>alert("x")</script>&\'$a$'
 JPEG = b"\xff\xd8\xff\xe0 stands for a picture \xff\xd9"
@@ -123,8 +124,8 @@ def write_run(folder, name="sample"):
     nothing = pair_row(name, "empty", "sift+sift", "ransac", 5, SCORES["ransac"])
     nothing.update(n_ground_truth=0, recall_paper="", recall_same_tau="", f_paper="", f_same_tau="")
     pairs.append(nothing)
-    write_csv(folder / "pairs.csv", report.PAIRS_HEADER, pairs)
-    write_csv(folder / "summary.csv", report.SUMMARY_HEADER, means)
+    write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, pairs)
+    write_csv(folder / "summary.csv", reading.SUMMARY_HEADER, means)
     state = {"complete": True, "pairs_done": 6, "pairs_total": 6}
     (folder / "summary.json").write_text(json.dumps({"state": state}))
     (folder / "environment.json").write_text(json.dumps({"cpu": "Example <CPU>", "cores": 8}))
@@ -132,13 +133,13 @@ def write_run(folder, name="sample"):
     failure = dict(
         dataset=name, sequence="zoom", pair="1-9", features="orb+orb", stage="detect", error="blank & dark"
     )
-    write_csv(folder / "failures.csv", report.FAILURES_HEADER, [failure])
+    write_csv(folder / "failures.csv", reading.FAILURES_HEADER, [failure])
     image = dict(
         file="a.jpg", dataset=name, sequence="graf", pair="1-2", features="sift+sift", preselection="none"
     )
     image.update(selector="ransac", n_selected=200, n_correct=150, n_wrong=50, n_missed=12, tau_px=5)
     lost = dict(image, file="../../secret.jpg", selector="nnsr")
-    write_csv(folder / "images" / "index.csv", report.IMAGES_HEADER, [image, lost])
+    write_csv(folder / "images" / "index.csv", reading.IMAGES_HEADER, [image, lost])
     (folder / "images" / "a.jpg").write_bytes(JPEG)
 
 
@@ -252,7 +253,7 @@ class ReportTest(unittest.TestCase):
         rows = read_csv(self.folder / "summary.csv")
         for row in rows:
             row["precision"] = "0.123456"
-        write_csv(self.folder / "summary.csv", report.SUMMARY_HEADER, rows)
+        write_csv(self.folder / "summary.csv", reading.SUMMARY_HEADER, rows)
         table = Page(self.make()).table("Means over the pairs of sample")
         self.assertEqual({row[1]["text"].rstrip("\u25b2") for row in table[1:]}, {"0.123"})
 
@@ -269,7 +270,7 @@ class ReportTest(unittest.TestCase):
     def test_unsupported_is_text_even_where_the_summary_has_numbers(self):
         with (self.folder / "summary.csv").open("a", newline="") as stream:
             row = summary_row("adelaidermf", "given", "nnsr", "", (0.99, 0.99, 0.99, 0.99, 1e-9))
-            csv.DictWriter(stream, report.SUMMARY_HEADER, lineterminator="\n").writerow(row)
+            csv.DictWriter(stream, reading.SUMMARY_HEADER, lineterminator="\n").writerow(row)
         page = Page(self.make())
         row = next(r for r in page.table("Means over the pairs of adelaidermf") if r[0]["text"] == "nnsr")
         self.assertNotRegex(row[1]["text"], r"\d")
@@ -329,7 +330,7 @@ class ReportTest(unittest.TestCase):
 
     def test_unreadable_lines_are_counted(self):
         with (self.folder / "pairs.csv").open("a") as stream:
-            stream.write("too,short\n" + ",".join(["word"] * len(report.PAIRS_HEADER)) + "\n")
+            stream.write("too,short\n" + ",".join(["word"] * len(reading.PAIRS_HEADER)) + "\n")
         self.assertIn("pairs.csv: 2 lines could not be read and left out", self.make())
 
     def test_wrong_header(self):
@@ -344,8 +345,8 @@ class ReportTest(unittest.TestCase):
 
     def test_header_too_short_and_too_long(self):
         for header, words in (
-            (report.PAIRS_HEADER[:-1], "ends before column 24"),
-            (report.PAIRS_HEADER + ["x"], "'x'"),
+            (reading.PAIRS_HEADER[:-1], "ends before column 24"),
+            (reading.PAIRS_HEADER + ["x"], "'x'"),
         ):
             write_csv(self.folder / "pairs.csv", header, [])
             status, _, err = self.call()
@@ -389,9 +390,9 @@ class ReportTest(unittest.TestCase):
         self.assertIn("failures.csv is an empty file", text)
 
     def test_no_pairs(self):
-        for content in (",".join(report.PAIRS_HEADER) + "\n", ""):
+        for content in (",".join(reading.PAIRS_HEADER) + "\n", ""):
             (self.folder / "pairs.csv").write_text(content)
-            write_csv(self.folder / "summary.csv", report.SUMMARY_HEADER, [])
+            write_csv(self.folder / "summary.csv", reading.SUMMARY_HEADER, [])
             self.assertIn("This run holds no pairs.", self.make())
 
     def test_pairs_without_ground_truth_are_listed(self):
@@ -424,7 +425,7 @@ class ReportTest(unittest.TestCase):
         self.assertIn("all sequences but <i>graf</i> and <i>aloe</i> are generated", self.make())
 
     def test_other_tolerances(self):
-        for name, header in (("pairs.csv", report.PAIRS_HEADER), ("summary.csv", report.SUMMARY_HEADER)):
+        for name, header in (("pairs.csv", reading.PAIRS_HEADER), ("summary.csv", reading.SUMMARY_HEADER)):
             rows = [r for r in read_csv(self.folder / name) if r["tau_px"] in ("1", "10")]
             write_csv(self.folder / name, header, rows)
         self.assertIn("The run has no tolerance of 5 px here; the table is made at 1 px.", self.make())

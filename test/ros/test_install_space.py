@@ -63,6 +63,13 @@ class InstallSpace(unittest.TestCase):
             time.sleep(0.5)
         self.fail(f"'{command}' did not show '{part}': {text}")
 
+    def run_folder(self):
+        """A run without pairs, as small as a report can be made of."""
+        folder = self.root / "run"
+        folder.mkdir()
+        (folder / "pairs.csv").touch()
+        return folder
+
     def test_nodelet_and_programs_run_from_the_install_space(self):
         """A Selector nodelet answers a message; benchmark, report and launch files are found."""
         build = os.environ["CORRSEL_BINARY_DIR"]
@@ -85,6 +92,8 @@ class InstallSpace(unittest.TestCase):
         self.assertIn("lpm:v2", text)
         for program in ("report.py", "fetch_samples.sh", "make_dataset_bag"):
             self.assertTrue((self.prefix / "lib" / "corrsel" / program).exists(), program)
+        code, text = self.output_of(f"rosrun corrsel report.py {self.run_folder()}")
+        self.assertEqual((code, text.strip()), (0, str(self.root / "run" / "report.html")), text)
         self.assertIn("dataset", self.output_of("roslaunch --ros-args corrsel benchmark.launch")[1])
         self.assertIn("bag", self.output_of("roslaunch --ros-args corrsel replay.launch")[1])
 

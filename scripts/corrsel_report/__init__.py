@@ -1,0 +1,1 @@
+"""The report of a benchmark run, one module per section; `page.build` puts them together."""

@@ -1,0 +1,246 @@
+"""Section on efficiency: selection time against the number of matches, and against F."""
+from collections import Counter, OrderedDict
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from . import paper
+from .figures import draw_line, new_axes, swatch
+from .markup import group_heading, paragraph, table
+from .selectors import DARK, YELLOW, is_baseline, selector_key, selector_styles
+from .timing import time_panel
+from .words import esc, milliseconds, plural
+
+DASH = "\u2013"
+# Statuses of calls that did not do the work: their times say nothing.
+NOT_TIMED = ("too_few", "too_large", "unsupported_input", "failed")
+
+
+def threads_key(threads):
+    """Sort key of a number of threads as text: numbers first, by value."""
+    return (not threads.isdigit(), int(threads) if threads.isdigit() else 0, threads)
+
+
+def scaling_times(run):
+    """Return threads -> selector -> n -> seconds of each round, from scaling.csv; calls that did no work left out."""
+    times = {}
+    for row in run.scaling:
+        if row["status"] in NOT_TIMED or None in (row["n"], row["select_s"]):
+            continue
+        selectors = times.setdefault(row["threads"], {})
+        selectors.setdefault(row["selector"], {}).setdefault(int(row["n"]), []).append(row["select_s"])
+    return OrderedDict(
+        (
+            threads,
+            OrderedDict(
+                (selector, OrderedDict(sorted(times[threads][selector].items())))
+                for selector in sorted(times[threads], key=selector_key)
+            ),
+        )
+        for threads in sorted(times, key=threads_key)
+    )
+
+
+def untimed(run):
+    """Return (selector, status) -> number of calls that did not do the work."""
+    counts = Counter((r["selector"], r["status"]) for r in run.scaling if r["status"] in NOT_TIMED)
+    return OrderedDict(sorted(counts.items(), key=lambda item: (selector_key(item[0][0]), item[0][1])))
+
+
+def growth_exponent(rounds):
+    """Return p of the least-squares fit time = c n^p through the medians, on logarithms; None with fewer than two.
+
+    `rounds` is n -> seconds of each round.
+    """
+    points = [(n, float(np.median(seconds))) for n, seconds in rounds.items()]
+    points = [(np.log(n), np.log(median)) for n, median in points if n > 0 and median > 0]
+    if len(points) < 2:
+        return None
+    x, y = np.array(points).T
+    x = x - x.mean()
+    return float((x * y).sum() / (x * x).sum())
+
+
+def threads_text(threads):
+    """Return a number of threads as words."""
+    return "1 thread" if threads == "1" else "%s threads" % threads
+
+
+def medians_at(selectors, n):
+    """Return competing selector -> median seconds at n, fastest first."""
+    found = {s: float(np.median(r[n])) for s, r in selectors.items() if n in r and not is_baseline(s)}
+    return OrderedDict(sorted(found.items(), key=lambda item: (item[1], selector_key(item[0]))))
+
+
+def statement(threads, selectors):
+    """Return who is fastest and slowest at the largest n, as a sentence; '' with fewer than two selectors."""
+    n = max((n for rounds in selectors.values() for n in rounds), default=None)
+    medians = medians_at(selectors, n)
+    if len(medians) < 2:
+        return ""
+    names = list(medians)
+    text = "%s, N = %d: <b>%s</b> is fastest (%s ms)" % (
+        esc(threads_text(threads)),
+        n,
+        esc(names[0]),
+        milliseconds(medians[names[0]]),
+    )
+    if len(names) > 3:
+        text += ", then <b>%s</b> (%s ms); " % (esc(names[1]), milliseconds(medians[names[1]]))
+        text += "slowest are <b>%s</b> (%s ms) and <b>%s</b> (%s ms)" % (
+            esc(names[-1]),
+            milliseconds(medians[names[-1]]),
+            esc(names[-2]),
+            milliseconds(medians[names[-2]]),
+        )
+    else:
+        text += "; slowest is <b>%s</b> (%s ms)" % (esc(names[-1]), milliseconds(medians[names[-1]]))
+    if medians[names[0]] > 0:
+        text += ": %s times the fastest" % ratio_text(medians[names[-1]] / medians[names[0]])
+    exponents = {s: growth_exponent(selectors[s]) for s in names}
+    exponents = {s: p for s, p in exponents.items() if p is not None}
+    if len(exponents) > 1:
+        steep, flat = max(exponents, key=exponents.get), min(exponents, key=exponents.get)
+        text += (
+            ". The time of <b>%s</b> grows most steeply, as N<sup>%.2f</sup>, that of <b>%s</b> least, as"
+            % (
+                esc(steep),
+                exponents[steep],
+                esc(flat),
+            )
+        )
+        text += " N<sup>%.2f</sup>" % exponents[flat]
+    absent = [s for s in selectors if s not in medians and not is_baseline(s)]
+    if absent:
+        text += ". Without a time at this N: %s" % ", ".join("<b>%s</b>" % esc(s) for s in absent)
+    return text + "."
+
+
+def ratio_text(ratio):
+    """Return a ratio with about two digits."""
+    return "%.0f" % ratio if ratio >= 9.95 else "%.1f" % ratio
+
+
+def scaling_panel(run, figures, threads, selectors):
+    """Draw the median time against n on a logarithmic axis, with the quartiles of the rounds as bars."""
+    figure, axes = new_axes(5.0, 3.8, 0.62, 0.15, 0.5, 0.34)
+    for selector in reversed(list(selectors)):
+        rounds, style = selectors[selector], run.styles[selector]
+        ns = list(rounds)
+        quartiles = np.array([np.percentile(rounds[n], [25, 50, 75]) for n in ns]) * 1e3
+        quartiles = np.maximum(quartiles, 1e-6)  # a time of 0 has no place on the axis
+        edge = DARK if style["colour"] == YELLOW else style["colour"]
+        axes.vlines(ns, quartiles[:, 0], quartiles[:, 2], color=edge, linewidth=1.2)
+        draw_line(axes, ns, quartiles[:, 1], style)
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(base=10))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: "%g" % y))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: "%g" % x))
+    axes.set_xlabel("number of matches N")
+    axes.set_title("Selection time (ms), %s" % threads_text(threads), loc="left")
+    axes.grid(True)
+    label = "Selection time against the number of matches, %s, one line per selector" % threads_text(threads)
+    return figures(figure, label, "scaling_%s_threads" % threads)
+
+
+def scaling_table(threads, selectors):
+    """Return the table of median times for a number of threads."""
+    ns = sorted({n for rounds in selectors.values() for n in rounds})
+    fastest = {n: next(iter(medians_at(selectors, n).values()), None) for n in ns}
+    rows = []
+    for selector, rounds in selectors.items():
+        base = is_baseline(selector)
+        cells = [esc(selector) + (' <span class="small">baseline</span>' if base else "")]
+        for n in ns:
+            cells.append(time_cell(rounds.get(n), None if base else fastest[n]))
+        last = rounds.get(ns[-1])
+        low, high = np.percentile(last, [25, 75]) if last else (None, None)
+        cells.append(DASH if last is None else "%s%s%s" % (milliseconds(low), DASH, milliseconds(high)))
+        exponent = growth_exponent(rounds)
+        cells.append(DASH if exponent is None else "%.2f" % exponent)
+        cells.append(
+            DASH if base or not last or not fastest[ns[-1]] else ratio_text(np.median(last) / fastest[ns[-1]])
+        )
+        rows.append(("baseline" if base else "", cells))
+    head = ["Selector"] + ["N = %d" % n for n in ns]
+    head += ["Quartiles", "Exponent", "\u00d7 fastest"]
+    count = max(len(seconds) for rounds in selectors.values() for seconds in rounds.values())
+    caption = (
+        "Selection time in ms, %s: median of %s; quartiles at N = %d. Exponent: p of the fit time \u221d N<sup>p</sup>"
+        " through the medians. \u00d7 fastest: median over the lowest at N = %d. \u25bc lowest of the column."
+        % (esc(threads_text(threads)), plural(count, "round"), ns[-1], ns[-1])
+    )
+    return table(caption, head, rows, "results")
+
+
+def time_cell(seconds, best):
+    """Return the cell of a median time, marked where it shows the same text as the lowest one."""
+    if not seconds:
+        return DASH
+    text = milliseconds(float(np.median(seconds)))
+    if best is None or text != milliseconds(best):
+        return esc(text)
+    return (
+        'class="best"',
+        '<strong>%s</strong><span class="mark" title="best of the column">\u25bc</span>' % esc(text),
+    )
+
+
+def scaling_html(run, figures):
+    """Return statement, curves and tables of the time against the number of matches."""
+    times = scaling_times(run)
+    if not times:
+        return paragraph(
+            "Time against the number of matches was not measured: scaling.csv is absent or empty"
+            " (<code>experiment:=efficiency</code> writes it)."
+        )
+    out = []
+    statements = [s for s in (statement(t, selectors) for t, selectors in times.items()) if s]
+    if statements:
+        out.append('<ul class="findings">%s</ul>' % "".join("<li>%s</li>" % s for s in statements))
+    names = sorted({s for selectors in times.values() for s in selectors}, key=selector_key)
+    for name in names:  # scaling.csv may name a selector that pairs.csv does not
+        run.styles.setdefault(name, selector_styles([name])[name])
+    legend = "".join("<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in names)
+    panels = "".join("<div>%s</div>" % scaling_panel(run, figures, t, s) for t, s in times.items())
+    out.append(
+        '<figure class="figure"><ul class="legend">%s</ul><div class="panels two">%s</div><figcaption>Median time of'
+        " select() over the rounds, bars from the lower to the upper quartile; generated matches, half of them right."
+        " The time axis is logarithmic.</figcaption></figure>" % (legend, panels)
+    )
+    out += [scaling_table(threads, selectors) for threads, selectors in times.items()]
+    left = [
+        "%s (%s: %d)" % (esc(selector), esc(status.replace("_", " ")), count)
+        for (selector, status), count in untimed(run).items()
+    ]
+    if left:
+        out.append(paragraph("Calls that did not do the work are left out: %s." % ", ".join(left), "small"))
+    return "\n".join(out)
+
+
+def panels_html(run, figures):
+    """Return the panels of mean F against time, one for each dataset with the paper's features."""
+    out = []
+    for group in run.groups:
+        if group.preselection != "none" or group.features not in (paper.FEATURES_DEFAULT, "given"):
+            continue
+        plot = time_panel(run, figures, group)
+        if plot:
+            out.append("<div><h4>%s</h4>%s</div>" % (group_heading(group), plot))
+    if not out:
+        return ""
+    return (
+        '<h3>Time against F</h3><figure class="figure"><div class="panels two">%s</div><figcaption>Mean F with its 95 %%'
+        " interval against the median selection time on each dataset. Up and to the left is better; the F axis does"
+        " not start at 0.</figcaption></figure>" % "".join(out)
+    )
+
+
+def html(run, figures):
+    """Return the body of the section on efficiency."""
+    intro = paragraph(
+        "The paper draws its times (%s, Figs. 10 and 11) and prints none, and it times OpenCV and MATLAB programs apart;"
+        " what can be compared is who is fast and who is slow, which the guide does." % esc(paper.SOURCE)
+    )
+    return "\n".join(part for part in (intro, scaling_html(run, figures), panels_html(run, figures)) if part)

@@ -1,0 +1,541 @@
+"""The guide: superior and inferior selectors of each scenario, derived from a run, beside the paper's Table V."""
+import textwrap
+from collections import OrderedDict, namedtuple
+
+import numpy as np
+
+from . import paper
+from .efficiency import NOT_TIMED, scaling_times, threads_text
+from .inference import is_above, paired_difference
+from .markup import paragraph, table
+from .reading import Group
+from .robustness import SAMPLE_SEQUENCES
+from .selectors import is_baseline, selector_key
+from .words import esc, fraction, plural
+
+MIN_PAIRS = 5  # as many as one of VGG's scenes has; fewer decide nothing
+MAGNITUDE = 1.0  # decades of time within which a selector still counts as fast, or as slow
+SCALING_N = 5000
+GUIDE_HEADER = "scenario,group,superior,inferior,paper_superior,paper_inferior,agreement,pairs".split(",")
+
+# values: selector -> array, higher is better, entry i of every selector from the same pair (or round).
+# allowance: how far from the best, or the worst, still counts as equal to it. notes: how it was measured, plain text.
+Measured = namedtuple("Measured", "values baseline count unit generated allowance notes")
+Verdict = namedtuple("Verdict", "superior inferior open")
+Row = namedtuple("Row", "key advice measured verdict agreement remarks")
+Agreement = namedtuple("Agreement", "superior inferior also_superior also_inferior")
+
+# What became of an entry of the paper's table, with its sign in the plain text.
+CONFIRMED, CONTRADICTED, UNCONFIRMED, OPEN, UNMEASURED = (
+    "confirmed",
+    "contradicted",
+    "not confirmed",
+    "not separable",
+    "not measured",
+)
+SIGNS = OrderedDict(
+    [(CONFIRMED, "+"), (CONTRADICTED, "-"), (UNCONFIRMED, "~"), (OPEN, "?"), (UNMEASURED, ".")]
+)
+MEANINGS = OrderedDict(
+    [
+        (CONFIRMED, "the measured set holds it too"),
+        (CONTRADICTED, "it is in the opposite set"),
+        (UNCONFIRMED, "it is in neither set"),
+        (OPEN, "these pairs can tell it neither from the best nor from the worst"),
+        (UNMEASURED, "the run has no result of it"),
+    ]
+)
+RULE = (
+    "F at 5 px (labelled data: F). Superior: selectors whose F is not significantly below that of the selector with the"
+    " highest mean F. Inferior: not significantly above that of the selector with the lowest. Significantly: the 95 %"
+    " bootstrap interval (2000 resamples, fixed seed) of the mean difference, pair by pair, leaves out 0. A selector in"
+    " both sets is in neither: the pairs cannot place it. Each set is in order of mean F and may hold any number. Fewer"
+    " than {pairs} pairs decide nothing; with as few as that an interval is rough, and 0 is out as soon as one selector"
+    " is ahead on every pair. Comparisons are not corrected for their number.",
+    "Efficiency: the same with times, where an order of magnitude counts: superior are selectors not significantly"
+    " slower than ten times the fastest, inferior those not significantly faster than a tenth of the slowest"
+    " (geometric means over the rounds).",
+    "keep_all takes no part. A name with a preset (lpm:v2) takes part under its own name; the comparison with the paper"
+    " is made among the bare names alone, as in the paper.",
+)
+
+
+def rule():
+    """Return the paragraphs of the rule as plain text."""
+    return [text.replace("{pairs}", str(MIN_PAIRS)) for text in RULE]
+
+
+# ------------------------------------------------------------------------------------------------ scenarios
+
+
+def scenes_of(*cases):
+    """Return (VGG's scenes, the sample's sequences) of cases."""
+    return [paper.ROBUSTNESS[c].scene for c in cases], [SAMPLE_SEQUENCES[c] for c in cases]
+
+
+Candidate = namedtuple("Candidate", "group sequences generated")
+
+
+def candidates():
+    """Return scenario -> groups that measure it, the first in a run counts; sequences None = all."""
+    default = paper.FEATURES_DEFAULT
+    out = OrderedDict()
+    for preselection, prefix in (("none", ""), ("nnsr", "nnsr_")):
+        for dataset in ("vgg", "symbench"):
+            out[prefix + dataset] = [Candidate(Group(dataset, default, preselection), None, False)]
+        out[prefix + "heinly"] = [
+            Candidate(Group("heinly", default, preselection), None, False),
+            Candidate(Group("heinly_generated", default, preselection), None, True),
+        ]
+    out["adelaidermf"] = [Candidate(Group("adelaidermf", "given", "none"), None, False)]
+    for features in ("sift+sift", "orb+orb", "asift+asift", "blob+freak"):
+        out[features] = [Candidate(Group("vgg", features, "none"), None, False)]
+    for key, cases in (
+        ("zoom_and_rotation", ("case1", "case3")),
+        ("blur", ("case2", "case6")),
+        ("viewpoint_change", ("case4", "case8")),
+        ("light_change", ("case5",)),
+        ("jpeg_compression", ("case7",)),
+    ):
+        scenes, generated = scenes_of(*cases)
+        out[key] = [
+            Candidate(Group("vgg", default, "none"), scenes, False),
+            Candidate(Group("sample", default, "none"), generated, True),
+        ]
+    return out
+
+
+def aligned(columns):
+    """Return selector -> array over the keys that all columns (selector -> key -> value) share, and the keys."""
+    columns = OrderedDict((s, c) for s, c in columns.items() if c)
+    if not columns:
+        return OrderedDict(), []
+    first = next(iter(columns.values()))
+    keys = [k for k in first if all(k in column for column in columns.values())]
+    return OrderedDict((s, np.array([c[k] for k in keys])) for s, c in columns.items()), keys
+
+
+def measure_f(run, candidate):
+    """Return F of a group's pairs as Measured; None where the run has no usable pair of it."""
+    columns = OrderedDict()
+    for selector in run.selectors_of(candidate.group):
+        values = run.pair_values(candidate.group, selector)
+        columns[selector] = OrderedDict(
+            (pair, v)
+            for pair, v in values.items()
+            if candidate.sequences is None or pair[0] in candidate.sequences
+        )
+    values, keys = aligned(columns)
+    baseline = next((v for s, v in values.items() if is_baseline(s)), None)
+    values = OrderedDict((s, v) for s, v in values.items() if not is_baseline(s))
+    if not keys or not values:
+        return None
+    notes, tau = [], run.tau(candidate.group)
+    if candidate.generated:
+        where = candidate.group.dataset
+        where += " " + ", ".join(candidate.sequences) if candidate.sequences else ""
+        notes.append("generated data (%s), counted apart" % where)
+    if tau is not None and tau != paper.TAU_PX:
+        notes.append("at %g px, the run has no tolerance of %g px" % (tau, paper.TAU_PX))
+    return Measured(values, baseline, len(keys), "pair", candidate.generated, 0.0, notes)
+
+
+def speed(columns, unit, note):
+    """Return seconds (selector -> key -> s) as Measured: -log10 of the time, so that higher is better."""
+    values, keys = aligned(columns)
+    values = OrderedDict((s, -np.log10(np.maximum(v, 1e-9))) for s, v in values.items())
+    return Measured(values, None, len(keys), unit, False, MAGNITUDE, [note]) if keys else None
+
+
+def measure_time(run):
+    """Return the times of scaling.csv, with one thread at N = 5000 or what is nearest; else those of pairs.csv."""
+    for threads, selectors in scaling_times(run).items():
+        n = max(
+            (n for s, rounds in selectors.items() if not is_baseline(s) for n in rounds if n <= SCALING_N),
+            default=None,
+        )
+        columns = OrderedDict(
+            (s, OrderedDict(enumerate(rounds[n])))
+            for s, rounds in selectors.items()
+            if n in rounds and not is_baseline(s)
+        )
+        if columns:
+            rounds = len(aligned(columns)[1])
+            return speed(
+                columns, "round", "N = %d, %s, %s" % (n, threads_text(threads), plural(rounds, "round"))
+            )
+    group = time_group(run)
+    if group is None:
+        return None
+    columns = OrderedDict()
+    for selector in run.selectors_of(group):
+        if is_baseline(selector):
+            continue
+        rows = [
+            r
+            for r in run.rows[group].get(selector, ())
+            if r["tau_px"] == run.tau(group) and r["select_s"] is not None and r["status"] not in NOT_TIMED
+        ]
+        columns[selector] = OrderedDict(((r["sequence"], r["pair"], r["seed"]), r["select_s"]) for r in rows)
+    note = "select_s of the pairs of %s, %s: no scaling.csv" % (group.dataset, group.features)
+    return speed(columns, "pair", note)
+
+
+def time_group(run):
+    """Return the group whose times stand in for scaling.csv: unselected matches, the paper's features first."""
+    groups = [g for g in run.rows if g.preselection == "none"]
+    default = [g for g in groups if g.features == paper.FEATURES_DEFAULT]
+    return (default or groups or [None])[0]
+
+
+# ------------------------------------------------------------------------------------------------- verdicts
+
+
+def judge(values, allowance=0.0):
+    """Return the Verdict on selector -> array of paired values, higher is better; see RULE."""
+    if not values or len(next(iter(values.values()))) < MIN_PAIRS or len(values) < 2:
+        return Verdict([], [], list(values))
+    order = sorted(values, key=lambda s: (-values[s].mean(), selector_key(s)))
+    best, worst = values[order[0]], values[order[-1]]
+    top = [s for s in order if not is_above(paired_difference(best - allowance, values[s]))]
+    bottom = [s for s in reversed(order) if not is_above(paired_difference(values[s] - allowance, worst))]
+    both = [s for s in order if s in top and s in bottom]
+    return Verdict([s for s in top if s not in both], [s for s in bottom if s not in both], both)
+
+
+def compare(advice, measured):
+    """Return what became of the paper's entries: Agreement of selector -> word, and the sets' other bare names."""
+    bare = OrderedDict((s, v) for s, v in measured.values.items() if ":" not in s)
+    verdict = judge(bare, measured.allowance)
+
+    def outcome(selector, own, opposite):
+        if selector not in bare:
+            return UNMEASURED
+        if selector in own:
+            return CONFIRMED
+        if selector in opposite:
+            return CONTRADICTED
+        return OPEN if selector in verdict.open else UNCONFIRMED
+
+    return Agreement(
+        OrderedDict((s, outcome(s, verdict.superior, verdict.inferior)) for s in advice.superior),
+        OrderedDict((s, outcome(s, verdict.inferior, verdict.superior)) for s in advice.inferior),
+        [s for s in verdict.superior if s not in advice.superior],
+        [s for s in verdict.inferior if s not in advice.inferior],
+    )
+
+
+def no_better_than_baseline(measured):
+    """Return the selectors not significantly above keep_all, by falling mean."""
+    if measured.baseline is None or measured.count < MIN_PAIRS:
+        return []
+    names = [s for s, v in measured.values.items() if not is_above(paired_difference(v, measured.baseline))]
+    return sorted(names, key=lambda s: (-measured.values[s].mean(), selector_key(s)))
+
+
+def remarks_on(key, measured):
+    """Return remarks on a scenario as plain texts."""
+    out = list(measured.notes)
+    if key in paper.FEATURES_VGG:
+        out.append("measured on vgg, as in the paper's Fig. 8")
+    if measured.count < MIN_PAIRS:
+        out.append("%s: too few to decide" % plural(measured.count, measured.unit))
+    expected = paper.DATASET_PAIRS.get(key)
+    if expected is not None and not measured.generated and measured.count != expected:
+        out.append("%s here, %d in the paper" % (plural(measured.count, "pair"), expected))
+    weak = no_better_than_baseline(measured)
+    if weak:
+        out.append("not better than keeping everything: %s" % " ".join(weak))
+    return out
+
+
+def derive(run):
+    """Return a Row for each scenario of the paper's Table V, in its order; unmeasured ones have no verdict."""
+    groups = candidates()
+    rows = []
+    for key, advice in paper.GUIDE.items():
+        if key == "efficiency":
+            measured = measure_time(run)
+        else:
+            measured = next(filter(None, (measure_f(run, c) for c in groups[key])), None)
+        if measured is None:
+            rows.append(Row(key, advice, None, None, None, []))
+            continue
+        verdict = judge(measured.values, measured.allowance)
+        rows.append(Row(key, advice, measured, verdict, compare(advice, measured), remarks_on(key, measured)))
+    return rows
+
+
+def counts(rows, side, generated):
+    """Return outcome -> number of the paper's entries of one side ("superior", "inferior") over measured rows."""
+    out = OrderedDict((word, 0) for word in SIGNS)
+    for row in rows:
+        if row.measured and row.measured.generated == generated:
+            for word in getattr(row.agreement, side).values():
+                out[word] += 1
+    return out
+
+
+def counts_text(rows, generated):
+    """Return the counts of both sides as one sentence; '' without any measured scenario of that kind."""
+    chosen = [r for r in rows if r.measured and r.measured.generated == generated]
+    if not chosen:
+        return ""
+    parts = []
+    for side in ("superior", "inferior"):
+        found = counts(rows, side, generated)
+        listed = ", ".join("%d %s" % (n, word) for word, n in found.items() if n or word == CONFIRMED)
+        parts.append("of its %d %s entries %s" % (sum(found.values()), side, listed))
+    others = sum(len(r.agreement.also_superior) for r in chosen), sum(
+        len(r.agreement.also_inferior) for r in chosen
+    )
+    kind = " on generated stand-ins" if generated else ""
+    text = "Against the paper's table in %s%s: %s" % (plural(len(chosen), "scenario"), kind, "; ".join(parts))
+    return text + ". Found besides: %d superior, %d inferior." % others
+
+
+def agreement_text(row):
+    """Return what became of the paper's entries in a scenario as plain text."""
+    if not row.measured:
+        return UNMEASURED
+    parts = ["generated data"] if row.measured.generated else []
+    for side in ("superior", "inferior"):
+        found = getattr(row.agreement, side)
+        for word in SIGNS:
+            names = [s for s, w in found.items() if w == word]
+            if names:
+                parts.append("%s %s: %s" % (side, word, " ".join(names)))
+        also = getattr(row.agreement, "also_" + side)
+        if also:
+            parts.append("%s besides: %s" % (side, " ".join(also)))
+    return "; ".join(parts)
+
+
+# ------------------------------------------------------------------------------------------------- CSV, text
+
+
+def csv_rows(rows):
+    """Return the rows of guide.csv, as dictionaries with the keys of GUIDE_HEADER."""
+    return [
+        {
+            "scenario": row.key,
+            "group": row.advice.group,
+            "superior": " ".join(row.verdict.superior) if row.verdict else "",
+            "inferior": " ".join(row.verdict.inferior) if row.verdict else "",
+            "paper_superior": " ".join(row.advice.superior),
+            "paper_inferior": " ".join(row.advice.inferior),
+            "agreement": agreement_text(row),
+            "pairs": row.measured.count if row.measured else 0,
+        }
+        for row in rows
+    ]
+
+
+WIDTHS = (19, 7, 21, 18, 20, 15)
+
+
+def text_line(cells):
+    """Return a row of the plain table; long cells go over several lines."""
+    columns = [
+        textwrap.wrap(cell, width, break_on_hyphens=False) or [""] for cell, width in zip(cells, WIDTHS)
+    ]
+    out = []
+    for i in range(max(len(c) for c in columns)):
+        parts = ("%-*s" % (w, c[i] if i < len(c) else "") for c, w in zip(columns, WIDTHS))
+        out.append("  ".join(parts).rstrip())
+    return "\n".join(out)
+
+
+def signed(outcomes):
+    """Return selectors with the sign of their outcome."""
+    return " ".join(SIGNS[word] + selector for selector, word in outcomes.items())
+
+
+def set_text(names, verdict):
+    """Return a measured set as text."""
+    if names:
+        return " ".join(names)
+    return "(not separable)" if verdict.open else "(none)"
+
+
+def scenario_name(advice):
+    """Return a scenario's name."""
+    return advice.name or advice.group
+
+
+def text(run, rows):
+    """Return the guide as plain text of at most 110 columns, in ASCII."""
+    out = ["Guide: superior and inferior selectors, derived from %s" % run.name, ""]
+    rule_line = "-" * (sum(WIDTHS) + 2 * (len(WIDTHS) - 1))
+    out += [
+        text_line(("Scenario", "Pairs", "Superior", "Inferior", "Paper: superior", "Paper: inferior")),
+        rule_line,
+    ]
+    notes, group = [], None
+    for row in rows:
+        if row.advice.group != group:
+            group = row.advice.group
+            if row.advice.name:
+                out.append(group)
+        name = ("  " if row.advice.name else "") + scenario_name(row.advice)
+        number = ""
+        if row.remarks:
+            notes.append("[%d] %s: %s." % (len(notes) + 1, row_title(row), "; ".join(row.remarks)))
+            number = " [%d]" % len(notes)
+        if not row.measured:
+            cells = (
+                name,
+                "",
+                "not measured",
+                "",
+                " ".join(row.advice.superior),
+                " ".join(row.advice.inferior),
+            )
+        else:
+            name += " (generated)" if row.measured.generated else ""
+            cells = (name, "%d%s" % (row.measured.count, number), set_text(row.verdict.superior, row.verdict))
+            cells += (set_text(row.verdict.inferior, row.verdict),)
+            cells += (signed(row.agreement.superior), signed(row.agreement.inferior))
+        out.append(text_line(cells))
+    out += [rule_line, "Paper: %s. Its entries:" % paper.GUIDE_SOURCE]
+    out += ["  %s %s: %s" % (sign, word, MEANINGS[word]) for word, sign in SIGNS.items()]
+    out.append("")
+    width = len(rule_line)
+    out += [textwrap.fill(note, width, subsequent_indent="    ", break_on_hyphens=False) for note in notes]
+    out.append("")
+    for sentence in summary(rows):
+        out.append(textwrap.fill(sentence, width, break_on_hyphens=False))
+    out.append("")
+    out += [
+        textwrap.fill(part, width, break_on_hyphens=False) for part in ["Rule. " + rule()[0]] + rule()[1:]
+    ]
+    return "\n".join(out).encode("ascii", "replace").decode("ascii") + "\n"
+
+
+def row_title(row):
+    """Return a scenario's name with its group."""
+    return "%s, %s" % (row.advice.group, row.advice.name) if row.advice.name else row.advice.group
+
+
+def summary(rows):
+    """Return the sentences on the whole table."""
+    out = [t for t in (counts_text(rows, False), counts_text(rows, True)) if t]
+    missing = [row_title(r) for r in rows if not r.measured]
+    if missing:
+        out.append("Not measured in this run: %s." % "; ".join(missing))
+    return out
+
+
+# ----------------------------------------------------------------------------------------------------- HTML
+
+
+def names_html(names, verdict):
+    """Return a measured set as a table cell."""
+    if names:
+        return ('class="text"', " ".join("<b>%s</b>" % esc(s) for s in names))
+    return ('class="text none"', esc(set_text(names, verdict).strip("()")))
+
+
+def outcomes_html(outcomes):
+    """Return the paper's entries of one side with what became of them, as a table cell."""
+    by_word = OrderedDict()
+    for selector, word in outcomes.items():
+        by_word.setdefault(word, []).append(selector)
+    lines = (
+        '%s <span class="small">%s</span>' % (esc(" ".join(by_word[word])), word)
+        for word in SIGNS
+        if word in by_word
+    )
+    return ('class="text"', "<br>".join(lines))
+
+
+def guide_table(rows):
+    """Return the guide as a table."""
+    body = []
+    for row in rows:
+        head = "%s%s" % (
+            esc(scenario_name(row.advice)),
+            '<br><span class="small">%s</span>' % esc(row.advice.group) if row.advice.name else "",
+        )
+        if row.measured and row.measured.generated:
+            head += '<br><span class="small">generated data</span>'
+        text_cell = 'class="text"'
+        if not row.measured:
+            cells = [head, "\u2013", ('colspan="2" class="text none"', UNMEASURED)]
+            cells += [
+                (text_cell, esc(" ".join(row.advice.superior))),
+                (text_cell, esc(" ".join(row.advice.inferior))),
+            ]
+        else:
+            cells = [head, str(row.measured.count)]
+            cells += [
+                names_html(row.verdict.superior, row.verdict),
+                names_html(row.verdict.inferior, row.verdict),
+            ]
+            cells += [outcomes_html(row.agreement.superior), outcomes_html(row.agreement.inferior)]
+        body.append(("", cells))
+    head = ["Scenario", "Pairs", "Superior", "Inferior", "Paper: superior", "Paper: inferior"]
+    caption = "Superior and inferior selectors of each scenario, derived from this run, and the paper's (%s)."
+    return table(caption % esc(paper.GUIDE_SOURCE), head, body, "texts", long=True)
+
+
+def evidence_table(rows):
+    """Return the mean F behind the verdicts; '' without any."""
+    rows = [r for r in rows if r.measured and r.key != "efficiency"]
+    if not rows:
+        return ""
+    names = sorted({s for r in rows for s in r.measured.values}, key=selector_key)
+    body = []
+    for row in rows:
+        cells = ['%s<br><span class="small">%s</span>' % (esc(row.advice.name), esc(row.advice.group))]
+        for selector in names:
+            if selector not in row.measured.values:
+                cells.append("\u2013")
+                continue
+            value = fraction(row.measured.values[selector].mean())
+            mark = (
+                "\u25b2"
+                if selector in row.verdict.superior
+                else "\u25bc"
+                if selector in row.verdict.inferior
+                else ""
+            )
+            word = "superior" if mark == "\u25b2" else "inferior"
+            cells.append(
+                (
+                    'class="best"',
+                    '<strong>%s</strong><span class="mark" title="%s">%s</span>' % (value, word, mark),
+                )
+                if mark
+                else value
+            )
+        base = row.measured.baseline
+        cells.append(('class="base"', fraction(base.mean())) if base is not None else "\u2013")
+        body.append(("", cells))
+    head = ["Scenario"] + [esc(s) for s in names] + ["keep_all"]
+    caption = "Mean F behind the verdicts, over the pairs that all selectors share. \u25b2 superior, \u25bc inferior."
+    return table(caption, head, body, "results", long=True)
+
+
+def html(run, figures):
+    """Return the body of the section on the guide; it has no figures."""
+    rows = derive(run)
+    meanings = "; ".join("<i>%s</i>: %s" % (word, esc(text)) for word, text in MEANINGS.items())
+    out = [
+        paragraph(
+            "<strong>How to read.</strong> Each row is a scenario of the paper's summary. <i>Superior</i> selectors are"
+            " the ones to try first there, <i>inferior</i> ones those to avoid; the others lie between. Beside them what"
+            " the paper names, and what this run says to it. %s." % meanings
+        )
+    ]
+    out += [paragraph("<b>%s</b>" % esc(s) if i == 0 else esc(s)) for i, s in enumerate(summary(rows))]
+    out.append(guide_table(rows))
+    remarks = [
+        "<li><b>%s</b>: %s.</li>" % (esc(row_title(r)), esc("; ".join(r.remarks))) for r in rows if r.remarks
+    ]
+    if remarks:
+        out.append('<ul class="findings">%s</ul>' % "".join(remarks))
+    out.append("<h3>Rule</h3>")
+    out += [paragraph(esc(part)) for part in rule()]
+    out.append(evidence_table(rows))
+    return "\n".join(part for part in out if part)

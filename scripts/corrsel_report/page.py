@@ -1,0 +1,104 @@
+"""Puts the sections together into one file."""
+from collections import namedtuple
+
+from . import (
+    definitions,
+    efficiency,
+    environment,
+    failures,
+    features,
+    guide,
+    overall,
+    overview,
+    per_pair,
+    preselected,
+    results,
+    robustness,
+    stages,
+    timing,
+    visual,
+)
+from .figures import FigureWriter, set_up_figures
+from .markup import section, sources
+from .scopes import other_groups
+from .style import CSS
+from .words import esc
+
+# `files` are the tables of the run that a section is made of and does not link itself.
+Section = namedtuple("Section", "key title module shown files", defaults=[()])
+
+
+def always(run):
+    """A section of every report."""
+    return True
+
+
+def experiment(name):
+    """Return the condition of a section that belongs to an experiment of a preset."""
+    return lambda run: name in run.sections
+
+
+# In the report's order. Each module has html(run, figures), which returns the section's body.
+SECTIONS = (
+    Section("overview", "What won where", overview, always),
+    Section("overall", "Every dataset", overall, experiment("overall")),
+    Section("per_pair", "Pair by pair", per_pair, experiment("per_pair")),
+    Section("preselected", "After preselection", preselected, experiment("preselected")),
+    Section("features", "Detectors and descriptors", features, experiment("features")),
+    Section("robustness", "Robustness", robustness, experiment("robustness"), ("pairs.csv",)),
+    Section("efficiency", "Efficiency", efficiency, experiment("efficiency"), ("scaling.csv", "summary.csv")),
+    Section(
+        "guide",
+        "Guide: which selector when",
+        guide,
+        experiment("guide"),
+        ("guide.csv", "pairs.csv", "scaling.csv"),
+    ),
+    Section("results", "Results", results, lambda run: not run.sections or other_groups(run)),
+    Section("time", "Time against F, and F pair by pair", timing, always),
+    Section("visual", "Example pairs", visual, always),
+    Section("failures", "Failures and left-out pairs", failures, always, ("failures.csv", "pairs.csv")),
+    Section("stages", "Time by stage", stages, lambda run: run.stages or "peak_memory_mib" in run.state),
+    Section("definitions", "Definitions", definitions, always),
+    Section(
+        "environment",
+        "Environment, configuration, seeds",
+        environment,
+        always,
+        ("config.yaml", "environment.json"),
+    ),
+)
+
+
+def build(run, figures_folder=None):
+    """Return the whole report as HTML; figures are also written as files where a folder is given."""
+    set_up_figures()
+    figures = FigureWriter(figures_folder, run.link + "figures/")
+    parts = [
+        (s.key, s.title, s.module.html(run, figures) + sources(run, *s.files))
+        for s in SECTIONS
+        if s.shown(run)
+    ]
+    title = "Correspondence selection benchmark"
+    toc = "".join(
+        '<li><a href="#%s">%d %s</a></li>' % (key, i, esc(name)) for i, (key, name, _) in enumerate(parts, 1)
+    )
+    out = [
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        "<title>%s: %s</title>" % (title, esc(run.name)),
+        "<style>%s</style>\n</head>\n<body>" % CSS,
+        '<header><h1>%s</h1>\n<p class="run">Run <b>%s</b></p>' % (title, esc(run.name)),
+        overview.state_html(run),
+        overview.lead_html(run),
+        overview.scope_html(run),
+        overview.notes_html(run),
+        '<nav aria-label="Contents"><ul class="toc">%s</ul></nav></header>\n<main>' % toc,
+    ]
+    out += [section(i, key, name, body) for i, (key, name, body) in enumerate(parts, 1)]
+    out.append(
+        "</main>\n<footer>Made by report.py of corrsel from the files of the run. Means: summary.csv; pairs:"
+        " pairs.csv; figures: the folder figures.</footer>"
+    )
+    out.append("</body>\n</html>\n")
+    return "\n".join(part for part in out if part)

@@ -1,0 +1,179 @@
+"""Experiment per_pair: F of every selector on every pair (the paper's Fig. 4)."""
+from collections import OrderedDict
+
+import numpy as np
+
+from .figures import new_axes, plot_text
+from .markup import best_cell, group_heading, paragraph, sources, table
+from .scopes import groups_of
+from .selectors import is_baseline
+from .words import at_tau, esc, fraction, group_text, interval
+
+HIGH_F = 0.8  # a pair counts as solved from here on
+PAIRS_IN_A_MAP = 60  # more pairs are drawn as several maps
+
+
+def pair_name(pair):
+    """Return sequence and pair as one name."""
+    return " ".join(part for part in pair if part)
+
+
+def values_of(run, group):
+    """Return (pairs, selectors, F as pairs x selectors with NaN where there is none)."""
+    columns = OrderedDict((s, run.pair_values(group, s)) for s in run.selectors_of(group))
+    columns = OrderedDict((s, values) for s, values in columns.items() if values)
+    pairs = list(OrderedDict.fromkeys(pair for values in columns.values() for pair in values))
+    f = np.array([[columns[s].get(pair, np.nan) for s in columns] for pair in pairs])
+    return pairs, list(columns), f.reshape(len(pairs), len(columns))
+
+
+def heat_map(run, figures, group, pairs, selectors, f, name):
+    """Draw F as one coloured cell per pair and selector, its value in percent written in it."""
+    left = min(1.75, 0.25 + 0.075 * max(len(pair_name(p)) for p in pairs))
+    width, height = left + 0.1 + 0.46 * len(selectors), 0.75 + 0.185 * len(pairs)
+    figure, axes = new_axes(width, height, left, 0.1, 0.06, 0.69)
+    axes.pcolormesh(
+        np.arange(len(selectors) + 1),
+        np.arange(len(pairs) + 1),
+        np.ma.masked_invalid(f),
+        cmap="cividis",
+        vmin=0,
+        vmax=1,
+        edgecolors="white",
+        linewidth=0.6,
+    )
+    axes.set_facecolor("#e6e6e6")
+    for (y, x), value in np.ndenumerate(f):
+        known = np.isfinite(value)
+        competing = [f[y, i] for i, s in enumerate(selectors) if not is_baseline(s) and np.isfinite(f[y, i])]
+        best = (
+            known
+            and not is_baseline(selectors[x])
+            and "%.0f" % (100 * value) == "%.0f" % (100 * max(competing))
+        )
+        axes.text(
+            x + 0.5,
+            y + 0.52,
+            "%.0f" % (100 * value) if known else "\u2013",
+            ha="center",
+            va="center",
+            fontsize=8,
+            color="black" if not known or value > 0.5 else "white",
+            fontweight="bold" if best else "normal",
+        )
+    if is_baseline(selectors[-1]) and len(selectors) > 1:
+        axes.axvline(len(selectors) - 1, color="white", linewidth=4)
+    axes.set_xlim(0, len(selectors))
+    axes.set_ylim(len(pairs), 0)
+    axes.set_xticks(np.arange(len(selectors)) + 0.5)
+    axes.set_xticklabels(
+        [plot_text(s, 11) for s in selectors], rotation=45, ha="left", rotation_mode="anchor"
+    )
+    axes.set_yticks(np.arange(len(pairs)) + 0.5)
+    axes.set_yticklabels([plot_text(pair_name(p), 20) for p in pairs])
+    axes.xaxis.tick_top()
+    axes.tick_params(length=0, pad=3)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    return figures(figure, "F of every pair of %s, selectors in columns" % group_text(group), name)
+
+
+def pair_table(run, group, pairs, selectors, f):
+    """Return one row per selector: on how many pairs it is best, mean, median and lowest F."""
+    competing = [i for i, s in enumerate(selectors) if not is_baseline(s)]
+    top = (
+        np.nanmax(np.where(np.isfinite(f[:, competing]), f[:, competing], -1), axis=1) if competing else None
+    )
+    columns = []
+    for i, selector in enumerate(selectors):
+        known = np.isfinite(f[:, i])
+        values = f[known, i]
+        wins = None if is_baseline(selector) else int(np.sum(values >= top[known]))
+        worst = pairs[int(np.nanargmin(f[:, i]))]
+        columns.append(
+            (
+                selector,
+                wins,
+                values.mean(),
+                float(np.median(values)),
+                int(np.sum(values >= HIGH_F)),
+                values.min(),
+                worst,
+                len(values),
+            )
+        )
+    best = {}
+    for k in range(1, 6):
+        values = [c[k] for c in columns if not is_baseline(c[0])]
+        best[k] = max(values) if len(values) > 1 else None
+    rows = []
+    for column in columns:
+        base, row = is_baseline(column[0]), run.mean(group, column[0], run.tau(group))
+        texts = [
+            "\u2013" if base else str(column[1]),
+            fraction(column[2]),
+            fraction(column[3]),
+            str(column[4]),
+            fraction(column[5]),
+        ]
+        rests = ["", "", "", "", '<br><span class="small">%s</span>' % esc(pair_name(column[6]))]
+        cells = [
+            best_cell(text, rest, "column") if not base and best[k] == column[k] else text + rest
+            for k, (text, rest) in enumerate(zip(texts, rests), 1)
+        ]
+        cells.insert(2, esc(interval(row)) if row else "\u2013")
+        rows.append(("baseline" if base else "", [esc(column[0])] + cells + [str(column[7])]))
+    head = [
+        "Selector",
+        "Best on",
+        "Mean F",
+        "Interval",
+        "Median F",
+        "F \u2265 %g" % HIGH_F,
+        "Lowest F",
+        "Pairs",
+    ]
+    caption = (
+        "F pair by pair on %s: on how many pairs each selector has the highest F (ties count for all),"
+        % group_text(group)
+    )
+    caption += (
+        " mean with 95 % interval, median, pairs with F of at least "
+        + "%g, lowest F. \u25b2 best of the column." % HIGH_F
+    )
+    return table(esc(caption), head, rows, "results")
+
+
+def html(run, figures):
+    """Return the body of the section."""
+    out = []
+    for group in groups_of(run, "per_pair"):
+        pairs, selectors, f = values_of(run, group)
+        if not pairs:
+            continue
+        out.append('<article class="group"><h3>%s</h3>' % group_heading(group))
+        maps = [
+            heat_map(
+                run,
+                figures,
+                group,
+                pairs[i : i + PAIRS_IN_A_MAP],
+                selectors,
+                f[i : i + PAIRS_IN_A_MAP],
+                "per_pair_%s_%s" % (group.dataset, group.features),
+            )
+            for i in range(0, len(pairs), PAIRS_IN_A_MAP)
+        ]
+        text = (
+            "F in percent, one row per pair, %s; bold: highest of the row; grey: no ground truth or no result."
+            % at_tau(run.tau(group))
+        )
+        out.append(
+            '<figure class="figure map">%s<figcaption>%s</figcaption></figure>' % ("".join(maps), esc(text))
+        )
+        out += [
+            pair_table(run, group, pairs, selectors, f),
+            sources(run, "pairs.csv", "summary.csv"),
+            "</article>",
+        ]
+    return "\n".join(out) or paragraph("The run has no pairs of this experiment yet.")

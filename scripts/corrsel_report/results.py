@@ -1,0 +1,223 @@
+"""Means of every dataset, kind of features and preselection: table and curves."""
+from collections import OrderedDict
+
+from matplotlib.ticker import FuncFormatter
+
+from .figures import draw_line, new_axes, plot_text, swatch
+from .markup import group_heading, paragraph, sources, table
+from .overview import findings_in_place, sentence
+from .reading import REFERENCE_TAU
+from .scopes import figure_name, other_groups
+from .selectors import DARK, YELLOW, is_baseline
+from .words import (
+    GROUND_TRUTH_PX,
+    STATUSES,
+    at_tau,
+    be,
+    esc,
+    fraction,
+    group_text,
+    interval,
+    milliseconds,
+    number,
+    plural,
+    statuses_text,
+)
+
+
+def curve_panel(run, figures, group, title, column, name):
+    """Draw the mean of one measure against tau, one line per selector."""
+    figure, axes = new_axes(3.9, 3.1, 0.5, 0.12, 0.48, 0.34)
+    taus = run.taus(group)
+    for selector in reversed(run.selectors_of(group)):
+        rows = [(tau, run.mean(group, selector, tau)) for tau in taus]
+        points = [(tau, row[column]) for tau, row in rows if row and row[column] is not None]
+        if points:
+            draw_line(axes, [p[0] for p in points], [p[1] for p in points], run.styles[selector])
+    axes.set_title(title, loc="left")
+    axes.set_xlabel("tolerance \u03c4 (px)")
+    axes.set_ylim(-0.02, 1.02)
+    axes.set_xlim(taus[0] - 0.3, taus[-1] + 0.3)
+    axes.set_xticks(taus if len(taus) <= 12 else taus[:: len(taus) // 10])
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: "%g" % x))
+    axes.grid(True)
+    return figures(
+        figure, "%s against tolerance for %s, one line per selector" % (title, group_text(group)), name
+    )
+
+
+def bar_panel(run, figures, group, title, column, name):
+    """Draw one measure of a labelled dataset as bars, one per selector, with the interval of mean F."""
+    selectors = run.selectors_of(group)
+    figure, axes = new_axes(3.9, 0.75 + 0.27 * len(selectors), 1.05, 0.5, 0.38, 0.34)
+    axes.grid(True, axis="x")
+    for y, selector in enumerate(selectors):
+        row, style = run.mean(group, selector, run.tau(group)), run.styles[selector]
+        if row is None or row[column] is None:
+            reason = "unsupported" if run.unsupported(group, selector) else "no result"
+            axes.text(0.02, y, reason, va="center", style="italic", color="#555555", fontsize=8.5)
+            continue
+        value = row[column]
+        hollow = style["hollow"] or is_baseline(selector)
+        edge = DARK if style["colour"] == YELLOW else style["colour"]
+        face, hatch = ("white", "////") if hollow else (style["colour"], None)
+        axes.barh(y, value, height=0.62, color=face, edgecolor=edge, hatch=hatch, linewidth=0.9)
+        end = value
+        if column == "f_paper" and None not in (row["f_paper_lo"], row["f_paper_hi"]):
+            low, high = row["f_paper_lo"], row["f_paper_hi"]
+            axes.plot([low, high], [y, y], color="white", linewidth=3.4, solid_capstyle="butt")
+            axes.plot([low, high], [y, y], color="#222222", linewidth=1.4, marker="|", markersize=6)
+            end = max(value, high)
+        axes.text(end + 0.025, y, fraction(value), va="center", fontsize=8.5)
+    axes.set_yticks(range(len(selectors)))
+    axes.set_yticklabels([plot_text(s, 13) for s in selectors])
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(len(selectors) - 0.5, -0.5)
+    axes.set_xlim(0, 1)
+    axes.set_xticks([0, 0.25, 0.5, 0.75, 1])
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: "%g" % x))
+    axes.set_title(title, loc="left")
+    return figures(figure, "%s per selector for %s" % (title, group_text(group)), name)
+
+
+COLUMNS = (
+    ("Precision", "precision", fraction, max),
+    ("Recall", "recall_paper", fraction, max),
+    ("F", "f_paper", fraction, max),
+    ("F interval", None, None, None),
+    ("F, same \u03c4", "f_same_tau", fraction, max),
+    ("Median (ms)", "select_s_median", milliseconds, min),
+    ("p95 (ms)", "select_s_p95", milliseconds, min),
+    ("Pairs", "pairs", number, None),
+)
+
+
+def best_texts(run, group):
+    """Return column -> the text of its best value, among the selectors that compete."""
+    rows, best = run.ranking(group), {}
+    for _, column, show, choose in COLUMNS:
+        values = [r[column] for r in rows if column and r[column] is not None]
+        if choose and values and len(rows) > 1:
+            best[column] = show(choose(values))
+    return best
+
+
+def result_row(run, group, selector, best):
+    """Return one selector's row of a group's table."""
+    row = run.mean(group, selector, run.tau(group))
+    css = "baseline" if is_baseline(selector) else ""
+    name = esc(selector) + (' <span class="small">baseline</span>' if css else "")
+    if row is None:
+        if run.unsupported(group, selector):
+            reason = "unsupported: %s" % STATUSES["unsupported_input"]
+        else:
+            counts = run.statuses.get((group, selector))
+            reason = "no result" + (": " + statuses_text(counts) if counts else "")
+        return (css, [name, ('colspan="%d" class="text none"' % len(COLUMNS), esc(reason))])
+    cells = [name]
+    for _, column, show, choose in COLUMNS:
+        if column is None:
+            cells.append(esc(interval(row)))
+        elif not css and row[column] is not None and show(row[column]) == best.get(column):
+            mark = "\u25b2" if choose is max else "\u25bc"
+            content = '<strong>%s</strong><span class="mark" title="best of the column">%s</span>' % (
+                esc(show(row[column])),
+                mark,
+            )
+            cells.append(('class="best"', content))
+        else:
+            cells.append(esc(show(row[column])))
+    return (css, cells)
+
+
+def group_notes(run, group):
+    """Return remarks that keep a reader from comparing what cannot be compared."""
+    out, tau = [], run.tau(group)
+    if tau is not None and tau != REFERENCE_TAU:
+        out.append(
+            "The run has no tolerance of %g px here; the table is made at %g px." % (REFERENCE_TAU, tau)
+        )
+    counts = OrderedDict((r["selector"], r["pairs"]) for r in run.ranking(group) if r["pairs"] is not None)
+    if len(set(counts.values())) > 1:
+        out.append(
+            "The selectors have results on different numbers of pairs (see the last column): their means are"
+            " not strictly comparable."
+        )
+    left = sum(1 for (g, _, _) in run.left_out if g == group)
+    if left:
+        out.append(
+            "%s without any ground-truth inlier %s left out of the means." % (plural(left, "pair"), be(left))
+        )
+    usable = {s: len(run.pair_values(group, s)) for s in counts}
+    stale = [s for s in counts if usable[s] > counts[s]]
+    if stale:
+        out.append(
+            "summary.csv counts fewer pairs than pairs.csv holds for %s: it is older than the last pairs."
+            % ", ".join(stale)
+        )
+    return [esc(text) for text in out]
+
+
+def group_html(run, figures, anchor, prefix, group):
+    """Return table and curves of one dataset x features x preselection."""
+    tau = run.tau(group)
+    caption = "Means over the pairs of %s at %s." % (esc(group_text(group)), esc(at_tau(tau)))
+    if tau is None:
+        caption = "Means over the pairs of %s; labelled ground truth, no tolerance." % esc(group_text(group))
+    caption += " \u25b2 highest, \u25bc lowest of the column; the baseline is not marked."
+    best = best_texts(run, group)
+    selectors = run.selectors_of(group)
+    rows = [result_row(run, group, s, best) for s in selectors]
+    out = ['<article class="group" id="%s"><h3>%s</h3>' % (anchor, group_heading(group))]
+    if findings_in_place(run):
+        out.append(paragraph(sentence(run, group, named=False)))
+    out.append(table(caption, ["Selector"] + [c[0] for c in COLUMNS], rows, "results"))
+    out.append(sources(run, "summary.csv", "pairs.csv"))
+    out += [paragraph(note, "small") for note in group_notes(run, group)]
+    measures = (("Precision", "precision", "p"), ("Recall", "recall_paper", "r"), ("F", "f_paper", "f"))
+    if run.ranking(group):
+        panel = bar_panel if tau is None else curve_panel
+        plots = "".join(
+            "<div>%s</div>" % panel(run, figures, group, title, column, figure_name(run, prefix, group, key))
+            for title, column, key in measures
+        )
+        text = "Precision, recall and F of each selector; the bars on F are 95 % intervals of the mean."
+        legend = ""
+        if tau is not None:
+            text = (
+                "Precision, recall and F against the tolerance; recall as in the paper, relative to the"
+                " inliers at %d px." % GROUND_TRUTH_PX
+            )
+            drawn = [s for s in selectors if any(run.mean(group, s, t) for t in run.taus(group))]
+            legend = '<ul class="legend">%s</ul>' % "".join(
+                "<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in drawn
+            )
+        out.append(
+            '<figure class="figure">%s<div class="panels">%s</div><figcaption>%s</figcaption></figure>'
+            % (legend, plots, text)
+        )
+    out.append("</article>")
+    return "\n".join(out)
+
+
+def groups_html(run, figures, groups, prefix, link_text="Results"):
+    """Return table and curves of several groups; `prefix` begins their anchors and figure files."""
+    out = []
+    if len(groups) > 1:
+        links = (
+            '<li><a href="#%s-%d">%s</a></li>' % (prefix, i, esc(group_text(g)))
+            for i, g in enumerate(groups, 1)
+        )
+        out.append('<nav aria-label="%s"><ul class="toc">%s</ul></nav>' % (esc(link_text), "".join(links)))
+    out += [group_html(run, figures, "%s-%d" % (prefix, i), prefix, g) for i, g in enumerate(groups, 1)]
+    return "\n".join(out)
+
+
+def html(run, figures):
+    """Return the body of the section: every group that no experiment of a preset shows."""
+    groups = other_groups(run)
+    if not groups:
+        return paragraph(
+            "No means to show: %s." % ("summary.csv has no rows" if run.groups else "the run holds no pairs")
+        )
+    return groups_html(run, figures, groups, "results")

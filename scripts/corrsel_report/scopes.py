@@ -1,0 +1,57 @@
+"""Which results belong to which experiment of a preset."""
+from collections import OrderedDict
+
+from .words import GIVEN
+
+EXPERIMENTS = (
+    "overall",
+    "per_pair",
+    "preselected",
+    "features",
+    "robustness",
+    "efficiency",
+    "visual",
+    "guide",
+)
+
+
+def main_features(run):
+    """Return the features of the run's first cell; those of its first pairs where no cells are recorded."""
+    for cell in run.list_setting("cells"):
+        return cell.split("/")[0]
+    return next((group.features for group in run.groups if group.features != GIVEN), GIVEN)
+
+
+def is_main(run, group):
+    """Tell whether a group has the main features (or given matches), and no preselection."""
+    return group.preselection in ("", "none") and group.features in (GIVEN, main_features(run))
+
+
+def groups_of(run, experiment):
+    """Return the groups with means that an experiment shows, in the run's order."""
+    groups = [group for group in run.groups if group in run.means]
+    if experiment in ("overall", "per_pair"):
+        return [group for group in groups if is_main(run, group)]
+    if experiment == "preselected":
+        return [group for group in groups if group.preselection not in ("", "none")]
+    if experiment == "features":
+        return [g for g in groups if g.preselection in ("", "none") and not is_main(run, g)]
+    return []
+
+
+def figure_name(run, prefix, group, *rest):
+    """Return the name of a group's figure; main features and absent preselections go without saying."""
+    features = "" if group.features in (GIVEN, main_features(run)) else group.features
+    preselection = "" if group.preselection == "none" or prefix == "preselected" else group.preselection
+    return "_".join(part for part in (prefix, group.dataset, features, preselection) + rest if part)
+
+
+def other_groups(run):
+    """Return the groups with means that no experiment of the run's preset shows."""
+    shown = OrderedDict.fromkeys(
+        group
+        for name in ("overall", "preselected", "features")
+        if name in run.sections
+        for group in groups_of(run, name)
+    )
+    return [group for group in run.groups if group in run.means and group not in shown]

@@ -1,0 +1,132 @@
+"""Where the time of the whole run went, by stage and dataset; memory."""
+from collections import OrderedDict
+
+from .figures import new_axes, plot_text
+from .markup import dataset_html, paragraph, sources, table
+from .words import esc
+
+STAGES = (
+    "bag",
+    "read",
+    "features",
+    "match",
+    "select",
+    "evaluate",
+)  # of a dataset; others are of the whole run
+# Okabe-Ito colours and hatches, told apart in grey as well.
+STYLES = (
+    ("#999999", ""),
+    ("#56B4E9", ""),
+    ("#0072B2", ""),
+    ("#009E73", "///"),
+    ("#E69F00", ""),
+    ("#CC79A7", "\\\\\\"),
+)
+
+
+def duration(seconds):
+    """Return a duration as text, in s, min or h."""
+    if seconds < 0.0005:
+        return "0 s" if seconds == 0 else "<1 ms"
+    if seconds < 100:
+        return "%.*f s" % (3 if seconds < 1 else 1, seconds)
+    if seconds < 6000:
+        return "%d min %02d s" % divmod(round(seconds), 60)
+    return "%d h %02d min" % divmod(round(seconds / 60), 60)
+
+
+def sums(run):
+    """Return (dataset -> stage -> s, dataset -> number of pairs, stage -> s of the stages of no dataset)."""
+    datasets, pairs, whole = OrderedDict(), {}, OrderedDict()
+    for row in run.stages:
+        if row["seconds"] is None:
+            continue
+        if not row["dataset"]:
+            whole[row["stage"]] = whole.get(row["stage"], 0.0) + row["seconds"]
+            continue
+        stages = datasets.setdefault(row["dataset"], OrderedDict())
+        stages[row["stage"]] = stages.get(row["stage"], 0.0) + row["seconds"]
+        if row["number"] is not None:
+            pairs.setdefault(row["dataset"], set()).add(row["number"])
+    return datasets, {name: len(pairs.get(name, ())) for name in datasets}, whole
+
+
+def stages_of(datasets):
+    """Return the names of the stages there are, the known ones first."""
+    found = OrderedDict.fromkeys(stage for stages in datasets.values() for stage in stages)
+    return [s for s in STAGES if s in found] + sorted(s for s in found if s not in STAGES)
+
+
+def stage_panel(figures, datasets):
+    """Draw the time of each dataset as one bar made of its stages."""
+    names = stages_of(datasets)
+    figure, axes = new_axes(5.2, 1.25 + 0.34 * len(datasets), 1.85, 0.15, 0.48, 0.66)
+    longest = max(sum(stages.values()) for stages in datasets.values())
+    scale, unit = (1, "s") if longest < 300 else (60, "min") if longest < 18000 else (3600, "h")
+    for i, name in enumerate(names):
+        colour, hatch = STYLES[i % len(STYLES)]
+        left = [sum(stages.get(other, 0) for other in names[:i]) / scale for stages in datasets.values()]
+        width = [stages.get(name, 0) / scale for stages in datasets.values()]
+        axes.barh(
+            range(len(datasets)),
+            width,
+            left=left,
+            height=0.62,
+            color=colour,
+            hatch=hatch,
+            label=plot_text(name),
+            edgecolor="white",
+            linewidth=0.5,
+        )
+    axes.set_yticks(range(len(datasets)))
+    axes.set_yticklabels([plot_text(d, 26) for d in datasets])
+    axes.set_ylim(len(datasets) - 0.5, -0.5)
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel("time (%s)" % unit)
+    axes.grid(True, axis="x")
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(-0.05, 1.0),
+        ncol=3,
+        frameon=False,
+        fontsize=8,
+        borderaxespad=0.2,
+        handlelength=1.2,
+        columnspacing=1.0,
+        handletextpad=0.4,
+    )
+    return figures(figure, "Time of the run by dataset and stage", "stages")
+
+
+def html(run, figures):
+    """Return the body of the section."""
+    datasets, pairs, whole = sums(run)
+    out = []
+    if datasets or whole:
+        names = stages_of(datasets)
+        rows, totals = [], OrderedDict((n, 0.0) for n in names)
+        for dataset, stages in datasets.items():
+            cells = [dataset_html(dataset), str(pairs[dataset])]
+            for name in names:
+                totals[name] += stages.get(name, 0.0)
+                cells.append(duration(stages[name]) if name in stages else "\u2013")
+            rows.append(("", cells + [duration(sum(stages.values()))]))
+        rows += [
+            ("", [esc(stage)] + ["\u2013"] * (len(names) + 1) + [duration(s)]) for stage, s in whole.items()
+        ]
+        everything = sum(totals.values()) + sum(whole.values())
+        cells = ["<b>all</b>", str(sum(pairs.values()))] + [duration(s) for s in totals.values()]
+        rows.append(("", cells + ["<b>%s</b>" % duration(everything)]))
+        head = ["Dataset or stage", "Pairs"] + [esc(name) for name in names] + ["all"]
+        caption = (
+            "Wall time by stage, summed over the pairs. Rows below the datasets are stages of the whole run."
+        )
+        out += [table(caption, head, rows, "results"), sources(run, "stages.csv")]
+        if any(sum(stages.values()) > 0 for stages in datasets.values()):
+            out.append('<figure class="figure single">%s</figure>' % stage_panel(figures, datasets))
+    else:
+        out.append(paragraph("The run recorded no times by stage."))
+    memory = run.state.get("peak_memory_mib")
+    if isinstance(memory, (int, float)):
+        out.append(paragraph("Peak memory of the run: %.0f MiB." % memory))
+    return "\n".join(out)

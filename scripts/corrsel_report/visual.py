@@ -1,0 +1,304 @@
+"""Experiment visual: drawn matches, pairs by selectors, with successes and failures named (the paper's Fig. 12)."""
+import base64
+from collections import OrderedDict, namedtuple
+from urllib.parse import quote
+
+from .markup import dataset_html, paragraph, sources, table
+from .reading import group_of
+from .selectors import is_baseline, selector_key
+from .words import PHOTOGRAPHED, at_tau, esc, features_text, plural, preselection_text
+
+SUCCESS_F = 0.8  # F from which a drawn pair counts as a success
+FAILURE_GAP = 0.3  # F below the best selector's from which it counts as a failure ...
+FAILURE_BEST = 0.5  # ... where the best selector has at least this F
+MAX_EMBEDDED = 60  # images in the page; successes and failures first, the others are linked
+MAX_BYTES = 17e6  # of the embedded images, before they grow by a third in base64
+
+KINDS = {".jpg": "jpeg", ".jpeg": "jpeg", ".png": "png"}
+
+# A drawn image: its place in the index, its row there, F of pairs.csv, and the best competing image of the pair.
+Drawn = namedtuple("Drawn", "index row f best_selector best_f")
+
+
+def image_path(run, name):
+    """Return the path of an image inside the run's folder, None where it is missing, elsewhere or no picture."""
+    root = run.folder.resolve()
+    for path in (run.folder / "images" / name, run.folder / name):
+        try:
+            path = path.resolve()
+            if root in path.parents and path.suffix.lower() in KINDS and path.is_file():
+                return path
+        except (OSError, ValueError):
+            pass
+    return None
+
+
+def image_data(path):
+    """Return an image as a data URI."""
+    code = base64.b64encode(path.read_bytes()).decode("ascii")
+    return "data:image/%s;base64,%s" % (KINDS[path.suffix.lower()], code)
+
+
+def image_caption(row, f=None):
+    """Return the caption of an example as text, made of its numbers."""
+    selected, correct, wrong, missed = (row[k] for k in ("n_selected", "n_correct", "n_wrong", "n_missed"))
+    if selected is None:
+        return "no counts"
+    text = "%d selected" % selected
+    if correct is not None:
+        share = " (%.1f %%)" % (100 * correct / selected) if selected else ""
+        text += ": %d correct%s" % (correct, share)
+    text += ", %d wrong" % wrong if wrong is not None else ""
+    text += "; %d correct ones missed" % missed if missed is not None else ""
+    return text + ("; F %.1f" % (100 * f) if f is not None else "")
+
+
+def pair_of(row):
+    """Return what names the pair a row is about, in its setting."""
+    return (group_of(row), row["sequence"], row["pair"])
+
+
+def drawn_images(run):
+    """Return the Drawn images, by pair in the index's order, selectors in the report's order."""
+    keys = {(pair_of(row), row["selector"], row["tau_px"]) for row in run.images}
+    values = {}
+    for row in run.pairs:
+        key = (pair_of(row), row["selector"], row["tau_px"])
+        if key in keys and row["f_paper"] is not None:
+            values.setdefault(key, []).append(row["f_paper"])
+    pairs = OrderedDict()
+    for row in run.images:
+        pairs.setdefault(pair_of(row), []).append(row)
+    out = []
+    for pair, rows in pairs.items():
+        rows = sorted(rows, key=lambda r: selector_key(r["selector"]))
+        f = {}
+        for row in rows:
+            found = values.get((pair, row["selector"], row["tau_px"]))
+            f[row["selector"]] = sum(found) / len(found) if found else None
+        known = [s for s in f if f[s] is not None and not is_baseline(s)]
+        best = max(known, key=lambda s: f[s]) if known else None
+        for row in rows:
+            out.append(Drawn(len(out) + 1, row, f[row["selector"]], best, f[best] if best else None))
+    return out
+
+
+def is_success(drawn):
+    """Tell whether a drawn selection is good in itself."""
+    return drawn.f >= SUCCESS_F
+
+
+def is_failure(drawn):
+    """Tell whether a drawn selection is far worse than another selector's where a good one was possible."""
+    return drawn.best_f >= FAILURE_BEST and drawn.best_f - drawn.f >= FAILURE_GAP
+
+
+def findings(images):
+    """Return selector -> (its success, its failure), Drawn; the failure is None where it is never behind.
+
+    The success is the pair of its highest F, the failure that of its largest shortfall against the best selector,
+    far ones (see is_failure) before others.
+    """
+    out = OrderedDict()
+    for selector in sorted({d.row["selector"] for d in images}, key=selector_key):
+        own = [d for d in images if d.row["selector"] == selector and d.f is not None]
+        if is_baseline(selector) or not own:
+            continue
+        success = max(own, key=lambda d: (d.f, -d.index))
+        failure = max(own, key=lambda d: (is_failure(d), d.best_f - d.f, -d.index))
+        out[selector] = (success, failure if failure.best_f > failure.f else None)
+    return out
+
+
+def place_text(row):
+    """Return the name of a drawn pair."""
+    return "%s/%s" % (row["dataset"], " ".join(part for part in (row["sequence"], row["pair"]) if part))
+
+
+def counts_text(row):
+    """Return how many of the right matches a drawn selection keeps, as the rest of a sentence."""
+    correct, missed, selected = row["n_correct"], row["n_missed"], row["n_selected"]
+    if None in (correct, missed, selected):
+        return ""
+    text = "keeps %d of %s" % (correct, plural(int(correct + missed), "right match", "right matches"))
+    wrong = selected - correct if row["n_wrong"] is None else row["n_wrong"]
+    return text + (" and %d wrong" % wrong)
+
+
+def success_sentence(drawn):
+    """Return what a selector's success is, in words."""
+    name = "success" if is_success(drawn) else "best drawn pair, yet below F %.0f" % (100 * SUCCESS_F)
+    text = "%s on %s: %s: %s (F %.1f)" % (
+        drawn.row["selector"],
+        place_text(drawn.row),
+        name,
+        counts_text(drawn.row) or "no counts",
+        100 * drawn.f,
+    )
+    if drawn.best_f > drawn.f:
+        text += "; best there is %s with F %.1f" % (drawn.best_selector, 100 * drawn.best_f)
+    return text + "."
+
+
+def failure_sentence(selector, drawn):
+    """Return what a selector's failure is, in words."""
+    if drawn is None:
+        return "%s: on no drawn pair is another selector better." % selector
+    name = "failure" if is_failure(drawn) else "largest shortfall, no failure"
+    if is_failure(drawn) is False and drawn.best_f < FAILURE_BEST:
+        name = "largest shortfall, where no selector reaches F %.0f" % (100 * FAILURE_BEST)
+    return "%s on %s: %s: %s (F %.1f) while %s reaches F %.1f." % (
+        selector,
+        place_text(drawn.row),
+        name,
+        counts_text(drawn.row) or "no counts",
+        100 * drawn.f,
+        drawn.best_selector,
+        100 * drawn.best_f,
+    )
+
+
+def findings_html(images):
+    """Return the table of each selector's success and failure, with links to the images."""
+    rows = []
+    for selector, (success, failure) in findings(images).items():
+        own = [d for d in images if d.row["selector"] == selector and d.f is not None]
+        cells = [esc(selector)]
+        for sentence, drawn in (
+            (success_sentence(success), success),
+            (failure_sentence(selector, failure), failure),
+        ):
+            link = ' <a class="nb" href="#cell-%d">see it</a>' % drawn.index if drawn else ""
+            cells.append(('class="text"', esc(sentence) + link))
+        cells.append(
+            "%s, %s of %d"
+            % (
+                plural(sum(map(is_success, own)), "success", "successes"),
+                plural(sum(map(is_failure, own)), "failure"),
+                len(own),
+            )
+        )
+        rows.append(("", cells))
+    if not rows:
+        return ""
+    caption = (
+        "A success and a failure of each selector among the drawn pairs. Success: F of at least %.0f, or else the"
+        " selector's best drawn pair. Failure: F at least %.0f points below the best selector's where that reaches"
+        " %.0f, or else the largest shortfall. Last column: how many of the selector's drawn pairs are one or the other."
+    ) % (100 * SUCCESS_F, 100 * FAILURE_GAP, 100 * FAILURE_BEST)
+    head = ["Selector", "Success", "Failure", "Number"]
+    return table(esc(caption), head, rows, "texts findings", long=True)
+
+
+def embedded(run, images):
+    """Return index -> path of the images that go into the page: successes and failures first."""
+    named = [d for pair in findings(images).values() for d in pair if d]
+    out, size = OrderedDict(), 0
+    for drawn in named + images:
+        path = image_path(run, drawn.row["file"])
+        if path is None or drawn.index in out or len(out) >= MAX_EMBEDDED:
+            continue
+        if size + path.stat().st_size <= MAX_BYTES:
+            out[drawn.index] = path
+            size += path.stat().st_size
+    return out
+
+
+def verdict(drawn):
+    """Return a badge for a success or a failure; '' otherwise, and for the baseline."""
+    if drawn.f is None or is_baseline(drawn.row["selector"]):
+        return ""
+    if is_failure(drawn):
+        return ' <span class="kind bad">failure</span>'
+    return ' <span class="kind good">success</span>' if is_success(drawn) else ""
+
+
+def picture_html(run, drawn, path, caption):
+    """Return the picture of one example: embedded, linked, or a word that it is missing."""
+    row = drawn.row
+    title = "%s on %s %s %s" % (row["selector"], row["dataset"], row["sequence"], row["pair"])
+    if path is not None:
+        alt = "Matches selected by %s, drawn between the two images: %s" % (title, caption)
+        return '<a class="open" href="#ex-%d" title="Enlarge"><img src="%s" alt="%s"></a>' % (
+            drawn.index,
+            image_data(path),
+            esc(alt),
+        )
+    path = image_path(run, row["file"])
+    if path is None:
+        return '<p class="missing">image %s is missing</p>' % esc(row["file"])
+    link = run.link + "/".join(quote(part) for part in path.relative_to(run.folder.resolve()).parts)
+    return '<p class="missing"><a href="%s">image file</a> (not in this page)</p>' % esc(link)
+
+
+def example_html(run, drawn, path):
+    """Return one example image with its caption; a click opens it large, without any script."""
+    caption = image_caption(drawn.row, drawn.f)
+    close = '<a class="close" href="#cell-%d">Close</a>' % drawn.index if path else ""
+    return (
+        '<div class="cell" id="cell-%d"><figure id="ex-%d">%s<figcaption><b>%s</b>%s'
+        " %s</figcaption>%s</figure></div>"
+        % (
+            drawn.index,
+            drawn.index,
+            picture_html(run, drawn, path, caption),
+            esc(drawn.row["selector"]),
+            verdict(drawn),
+            esc(caption),
+            close,
+        )
+    )
+
+
+LEGEND = (
+    ("#009E73", "correct", "selected and within \u03c4 of the truth"),
+    ("#D55E00", "wrong", "selected, but further than \u03c4 from the truth"),
+    ("#0072B2", "missed", "correct, but not selected"),
+    ("#F0E442", "truth unknown", "selected where there is no ground truth"),
+)
+
+
+def html(run, figures):
+    """Return the body of the section."""
+    if not run.images:
+        return paragraph("The run drew no example pairs.")
+    items = "".join(
+        '<li><svg class="swatch" viewBox="0 0 36 14" aria-hidden="true"><path d="M2 7H34" stroke="#555"'
+        ' stroke-width="6.4"/><path d="M2.7 7H33.3" stroke="%s" stroke-width="5"/></svg><span><b>%s</b>:'
+        " %s</span></li>" % (colour, name, esc(meaning))
+        for colour, name, meaning in LEGEND
+    )
+    out = [
+        paragraph(
+            "Each line joins a match in the left image to its partner in the right one. Click an image to"
+            " enlarge it."
+        )
+    ]
+    out.append('<ul class="legend colours">%s</ul>' % items)
+    images = drawn_images(run)
+    out += [findings_html(images), sources(run, "images/index.csv", "pairs.csv")]
+    paths, last = embedded(run, images), None
+    if len(paths) < len(images):
+        text = "%s of the %d images are in this page, the successes and failures of the table among them; the others"
+        text += " lie in the run's folder and are linked."
+        missing = [d for d in images if d.index not in paths and image_path(run, d.row["file"])]
+        out += [paragraph(esc(text % (len(paths), len(images))), "small")] * bool(missing)
+    for drawn in images:
+        if pair_of(drawn.row) != last:
+            out += ["</div>"] * (last is not None)
+            out.append(pair_heading(drawn.row) + '<div class="grid">')
+            last = pair_of(drawn.row)
+        out.append(example_html(run, drawn, paths.get(drawn.index)))
+    out.append("</div>")
+    return "\n".join(part for part in out if part)
+
+
+def pair_heading(row):
+    """Return the heading of a drawn pair."""
+    group, tau = group_of(row), at_tau(row["tau_px"])
+    if group.dataset == "sample":
+        tau += ", photographed" if row["sequence"] in PHOTOGRAPHED else ", generated"
+    sub = "%s, %s, %s" % (features_text(group.features), preselection_text(group.preselection), tau)
+    name = " / ".join(esc(part) for part in (row["sequence"], row["pair"]) if part)
+    head = dataset_html(group.dataset) if group.dataset != "sample" else esc(group.dataset)
+    return '<h3>%s%s <span class="sub">%s</span></h3>' % (head, " / " + name if name else "", esc(sub))

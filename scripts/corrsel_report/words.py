@@ -1,0 +1,126 @@
+"""Numbers and names as words; nothing here is HTML, but `esc` and `bracket`."""
+import html
+from collections import OrderedDict
+
+STATUSES = OrderedDict(
+    [
+        ("ok", "a selection was made"),
+        ("too_few", "fewer matches than the method needs; nothing selected"),
+        ("degenerate", "the matches (all equal, or on one line) cannot decide the model"),
+        ("no_model", "the search ended without a model"),
+        ("unsupported_input", "the input lacks something the method needs, such as descriptor distances"),
+        ("too_large", "more matches than the memory or time options allow"),
+        ("time_limit", "stopped at its time budget; the best answer until then counts"),
+        ("failed", "the method reported an internal error"),
+    ]
+)
+PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
+GROUND_TRUTH_PX = 10
+GIVEN = "given"  # features of a dataset that provides matches
+
+
+def esc(value):
+    """Escape a value for HTML text and attributes."""
+    return html.escape(str(value), quote=True)
+
+
+def plural(count, noun, many=None):
+    """Return '1 pair', '2 pairs'."""
+    return "%d %s" % (count, noun if count == 1 else many or noun + "s")
+
+
+def be(count):
+    """Return the verb that goes with a count."""
+    return "is" if count == 1 else "are"
+
+
+def number(value, missing="\u2013"):
+    """Return a count or a plain number as text."""
+    return missing if value is None else "%g" % value if abs(value) < 1e6 else "%d" % value
+
+
+def fraction(value, missing="\u2013"):
+    """Return a fraction with three decimals."""
+    return missing if value is None else "%.3f" % value
+
+
+def milliseconds(seconds, missing="\u2013"):
+    """Return a duration given in seconds as milliseconds with about three digits."""
+    if seconds is None:
+        return missing
+    ms = 1e3 * seconds
+    if 0 < ms < 0.001:
+        return "<0.001"
+    return "%.*f" % (0 if ms >= 1000 else 1 if ms >= 10 else 2 if ms >= 1 else 3, ms)
+
+
+def interval(row):
+    """Return the bootstrap interval of the mean F of a row of summary.csv as text."""
+    if row["f_paper_lo"] is None or row["f_paper_hi"] is None:
+        return "\u2013"
+    return "%.3f\u2013%.3f" % (row["f_paper_lo"], row["f_paper_hi"])
+
+
+def bracket(row):
+    """Return the interval in brackets, as HTML that does not break across lines."""
+    return '<span class="nb">(%s)</span>' % interval(row)
+
+
+def overlap(first, second):
+    """Tell whether two intervals overlap; None where one of them is undefined."""
+    bounds = [row[k] for row in (first, second) for k in ("f_paper_lo", "f_paper_hi")]
+    if None in bounds:
+        return None
+    return bounds[0] <= bounds[3] and bounds[2] <= bounds[1]
+
+
+def data_kind(dataset):
+    """Return whether a dataset's pairs are real, reconstructed or generated, as words."""
+    if dataset == "sample":
+        return "generated but for " + " and ".join(PHOTOGRAPHED)
+    for kind in ("reconstructed", "generated"):
+        if dataset.endswith("_" + kind):
+            return kind
+    return "real"
+
+
+def kind_text(dataset):
+    """Return the kind of a dataset as words that stand alone."""
+    kind = data_kind(dataset)
+    return kind if " " in kind else kind + " data"
+
+
+def dataset_text(dataset):
+    """Return a dataset's name as words that tell apart what is not real."""
+    kind = data_kind(dataset)
+    return dataset if kind == "real" else "%s (%s)" % (dataset, kind)
+
+
+def at_tau(tau):
+    """Return the tolerance as words."""
+    return "labelled ground truth" if tau is None else "\u03c4 = %g px" % tau
+
+
+def preselection_text(name):
+    """Return the preselection as words."""
+    return "no preselection" if name in ("", "none") else "after preselection by %s" % name
+
+
+def group_text(group):
+    """Return the name of a group as words."""
+    return "%s, %s, %s" % (
+        dataset_text(group.dataset),
+        features_text(group.features),
+        preselection_text(group.preselection),
+    )
+
+
+def features_text(name):
+    """Return the features as words."""
+    return "given matches" if name == GIVEN else name
+
+
+def statuses_text(counts):
+    """Return the statuses of a selector as words, most frequent first."""
+    ordered = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
+    return ", ".join("%s (%d)" % (name.replace("_", " "), count) for name, count in ordered)
