@@ -263,21 +263,20 @@ std::vector<std::uint32_t> toLabels(const Field& field, std::size_t matches) {
 
 }  // namespace
 
-AdelaideRmfReader::AdelaideRmfReader(const std::string& root) {
+AdelaideRmfReader::AdelaideRmfReader(const std::string& name, const std::string& root) : name_(name) {
   const std::string remedy = "set the path to the folder that holds the .mat files";
-  requireFolder(root, "AdelaideRMF dataset", remedy);
-  for (const fs::directory_entry& entry : fs::directory_iterator(root)) {
-    if (entry.is_regular_file() && entry.path().extension() == ".mat")
-      files_.push_back(entry.path().string());
+  requireFolder(root, "dataset '" + name + "'", remedy);
+  for (const std::string& file : fileNames(root)) {
+    const fs::path path = fs::path(root) / file;
+    if (path.extension() == ".mat") files_.push_back(path.string());
   }
   if (files_.empty()) {
-    throw DatasetError("AdelaideRMF dataset: '" + root + "' has no .mat file; " + remedy);
+    throw DatasetError("dataset '" + name + "': '" + root + "' has no .mat file; " + remedy);
   }
-  std::sort(files_.begin(), files_.end());
 }
 
 PairId AdelaideRmfReader::id(std::size_t index) const {
-  return {"adelaidermf", fs::path(files_.at(index)).stem().string(), "1-2"};
+  return {name_, fs::path(files_.at(index)).stem().string(), "1-2"};
 }
 
 ImagePair AdelaideRmfReader::read(std::size_t index) const {

@@ -1,45 +1,135 @@
+#include <filesystem>
 #include <stdexcept>
 
 #include "corrsel/datasets/adelaide_rmf.h"
+#include "corrsel/datasets/files.h"
+#include "corrsel/datasets/heinly_generated.h"
+#include "corrsel/datasets/homography_pairs.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/datasets/sample.h"
-#include "corrsel/datasets/symbench.h"
-#include "corrsel/datasets/vgg.h"
 #include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {
 
+namespace fs = std::filesystem;
 using Reader = std::unique_ptr<DatasetReader>;
+using Open = Reader (*)(const std::string& name, const std::string& path, int seed);
+
+template <HomographyLayout layout>
+Reader openHomographies(const std::string& name, const std::string& path, int) {
+  return std::make_unique<HomographyPairReader>(name, path, layout);
+}
+
+Reader openAdelaideRmf(const std::string& name, const std::string& path, int) {
+  return std::make_unique<AdelaideRmfReader>(name, path);
+}
+
+template <typename Generated>
+Reader openGenerated(const std::string&, const std::string& path, int seed) {
+  return std::make_unique<Generated>(path, seed);
+}
 
 struct Entry {
   const char* name;
-  Reader (*open)(const std::string& path, int seed);
+  Open open;
 };
 
-const Entry kDatasets[] = {
-    {"adelaidermf",
-     [](const std::string& path, int) -> Reader { return std::make_unique<AdelaideRmfReader>(path); }},
-    {"sample",
-     [](const std::string& path, int seed) -> Reader { return std::make_unique<SampleReader>(path, seed); }},
-    {"symbench",
-     [](const std::string& path, int) -> Reader { return std::make_unique<SymbenchReader>(path); }},
-    {"vgg", [](const std::string& path, int) -> Reader { return std::make_unique<VggReader>(path); }},
+constexpr Entry kDatasets[] = {
+    {"adelaidermf", openAdelaideRmf},
+    {"adelaidermf_reconstructed", openAdelaideRmf},
+    {"heinly", openHomographies<HomographyLayout::kNumbered>},
+    {"heinly_generated", openGenerated<HeinlyGeneratedReader>},
+    {"hpatches", openHomographies<HomographyLayout::kHpatches>},
+    {"pairs", openHomographies<HomographyLayout::kPairs>},
+    {"sample", openGenerated<SampleReader>},
+    {"symbench", openHomographies<HomographyLayout::kSymbench>},
+    {"vgg", openHomographies<HomographyLayout::kVgg>},
 };
+
+struct Layout {
+  std::string description;
+  bool (*recognises)(const std::string& root);
+  Open open;
+};
+
+template <HomographyLayout layout>
+Layout homographyLayout() {
+  return {std::string("folders with ") + HomographyPairReader::describe(layout),
+          [](const std::string& root) { return HomographyPairReader::recognises(root, layout); },
+          openHomographies<layout>};
+}
+
+bool hasMatFile(const std::string& root) {
+  for (const std::string& name : fileNames(root)) {
+    if (fs::path(name).extension() == ".mat") return true;
+  }
+  return false;
+}
+
+/// Layouts that a folder may have whose name is not known. VGG's is a case of the numbered one.
+std::vector<Layout> layouts() {
+  return {homographyLayout<HomographyLayout::kNumbered>(),
+          homographyLayout<HomographyLayout::kHpatches>(),
+          homographyLayout<HomographyLayout::kSymbench>(),
+          homographyLayout<HomographyLayout::kPairs>(),
+          {"NAME.mat files with img1, img2, data and label", hasMatFile, openAdelaideRmf}};
+}
+
+Reader openUnknown(const std::string& name, const std::string& path, int seed) {
+  std::vector<std::string> tried, recognised;
+  Open open = nullptr;
+  for (const Layout& layout : layouts()) {
+    tried.push_back(layout.description);
+    if (!layout.recognises(path)) continue;
+    recognised.push_back(layout.description);
+    open = layout.open;
+  }
+  if (recognised.size() > 1) {
+    throw DatasetError("dataset '" + name + "': '" + path + "' holds several layouts (" +
+                       joinList(recognised, "; ") + "); give each a folder of its own");
+  }
+  if (!open) {
+    throw DatasetError("dataset '" + name + "': '" + path +
+                       "' has not one whole pair in a known layout; tried: " + joinList(tried, "; ") +
+                       " (docs/datasets.md)");
+  }
+  return open(name, path, seed);
+}
+
+void requirePlainName(const std::string& name) {
+  if (name.empty() || name == "." || name == ".." || name.find_first_of("/\\") != std::string::npos) {
+    throw std::invalid_argument("dataset name '" + name +
+                                "' must be the plain name of a folder, without path separators; the folder "
+                                "that holds it is given apart (data_root)");
+  }
+}
 
 }  // namespace
 
 std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::string& path, int seed) {
+  requirePlainName(name);
   for (const Entry& entry : kDatasets) {
-    if (name == entry.name) return entry.open(path, seed);
+    if (name == entry.name) return entry.open(name, path, seed);
   }
-  throw std::invalid_argument("unknown dataset '" + name + "'; valid: " + joinList(datasetNames()));
+  std::error_code ignored;
+  if (!fs::is_directory(path, ignored)) {
+    throw std::invalid_argument("unknown dataset '" + name + "', and '" + path +
+                                "' is not a folder; known: " + joinList(datasetNames()) +
+                                "; any folder below data_root in one of the layouts of docs/datasets.md will "
+                                "do as well");
+  }
+  return openUnknown(name, path, seed);
 }
 
 std::vector<std::string> datasetNames() {
   std::vector<std::string> names;
   for (const Entry& entry : kDatasets) names.push_back(entry.name);
   return names;
+}
+
+bool needsSamplePhotographs(const std::string& name) {
+  return name == "sample" || name == "heinly_generated";
 }
 
 }  // namespace corrsel::core

@@ -1,8 +1,10 @@
 #include "corrsel/datasets/files.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
@@ -13,9 +15,14 @@
 namespace corrsel::core {
 namespace {
 
+namespace fs = std::filesystem;
+
+constexpr const char* kImageExtensions[] = {".ppm", ".pgm", ".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff",
+                                            ".PPM", ".PGM", ".PNG", ".JPG", ".JPEG", ".BMP", ".TIF", ".TIFF"};
+
 bool isFile(const std::string& path) {
   std::error_code ignored;
-  return std::filesystem::is_regular_file(path, ignored);
+  return fs::is_regular_file(path, ignored);
 }
 
 [[noreturn]] void fail(const std::string& path, const std::string& fault, const std::string& remedy) {
@@ -24,8 +31,32 @@ bool isFile(const std::string& path) {
 
 }  // namespace
 
-cv::Mat readImageFile(const std::string& path, const std::string& remedy) {
+void requireImageFile(const std::string& path, const std::string& remedy) {
   if (!isFile(path)) fail(path, "the image is missing", remedy);
+}
+
+std::string findImage(const std::string& stem) {
+  for (const char* extension : kImageExtensions) {
+    if (isFile(stem + extension)) return stem + extension;
+  }
+  return "";
+}
+
+std::string requireImage(const std::string& stem, const std::string& remedy) {
+  const std::string path = findImage(stem);
+  if (path.empty()) {
+    fail(stem, "the image is missing (tried .ppm, .pgm, .png, .jpg, .jpeg, .bmp, .tif, .tiff)", remedy);
+  }
+  return path;
+}
+
+bool isImageExtension(const std::string& extension) {
+  return std::find(std::begin(kImageExtensions), std::end(kImageExtensions), extension) !=
+         std::end(kImageExtensions);
+}
+
+cv::Mat readImageFile(const std::string& path, const std::string& remedy) {
+  requireImageFile(path, remedy);
   cv::Mat image;
   try {
     image = cv::imread(path, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
@@ -74,9 +105,33 @@ void checkHomography(const cv::Matx33d& homography, const std::string& path, con
 
 void requireFolder(const std::string& path, const std::string& what, const std::string& remedy) {
   std::error_code ignored;
-  if (!std::filesystem::is_directory(path, ignored)) {
+  if (!fs::is_directory(path, ignored)) {
     throw DatasetError(what + ": '" + path + "' is not a folder; " + remedy);
   }
+}
+
+std::vector<std::string> subfolders(const std::string& root) {
+  std::vector<std::string> names;
+  std::error_code error, ignored;
+  for (fs::directory_iterator entry(root, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name[0] != '.' && entry->is_directory(ignored)) names.push_back(name);
+  }
+  if (error) {
+    fail(root, "the folder cannot be listed (" + error.message() + ")", "check its path and permissions");
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<std::string> fileNames(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error, ignored;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (entry->is_regular_file(ignored)) names.push_back(entry->path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 std::vector<std::string> existingFiles(const std::vector<std::string>& paths) {

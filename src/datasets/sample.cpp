@@ -12,11 +12,10 @@
 
 #include "corrsel/datasets/files.h"
 #include "corrsel/random.h"
+#include "generator.h"
 
 namespace corrsel::core {
 namespace {
-
-constexpr const char* kRemedy = "run: rosrun corrsel fetch_samples.sh";
 
 constexpr const char* kGrafLeft = "graf1.png";
 constexpr const char* kGrafRight = "graf3.png";
@@ -60,39 +59,12 @@ constexpr double kLightGain[kStrengths] = {0.8, 0.65, 0.5, 0.35, 0.25};
 constexpr double kLightGamma[kStrengths] = {1.0, 1.15, 1.3, 1.45, 1.6};
 constexpr int kJpegQuality[kStrengths] = {40, 20, 10, 5, 3};  // of 100
 
-constexpr double kJitter = 0.03;     // how far a corner moves at most, part of the image width
-constexpr double kNoiseSigma = 2.0;  // grey levels
+constexpr double kJitter = 0.03;  // how far a corner moves at most, part of the image width
 
 const Sequence& sequenceOf(std::size_t index) { return kSequences[(index - kTakenPairs) / kStrengths]; }
 
 /// 0 to 4.
 int strengthOf(std::size_t index) { return static_cast<int>((index - kTakenPairs) % kStrengths); }
-
-/// An engine of its own for each pair: FNV-1a hash of seed, sequence and strength.
-Random engineOf(std::int64_t seed, const std::string& sequence, int strength) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const char c : std::to_string(seed) + "/" + sequence + "/" + std::to_string(strength)) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
-  }
-  return Random(hash);
-}
-
-cv::Matx33d translation(double x, double y) { return {1, 0, x, 0, 1, y, 0, 0, 1}; }
-
-/// Applies `map`, given about the image centre, in pixel coordinates.
-cv::Matx33d aboutCentre(const cv::Matx33d& map, const cv::Size& size) {
-  const double x = 0.5 * (size.width - 1);
-  const double y = 0.5 * (size.height - 1);
-  const cv::Matx33d homography = translation(x, y) * map * translation(-x, -y);
-  return homography * (1.0 / homography(2, 2));
-}
-
-/// Rotates and shrinks by `scale` about the image centre.
-cv::Matx33d similarity(double scale, double degrees, const cv::Size& size) {
-  const double c = std::cos(degrees * CV_PI / 180.0) / scale;
-  const double s = std::sin(degrees * CV_PI / 180.0) / scale;
-  return aboutCentre({c, -s, 0, s, c, 0, 0, 0, 1}, size);
-}
 
 /// What a pinhole camera sees of a plane, at first parallel to the image, after it has been tilted about an
 /// axis through its centre. A focal length of 1.5 times the longer side keeps the plane in front of the
@@ -150,22 +122,6 @@ cv::Matx33d drawHomography(Nuisance nuisance, int strength, const cv::Size& size
   return jitter(random, size);
 }
 
-/// Warps onto a canvas of the same size. Where the map shrinks, the image is smoothed first, as a lens and a
-/// pixel's area do, so that a far view is blurred rather than aliased.
-cv::Mat warp(const cv::Mat& image, const cv::Matx33d& homography) {
-  const cv::Vec3d centre(0.5 * (image.cols - 1), 0.5 * (image.rows - 1), 1.0);
-  const double depth = homography.row(2).dot(centre.t());
-  const double area_scale = std::abs(cv::determinant(homography) / (depth * depth * depth));
-  cv::Mat smooth = image;
-  if (area_scale < 0.9) {
-    const double sigma = 0.5 * std::sqrt(1.0 / area_scale - 1.0);
-    cv::GaussianBlur(image, smooth, cv::Size(), sigma, sigma, cv::BORDER_REPLICATE);
-  }
-  cv::Mat warped;
-  cv::warpPerspective(smooth, warped, homography, image.size(), cv::INTER_LINEAR, cv::BORDER_CONSTANT);
-  return warped;
-}
-
 void darken(cv::Mat& image, double gain, double gamma) {
   cv::Mat table(1, 256, CV_8U);
   for (int level = 0; level < 256; ++level) {
@@ -173,16 +129,6 @@ void darken(cv::Mat& image, double gain, double gamma) {
         cv::saturate_cast<std::uint8_t>(255.0 * gain * std::pow(level / 255.0, gamma));
   }
   cv::LUT(image, table, image);
-}
-
-void addNoise(cv::Mat& image, Random& random) {
-  const int values = image.cols * image.channels();
-  for (int y = 0; y < image.rows; ++y) {
-    std::uint8_t* const row = image.ptr<std::uint8_t>(y);
-    for (int i = 0; i < values; ++i) {
-      row[i] = cv::saturate_cast<std::uint8_t>(row[i] + kNoiseSigma * random.normal());
-    }
-  }
 }
 
 cv::Mat compress(const cv::Mat& image, int quality) {
@@ -200,28 +146,29 @@ cv::Mat applyNuisance(cv::Mat image, Nuisance nuisance, int strength, Random& ra
 }
 
 cv::Matx33d readGrafHomography(const std::string& path) {
-  if (existingFiles({path}).empty()) throw DatasetError(path + ": the homography is missing; " + kRemedy);
+  if (existingFiles({path}).empty())
+    throw DatasetError(path + ": the homography is missing; " + kSampleRemedy);
   cv::Mat matrix;
   try {
     cv::FileStorage(path, cv::FileStorage::READ)["H13"] >> matrix;
   } catch (const cv::Exception& error) {
-    throw DatasetError(path + ": cannot be parsed (" + error.err + "); " + kRemedy);
+    throw DatasetError(path + ": cannot be parsed (" + error.err + "); " + kSampleRemedy);
   }
   if (matrix.rows != 3 || matrix.cols != 3 || matrix.channels() != 1) {
-    throw DatasetError(path + ": has no 3x3 matrix 'H13'; " + kRemedy);
+    throw DatasetError(path + ": has no 3x3 matrix 'H13'; " + kSampleRemedy);
   }
   matrix.convertTo(matrix, CV_64F);
   const cv::Matx33d homography = matrix;
-  checkHomography(homography, path, kRemedy);
+  checkHomography(homography, path, kSampleRemedy);
   return homography;
 }
 
 /// The grey level is the disparity in px (0 = unknown): over 5070 SIFT matches (ratio test 0.6, rows within
 /// 1 px) the level divided by left x minus right x has the median 0.996, 90 % of them 0.985 to 1.007.
 cv::Mat readDisparity(const std::string& path, const cv::Size& size) {
-  const cv::Mat levels = readImageFile(path, kRemedy);
+  const cv::Mat levels = readImageFile(path, kSampleRemedy);
   if (levels.channels() != 1 || levels.size() != size) {
-    throw DatasetError(path + ": is not a grey image of the left image's size; " + kRemedy);
+    throw DatasetError(path + ": is not a grey image of the left image's size; " + kSampleRemedy);
   }
   cv::Mat disparity;
   levels.convertTo(disparity, CV_32F);
@@ -232,9 +179,9 @@ cv::Mat readDisparity(const std::string& path, const cv::Size& size) {
 }  // namespace
 
 SampleReader::SampleReader(const std::string& root, int seed) : root_(root), seed_(seed) {
-  requireFolder(root, "sample dataset", kRemedy);
+  requireFolder(root, "sample dataset", kSampleRemedy);
   if (SampleReader::files().empty()) {
-    throw DatasetError("sample dataset: '" + root + "' has none of the sample images; " + kRemedy);
+    throw DatasetError("sample dataset: '" + root + "' has none of the sample images; " + kSampleRemedy);
   }
 }
 
@@ -258,15 +205,15 @@ ImagePair SampleReader::read(std::size_t index) const {
   ImagePair pair;
   pair.id = id(index);
   if (index == 0) {
-    pair.left = readImageFile(path(kGrafLeft), kRemedy);
-    pair.right = readImageFile(path(kGrafRight), kRemedy);
+    pair.left = readImageFile(path(kGrafLeft), kSampleRemedy);
+    pair.right = readImageFile(path(kGrafRight), kSampleRemedy);
     pair.truth.kind = TruthKind::kHomography;
     pair.truth.matrix = readGrafHomography(path(kGrafHomography));
     return pair;
   }
   if (index == 1) {
-    pair.left = readImageFile(path(kAloeLeft), kRemedy);
-    pair.right = readImageFile(path(kAloeRight), kRemedy);
+    pair.left = readImageFile(path(kAloeLeft), kSampleRemedy);
+    pair.right = readImageFile(path(kAloeRight), kSampleRemedy);
     pair.truth.kind = TruthKind::kDisparity;
     pair.truth.disparity = readDisparity(path(kAloeDisparity), pair.left.size());
     return pair;
@@ -274,11 +221,25 @@ ImagePair SampleReader::read(std::size_t index) const {
   const Sequence& sequence = sequenceOf(index);
   const int strength = strengthOf(index);
   Random random = engineOf(seed_, sequence.name, strength);
-  pair.left = readImageFile(path(sequence.photograph), kRemedy);
+  pair.left = readImageFile(path(sequence.photograph), kSampleRemedy);
   pair.truth.kind = TruthKind::kHomography;
   pair.truth.matrix = drawHomography(sequence.nuisance, strength, pair.left.size(), random);
   pair.right = applyNuisance(warp(pair.left, pair.truth.matrix), sequence.nuisance, strength, random);
   return pair;
+}
+
+void SampleReader::check(std::size_t index) const {
+  static_cast<void>(id(index));  // throws where there is no such pair
+  std::vector<const char*> names;
+  if (index == 0) {
+    names = {kGrafLeft, kGrafRight};
+    readGrafHomography(path(kGrafHomography));
+  } else if (index == 1) {
+    names = {kAloeLeft, kAloeRight, kAloeDisparity};
+  } else {
+    names = {sequenceOf(index).photograph};
+  }
+  for (const char* name : names) requireImageFile(path(name), kSampleRemedy);
 }
 
 std::vector<std::string> SampleReader::files() const {

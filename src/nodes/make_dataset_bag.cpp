@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "corrsel/datasets/dataset_report.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/ros/dataset_bag.h"
 #include "corrsel/text.h"
@@ -18,6 +19,7 @@ struct Arguments {
   std::string dataset, path, output;
   corrsel::DatasetBagOptions bag;
   int seed = 0;
+  bool check = false;
   bool help = false;
 };
 
@@ -25,18 +27,22 @@ std::string usage() {
   return "Writes a dataset as a bag that the benchmark and the nodelets read.\n"
          "\n"
          "make_dataset_bag --dataset NAME --path FOLDER --output FILE.bag [options]\n"
+         "make_dataset_bag --dataset NAME --path FOLDER --check\n"
          "\n"
          "  --dataset NAME   " +
          corrsel::core::joinList(corrsel::core::datasetNames()) +
-         "\n"
+         ";\n"
+         "                   or a name of your own: the layout is then recognised from the files\n"
          "  --path FOLDER    where the dataset lies\n"
          "  --output FILE    the bag to write; replaced where it exists\n"
+         "  --check          only say what the folder holds, lacks and which pairs are broken; no bag\n"
          "  --compressed     images as PNG (smaller, slower) instead of raw\n"
          "  --period S       seconds between two pairs, default 0.5\n"
          "  --seed N         for datasets that generate pairs, default 0\n"
          "  --help           this text\n"
          "\n"
-         "Exit code: 0 = all pairs written, 1 = problems, listed on standard error, 2 = wrong usage.\n";
+         "Exit code: 0 = all pairs written (--check: no pair is broken), 1 = problems, listed, 2 = wrong "
+         "usage.\n";
 }
 
 /// Throws std::invalid_argument.
@@ -56,6 +62,8 @@ Arguments parse(const std::vector<std::string>& words) {
       arguments.path = value();
     } else if (word == "--output") {
       arguments.output = value();
+    } else if (word == "--check") {
+      arguments.check = true;
     } else if (word == "--compressed") {
       arguments.bag.compressed = true;
     } else if (word == "--period") {
@@ -70,7 +78,8 @@ Arguments parse(const std::vector<std::string>& words) {
   for (const auto& [name, text] :
        {std::pair{"--dataset", &arguments.dataset}, std::pair{"--path", &arguments.path},
         std::pair{"--output", &arguments.output}}) {
-    if (text->empty()) throw std::invalid_argument(std::string(name) + " is missing");
+    const bool wanted = text != &arguments.output || !arguments.check;
+    if (wanted && text->empty()) throw std::invalid_argument(std::string(name) + " is missing");
   }
   return arguments;
 }
@@ -78,6 +87,9 @@ Arguments parse(const std::vector<std::string>& words) {
 int run(const Arguments& arguments) {
   const std::unique_ptr<corrsel::core::DatasetReader> reader =
       corrsel::core::openDataset(arguments.dataset, arguments.path, arguments.seed);
+  const corrsel::core::DatasetReport report = corrsel::core::describe(*reader);
+  std::cout << report.text() << std::flush;
+  if (arguments.check) return report.problems.empty() ? kOk : kProblems;
   std::vector<std::string> problems;
   const auto progress = [](std::size_t done, std::size_t total, const corrsel::core::PairId& id) {
     std::cout << done << "/" << total << " " << id.text() << std::endl;

@@ -69,7 +69,7 @@ class AdelaideFolder : public ::testing::Test {
   }
 
   std::string path() const { return (root_ / "pair.mat").string(); }
-  ImagePair read() const { return AdelaideRmfReader(root_.string()).read(0); }
+  ImagePair read() const { return AdelaideRmfReader("adelaidermf", root_.string()).read(0); }
 
   /// Writes the file with one field replaced, which must be refused with a text that names both.
   void expectRefused(const std::string& name, const FieldSpec& replacement, const std::string& expected) {
@@ -89,7 +89,7 @@ class AdelaideFolder : public ::testing::Test {
 TEST_F(AdelaideFolder, ReadsAllFields) {
   for (const matio_compression compression : {MAT_COMPRESSION_NONE, MAT_COMPRESSION_ZLIB}) {
     writeFile(compression);
-    const AdelaideRmfReader reader(root_.string());
+    const AdelaideRmfReader reader("adelaidermf", root_.string());
     ASSERT_EQ(reader.size(), 1u);
     EXPECT_EQ(reader.files(), std::vector<std::string>{path()});
     EXPECT_EQ(reader.id(0).text(), "adelaidermf/pair/1-2");
@@ -152,9 +152,11 @@ TEST_F(AdelaideFolder, AcceptsEveryNumericClass) {
 
 TEST_F(AdelaideFolder, RefusesMissingAndEmptyFolders) {
   const std::string missing = (root_ / "nowhere").string();
-  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { AdelaideRmfReader reader(missing); }), missing));
   EXPECT_TRUE(
-      contains(errorOf<DatasetError>([&] { AdelaideRmfReader reader(root_.string()); }), "no .mat file"));
+      contains(errorOf<DatasetError>([&] { AdelaideRmfReader reader("adelaidermf", missing); }), missing));
+  EXPECT_TRUE(
+      contains(errorOf<DatasetError>([&] { AdelaideRmfReader reader("adelaidermf", root_.string()); }),
+               "no .mat file"));
 }
 
 TEST_F(AdelaideFolder, NamesTheMissingField) {
@@ -209,7 +211,7 @@ TEST_F(AdelaideFolder, RefusesFilesCutOffAnywhere) {
 TEST(AdelaideRmf, ReadsTheRealDataset) {
   const std::string folder = sharedData("adelaidermf");
   if (folder.empty()) GTEST_SKIP() << "skipped: the AdelaideRMF files are not here";
-  const AdelaideRmfReader reader(folder);
+  const AdelaideRmfReader reader("adelaidermf", folder);
   ASSERT_EQ(reader.size(), 36u);
   for (std::size_t i = 0; i < reader.size(); ++i) {
     const ImagePair pair = reader.read(i);
@@ -229,6 +231,29 @@ TEST(AdelaideRmf, ReadsTheRealDataset) {
           std::count_if(pair.truth.labels.begin(), pair.truth.labels.end(), [](auto l) { return l > 0; }),
           75);
     }
+  }
+}
+
+TEST_F(AdelaideFolder, CarriesTheDatasetsName) {
+  fields_.erase("score");
+  writeFile();
+  EXPECT_EQ(openDataset("adelaidermf_reconstructed", root_.string())->id(0).text(),
+            "adelaidermf_reconstructed/pair/1-2");
+  // Another name for such a folder: the layout is recognised.
+  EXPECT_EQ(openDataset("mine", root_.string())->read(0).id.text(), "mine/pair/1-2");
+}
+
+TEST(AdelaideRmf, ReadsTheReconstructedPairs) {
+  const std::string folder = sharedData("adelaidermf_reconstructed");
+  if (folder.empty()) GTEST_SKIP() << "skipped: the reconstructed AdelaideRMF files are not here";
+  const auto reader = openDataset("adelaidermf_reconstructed", folder);
+  ASSERT_EQ(reader->size(), 2u);
+  EXPECT_EQ(reader->id(0).text(), "adelaidermf_reconstructed/johnsona_RECONSTRUCTED/1-2");
+  for (std::size_t i = 0; i < reader->size(); ++i) {
+    const ImagePair pair = reader->read(i);
+    EXPECT_EQ(pair.given->inconsistency(), "");
+    EXPECT_TRUE(pair.given->distance.empty());
+    EXPECT_EQ(pair.truth.labels.size(), pair.given->size());
   }
 }
 

@@ -3,7 +3,7 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
-#include "corrsel/datasets/vgg.h"
+#include "corrsel/datasets/reader.h"
 #include "corrsel/features/hessian_affine.h"
 #include "corrsel/features/matcher.h"
 #include "corrsel/features/patch_sift.h"
@@ -274,12 +274,12 @@ TEST(HessianAffine, MatchesTheVggPairs) {
   // The share of nearest neighbours within 5 px of the truth: plain VLFeat reaches 64, 67, 58 and 93 %.
   const std::map<std::string, double> smallest_share = {
       {"vgg/graf/1-2", 60}, {"vgg/boat/1-2", 62}, {"vgg/leuven/1-2", 55}, {"vgg/ubc/1-2", 88}};
-  const VggReader reader(folder);
+  const auto reader = openDataset("vgg", folder);
   int tested = 0;
-  for (std::size_t i = 0; i < reader.size(); ++i) {
-    const auto expected = smallest_share.find(reader.id(i).text());
+  for (std::size_t i = 0; i < reader->size(); ++i) {
+    const auto expected = smallest_share.find(reader->id(i).text());
     if (expected == smallest_share.end()) continue;
-    const ImagePair pair = reader.read(i);
+    const ImagePair pair = reader->read(i);
     const auto extracted = [](const cv::Mat& image) {
       cv::Mat grey = image;
       if (image.channels() == 3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);

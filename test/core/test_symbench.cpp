@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "corrsel/datasets/symbench.h"
+#include "corrsel/datasets/homography_pairs.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/features/matcher.h"
 #include "test_support.h"
@@ -16,6 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace testing;
+
+HomographyPairReader openSymbench(const std::string& folder) {
+  return {"symbench", folder, HomographyLayout::kSymbench};
+}
 
 void write(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
 
@@ -42,7 +46,7 @@ class SymbenchFolder : public ::testing::Test {
 
   /// Reads pair "b", which must fail, while the others must not.
   std::string onlyErrorAtB() const {
-    const SymbenchReader reader(root_.string());
+    const HomographyPairReader reader = openSymbench(root_.string());
     EXPECT_EQ(reader.size(), 3u);
     EXPECT_NO_THROW(reader.read(0));
     EXPECT_NO_THROW(reader.read(2));
@@ -53,7 +57,7 @@ class SymbenchFolder : public ::testing::Test {
 };
 
 TEST_F(SymbenchFolder, GivesOnePairPerFolderInAlphabeticalOrder) {
-  const SymbenchReader reader(root_.string());
+  const HomographyPairReader reader = openSymbench(root_.string());
   ASSERT_EQ(reader.size(), 3u);
   EXPECT_EQ(reader.id(0).text(), "symbench/a/1-2");
   EXPECT_EQ(reader.id(2).text(), "symbench/c/1-2");
@@ -80,11 +84,11 @@ TEST_F(SymbenchFolder, IsFoundByName) {
 
 TEST_F(SymbenchFolder, RefusesMissingAndEmptyFolders) {
   const std::string missing = (root_ / "nowhere").string(), empty = (root_ / "empty").string();
-  std::string error = errorOf<DatasetError>([&] { SymbenchReader reader(missing); });
+  std::string error = errorOf<DatasetError>([&] { openSymbench(missing); });
   EXPECT_TRUE(contains(error, "'" + missing + "' is not a folder; set the path")) << error;
   fs::create_directories(root_ / "empty" / "pair");
-  error = errorOf<DatasetError>([&] { SymbenchReader reader(empty); });
-  EXPECT_TRUE(contains(error, "'" + empty + "' has no subfolder with 01.png")) << error;
+  error = errorOf<DatasetError>([&] { openSymbench(empty); });
+  EXPECT_TRUE(contains(error, "'" + empty + "' has no folder with 01.png")) << error;
 }
 
 TEST_F(SymbenchFolder, NamesTheMissingFile) {
@@ -92,8 +96,10 @@ TEST_F(SymbenchFolder, NamesTheMissingFile) {
     const fs::path path = root_ / "b" / name, away = root_ / "b" / "away";
     fs::rename(path, away);
     const std::string error = onlyErrorAtB();
-    EXPECT_TRUE(contains(error, path.string() + ": the ")) << error;
-    EXPECT_TRUE(contains(error, " is missing; unpack the pair again")) << error;
+    const fs::path named = path.extension() == ".png" ? fs::path(path).replace_extension() : path;
+    EXPECT_TRUE(contains(error, named.string() + ": the ")) << error;
+    EXPECT_TRUE(contains(error, " is missing")) << error;
+    EXPECT_TRUE(contains(error, "; unpack the pair again")) << error;
     fs::rename(away, path);
   }
 }
@@ -124,7 +130,7 @@ TEST_F(SymbenchFolder, RefusesBadHomographies) {
 TEST(Symbench, ReadsTheRealDataset) {
   const std::string folder = sharedData("symbench");
   if (folder.empty()) GTEST_SKIP() << "skipped: the SymBench images are not here";
-  const SymbenchReader reader(folder);
+  const HomographyPairReader reader = openSymbench(folder);
   ASSERT_EQ(reader.size(), 46u);
   std::size_t registered = 0;
   for (std::size_t i = 0; i < reader.size(); ++i) {
@@ -150,7 +156,7 @@ std::size_t agreeing(const Correspondences& matches, const cv::Matx33d& homograp
 TEST(Symbench, HomographiesMapTheFirstImageToTheSecond) {
   const std::string folder = sharedData("symbench");
   if (folder.empty()) GTEST_SKIP() << "skipped: the SymBench images are not here";
-  const SymbenchReader reader(folder);
+  const HomographyPairReader reader = openSymbench(folder);
   const auto extractor = createExtractor("sift+sift");
   std::size_t seen = 0;
   for (std::size_t i = 0; i < reader.size(); ++i) {

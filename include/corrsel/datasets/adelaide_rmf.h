@@ -22,8 +22,9 @@ namespace corrsel::core {
 /// ones. Pairs are in alphabetical order, sequence = file name without ".mat", pair = "1-2".
 class AdelaideRmfReader : public DatasetReader {
  public:
+  /// @param name  the dataset's name in the pairs' ids
   /// Throws DatasetError when `root` is not a folder or has no .mat file.
-  explicit AdelaideRmfReader(const std::string& root);
+  AdelaideRmfReader(const std::string& name, const std::string& root);
 
   std::size_t size() const override { return files_.size(); }
 
@@ -37,6 +38,7 @@ class AdelaideRmfReader : public DatasetReader {
   std::vector<std::string> files() const override { return files_; }
 
  private:
+  std::string name_;
   std::vector<std::string> files_;
 };
 

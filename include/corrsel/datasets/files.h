@@ -13,6 +13,20 @@ namespace corrsel::core {
 /// @param remedy  what the user can do about it, the last sentence of the error
 cv::Mat readImageFile(const std::string& path, const std::string& remedy);
 
+/// Throws DatasetError naming the file when it is missing. It is not opened.
+void requireImageFile(const std::string& path, const std::string& remedy);
+
+/// The image file `stem` plus an extension: the first that exists of .ppm, .pgm, .png, .jpg, .jpeg, .bmp,
+/// .tif and .tiff in lower case, then in upper case. Empty where none does.
+/// @param stem  path without extension
+std::string findImage(const std::string& stem);
+
+/// The same, but throws DatasetError naming the stem and the extensions tried where there is none.
+std::string requireImage(const std::string& stem, const std::string& remedy);
+
+/// Whether `extension` (with its dot) is one of those that findImage() tries.
+bool isImageExtension(const std::string& extension);
+
 /// Reads a homography from a text file of nine numbers, row by row, separated by white space. The matrix is
 /// kept as written. Throws DatasetError naming the file when it is missing, holds anything else than nine
 /// finite numbers or a singular matrix.
@@ -25,6 +39,13 @@ void checkHomography(const cv::Matx33d& homography, const std::string& path, con
 /// Throws DatasetError when `path` is not a folder.
 /// @param what  the dataset, for the error text, e.g. "VGG dataset"
 void requireFolder(const std::string& path, const std::string& what, const std::string& remedy);
+
+/// Names of the folders in `root`, in byte order, without those whose names begin with a dot. Throws
+/// DatasetError when `root` cannot be listed.
+std::vector<std::string> subfolders(const std::string& root);
+
+/// Names of the regular files in `folder`, in byte order; none where it cannot be listed.
+std::vector<std::string> fileNames(const std::string& folder);
 
 /// Those of the paths that are regular files, in the given order.
 std::vector<std::string> existingFiles(const std::vector<std::string>& paths);

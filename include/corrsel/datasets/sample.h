@@ -35,6 +35,9 @@ class SampleReader : public DatasetReader {
   /// Throws DatasetError when a source file is missing or cannot be decoded. The other pairs stay readable.
   ImagePair read(std::size_t index) const override;
 
+  /// Images are tried for existence only.
+  void check(std::size_t index) const override;
+
   std::vector<std::string> files() const override;
 
  private:

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "corrsel/datasets/reader.h"
+
+namespace corrsel::core {
+
+/// How a dataset of image pairs with homographies lies in its folder. Images are .ppm, .pgm, .png, .jpg,
+/// .jpeg, .bmp, .tif or .tiff (where one lies there with several extensions, the first of these counts). A
+/// homography file holds nine numbers, row by row, that map the left image's pixels to the right one's; the
+/// centre of the first pixel is (0, 0).
+enum class HomographyLayout {
+  /// `<scene>/img1..img6`, `<scene>/H1to2p..H1to6p`: the Oxford affine covariant regions (Mikolajczyk et al.,
+  /// IJCV 2005). Five pairs a scene, "1-2" to "1-6", whether or not their files are there.
+  kVgg,
+  /// The same with any number of images, the highest (up to 999) that an image or a homography of the scene
+  /// has: pairs "1-2" to "1-N". The Heinly dataset (Heinly et al., ECCV 2012).
+  kNumbered,
+  /// `<scene>/1..N`, `<scene>/H_1_2..H_1_N`: HPatches (Balntas et al., CVPR 2017), where N is 6.
+  kHpatches,
+  /// `<name>/01`, `<name>/02`, `<name>/H1to2`: SymBench (Hauagge and Snavely, CVPR 2012). One pair a
+  /// folder, "1-2".
+  kSymbench,
+  /// `<name>/left`, `<name>/right`, `<name>/H.txt`: a plain form for pairs of one's own. One pair a folder,
+  /// "1-2".
+  kPairs,
+};
+
+/// Reads image pairs with homographies. A folder below the root is a sequence, named like the folder, when it
+/// has any of the layout's files; sequences are in alphabetical order. A pair whose files are missing or
+/// broken costs nothing but that pair.
+class HomographyPairReader : public DatasetReader {
+ public:
+  /// @param name  the dataset's name in the pairs' ids
+  /// Throws DatasetError when `root` is not a folder or no folder in it has a file of the layout.
+  HomographyPairReader(const std::string& name, const std::string& root, HomographyLayout layout);
+
+  std::size_t size() const override { return pairs_.size(); }
+
+  PairId id(std::size_t index) const override;
+
+  /// Throws DatasetError when an image is missing or cannot be decoded, or when the homography is missing, is
+  /// not nine finite numbers or is singular.
+  ImagePair read(std::size_t index) const override;
+
+  void check(std::size_t index) const override;
+
+  std::vector<std::string> ignored() const override { return ignored_; }
+
+  std::vector<std::string> files() const override;
+
+  /// Whether `root` is a folder with at least one pair of which all three files are there.
+  static bool recognises(const std::string& root, HomographyLayout layout);
+
+  /// The files of a sequence's folder in words, e.g. "img1..img6 and H1to2p..H1to6p".
+  static const char* describe(HomographyLayout layout);
+
+ private:
+  struct Pair {
+    std::string sequence;
+    int right;  ///< number of the right image
+  };
+
+  std::string folderOf(std::size_t index) const;
+
+  std::string name_, root_;
+  HomographyLayout layout_;
+  std::vector<Pair> pairs_;
+  std::vector<std::string> ignored_;
+};
+
+}  // namespace corrsel::core

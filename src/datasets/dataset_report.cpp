@@ -1,0 +1,122 @@
+#include "corrsel/datasets/dataset_report.h"
+
+#include <algorithm>
+#include <set>
+
+#include "corrsel/text.h"
+
+namespace corrsel::core {
+namespace {
+
+/// The sequences of a dataset as it was published; none where that is not known.
+std::vector<std::string> publishedSequences(const std::string& dataset) {
+  if (dataset == "vgg") return {"bark", "bikes", "boat", "graf", "leuven", "trees", "ubc", "wall"};
+  if (dataset == "symbench") {
+    return {"arch",
+            "arch_easy",
+            "bank",
+            "bdom",
+            "cars",
+            "chinesebuilding",
+            "eiffel",
+            "essighaus",
+            "graffiti",
+            "londonbridge",
+            "madrid",
+            "metz",
+            "miduomo01",
+            "miduomo02",
+            "montreal",
+            "neubrandenburg",
+            "notredame",
+            "notredame12",
+            "notredame13",
+            "notredame14",
+            "notredame15",
+            "notredame16",
+            "paintedladies",
+            "paintedladies12",
+            "paintedladies13",
+            "paintedladies14",
+            "paintedladies15",
+            "paintedladies16",
+            "paintedladies17",
+            "paintedladies18",
+            "pantheon",
+            "pantheon02",
+            "portcullis",
+            "postoffice",
+            "riga",
+            "sanmarco",
+            "sanmarco2",
+            "stargarder",
+            "stargarder3",
+            "synagogue",
+            "taj",
+            "tavern",
+            "townsquare",
+            "trevi02",
+            "vatican",
+            "worldbuilding"};
+  }
+  if (dataset == "adelaidermf") {
+    return {"barrsmith",        "biscuit",      "biscuitbook",    "biscuitbookbox",
+            "boardgame",        "bonhall",      "bonython",       "book",
+            "breadcartoychips", "breadcube",    "breadcubechips", "breadtoy",
+            "breadtoycar",      "carchipscube", "cube",           "cubebreadtoychips",
+            "cubechips",        "cubetoy",      "dinobooks",      "elderhalla",
+            "elderhallb",       "game",         "gamebiscuit",    "hartley",
+            "johnsona",         "johnsonb",     "ladysymon",      "library",
+            "napiera",          "napierb",      "neem",           "nese",
+            "oldclassicswing",  "physics",      "sene",           "toycubecar",
+            "unihouse",         "unionhouse"};
+  }
+  return {};
+}
+
+std::string counted(std::size_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+std::string DatasetReport::text() const {
+  std::string text = dataset + ": found " + counted(sequences, "sequence") + ", " + counted(pairs, "pair") +
+                     ", " + (problems.empty() ? "none" : std::to_string(problems.size())) +
+                     " of them broken\n";
+  if (!missing.empty()) {
+    text += "missing: " + std::to_string(missing.size()) + " of the " +
+            counted(publishedSequences(dataset).size(), "published sequence") + ": " + joinList(missing) +
+            "\n";
+  }
+  if (!ignored.empty()) {
+    text += "ignored: " + counted(ignored.size(), "folder") +
+            " without any file of the layout: " + joinList(ignored) + "\n";
+  }
+  for (const std::string& problem : problems) text += "broken: " + problem + "\n";
+  return text;
+}
+
+DatasetReport describe(const DatasetReader& reader) {
+  DatasetReport report;
+  std::set<std::string> sequences;
+  for (std::size_t i = 0; i < reader.size(); ++i) {
+    const PairId id = reader.id(i);
+    report.dataset = id.dataset;
+    sequences.insert(id.sequence);
+    try {
+      reader.check(i);
+    } catch (const DatasetError& error) {
+      report.problems.push_back(id.text() + ": " + error.what());
+    }
+  }
+  report.sequences = sequences.size();
+  report.pairs = reader.size();
+  for (const std::string& sequence : publishedSequences(report.dataset)) {
+    if (sequences.count(sequence) == 0) report.missing.push_back(sequence);
+  }
+  report.ignored = reader.ignored();
+  return report;
+}
+
+}  // namespace corrsel::core

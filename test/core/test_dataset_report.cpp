@@ -1,0 +1,92 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "corrsel/datasets/dataset_report.h"
+#include "dataset_folder.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing;
+
+using Report = DatasetFolder;
+
+TEST_F(Report, TellsWhatIsFoundMissingAndBroken) {
+  for (const char* scene : {"bark", "graf"}) {
+    for (int k = 1; k <= 6; ++k) {
+      const std::string number = std::to_string(k);
+      writeImage(fs::path(scene) / ("img" + number + ".ppm"));
+      if (k > 1) write(fs::path(scene) / ("H1to" + number + "p"), "1 0 0 0 1 0 0 0 1");
+    }
+  }
+  write("documents/readme", "");
+  fs::remove(path("bark/img3.ppm"));
+  fs::remove(path("graf/H1to2p"));
+  write("graf/H1to6p", "1 0 0 0 1 0 0 0 word");
+  write("graf/img4.ppm", "no image");  // found out when it is read
+
+  const DatasetReport report = describe(*openDataset("vgg", path()));
+  EXPECT_EQ(report.dataset, "vgg");
+  EXPECT_EQ(report.sequences, 2u);
+  EXPECT_EQ(report.pairs, 10u);
+  EXPECT_EQ(report.missing, (std::vector<std::string>{"bikes", "boat", "leuven", "trees", "ubc", "wall"}));
+  EXPECT_EQ(report.ignored, std::vector<std::string>{"documents"});
+  ASSERT_EQ(report.problems.size(), 3u);
+  EXPECT_TRUE(contains(report.problems[0], "vgg/bark/1-3: " + path("bark/img3") + ": the image is missing"));
+  EXPECT_TRUE(contains(report.problems[1], "vgg/graf/1-2: " + path("graf/H1to2p")));
+  EXPECT_TRUE(contains(report.problems[2], "'word' is not a number"));
+
+  const std::string text = report.text();
+  EXPECT_EQ(text.find("vgg: found 2 sequences, 10 pairs, 3 of them broken\n"), 0u) << text;
+  EXPECT_TRUE(contains(text, "missing: 6 of the 8 published sequences: bikes, boat")) << text;
+  EXPECT_TRUE(contains(text, "ignored: 1 folder without any file of the layout: documents\n")) << text;
+  EXPECT_TRUE(contains(text, "broken: " + report.problems[1] + "\n")) << text;
+}
+
+TEST_F(Report, WholeDatasetsHaveOneLine) {
+  writeImage("s/left.png");
+  writeImage("s/right.png");
+  write("s/H.txt", "1 0 0 0 1 0 0 0 1");
+  EXPECT_EQ(describe(*openDataset("mine", path())).text(),
+            "mine: found 1 sequence, 1 pair, none of them broken\n");
+}
+
+TEST_F(Report, BrokenMatFilesDoNotEndIt) {
+  write("barrsmith.mat", "no MATLAB file");
+  write("sene.mat", "");
+  const DatasetReport report = describe(*openDataset("adelaidermf", path()));
+  EXPECT_EQ(report.problems.size(), 2u);
+  EXPECT_EQ(report.missing.size(), 36u);
+}
+
+TEST(ReportOfRealData, VggSymbenchAndAdelaideRmf) {
+  const struct {
+    const char* name;
+    std::size_t sequences, pairs;
+    std::vector<std::string> missing;
+  } cases[] = {{"vgg", 8, 40, {}},
+               {"symbench", 46, 46, {}},
+               {"adelaidermf", 36, 36, {"johnsona", "johnsonb"}},
+               {"adelaidermf_reconstructed", 2, 2, {}}};
+  std::size_t seen = 0;
+  for (const auto& c : cases) {
+    const std::string folder = sharedData(c.name);
+    if (folder.empty()) continue;
+    ++seen;
+    const DatasetReport report = describe(*openDataset(c.name, folder));
+    EXPECT_EQ(report.sequences, c.sequences) << c.name;
+    EXPECT_EQ(report.pairs, c.pairs) << c.name;
+    EXPECT_EQ(report.missing, c.missing) << c.name;
+    EXPECT_TRUE(report.problems.empty()) << report.text();
+    EXPECT_TRUE(report.ignored.empty()) << report.text();
+  }
+  if (seen == 0) GTEST_SKIP() << "skipped: none of the real datasets is here";
+}
+
+}  // namespace
+}  // namespace corrsel::core

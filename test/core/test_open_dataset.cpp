@@ -1,0 +1,126 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "corrsel/datasets/reader.h"
+#include "dataset_folder.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing;
+
+constexpr const char* kIdentity = "1 0 0 0 1 0 0 0 1";
+
+class OpenDataset : public DatasetFolder {
+ protected:
+  /// Writes three files of a pair below `folder`.
+  void writePair(const std::string& folder, const std::string& left, const std::string& right,
+                 const std::string& homography, const std::string& text = kIdentity) const {
+    writeImage(fs::path(folder) / left);
+    writeImage(fs::path(folder) / right);
+    write(fs::path(folder) / homography, text);
+  }
+
+  std::string errorFor(const std::string& name) const {
+    return errorOf<DatasetError>([&] { openDataset(name, path()); });
+  }
+};
+
+TEST_F(OpenDataset, KnowsNineNames) {
+  EXPECT_EQ(datasetNames(),
+            (std::vector<std::string>{"adelaidermf", "adelaidermf_reconstructed", "heinly",
+                                      "heinly_generated", "hpatches", "pairs", "sample", "symbench", "vgg"}));
+  for (const std::string& name : datasetNames()) {
+    EXPECT_EQ(needsSamplePhotographs(name), name == "sample" || name == "heinly_generated") << name;
+    const std::string error = errorOf<DatasetError>([&] { openDataset(name, path("nowhere")); });
+    EXPECT_TRUE(contains(error, "'" + path("nowhere") + "' is not a folder")) << error;
+  }
+  EXPECT_FALSE(needsSamplePhotographs("mine"));
+}
+
+TEST_F(OpenDataset, OpensKnownNamesInTheirLayout) {
+  writePair("vgg/s", "img1.ppm", "img2.ppm", "H1to2p");
+  writePair("heinly/s", "img1.ppm", "img2.ppm", "H1to2p");
+  writePair("hpatches/s", "1.ppm", "2.ppm", "H_1_2");
+  writePair("symbench/s", "01.png", "02.png", "H1to2");
+  writePair("pairs/s", "left.png", "right.png", "H.txt");
+  EXPECT_EQ(openDataset("vgg", path("vgg"))->size(), 5u);
+  for (const char* name : {"vgg", "heinly", "hpatches", "symbench", "pairs"}) {
+    const auto reader = openDataset(name, path(name));
+    EXPECT_EQ(reader->id(0).text(), std::string(name) + "/s/1-2");
+    EXPECT_NO_THROW(reader->read(0));
+    const std::string error = errorOf<DatasetError>([&] { openDataset(name, path()); });
+    EXPECT_TRUE(contains(error, "has no folder with")) << error;
+  }
+}
+
+TEST_F(OpenDataset, RecognisesTheLayoutOfOtherNames) {
+  const struct {
+    const char* left;
+    const char* right;
+    const char* homography;
+  } layouts[] = {{"img1.png", "img2.png", "H1to2p"},
+                 {"1.ppm", "2.png", "H_1_2"},
+                 {"01.png", "02.png", "H1to2"},
+                 {"left.jpg", "right.png", "H.txt"}};
+  for (const auto& layout : layouts) {
+    fs::remove_all(root_);
+    writePair("scene", layout.left, layout.right, layout.homography);
+    write("other/readme", "");
+    const auto reader = openDataset("mine", path());
+    ASSERT_EQ(reader->size(), 1u);
+    EXPECT_EQ(reader->id(0).text(), "mine/scene/1-2");
+    EXPECT_NO_THROW(reader->read(0));
+    // A bad homography is the pair's fault, not the layout's.
+    write(fs::path("scene") / layout.homography, "seven");
+    EXPECT_THROW(openDataset("mine", path())->read(0), DatasetError);
+  }
+}
+
+TEST_F(OpenDataset, ListsTheLayoutsTried) {
+  writeImage("scene/a.png");
+  writeImage("scene/left.png");
+  const std::string error = errorFor("mine");
+  for (const char* part : {"dataset 'mine'", "H1to2p..H1toNp", "H_1_2..H_1_N", "01.png", "H.txt", ".mat"})
+    EXPECT_TRUE(contains(error, part)) << error;
+  EXPECT_TRUE(contains(error, path())) << error;
+}
+
+TEST_F(OpenDataset, RefusesToGuessBetweenLayouts) {
+  writePair("a", "left.png", "right.png", "H.txt");
+  writePair("b", "1.png", "2.png", "H_1_2");
+  EXPECT_TRUE(contains(errorFor("mine"), "holds several layouts")) << errorFor("mine");
+}
+
+TEST_F(OpenDataset, UnknownNameWithoutFolderListsTheKnownOnes) {
+  const std::string error = errorOf<std::invalid_argument>([&] { openDataset("vg", path("vg")); });
+  EXPECT_TRUE(contains(error, "unknown dataset 'vg'")) << error;
+  EXPECT_TRUE(contains(error, "known: adelaidermf, adelaidermf_reconstructed, heinly")) << error;
+  EXPECT_TRUE(contains(error, "any folder below data_root")) << error;
+  write("file", "");
+  EXPECT_TRUE(contains(errorOf<std::invalid_argument>([&] { openDataset("file", path("file")); }),
+                       "'" + path("file") + "' is not a folder"));
+}
+
+TEST_F(OpenDataset, NamesMustStayInsideTheDataRoot) {
+  writePair("s", "left.png", "right.png", "H.txt");
+  for (const char* name : {"", ".", "..", "../x", "a/b", "/etc", "a\\b", "pairs/"}) {
+    const std::string error = errorOf<std::invalid_argument>([&] { openDataset(name, path()); });
+    EXPECT_TRUE(contains(error, std::string("dataset name '") + name + "' must be the plain name")) << error;
+  }
+}
+
+TEST_F(OpenDataset, OddNamesComeThroughUnharmed) {
+  writePair("s", "left.png", "right.png", "H.txt");
+  for (const char* name : {"my pairs", "a,b", "\"quoted\"", "it's", "<b>bold", "two\nlines", "a..b"}) {
+    EXPECT_EQ(openDataset(name, path())->id(0).dataset, name);
+  }
+}
+
+}  // namespace
+}  // namespace corrsel::core
