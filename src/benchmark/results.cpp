@@ -110,9 +110,9 @@ std::string keepPairs(const std::string& text, std::size_t first_column, const s
 
 bool near(double a, double b) { return std::isnan(a) ? std::isnan(b) : std::abs(a - b) <= 1e-6; }
 
-/// Harmonic mean of part / one and part / other; NaN where the recall is undefined.
-double fOfCounts(double part, double selected, double inliers) {
-  return inliers > 0 ? 2 * part / (selected + inliers) : kUndefined;
+/// Harmonic mean of correct / selected and correct / inliers; NaN where there is no inlier.
+double fOfCounts(double correct, double selected, double inliers) {
+  return inliers > 0 ? 2 * correct / (selected + inliers) : kUndefined;
 }
 
 /// What in a row cannot be; empty for a row as the benchmark writes it.
@@ -163,15 +163,15 @@ std::string contradictionIn(const ResultRow& row) {
   }
   const double f = fOfCounts(correct, selected, inliers);
   if (!near(m.f_paper, f)) return differs("f_paper", m.f_paper, "the F of the counts", f);
-  const bool found_none_of = m.n_correct == 0 && m.recall_same_tau == 0;
-  const bool has_no_inlier = m.n_correct == 0 && std::isnan(m.recall_same_tau);
-  if (!found_none_of && !has_no_inlier && !(m.recall_same_tau > 0 && m.recall_same_tau <= 1)) {
+  const bool none_correct = m.n_correct == 0, undefined = std::isnan(m.recall_same_tau);
+  const bool possible =
+      none_correct ? undefined || m.recall_same_tau == 0 : m.recall_same_tau > 0 && m.recall_same_tau <= 1;
+  if (!possible) {
     return "recall_same_tau = " + formatNumber(m.recall_same_tau) +
            " with n_correct = " + std::to_string(m.n_correct);
   }
-  const double f_same_tau = has_no_inlier   ? kUndefined
-                            : found_none_of ? 0
-                                            : fOfCounts(correct, selected, correct / m.recall_same_tau);
+  double f_same_tau = undefined ? kUndefined : 0.0;
+  if (!none_correct) f_same_tau = fOfCounts(correct, selected, correct / m.recall_same_tau);
   if (!near(m.f_same_tau, f_same_tau)) {
     return differs("f_same_tau", m.f_same_tau, "the F of precision and recall_same_tau", f_same_tau);
   }

@@ -1,0 +1,171 @@
+// The results on the sample set are those of test/regression/expected, and compare_runs notices where results
+// are not. See README.md of that folder.
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <string>
+
+#include "corrsel/benchmark/results.h"
+#include "corrsel/datasets/sample.h"
+#include "corrsel/ros/bag_cache.h"
+
+namespace corrsel {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kFolder = CORRSEL_REGRESSION_DIR;
+const fs::path kExpected = kFolder / "expected";
+
+struct Output {
+  int code = -1;
+  std::string text;
+};
+
+/// Runs a shell command, output of both streams together.
+Output shell(const std::string& command) {
+  Output output;
+  FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
+  if (!pipe) return output;
+  char buffer[4096];
+  while (std::size_t n = fread(buffer, 1, sizeof(buffer), pipe)) output.text.append(buffer, n);
+  const int status = pclose(pipe);
+  output.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return output;
+}
+
+Output compare(const fs::path& before, const fs::path& after) {
+  return shell((kFolder / "compare.sh").string() + " " + before.string() + " " + after.string());
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+class Regression : public testing::Test {
+ protected:
+  void SetUp() override {
+    root_ = fs::temp_directory_path() / ("corrsel_regression_" + std::to_string(getpid()));
+    fs::remove_all(root_);
+    fs::create_directories(root_);
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  /// A copy of the kept results, every row changed.
+  fs::path changed(const std::function<void(core::ResultRow&)>& change) const {
+    const fs::path copy = root_ / "changed";
+    fs::copy(kExpected, copy);
+    std::ifstream in(kExpected / "pairs.csv");
+    std::ofstream out(copy / "pairs.csv");
+    std::string line;
+    std::getline(in, line);
+    out << line << "\n";
+    while (std::getline(in, line)) {
+      core::ResultRow row = core::ResultRow::fromCsv(line);
+      change(row);
+      out << row.toCsv() << "\n";
+    }
+    return copy;
+  }
+
+  fs::path root_;
+};
+
+/// As if one in a hundred right matches of the mask had been exchanged for a wrong one.
+void worsen(core::ResultRow& row) {
+  core::Metrics& m = row.metrics;
+  if (m.n_correct == 0) return;
+  const double inliers = static_cast<double>(m.n_correct) / m.recall_same_tau;
+  m.n_correct -= (m.n_correct + 99) / 100;
+  const double correct = static_cast<double>(m.n_correct), selected = static_cast<double>(row.n_selected),
+               ground_truth = static_cast<double>(row.n_ground_truth);
+  m.precision = correct / selected;
+  m.recall_paper = correct / ground_truth;
+  m.recall_same_tau = correct / inliers;
+  m.f_paper = 2 * correct / (selected + ground_truth);
+  m.f_same_tau = 2 * correct / (selected + inliers);
+}
+
+TEST_F(Regression, ResultsAreTheExpectedOnes) {
+  const fs::path samples = fs::path(cacheFolder()) / "sample";
+  for (const std::string& image : core::SampleReader::imageNames()) {
+    if (fs::exists(samples / image)) continue;
+    GTEST_SKIP() << "skipped: the sample images are not here; run: rosrun corrsel fetch_samples.sh";
+  }
+  // The bag that the run makes of them is not left in the user's cache.
+  const fs::path cache = root_ / "cache";
+  fs::create_directories(cache / "corrsel");
+  fs::create_directory_symlink(samples, cache / "corrsel" / "sample");
+  const Output run = shell("XDG_CACHE_HOME=" + cache.string() + " ROS_HOME=" + root_.string() + " " +
+                           (kFolder / "run.sh").string() + " " + (root_ / "run").string());
+  ASSERT_EQ(run.code, 0) << run.text;
+  const Output comparison = compare(kExpected, root_ / "run");
+  EXPECT_EQ(comparison.code, 0)
+      << comparison.text << "\nif the change is meant: scripts/update_regression.sh keeps the new results";
+  std::cout << comparison.text;
+}
+
+TEST_F(Regression, WorseSelectionsAreNoticed) {
+  for (const std::string selector : {"gms", "ransac"}) {
+    fs::remove_all(root_ / "changed");
+    const fs::path worse = changed([&selector](core::ResultRow& row) {
+      if (row.selector == selector) worsen(row);
+    });
+    const Output output = compare(kExpected, worse);
+    EXPECT_EQ(output.code, 1) << output.text;
+    EXPECT_TRUE(contains(output.text, "sift+sift, none, " + selector)) << output.text;
+    EXPECT_TRUE(contains(output.text, "1 worse")) << output.text;
+    // Better results than the expected ones are a change too.
+    EXPECT_EQ(compare(worse, kExpected).code, 1);
+  }
+}
+
+TEST_F(Regression, MissingAndEditedRowsAreNoticed) {
+  const fs::path copy = changed([](core::ResultRow& row) {
+    if (row.selector == "lpm") row.selector = "lpm:v2";
+  });
+  const Output missing = compare(kExpected, copy);
+  EXPECT_EQ(missing.code, 1) << missing.text;
+  EXPECT_TRUE(contains(missing.text, "lpm: no rows of this group")) << missing.text;
+
+  fs::remove_all(root_ / "changed");
+  changed([](core::ResultRow& row) { row.metrics.f_paper /= 2; });
+  const Output edited = compare(kExpected, copy);
+  EXPECT_EQ(edited.code, 2) << edited.text;
+  EXPECT_TRUE(contains(edited.text, "pairs.csv, line 2: f_paper = ")) << edited.text;
+}
+
+TEST_F(Regression, ProgramSaysWhatItNeeds) {
+  const std::string program = "rosrun corrsel compare_runs ", expected = kExpected.string();
+  EXPECT_EQ(shell(program + "--help").code, 0);
+  struct Case {
+    std::string arguments, part;
+  };
+  for (const Case& c : {Case{"", "two run folders are needed"}, Case{expected, "1 given"},
+                        Case{expected + " /does/not/exist", "/does/not/exist/config.yaml"},
+                        Case{expected + " " + expected + " --metric f", "unknown metric 'f'"},
+                        Case{expected + " " + expected + " --tau=3", "tau = 3 px"},
+                        Case{expected + " " + expected + " --tolerance x", "'x' is not a number"},
+                        Case{expected + " " + expected + " --nonsense", "'--nonsense'"},
+                        Case{expected + " " + expected + " --tau", "--tau needs a value"}}) {
+    const Output output = shell(program + c.arguments);
+    EXPECT_EQ(output.code, 2) << c.arguments << "\n" << output.text;
+    EXPECT_TRUE(contains(output.text, c.part)) << output.text;
+  }
+}
+
+}  // namespace
+}  // namespace corrsel
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}
