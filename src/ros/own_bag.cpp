@@ -98,7 +98,7 @@ bool isRectified(const std::string& images, const std::string& topic) {
 }
 
 std::string secondsText(std::int64_t nanoseconds) {
-  return core::formatNumber(static_cast<double>(nanoseconds) * 1e-9) + " s";
+  return core::formatNumber(static_cast<double>(nanoseconds) / 1e9) + " s";
 }
 
 std::string count(std::size_t n, const std::string& noun) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "corrsel/text.h"
 
@@ -13,6 +15,7 @@ namespace {
 
 constexpr double kLeastBaseline = 1e-6;      // m
 constexpr double kRotationTolerance = 1e-3;  // largest entry of R R^T - I
+constexpr int kLeastSide = 16;               // px
 // Moves no pixel: at most this times the third power of the distance from the axis.
 constexpr double kNoDistortion = 1e-12;
 
@@ -86,60 +89,114 @@ sensor_msgs::CameraInfo withMaps(sensor_msgs::CameraInfo info) {
   return info;
 }
 
+/// From pixels of an area to those of the whole image.
+cv::Matx33d shiftBy(const cv::Point& by) {
+  return {1, 0, static_cast<double>(by.x), 0, 1, static_cast<double>(by.y), 0, 0, 1};
+}
+
 cv::Matx33d crossMatrix(const cv::Vec3d& v) { return {0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0}; }
 
-cv::Matx33d inverseCamera(const cv::Matx34d& p) { return p.get_minor<3, 3>(0, 0).inv(); }
-
-/// The camera's translation in the rectified frame, m.
-cv::Vec3d translation(const cv::Matx34d& p) {
-  return inverseCamera(p) * cv::Vec3d(p(0, 3), p(1, 3), p(2, 3));
+/// The largest rectangle without a zero; of several, the first found. For every row, the columns' runs of
+/// non-zeros that end there are the bars of a histogram, whose largest rectangle one pass with a stack finds.
+cv::Rect largestRectangle(const cv::Mat& mask) {
+  cv::Rect best;
+  std::vector<int> heights(static_cast<std::size_t>(mask.cols) + 1, 0);  // the last one stays 0, closing all
+  std::vector<int> starts;                                               // columns of rising bars
+  for (int y = 0; y < mask.rows; ++y) {
+    const std::uint8_t* const row = mask.ptr(y);
+    starts.clear();
+    for (int x = 0; x <= mask.cols; ++x) {
+      int& height = heights[static_cast<std::size_t>(x)];
+      if (x < mask.cols) height = row[x] != 0 ? height + 1 : 0;
+      while (!starts.empty() && heights[static_cast<std::size_t>(starts.back())] >= height) {
+        const int top = heights[static_cast<std::size_t>(starts.back())];
+        starts.pop_back();
+        const int left = starts.empty() ? 0 : starts.back() + 1;
+        if (top * (x - left) > best.area()) best = {left, y - top + 1, x - left, top};
+      }
+      starts.push_back(x);
+    }
+  }
+  return best;
 }
 
 }  // namespace
 
-StereoRig::Camera::Camera(const RigCamera& camera) : rectified_(camera.rectified), name_(camera.name) {
+StereoRig::Camera::Camera(const RigCamera& camera) : rectified(camera.rectified), name(camera.name) {
   validate(camera);
-  model_.fromCameraInfo(withMaps(camera.info));
-  const cv::Rect roi = model_.rawRoi();
-  const cv::Rect full(cv::Point(), model_.fullResolution());
-  size_ = cv::Size(roi.width / static_cast<int>(model_.binningX()),
-                   roi.height / static_cast<int>(model_.binningY()));
-  if ((roi & full) != roi || size_.empty()) {
-    refuse(name_, "has a region of interest or a binning that does not fit into its " +
-                      std::to_string(full.width) + "x" + std::to_string(full.height) + " px");
+  model.fromCameraInfo(withMaps(camera.info));
+  const cv::Rect roi = model.rawRoi();
+  const cv::Rect full(cv::Point(), model.fullResolution());
+  size = cv::Size(roi.width / static_cast<int>(model.binningX()),
+                  roi.height / static_cast<int>(model.binningY()));
+  if ((roi & full) != roi || size.empty()) {
+    refuse(name, "has a region of interest or a binning that does not fit into its " +
+                     std::to_string(full.width) + "x" + std::to_string(full.height) + " px");
   }
-  if (rectified_) return;
+  area = cv::Rect(cv::Point(), size);
+  if (rectified) return;
   try {  // makes the maps, and so finds out what image_geometry cannot do
-    cv::Mat rectified;
-    model_.rectifyImage(cv::Mat::zeros(size_, CV_8UC1), rectified);
+    rectifyWhole(cv::Mat::zeros(size, CV_8UC1));
   } catch (const image_geometry::Exception&) {
-    refuse(name_, "has the distortion model '" + camera.info.distortion_model +
-                      "', which image_geometry does not know (it knows plumb_bob, rational_polynomial and "
-                      "equidistant); record rectified images and say images = rectified");
+    refuse(name, "has the distortion model '" + camera.info.distortion_model +
+                     "', which image_geometry does not know (it knows plumb_bob, rational_polynomial and "
+                     "equidistant); record rectified images and say images = rectified");
   } catch (const cv::Exception& error) {
-    refuse(name_, "cannot be used: " + std::to_string(camera.info.D.size()) +
-                      " distortion coefficients of the model '" + camera.info.distortion_model + "' (" +
-                      error.err + "); " + kCalibrate);
+    refuse(name, "cannot be used: " + std::to_string(camera.info.D.size()) +
+                     " distortion coefficients of the model '" + camera.info.distortion_model + "' (" +
+                     error.err + "); " + kCalibrate);
   }
+}
+
+cv::Mat StereoRig::Camera::rectifyWhole(const cv::Mat& image) const {
+  cv::Mat result;
+  model.rectifyImage(image, result);
+  return result;
 }
 
 cv::Mat StereoRig::Camera::rectify(const cv::Mat& image) const {
-  if (image.size() != size_) {
+  if (image.size() != size) {
     throw std::invalid_argument(
         "the image has " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
-        " px, camera_info on " + name_ + " is for " + std::to_string(size_.width) + "x" +
-        std::to_string(size_.height) +
+        " px, camera_info on " + name + " is for " + std::to_string(size.width) + "x" +
+        std::to_string(size.height) +
         " px (width and height, less region of interest and binning); record the camera_info that belongs to "
         "the images");
   }
-  if (rectified_) return image;
-  cv::Mat rectified;
-  model_.rectifyImage(image, rectified);
-  return rectified;
+  return rectified ? image : rectifyWhole(image)(area).clone();
+}
+
+/// 255 where a pixel of the rectified image is made of nothing but pixels of the camera, else 0.
+cv::Mat StereoRig::Camera::seen() const {
+  const cv::Mat white(size, CV_8UC1, cv::Scalar(255));
+  return rectified ? white : cv::Mat(rectifyWhole(white) == 255);
+}
+
+/// The inverse of M, P = [M | p].
+cv::Matx33d StereoRig::Camera::ray() const { return model.projectionMatrix().get_minor<3, 3>(0, 0).inv(); }
+
+/// t, of P = M [I | t], m.
+cv::Vec3d StereoRig::Camera::translation() const {
+  const cv::Matx34d& p = model.projectionMatrix();
+  return ray() * cv::Vec3d(p(0, 3), p(1, 3), p(2, 3));
+}
+
+void StereoRig::chooseAreas() {
+  cv::Mat left_seen = left_.seen(), right_seen = right_.seen();
+  if (left_.size == right_.size) left_seen = right_seen = left_seen & right_seen;
+  for (const auto& [camera, seen] : {std::pair(&left_, left_seen), std::pair(&right_, right_seen)}) {
+    if (camera->rectified) continue;
+    camera->area = largestRectangle(seen);
+    if (std::min(camera->area.width, camera->area.height) < kLeastSide) {
+      refuse(camera->name,
+             "leaves next to nothing of the image when it is rectified: R and P do not fit to K; " +
+                 std::string(kCalibrate));
+    }
+  }
 }
 
 StereoRig::StereoRig(const RigCamera& left, const RigCamera& right) : left_(left), right_(right) {
-  const cv::Vec3d shift = translation(right_.projection()) - translation(left_.projection());
+  const cv::Vec3d shift = right_.translation() - left_.translation();
   baseline_ = cv::norm(shift);
   if (!(baseline_ >= kLeastBaseline)) {
     throw std::invalid_argument(
@@ -148,8 +205,9 @@ StereoRig::StereoRig(const RigCamera& left, const RigCamera& right) : left_(left
         "both topics are of one camera; " +
         kCalibrate);
   }
-  const cv::Matx33d f =
-      inverseCamera(right_.projection()).t() * crossMatrix(shift) * inverseCamera(left_.projection());
+  chooseAreas();
+  const cv::Matx33d f = (right_.ray() * shiftBy(right_.area.tl())).t() * crossMatrix(shift) * left_.ray() *
+                        shiftBy(left_.area.tl());
   fundamental_ = f * (1.0 / cv::norm(f));
 }
 

@@ -18,6 +18,7 @@ namespace corrsel {
 namespace {
 
 constexpr int kWidth = 640, kHeight = 480;
+constexpr double kDotRadius = 1.8;  // px
 
 /// A made-up rig: how its cameras are turned, what their lenses do, and where the right one stands.
 struct RigParts {
@@ -104,7 +105,7 @@ cv::Mat dotImage(const cv::Point2d& at, const cv::Size& size) {
     for (int x = 0; x < size.width; ++x) {
       const double squared = (x - at.x) * (x - at.x) + (y - at.y) * (y - at.y);
       image.at<std::uint8_t>(y, x) =
-          cv::saturate_cast<std::uint8_t>(250 * std::exp(-squared / (2 * 2.5 * 2.5)));
+          cv::saturate_cast<std::uint8_t>(250 * std::exp(-squared / (2 * kDotRadius * kDotRadius)));
     }
   }
   return image;
@@ -126,28 +127,30 @@ void expectTrueMatchesOnTheirLines(const RigParts& parts, const StereoRig& rig, 
   const auto recorded = [&](const cv::Point2d& full) {
     return cv::Point2d((full.x - offset.x) / binning.x, (full.y - offset.y) / binning.y);
   };
+  const cv::Point2d left_corner = rig.leftArea().tl(), right_corner = rig.rightArea().tl();
   int seen = 0;
   double worst = 0, farthest = 0, unrectified = 0;
   for (const cv::Vec3d& point : points()) {
     const cv::Point2d left_raw = recorded(rawPixel(parts, false, point)),
                       right_raw = recorded(rawPixel(parts, true, point)),
-                      left_ideal = recorded(rectifiedPixel(parts, false, point)),
-                      right_ideal = recorded(rectifiedPixel(parts, true, point));
-    if (!wellInside(left_raw, size) || !wellInside(right_raw, size) || !wellInside(left_ideal, size) ||
-        !wellInside(right_ideal, size)) {
+                      left_ideal = recorded(rectifiedPixel(parts, false, point)) - left_corner,
+                      right_ideal = recorded(rectifiedPixel(parts, true, point)) - right_corner;
+    if (!wellInside(left_raw, size) || !wellInside(right_raw, size) ||
+        !wellInside(left_ideal, rig.leftArea().size()) || !wellInside(right_ideal, rig.rightArea().size())) {
       continue;
     }
     ++seen;
     const cv::Mat left_image = rig.rectifyLeft(dotImage(left_raw, size)),
                   right_image = rig.rectifyRight(dotImage(right_raw, size));
-    ASSERT_EQ(left_image.size(), size);
+    ASSERT_EQ(left_image.size(), rig.leftArea().size());
+    ASSERT_EQ(right_image.size(), rig.rightArea().size());
     const cv::Point2d left = centroid(left_image), right = centroid(right_image);
     const auto distance = [&rig](const cv::Point2d& a, const cv::Point2d& b) {
       return core::epipolarLineDistance(rig.fundamental(), a.x, a.y, b.x, b.y);
     };
     worst = std::max(worst, distance(left, right));
     farthest = std::max({farthest, cv::norm(left - left_ideal), cv::norm(right - right_ideal)});
-    unrectified = std::max(unrectified, distance(left_raw, right_raw));
+    unrectified = std::max(unrectified, distance(left_raw - left_corner, right_raw - right_corner));
     EXPECT_LT(distance(left_ideal, right_ideal), 1e-9);
   }
   EXPECT_GE(seen, 8);
@@ -251,7 +254,7 @@ TEST(StereoRig, RectifiedImagesNeedNoLens) {
     return camera;
   };
   const StereoRig rectified(change(camera({}, false, true)), change(camera({}, true, true)));
-  EXPECT_EQ(rectified.fundamental(), rig({}).fundamental());
+  EXPECT_EQ(rectified.fundamental(), rig({}, true).fundamental());
 }
 
 TEST(StereoRig, OneRawAndOneRectifiedCamera) {
@@ -284,11 +287,40 @@ TEST(StereoRig, RegionOfInterestAndBinning) {
   expectContains(errorOf([&] { StereoRig(left, right); }), "region of interest");
 }
 
-TEST(StereoRig, ColourStaysColour) {
-  const cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(10, 20, 30));
-  const cv::Mat rectified = rig({}).rectifyLeft(image);
-  ASSERT_EQ(rectified.type(), CV_8UC3);
-  EXPECT_EQ(rectified.at<cv::Vec3b>(kHeight / 2, kWidth / 2), cv::Vec3b(10, 20, 30));
+TEST(StereoRig, NothingUnseenIsLeft) {
+  const cv::Vec3b colour(10, 20, 30);
+  RigParts small;  // P shows more than the cameras see
+  small.left_m = small.right_m = {300, 0, 320, 0, 300, 240, 0, 0, 1};
+  for (const RigParts& parts : {RigParts(), small}) {
+    const StereoRig made = rig(parts);
+    EXPECT_EQ(made.leftArea(), made.rightArea()) << "rows are no longer aligned";
+    EXPECT_EQ(made.leftArea() & cv::Rect(0, 0, kWidth, kHeight), made.leftArea());
+    EXPECT_GT(made.leftArea().area(), kWidth * kHeight / 3);
+    const cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(colour));
+    for (const cv::Mat& rectified : {made.rectifyLeft(image), made.rectifyRight(image)}) {
+      ASSERT_EQ(rectified.type(), CV_8UC3);
+      cv::Mat differs;
+      cv::inRange(rectified, cv::Scalar(colour), cv::Scalar(colour), differs);
+      EXPECT_EQ(cv::countNonZero(differs == 0), 0);
+    }
+  }
+  const StereoRig made = rig(small);
+  EXPECT_LT(made.leftArea().width, kWidth);
+  EXPECT_LT(made.leftArea().height, kHeight);
+}
+
+TEST(StereoRig, CamerasOfDifferentSizeKeepTheirOwnAreas) {
+  RigParts parts;
+  RigCamera left = camera(parts, false), right = camera(parts, true);
+  right.info.height = 400;
+  const StereoRig made(left, right);
+  EXPECT_GT(made.leftArea().br().y, 400);
+  EXPECT_LE(made.rightArea().br().y, 400);
+}
+
+TEST(StereoRig, RectificationThatShowsNothing) {
+  expectContains(leftError([](sensor_msgs::CameraInfo& info) { info.P[2] = 5000; }),
+                 "next to nothing of the image");
 }
 
 TEST(StereoRig, ImageOfAnotherSize) {

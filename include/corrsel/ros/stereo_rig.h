@@ -20,6 +20,10 @@ struct RigCamera {
 /// Binning, region of interest and distortion are those of image_geometry: plumb_bob, rational_polynomial,
 /// equidistant.
 ///
+/// Rectified raw images are cut to the largest rectangle that holds nothing but what the camera saw; of two
+/// cameras with images of one size, to one that does so for both, which keeps rows aligned. The edge of the
+/// black beyond would give features that are in no scene.
+///
 /// A calibration P = [M | p] sees a point X of the rectified frame at M X + p = M (X + t), t = M^-1 p. What
 /// is x in the left and x' in the right rectified image obeys x'^T F x = 0 with F = M'^-T [t' - t]_x M^-1
 /// (Hartley and Zisserman, Eq. 9.2, without rotation). No direction of the baseline and no equality of M and
@@ -31,31 +35,38 @@ class StereoRig {
   /// image_geometry does not know, a baseline below a micrometre. Raw images cost the rectification maps.
   StereoRig(const RigCamera& left, const RigCamera& right);
 
-  /// Between rectified images, px, Frobenius norm 1.
+  /// Between the images that rectifyLeft() and rectifyRight() give, px, Frobenius norm 1.
   const cv::Matx33d& fundamental() const { return fundamental_; }
 
   /// Distance of the cameras, m.
   double baseline() const { return baseline_; }
 
-  /// The rectified image, of the same size and type: the image itself where the camera's images are rectified
-  /// already, else undistorted, turned and interpolated linearly, black where nothing was seen. Throws
-  /// std::invalid_argument where the image's size is not the one of camera_info.
+  /// The image itself where the camera's images are rectified already, else undistorted, turned, interpolated
+  /// linearly and cut to its area. Throws std::invalid_argument where the image's size is not the one of
+  /// camera_info.
   cv::Mat rectifyLeft(const cv::Mat& image) const { return left_.rectify(image); }
   cv::Mat rectifyRight(const cv::Mat& image) const { return right_.rectify(image); }
 
+  /// What is kept of the rectified image, which P describes, px.
+  const cv::Rect& leftArea() const { return left_.area; }
+  const cv::Rect& rightArea() const { return right_.area; }
+
  private:
-  class Camera {
-   public:
+  struct Camera {
     explicit Camera(const RigCamera& camera);
     cv::Mat rectify(const cv::Mat& image) const;
-    const cv::Matx34d& projection() const { return model_.projectionMatrix(); }
+    cv::Mat rectifyWhole(const cv::Mat& image) const;
+    cv::Mat seen() const;
+    cv::Matx33d ray() const;
+    cv::Vec3d translation() const;
 
-   private:
-    image_geometry::PinholeCameraModel model_;
-    bool rectified_;
-    cv::Size size_;
-    std::string name_;
+    image_geometry::PinholeCameraModel model;
+    bool rectified;
+    cv::Size size;  ///< of the camera's images
+    cv::Rect area;
+    std::string name;
   };
+  void chooseAreas();
 
   Camera left_, right_;
   cv::Matx33d fundamental_;
