@@ -70,21 +70,18 @@ cv::Mat readImageFile(const std::string& path, const std::string& remedy) {
 cv::Matx33d readHomographyFile(const std::string& path, const std::string& remedy) {
   if (!isFile(path)) fail(path, "the homography is missing", remedy);
   std::ifstream stream(path);
-  std::vector<std::string> words;
-  for (std::string word; words.size() < 10 && stream >> word;) words.push_back(word);
-  if (words.size() != 9) {
-    fail(path,
-         words.size() < 9 ? "holds " + std::to_string(words.size()) + " numbers where a homography has 9"
-                          : "holds more than the 9 numbers of a homography",
-         remedy);
-  }
   cv::Matx33d homography;
-  for (int i = 0; i < 9; ++i) {
+  int count = 0;
+  for (std::string word; stream >> word; ++count) {
+    if (count == 9) fail(path, "holds more than the 9 numbers of a homography", remedy);
     try {
-      homography.val[i] = parseNumber(words[i], "entry " + std::to_string(i + 1));
+      homography.val[count] = parseNumber(word, "entry " + std::to_string(count + 1));
     } catch (const std::invalid_argument& error) {
       fail(path, error.what(), remedy);
     }
+  }
+  if (count < 9) {
+    fail(path, "holds " + std::to_string(count) + " numbers where a homography has 9", remedy);
   }
   checkHomography(homography, path, remedy);
   return homography;

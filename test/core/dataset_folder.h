@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -10,6 +11,14 @@
 #include <string>
 
 namespace corrsel::core::testing {
+
+/// Where scripts/fetch_samples.sh puts the photographs.
+inline std::string sampleFolder() {
+  if (const char* const set = std::getenv("CORRSEL_SAMPLE_DIR")) return set;
+  if (const char* const cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/corrsel/sample";
+  const char* const home = std::getenv("HOME");
+  return std::string(home ? home : "") + "/.cache/corrsel/sample";
+}
 
 /// A folder of its own for each test, removed at the end.
 class DatasetFolder : public ::testing::Test {

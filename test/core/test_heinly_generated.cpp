@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <opencv2/core.hpp>
@@ -19,26 +18,18 @@ namespace {
 namespace fs = std::filesystem;
 using namespace testing;
 
-/// Where scripts/fetch_samples.sh puts the photographs.
-std::string realFolder() {
-  if (const char* const set = std::getenv("CORRSEL_SAMPLE_DIR")) return set;
-  if (const char* const cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/corrsel/sample";
-  const char* const home = std::getenv("HOME");
-  return std::string(home ? home : "") + "/.cache/corrsel/sample";
-}
-
 class HeinlyGenerated : public DatasetFolder {
  protected:
   void SetUp() override {
     DatasetFolder::SetUp();
-    if (!fs::is_regular_file(fs::path(realFolder()) / "scenetext03.jpg")) {
+    if (!fs::is_regular_file(fs::path(sampleFolder()) / "scenetext03.jpg")) {
       GTEST_SKIP() << "skipped: the sample images are not here; run: rosrun corrsel fetch_samples.sh";
     }
   }
 };
 
 TEST_F(HeinlyGenerated, HasFourScenesAnd29Pairs) {
-  const auto reader = openDataset("heinly_generated", realFolder());
+  const auto reader = openDataset("heinly_generated", sampleFolder());
   ASSERT_EQ(reader->size(), 29u);
   std::map<std::string, int> pairs;
   for (std::size_t i = 0; i < reader->size(); ++i) {
@@ -54,7 +45,7 @@ TEST_F(HeinlyGenerated, HasFourScenesAnd29Pairs) {
 }
 
 TEST_F(HeinlyGenerated, ZoomsAndRotatesAndNothingElse) {
-  const HeinlyGeneratedReader reader(realFolder(), 3);
+  const HeinlyGeneratedReader reader(sampleFolder(), 3);
   std::string sequence;
   double last = 0.0;
   for (std::size_t i = 0; i < reader.size(); ++i) {
@@ -86,7 +77,7 @@ TEST_F(HeinlyGenerated, ZoomsAndRotatesAndNothingElse) {
 }
 
 TEST_F(HeinlyGenerated, ImagesFollowTheHomography) {
-  const HeinlyGeneratedReader reader(realFolder());
+  const HeinlyGeneratedReader reader(sampleFolder());
   for (const std::size_t i : {0u, 13u, 14u, 17u, 28u}) {
     const ImagePair pair = reader.read(i);
     SCOPED_TRACE(pair.id.text());
@@ -104,7 +95,7 @@ TEST_F(HeinlyGenerated, ImagesFollowTheHomography) {
 }
 
 TEST_F(HeinlyGenerated, DependsOnSeedAndPairAlone) {
-  const HeinlyGeneratedReader a(realFolder(), 7), b(realFolder(), 7), other(realFolder(), 8);
+  const HeinlyGeneratedReader a(sampleFolder(), 7), b(sampleFolder(), 7), other(sampleFolder(), 8);
   b.read(20);
   const cv::Mat first = a.read(3).right;
   EXPECT_EQ(cv::norm(first, b.read(3).right, cv::NORM_INF), 0.0);
@@ -114,7 +105,7 @@ TEST_F(HeinlyGenerated, DependsOnSeedAndPairAlone) {
 TEST_F(HeinlyGenerated, NamesTheMissingPhotograph) {
   EXPECT_TRUE(
       contains(errorOf<DatasetError>([&] { HeinlyGeneratedReader reader(path()); }), "fetch_samples.sh"));
-  fs::copy(fs::path(realFolder()) / "aero1.jpg", root_ / "aero1.jpg");
+  fs::copy(fs::path(sampleFolder()) / "aero1.jpg", root_ / "aero1.jpg");
   const HeinlyGeneratedReader reader(path());
   for (const std::size_t i : {0u, 28u}) {
     const std::string error = errorOf<DatasetError>([&] { reader.read(i); });

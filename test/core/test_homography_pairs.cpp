@@ -132,7 +132,7 @@ TEST_F(HomographyPairs, BadHomographiesAreNamed) {
       {"1 0 0\n0 1 0\n0\n", "holds 7 numbers where a homography has 9"},
       {"1 0 0 0 one 0 0 0 1", "'one' is not a number"},
       {"1 2 300 2 4 600 0 0 1", "singular"},
-      {"1,0,0,0,1,0,0,0,1", "holds 1 numbers"},
+      {"1,0,0,0,1,0,0,0,1", "'1,0,0,0,1,0,0,0,1' is not a number"},
   };
   writeImage("a/left.png");
   writeImage("a/right.png");

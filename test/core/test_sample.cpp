@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
@@ -14,6 +13,7 @@
 #include <sstream>
 
 #include "corrsel/datasets/sample.h"
+#include "dataset_folder.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -21,14 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace testing;
-
-/// Where scripts/fetch_samples.sh puts the images.
-std::string realFolder() {
-  if (const char* const set = std::getenv("CORRSEL_SAMPLE_DIR")) return set;
-  if (const char* const cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/corrsel/sample";
-  const char* const home = std::getenv("HOME");
-  return std::string(home ? home : "") + "/.cache/corrsel/sample";
-}
 
 bool same(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
@@ -85,7 +77,7 @@ class SampleImages : public ::testing::Test {
  protected:
   void SetUp() override {
     for (const std::string& name : SampleReader::imageNames()) {
-      if (!fs::is_regular_file(fs::path(realFolder()) / name)) {
+      if (!fs::is_regular_file(fs::path(sampleFolder()) / name)) {
         GTEST_SKIP() << "skipped: the sample images are not here; run: rosrun corrsel fetch_samples.sh";
       }
     }
@@ -93,7 +85,7 @@ class SampleImages : public ::testing::Test {
 };
 
 TEST_F(SampleImages, HasTwoTakenAndFiftyGeneratedPairs) {
-  const SampleReader reader(realFolder());
+  const SampleReader reader(sampleFolder());
   ASSERT_EQ(reader.size(), 52u);
   EXPECT_EQ(reader.id(0).text(), "sample/graf/1-3");
   EXPECT_EQ(reader.id(1).text(), "sample/aloe/L-R");
@@ -108,7 +100,7 @@ TEST_F(SampleImages, HasTwoTakenAndFiftyGeneratedPairs) {
 }
 
 TEST_F(SampleImages, DependsOnSeedAndPairAlone) {
-  const SampleReader forwards(realFolder(), 7), backwards(realFolder(), 7), other(realFolder(), 8);
+  const SampleReader forwards(sampleFolder(), 7), backwards(sampleFolder(), 7), other(sampleFolder(), 8);
   const std::vector<std::size_t> pairs = {2, 6, 12, 22, 35, 41, 50};
   std::vector<ImagePair> first;
   for (const std::size_t i : pairs) first.push_back(forwards.read(i));
@@ -126,11 +118,11 @@ TEST_F(SampleImages, PairsStayTheSame) {
   if (std::string(CV_VERSION) != "4.6.0") {
     GTEST_SKIP() << "skipped: the fingerprint was taken with OpenCV 4.6.0, this is " << CV_VERSION;
   }
-  EXPECT_EQ(fingerprint(SampleReader(realFolder())), 7130463366699823542u);
+  EXPECT_EQ(fingerprint(SampleReader(sampleFolder())), 7130463366699823542u);
 }
 
 TEST_F(SampleImages, GeneratedPairsFollowTheirHomographies) {
-  const SampleReader reader(realFolder());
+  const SampleReader reader(sampleFolder());
   for (std::size_t i = 2; i < reader.size(); ++i) {
     const ImagePair pair = reader.read(i);
     SCOPED_TRACE(pair.id.text());
@@ -155,7 +147,7 @@ TEST_F(SampleImages, GeneratedPairsFollowTheirHomographies) {
 }
 
 TEST_F(SampleImages, GeneratedPairsLookLikeTheWarpedPhotograph) {
-  const SampleReader reader(realFolder());
+  const SampleReader reader(sampleFolder());
   for (std::size_t i = 2; i < reader.size(); i += 5) {
     const ImagePair pair = reader.read(i);
     SCOPED_TRACE(pair.id.text());
@@ -176,7 +168,7 @@ TEST_F(SampleImages, GeneratedPairsLookLikeTheWarpedPhotograph) {
 }
 
 TEST_F(SampleImages, GrafFollowsItsHomography) {
-  const ImagePair pair = SampleReader(realFolder()).read(0);
+  const ImagePair pair = SampleReader(sampleFolder()).read(0);
   ASSERT_EQ(pair.truth.kind, TruthKind::kHomography);
   const std::vector<Match> matches = siftMatches(pair);
   EXPECT_GT(matches.size(), 100u);
@@ -184,7 +176,7 @@ TEST_F(SampleImages, GrafFollowsItsHomography) {
 }
 
 TEST_F(SampleImages, AloeFollowsItsDisparity) {
-  const ImagePair pair = SampleReader(realFolder()).read(1);
+  const ImagePair pair = SampleReader(sampleFolder()).read(1);
   ASSERT_EQ(pair.truth.kind, TruthKind::kDisparity);
   ASSERT_EQ(pair.truth.disparity.type(), CV_32F);
   ASSERT_EQ(pair.truth.disparity.size(), pair.left.size());
@@ -213,7 +205,7 @@ TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
       contains(errorOf<DatasetError>([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
 
   for (const std::string& name : SampleReader::imageNames())
-    fs::copy(fs::path(realFolder()) / name, copy / name);
+    fs::copy(fs::path(sampleFolder()) / name, copy / name);
   fs::remove(copy / "baboon.jpg");
   fs::resize_file(copy / "graf3.png", 1000);
   std::ofstream(copy / "aloeGT.png") << "no image";
@@ -230,7 +222,7 @@ TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
   EXPECT_NO_THROW(reader.read(2));
   EXPECT_NO_THROW(reader.read(17));
 
-  fs::copy_file(fs::path(realFolder()) / "graf3.png", copy / "graf3.png",
+  fs::copy_file(fs::path(sampleFolder()) / "graf3.png", copy / "graf3.png",
                 fs::copy_options::overwrite_existing);
   for (const char* text : {"<?xml", "<?xml version=\"1.0\"?><opencv_storage><H>1</H></opencv_storage>"}) {
     std::ofstream(copy / "H1to3p.xml") << text;

@@ -10,8 +10,8 @@ namespace corrsel::core {
 
 /// How a dataset of image pairs with homographies lies in its folder. Images are .ppm, .pgm, .png, .jpg,
 /// .jpeg, .bmp, .tif or .tiff (where one lies there with several extensions, the first of these counts). A
-/// homography file holds nine numbers, row by row, that map the left image's pixels to the right one's; the
-/// centre of the first pixel is (0, 0).
+/// homography file holds nine numbers, row by row, that map the left image's pixel coordinates (x to the
+/// right, y down, px) to the right image's.
 enum class HomographyLayout {
   /// `<scene>/img1..img6`, `<scene>/H1to2p..H1to6p`: the Oxford affine covariant regions (Mikolajczyk et al.,
   /// IJCV 2005). Five pairs a scene, "1-2" to "1-6", whether or not their files are there.
