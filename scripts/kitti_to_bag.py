@@ -93,8 +93,8 @@ def write_frame(bag, stamp, files, infos):
         size = png_size(file, data)
         if size != (info.width, info.height):
             raise InputError(
-                "%s has %dx%d px, its calibration is for %dx%d px: only raw frames (KITTI's unsynced+unrectified "
-                "archives) can be used" % ((file,) + size + (info.width, info.height))
+                "%s has %dx%d px, its calibration is for %dx%d px: only raw frames (KITTI's "
+                "unsynced+unrectified archives) can be used" % ((file,) + size + (info.width, info.height))
             )
         info.header.stamp = stamp
         image = CompressedImage(header=info.header, format="png", data=data)
@@ -127,8 +127,8 @@ def convert(folder, output, rate=10.0, every=1):
     return len(frames)
 
 
-def main():
-    """Run from the command line."""
+def main(argv=None):
+    """Run with these arguments, by default those of the command line; return the exit status."""
     parser = argparse.ArgumentParser(
         description=__doc__.split("\n", maxsplit=1)[0],
         epilog="Then: roslaunch corrsel benchmark.launch bag:=FILE left:=/stereo/left/image_raw "
@@ -138,7 +138,7 @@ def main():
     parser.add_argument("--output", type=Path, required=True, help="the bag; an older one is replaced")
     parser.add_argument("--rate", type=float, default=10.0, help="frames a second (default: 10)")
     parser.add_argument("--every", type=int, default=1, help="take every Nth frame (default: 1)")
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(argv)
     try:
         count = convert(arguments.folder, arguments.output, arguments.rate, arguments.every)
     except InputError as error:

@@ -161,10 +161,8 @@ bool equalCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::Camer
 
 /// What a bag says about one camera.
 struct Camera {
-  std::string side;   ///< "left" or "right"
   std::string topic;  ///< of the images
   std::string info_topic;
-  bool info_named = false;  ///< by the user
   bool rectified = false;
   std::vector<Stamped> images;
   std::optional<sensor_msgs::CameraInfo> info;  ///< the first one
@@ -222,18 +220,17 @@ void OwnBagSource::Impl::checkOptions() const {
 Camera OwnBagSource::Impl::findCamera(const std::string& side, const std::string& images,
                                       const std::string& info) const {
   Camera camera;
-  camera.side = side;
   camera.topic = imageTopic(types, images);
   if (camera.topic.empty()) {
     fail("bag " + path + " has no images for " + side + " on " + images + ", raw or " + kCompressedSuffix +
          "; it has " + describeTopics(types));
   }
   camera.rectified = isRectified(options.images, camera.topic);
-  camera.info_named = !info.empty();
-  const std::string wanted = camera.info_named ? info : besideImage(camera.topic);
+  const bool named = !info.empty();
+  const std::string wanted = named ? info : besideImage(camera.topic);
   const std::string found = nameInBag(types, wanted);
   const bool usable = !found.empty() && types.at(found) == kInfoType;
-  if (camera.info_named && !usable) {
+  if (named && !usable) {
     fail("bag " + path + " has no " + kInfoType + " for " + side + " on " + info + "; it has " +
          describeTopics(types));
   }
@@ -297,7 +294,7 @@ void OwnBagSource::Impl::scan() {
   rosbag::View view(*bag, rosbag::TopicQuery(wanted));
   for (const rosbag::MessageInstance& message : view) add(message);
   for (std::vector<Stamped>* list : {&left.images, &right.images, &truths}) {
-    // References to messages cannot be assigned, so their order is sorted.
+    // A rosbag::MessageInstance cannot be assigned: their order is sorted instead.
     std::vector<std::size_t> order(list->size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(),

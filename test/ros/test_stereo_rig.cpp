@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/CameraInfo.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -100,9 +101,9 @@ cv::Point2d rawPixel(const RigParts& parts, bool right, const cv::Vec3d& point) 
 
 /// A raw image with a soft dot where the camera sees the point.
 cv::Mat dotImage(const cv::Point2d& at, const cv::Size& size) {
-  cv::Mat image(size, CV_8UC1);
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
+  cv::Mat image(size, CV_8UC1, cv::Scalar(0));
+  for (int y = std::max(0, cvFloor(at.y) - 9); y < std::min(size.height, cvFloor(at.y) + 10); ++y) {
+    for (int x = std::max(0, cvFloor(at.x) - 9); x < std::min(size.width, cvFloor(at.x) + 10); ++x) {
       const double squared = (x - at.x) * (x - at.x) + (y - at.y) * (y - at.y);
       image.at<std::uint8_t>(y, x) =
           cv::saturate_cast<std::uint8_t>(250 * std::exp(-squared / (2 * kDotRadius * kDotRadius)));
