@@ -5,7 +5,7 @@ import numpy as np
 
 from .figures import new_axes, plot_text
 from .markup import best_cell, group_heading, paragraph, sources, table
-from .scopes import groups_of
+from .scopes import figure_name, groups_of
 from .selectors import is_baseline
 from .words import at_tau, esc, fraction, group_text, interval
 
@@ -160,7 +160,7 @@ def html(run, figures):
                 pairs[i : i + PAIRS_IN_A_MAP],
                 selectors,
                 f[i : i + PAIRS_IN_A_MAP],
-                "per_pair_%s_%s" % (group.dataset, group.features),
+                figure_name(run, "per_pair", group),
             )
             for i in range(0, len(pairs), PAIRS_IN_A_MAP)
         ]

@@ -112,8 +112,7 @@ footer { margin-top: 3rem; padding-top: .8rem; border-top: 1px solid #d5d5d5; co
 @media screen and (max-width: 560px) {
   body { padding: 1.4rem 1rem 3rem; }
   h1 { font-size: 1.6rem; } h2 { font-size: 1.25rem; margin-top: 2.6rem; }
-  h4 { font-size: 1rem; margin: 1rem 0 .4rem; }
-h3 .sub, h4 .sub { display: block; margin: .15rem 0 0; font-size: .95rem; }
+  h3 .sub, h4 .sub { display: block; margin: .15rem 0 0; font-size: .95rem; }
   table { font-size: .86rem; } th, td { padding: .4rem .6rem; }
   th:first-child { min-width: 5.6rem; max-width: 9.5rem; white-space: normal; overflow-wrap: break-word; }
 }
@@ -126,7 +125,7 @@ h3 .sub, h4 .sub { display: block; margin: .15rem 0 0; font-size: .95rem; }
   @page { size: A4; margin: 13mm; }
   html { font-size: 9.5pt; } body { max-width: none; padding: 0; font-size: 9.5pt; }
   h2 { margin-top: 1.6rem; }
-  h1, h2, h3, caption, .legend { page-break-after: avoid; break-after: avoid; }
+  h1, h2, h3, h4, caption, .legend { page-break-after: avoid; break-after: avoid; }
   .scroll { overflow: visible; } .compared td, .compared thead th { padding-left: .1rem; padding-right: 1rem; }
   .overview td .small { white-space: nowrap; } table.findings a, .files { display: none; }
   table { font-size: 8pt; page-break-inside: avoid; break-inside: avoid; }

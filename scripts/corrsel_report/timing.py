@@ -176,7 +176,7 @@ DISTRIBUTION_TEXT = (
 
 def html(run, figures):
     """Return the body of the section: what the experiments efficiency and per_pair do not show."""
-    out = []
+    out = [stage_table(run), sources(run, "summary.csv", "pairs.csv")] if run.pairs else []
     for group in run.groups:
         main, panels = is_main(run, group), []
         if not (main and "efficiency" in run.sections):
@@ -197,6 +197,4 @@ def html(run, figures):
             '<div class="panels two">%s</div><figcaption>%s</figcaption></figure></article>'
             % (plots, esc(text))
         )
-    if run.pairs:
-        out += [stage_table(run), sources(run, "summary.csv", "pairs.csv")]
     return "\n".join(out) or paragraph("The run holds no pairs.")

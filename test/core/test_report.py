@@ -170,7 +170,7 @@ class ReportTest(unittest.TestCase):
     def test_writes_the_file_and_nothing_else(self):
         before = {p.name for p in self.folder.iterdir()}
         text = self.make()
-        self.assertEqual({p.name for p in self.folder.iterdir()} - before, {"report.html"})
+        self.assertEqual({p.name for p in self.folder.iterdir()} - before, {"report.html", "figures"})
         self.assertTrue(text.startswith("<!DOCTYPE html>"))
         self.assertIn('<html lang="en">', text)
         self.assertIn('name="viewport"', text)
@@ -182,6 +182,9 @@ class ReportTest(unittest.TestCase):
         self.assertEqual((status, out.strip()), (0, str(target)))
         self.assertTrue(target.is_file())
         self.assertFalse((self.folder / "report.html").exists())
+        links = {v for v in Page(target.read_text(encoding="utf-8")).links if not v.startswith("#")}
+        self.assertIn("run/summary.csv", links)
+        self.assertEqual([v for v in links if not (target.parent / v).is_file()], [])
 
     def test_output_that_cannot_be_written(self):
         status, _, err = self.call(self.folder, "--output", self.folder / "no" / "such" / "file.html")
@@ -194,7 +197,9 @@ class ReportTest(unittest.TestCase):
         page = Page(text)
         self.assertNotIn("script", {tag for tag, _ in page.tags})
         self.assertNotIn("link", {tag for tag, _ in page.tags})
-        self.assertEqual([v for v in page.links if not v.startswith("#")], [])
+        links = [v for v in page.links if not v.startswith("#")]
+        self.assertEqual([v for v in links if ":" in v or v.startswith("/") or ".." in v], [])
+        self.assertEqual([v for v in links if not (self.folder / v).is_file()], [])
         self.assertEqual([v for v in page.sources if not v.startswith("data:image/")], [])
         self.assertEqual([a for _, a in page.tags for v in a.values() if v and re.search("https?://", v)], [])
         self.assertNotIn("url(http", text)
@@ -203,7 +208,7 @@ class ReportTest(unittest.TestCase):
     def test_identifiers_are_unique_and_links_lead_somewhere(self):
         page = Page(self.make())
         self.assertEqual(len(page.ids), len(set(page.ids)))
-        self.assertEqual({v[1:] for v in page.links} - set(page.ids), set())
+        self.assertEqual({v[1:] for v in page.links if v.startswith("#")} - set(page.ids), set())
 
     def test_tables_and_images_are_accessible(self):
         page = Page(self.make())
@@ -242,10 +247,12 @@ class ReportTest(unittest.TestCase):
     def test_summary_names_winner_runner_up_and_baseline(self):
         text = self.make()
         row = Page(text).table("Highest mean F")[1]
-        self.assertIn("lpm:v20.910 (0.900\u20130.920)", row[3]["text"])
+        self.assertIn("\u03c4 = 5 px", row[0]["text"])
+        self.assertIn("lpm:v20.910 (0.900\u20130.920)", row[2]["text"])
         self.assertIn("ransac0.869", row[4]["text"])
-        self.assertEqual([row[i]["text"] for i in (1, 2, 5, 6, 8)], ["5", "3", "separate", "3 of 3", "0.999"])
-        self.assertIn("nnsr0.020 ms", row[7]["text"])
+        self.assertIn("intervals separate", row[4]["text"])
+        self.assertEqual([row[i]["text"] for i in (1, 3, 5, 7)], ["3", "\u2013", "3 of 3", "0.999"])
+        self.assertIn("nnsr0.020 ms", row[6]["text"])
         self.assertIn("the intervals do not overlap", text)
         self.assertIn("Keeping everything gives F 0.999: no selector does better", text)
 
@@ -362,6 +369,7 @@ class ReportTest(unittest.TestCase):
             self.assertIn("Remedy", err)
 
     def test_missing_optional_files_are_named(self):
+        self.assertIn("stages.csv is missing: the time by stage is not shown", self.make())
         names = [
             "summary.csv",
             "summary.json",
@@ -422,7 +430,11 @@ class ReportTest(unittest.TestCase):
             self.assertIn("secret.jpg is missing", self.make())
 
     def test_generated_pairs_are_declared(self):
-        self.assertIn("all sequences but <i>graf</i> and <i>aloe</i> are generated", self.make())
+        text = self.make()
+        self.assertIn("all sequences but <i>graf</i> and <i>aloe</i> are generated", text)
+        rows = Page(text).table("Highest mean F")
+        self.assertIn("generated but for graf and aloe", rows[1][0]["text"])
+        self.assertIn("real data", rows[2][0]["text"])
 
     def test_other_tolerances(self):
         for name, header in (("pairs.csv", reading.PAIRS_HEADER), ("summary.csv", reading.SUMMARY_HEADER)):
@@ -430,14 +442,23 @@ class ReportTest(unittest.TestCase):
             write_csv(self.folder / name, header, rows)
         self.assertIn("The run has no tolerance of 5 px here; the table is made at 1 px.", self.make())
 
+    def test_figures_that_cannot_be_written_are_noted(self):
+        (self.folder / "figures").write_text("in the way")
+        text = self.make()
+        self.assertIn("The figures were not written as files", text)
+        self.assertNotIn("figures/", text)
+
     def test_same_folder_same_bytes(self):
         first = self.make()
-        self.assertEqual(first, self.make())
+        files = {p.name: p.read_bytes() for p in (self.folder / "figures").iterdir()}
         environment = dict(os.environ, PYTHONHASHSEED="12345", LC_ALL="C", SOURCE_DATE_EPOCH="1")
         command = [sys.executable, "-B", str(SCRIPT), str(self.folder)]
         done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(first, (self.folder / "report.html").read_text(encoding="utf-8"))
+        self.assertIn("results_sample_f.png", files)
+        self.assertIn("results_sample_f.svg", files)
+        self.assertEqual(files, {p.name: p.read_bytes() for p in (self.folder / "figures").iterdir()})
 
 
 if __name__ == "__main__":

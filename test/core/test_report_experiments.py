@@ -1,0 +1,394 @@
+#!/usr/bin/env python3
+"""Tests of the report of a run with a preset: python3 test_report_experiments.py"""
+import contextlib
+import io
+import json
+import re
+import shutil
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[2] / "scripts")]
+import report  # noqa: E402  (found through the path above)
+from corrsel_report import compared, paper, reading, stages, visual  # noqa: E402
+from corrsel_report.figures import safe_name  # noqa: E402
+from corrsel_report.words import data_kind  # noqa: E402
+from test_report import JPEG, Page, pair_row, read_csv, summary_row, write_csv  # noqa: E402
+
+SECTIONS = "overall per_pair preselected features robustness efficiency visual guide".split()
+CELLS = ("hessian_affine+sift/none", "hessian_affine+sift/nnsr", "orb+orb/none")
+SELECTORS = {"nnsr": 0.5, "usac": 0.9, "gms": 0.7, "keep_all": 0.2}
+EVIL = "../../e<b>vil</b>, \"x\"/'y'"
+
+
+def values(f):
+    """Return precision, recall, F, F of the same tau, and a time."""
+    return (f, f, f, f, 1e-3)
+
+
+def f_of(selector, dataset, sequence, cell):
+    """Return the F of a pair; gms fails on boat."""
+    if (selector, sequence) == ("gms", "boat"):
+        return 0.036
+    return SELECTORS[selector] + (0.05 if cell.endswith("nnsr") else 0.0)
+
+
+def write_run(folder, vgg="vgg", boat="boat"):
+    """Write a run of the preset paper: VGG, a stand-in of Heinly's and labelled pairs."""
+    pairs, means, images = [], [], []
+    scenes = {vgg: ("bark", boat), "heinly_generated": ("zoom",), "adelaidermf": ("cube",)}
+    for dataset, sequences in scenes.items():
+        for cell in CELLS if dataset != "adelaidermf" else ("given/none",):
+            features, preselection = cell.split("/")
+            for selector in SELECTORS:
+                if selector == "nnsr" and (preselection == "nnsr" or features == "given"):
+                    continue
+                for tau in ("",) if features == "given" else (1, 5):
+                    fs = []
+                    for sequence in sequences:
+                        fs.append(f_of(selector, dataset, "boat" if sequence == boat else sequence, cell))
+                        row = pair_row(dataset, sequence, features, selector, tau, values(fs[-1]))
+                        pairs.append(dict(row, preselection=preselection))
+                    mean = summary_row(dataset, features, selector, tau, values(sum(fs) / len(fs)))
+                    means.append(dict(mean, preselection=preselection, pairs=len(fs)))
+    for sequence in ("bark", boat):
+        for selector in SELECTORS:
+            f = f_of(selector, vgg, "boat" if sequence == boat else sequence, CELLS[0])
+            row = dict(dataset=vgg, sequence=sequence, pair="1-2", features="hessian_affine+sift")
+            row.update(
+                preselection="none", selector=selector, tau_px=5, n_selected=700, n_correct=int(640 * f)
+            )
+            row.update(n_wrong=700 - int(640 * f), n_missed=640 - int(640 * f), file="%d.jpg" % len(images))
+            images.append(row)
+    write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, pairs)
+    write_csv(folder / "summary.csv", reading.SUMMARY_HEADER, means)
+    write_csv(folder / "images" / "index.csv", reading.IMAGES_HEADER, images)
+    for row in images:
+        (folder / "images" / row["file"]).write_bytes(JPEG)
+    write_csv(folder / "failures.csv", reading.FAILURES_HEADER, [])
+    times = [
+        dict(number=i, dataset=d, sequence=s, pair="1-2", stage=stage, seconds=1.5)
+        for i, (d, s) in enumerate((d, s) for d in scenes for s in scenes[d])
+        for stage in ("read", "features", "match", "select", "evaluate")
+    ]
+    times += [dict(stage="scaling", seconds=7), dict(stage="bag", dataset=vgg, seconds=2)]
+    write_csv(folder / "stages.csv", reading.STAGES_HEADER, times)
+    scaling = [
+        dict(selector=s, threads=1, n=n, round=r, n_selected=n / 2, status="ok", select_s=1e-6 * n)
+        for s in SELECTORS
+        for n in (1000, 2000)
+        for r in range(2)
+    ]
+    write_csv(folder / "scaling.csv", reading.SCALING_HEADER, scaling)
+    left = [{"dataset": "heinly", "reason": "no folder <heinly>"}]
+    state = {"complete": True, "pairs_done": 4, "pairs_total": 4, "peak_memory_mib": 321.4, "shard": ""}
+    (folder / "summary.json").write_text(json.dumps({"state": dict(state, left_out_datasets=left)}))
+    (folder / "environment.json").write_text("{}")
+    write_config(folder, SECTIONS)
+
+
+def write_config(folder, sections):
+    """Write the keys of config.yaml that the report reads."""
+    text = "experiment: paper\nsections: [%s]\ncells: [%s]\n" % (", ".join(sections), ", ".join(CELLS))
+    (folder / "config.yaml").write_text(text)
+
+
+def sections_of(text):
+    """Return the anchors of the report's sections."""
+    return re.findall(r'<section id="([^"]*)"', text)
+
+
+class ExperimentsTest(unittest.TestCase):
+    """One run is written and reported once; tests that change it use a copy."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.temporary.name) / "run"
+        cls.folder.mkdir()
+        write_run(cls.folder)
+        cls.text = cls.make(cls.folder)
+        cls.page = Page(cls.text)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    @staticmethod
+    def make(folder):
+        """Write the report of a folder and return its text."""
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as errors:
+            status = report.main([str(folder)])
+        assert status == 0, errors.getvalue()
+        return (folder / "report.html").read_text(encoding="utf-8")
+
+    def assert_text(self, text, part):
+        """Fail where a page lacks a part, without showing the whole page."""
+        self.assertTrue(part in text, "the page lacks: " + part)
+
+    def copy(self):
+        """Return a copy of the run without its report."""
+        folder = Path(tempfile.mkdtemp(dir=self.temporary.name)) / "run"
+        shutil.copytree(str(self.folder), str(folder), ignore=shutil.ignore_patterns("figures", "*.html"))
+        return folder
+
+    def cells(self, caption, first):
+        """Return head text -> cell text of the row of a table that begins so."""
+        rows = self.page.table(caption)
+        row = next(r for r in rows[1:] if r[0]["text"].startswith(first))
+        return {h["text"]: c["text"] for h, c in zip(rows[0], row)}
+
+    def test_sections_follow_the_preset(self):
+        found = sections_of(self.text)
+        self.assertEqual(
+            [s for s in found if s in SECTIONS],
+            [s for s in SECTIONS if s not in ("visual", "guide")] + ["guide", "visual"],
+        )
+        self.assertEqual(found[0], "overview")
+        self.assertNotIn("results", found)
+        self.assertIn("stages", found)
+
+    def test_other_presets_and_results_that_no_experiment_shows(self):
+        folder = self.copy()
+        write_config(folder, ["overall", "nonsense"])
+        text = self.make(folder)
+        found = sections_of(text)
+        self.assertIn("overall", found)
+        self.assertFalse({"per_pair", "features", "guide", "nonsense"} & set(found))
+        self.assertIn("results", found)
+        self.assert_text(text, 'id="results-1"')
+
+    def test_damaged_or_absent_configuration_means_no_preset(self):
+        folder = self.copy()
+        for content in ("", "sections: {a: b}\n", "sections: [\n", "sections\n", "\x00\xff"):
+            (folder / "config.yaml").write_text(content, encoding="latin-1")
+            self.assertEqual(reading.read_run(folder).sections, [], content)
+        (folder / "config.yaml").unlink()
+        self.assertEqual(sections_of(self.make(folder))[1], "results")
+
+    def test_every_section_survives_a_run_without_rows(self):
+        folder = self.copy()
+        for name, header in (("pairs.csv", reading.PAIRS_HEADER), ("summary.csv", reading.SUMMARY_HEADER)):
+            write_csv(folder / name, header, [])
+        for name in ("stages.csv", "scaling.csv", "images/index.csv"):
+            (folder / name).unlink()
+        text = self.make(folder)
+        self.assert_text(text, "This run holds no pairs.")
+        for name in ("stages.csv", "scaling.csv", "images/index.csv"):
+            self.assert_text(text, "%s is missing" % name)
+        self.assertTrue(set(SECTIONS) <= set(sections_of(text)))
+
+    def test_interrupted_before_the_summary(self):
+        folder = self.copy()
+        for name in ("summary.csv", "summary.json", "scaling.csv"):
+            (folder / name).unlink()
+        data = (folder / "pairs.csv").read_text()
+        (folder / "pairs.csv").write_text(data[: int(0.6 * len(data))])
+        text = self.make(folder)
+        self.assert_text(text, "State unknown")
+        self.assert_text(text, "the last line is cut off")
+        self.assertEqual(len(sections_of(text)), len(set(sections_of(text))))
+
+    def test_shard_left_out_datasets_and_memory_are_told(self):
+        self.assert_text(self.text, "<strong>Left out</strong>: <b>heinly</b> (no folder &lt;heinly&gt;).")
+        self.assert_text(self.text, "Peak memory of the run: 321 MiB.")
+        self.assertNotIn("Shard", self.text)
+        folder = self.copy()
+        state = {
+            "complete": True,
+            "shard": "1/3",
+            "left_out_datasets": ["what", None],
+            "peak_memory_mib": "x",
+        }
+        (folder / "summary.json").write_text(json.dumps({"state": state}))
+        self.assert_text(self.make(folder), "<strong>Shard 1/3</strong>")
+
+    def test_kinds_of_data_are_told_apart(self):
+        self.assertEqual([data_kind(d) for d in ("vgg", "my_bag", "heinly")], ["real"] * 3)
+        self.assertEqual(data_kind("adelaidermf_reconstructed"), "reconstructed")
+        self.assertIn("generated data", self.cells("Highest mean F", "heinly_generated")["Dataset"])
+        self.assertIn("real data", self.cells("Highest mean F", "vgg")["Dataset"])
+        self.assert_text(self.text, "heinly_generated (generated)")
+        self.assert_text(self.text, "stands in for the paper&#x27;s heinly (29 pairs, not available here)")
+
+    def test_paper_beside_the_run(self):
+        self.assertEqual(self.cells("Highest mean F", "vgg")["Paper names"], "usac, ransac, vfcTable V")
+        rows = self.page.table("AdelaideRMF, labelled ground truth: 1 pair here, 38 in the paper")
+        head = [c["text"] for c in rows[0]]
+        printed = dict(zip(head, (c["text"] for c in rows[6])))
+        self.assertEqual(
+            (printed["vfc"], printed["gms"], printed["keep_all"]), ("91.63\u25b2", "87.25", "\u2013")
+        )
+        ours = dict(zip(head, (c["text"] for c in rows[5])))
+        self.assertEqual((ours["usac"], ours["vfc"]), ("90.0\u25b289.0\u201391.0", "\u2013"))
+        rows = self.page.table("Mean F without and after preselection")
+        self.assertIn("97.27\u25b2", [c["text"] for c in rows[-1]])
+        rows = self.page.table("Mean F by detector and descriptor")
+        self.assertEqual(rows[-1][0]["text"], "paperheinly, 29 pairs; Table III")
+        self.assertIn("60.30\u25b2", [c["text"] for c in rows[-1]])
+
+    def test_paper_is_compared_in_the_same_setting_only(self):
+        run = reading.read_run(self.folder)
+        group = reading.Group("heinly_generated", "hessian_affine+sift", "none")
+        self.assertIsNone(compared.printed_f(run, group))
+        self.assertEqual(compared.paper_winner(run, group)[0], ["ransac", "nnsr", "lpm"])
+        self.assertIsNone(compared.paper_winner(run, reading.Group("my_bag", "orb+orb", "none")))
+        self.assertIsNone(compared.printed_f(run, reading.Group("symbench", "orb+orb", "nnsr")))
+        values, source = compared.printed_f(run, reading.Group("symbench", "orb+orb", "none"))
+        self.assertEqual((values["gms"], source), (11.62, paper.FEATURES_SOURCE))
+
+    def test_pair_by_pair(self):
+        row = self.cells("F pair by pair on vgg", "usac")
+        self.assertEqual((row["Best on"], row["Mean F"]), ("2\u25b2", "0.900\u25b2"))
+        self.assertEqual(self.cells("F pair by pair on vgg", "keep_all")["Best on"], "\u2013")
+        self.assertIn("0.036boat 1-2", self.cells("F pair by pair on vgg", "gms")["Lowest F"])
+        self.assertTrue((self.folder / "figures" / "per_pair_vgg.svg").is_file())
+
+    def test_preselection_beside_its_absence(self):
+        self.assert_text(
+            self.text,
+            "vgg: preselection raises the mean F of 2 of 2 selectors; it changes most for usac (+5.0 points)",
+        )
+        self.assertTrue((self.folder / "figures" / "preselected_vgg_before_after.png").is_file())
+
+    def test_success_and_failure_sentences(self):
+        row = self.cells("A success and a failure of each selector", "gms")
+        self.assertIn(
+            "gms on vgg/boat 1-2: failure: keeps 23 of 640 right matches and 677 wrong (F 3.6) while usac reaches F 90.0.",
+            row["Failure"],
+        )
+        self.assertIn(
+            "gms on vgg/bark 1-2: best drawn pair, yet below F 80: keeps 448 of 640 right", row["Success"]
+        )
+        self.assertEqual(row["Number"], "0 successes, 1 failure of 2")
+        row = self.cells("A success and a failure of each selector", "usac")
+        self.assertIn(
+            "usac on vgg/bark 1-2: success: keeps 576 of 640 right matches and 124 wrong (F 90.0).",
+            row["Success"],
+        )
+        self.assertIn("usac: on no drawn pair is another selector better.", row["Failure"])
+        captions = [r[0]["text"] for r in self.page.table("A success and a failure")]
+        self.assertNotIn("keep_all", captions)
+        links = re.findall(r'href="#(cell-\d+)">see it', self.text)
+        self.assertTrue(links and set(links) <= set(self.page.ids))
+
+    def test_shortfall_where_nothing_reaches_the_threshold(self):
+        folder = self.copy()
+        rows = read_csv(folder / "pairs.csv")
+        for row in rows:
+            row["f_paper"] = {"usac": 0.4, "gms": 0.3}.get(row["selector"], 0.1)
+        write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        run = reading.read_run(folder)
+        success, failure = visual.findings(visual.drawn_images(run))["gms"]
+        self.assertIn("best drawn pair, yet below F 80", visual.success_sentence(success))
+        self.assertIn(
+            "largest shortfall, where no selector reaches F 50", visual.failure_sentence("gms", failure)
+        )
+
+    def test_too_many_images_are_linked(self):
+        self.assertEqual(self.text.count("data:image/jpeg"), 8)
+        old = visual.MAX_EMBEDDED
+        visual.MAX_EMBEDDED = 5
+        self.addCleanup(setattr, visual, "MAX_EMBEDDED", old)
+        text = self.make(self.copy())
+        self.assertEqual(text.count("data:image/jpeg"), 5)
+        self.assertEqual(text.count("(not in this page)"), 3)
+        self.assert_text(text, "5 of the 8 images are in this page")
+        named = set(re.findall(r'href="#cell-(\d+)">see it', text))
+        shown = set(re.findall(r'id="cell-(\d+)"><figure id="ex-\d+"><a class="open"', text))
+        self.assertTrue(named <= shown)
+
+    def test_images_without_numbers(self):
+        folder = self.copy()
+        rows = read_csv(folder / "images" / "index.csv")
+        for row in rows:
+            row.update(n_selected="", n_correct="", n_wrong="", n_missed="")
+        write_csv(folder / "images" / "index.csv", reading.IMAGES_HEADER, rows)
+        self.assert_text(self.make(folder), "gms on vgg/boat 1-2: failure: no counts (F 3.6) while usac")
+
+    def test_time_by_stage(self):
+        row = self.cells("Wall time by stage", "vgg")
+        self.assertEqual(
+            (row["Pairs"], row["bag"], row["read"], row["all"]), ("2", "2.0 s", "3.0 s", "17.0 s")
+        )
+        self.assertEqual(self.cells("Wall time by stage", "scaling")["all"], "7.0 s")
+        self.assertEqual(self.cells("Wall time by stage", "all")["all"], "39.0 s")
+        texts = [stages.duration(s) for s in (0, 1e-5, 0.25, 12, 119.6, 7200)]
+        self.assertEqual(texts, ["0 s", "<1 ms", "0.250 s", "12.0 s", "2 min 00 s", "2 h 00 min"])
+
+    def test_every_figure_is_written_and_every_link_leads_somewhere(self):
+        links = [v for v in self.page.links if not v.startswith("#")]
+        self.assertEqual([v for v in links if not (self.folder / v).is_file()], [])
+        plots = sum(1 for tag, a in self.page.tags if tag == "svg" and a.get("class") == "plot")
+        files = [p.name for p in (self.folder / "figures").iterdir()]
+        self.assertEqual(
+            sorted(f[:-3] for f in files if f.endswith("svg")),
+            sorted(f[:-3] for f in files if f.endswith("png")),
+        )
+        self.assertEqual(len(files), 2 * plots)
+        self.assertTrue(
+            {"overall_vgg_f.svg", "preselected_vgg_f.png", "features_vgg_orb+orb_f.svg"} <= set(files)
+        )
+        for name in ("pairs.csv", "summary.csv", "scaling.csv", "stages.csv", "images/index.csv"):
+            self.assertIn(name, links)
+
+    def test_identifiers_are_unique(self):
+        self.assertEqual(len(self.page.ids), len(set(self.page.ids)))
+        self.assertEqual({v[1:] for v in self.page.links if v.startswith("#")} - set(self.page.ids), set())
+
+    def test_evil_names_stay_text_and_inside_the_folder(self):
+        folder = Path(tempfile.mkdtemp(dir=self.temporary.name)) / "run"
+        folder.mkdir()
+        write_run(folder, vgg=EVIL, boat="../" + EVIL)
+        for name in ("summary.csv", "pairs.csv", "scaling.csv", "images/index.csv"):
+            rows = read_csv(folder / name)
+            for row in rows:
+                if row["selector"] == "gms":
+                    row["selector"] = EVIL
+            write_csv(folder / name, rows[0].keys(), rows)
+        stage_rows = read_csv(folder / "stages.csv") + [
+            dict(stage=EVIL, seconds=1),
+            dict(stage=EVIL, dataset=EVIL, seconds=1),
+        ]
+        write_csv(folder / "stages.csv", reading.STAGES_HEADER, stage_rows)
+        state = {
+            "shard": EVIL,
+            "left_out_datasets": [{"dataset": EVIL, "reason": EVIL}],
+            "peak_memory_mib": EVIL,
+        }
+        (folder / "summary.json").write_text(json.dumps({"state": state}))
+        config = "experiment: '%s'\nsections: [%s, \"%s\"]\n" % (
+            EVIL.replace("'", "''"),
+            ", ".join(SECTIONS),
+            EVIL.replace('"', '\\"'),
+        )
+        (folder / "config.yaml").write_text(config + "cells: [hessian_affine+sift/none]\n")
+        text = self.make(folder)
+        self.assertNotIn("<b>vil", text)
+        self.assert_text(text, "&lt;b&gt;vil&lt;/b&gt;, &quot;x&quot;")
+        names = [p.name for p in (folder / "figures").iterdir()]
+        self.assertEqual([n for n in names if not re.fullmatch(r"[a-z0-9_+-]+\.(png|svg)", n)], [])
+        self.assertEqual({p.name for p in folder.parent.iterdir()}, {"run"})
+        links = [v for v in Page(text).links if not v.startswith("#")]
+        self.assertEqual([v for v in links if ".." in v or not (folder / v).is_file()], [])
+
+    def test_safe_names(self):
+        self.assertEqual(safe_name("overall", "vgg", "f"), "overall_vgg_f")
+        self.assertEqual(safe_name("../../etc/passwd"), "etc_passwd")
+        self.assertEqual(safe_name("..", "/"), "figure")
+        self.assertEqual(len(safe_name("x" * 500)), 100)
+
+    def test_config_values(self):
+        found = reading.config_values(
+            'experiment: ""\nsections: [a, \'b, c\', "d\\"e"]\nempty: []\nmap:\n  nested: 1\nlines: [f,\n  g]\nseed: 7\n'
+        )
+        self.assertEqual(found["sections"], ["a", "b, c", 'd"e'])
+        self.assertEqual((found["empty"], found["lines"], found["seed"]), ([], ["f", "g"], "7"))
+        self.assertNotIn("nested", found)
+
+
+if __name__ == "__main__":
+    unittest.main()
