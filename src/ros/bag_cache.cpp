@@ -1,5 +1,7 @@
 #include "corrsel/ros/bag_cache.h"
 
+#include <unistd.h>
+
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -14,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when what is written into bags changes.
-constexpr char kFormat[] = "1";
+constexpr char kFormat[] = "2";
 
 /// FNV-1a, 64 bits.
 class Fingerprint {
@@ -32,6 +34,16 @@ class Fingerprint {
   std::uint64_t hash_ = 0xcbf29ce484222325ULL;
 };
 
+/// Whether a file is prefix + fingerprint + ".bag", with or without a further ending: the bags of "set-2"
+/// must not be taken for those of "set".
+bool isBagOf(const std::string& prefix, const std::string& name) {
+  constexpr std::size_t kDigits = 16;
+  const std::size_t end = prefix.size() + kDigits;
+  return name.compare(0, prefix.size(), prefix) == 0 &&
+         name.compare(end < name.size() ? end : 0, 4, ".bag") == 0 &&
+         name.find_first_not_of("0123456789abcdef", prefix.size()) == end;
+}
+
 }  // namespace
 
 std::string cacheFolder() {
@@ -45,6 +57,7 @@ CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset
                            const core::DatasetReader& reader, int seed, const BagProgress& progress) {
   Fingerprint fingerprint;
   fingerprint.add(kFormat);
+  fingerprint.add(dataset);
   fingerprint.add(std::to_string(seed));
   for (const std::string& file : reader.files()) {
     std::error_code error;
@@ -63,11 +76,16 @@ CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset
     bag.reused = true;
     return bag;
   }
+  const std::string own = fs::path(bag.path).filename().string();
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (entry.path().filename().string().compare(0, prefix.size(), prefix) == 0)
-      fs::remove(entry.path(), error);
+    const std::string name = entry.path().filename().string();
+    // Another process may be writing the very same bag.
+    if (isBagOf(prefix, name) && name.compare(0, own.size(), own) != 0) fs::remove(entry.path(), error);
   }
-  writeDatasetBag(reader, bag.path, {}, progress, &bag.problems);
+  // Other processes may be about the same: each writes a file of its own, the last one's stays.
+  const std::string written = bag.path + "-" + std::to_string(::getpid());
+  if (writeDatasetBag(reader, written, {}, progress, &bag.problems) > 0) fs::rename(written, bag.path);
+  fs::remove(incomplete, error);
   if (!bag.problems.empty()) std::ofstream(incomplete) << core::joinList(bag.problems, "\n") << "\n";
   return bag;
 }

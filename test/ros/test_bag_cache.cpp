@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -74,6 +75,39 @@ TEST_F(BagCache, AnotherDatasetIsLeftAlone) {
   cachedDatasetBag(bags_folder, "tiny", reader, 0);
   cachedDatasetBag(bags_folder, "other", reader, 0);
   EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).reused);
+}
+
+TEST_F(BagCache, NamesThatLookAlikeAreDifferentDatasets) {
+  const std::string bags_folder = (folder_ / "bags").string();
+  const TinyReader reader((folder_ / "source").string());
+  const std::string longer = cachedDatasetBag(bags_folder, "tiny-2", reader, 0).path;
+  const std::string blank = cachedDatasetBag(bags_folder, "a b", reader, 0).path;
+  const std::string comma = cachedDatasetBag(bags_folder, "a,b", reader, 0).path;
+  cachedDatasetBag(bags_folder, "tiny", reader, 0);
+  EXPECT_TRUE(fs::exists(longer));
+  EXPECT_NE(blank, comma);
+}
+
+TEST_F(BagCache, ProcessesSideBySideDoNotDisturbEachOther) {
+  const std::string bags_folder = (folder_ / "bags").string();
+  const TinyReader reader((folder_ / "source").string());
+  std::vector<pid_t> children;
+  for (int k = 0; k < 4; ++k) {
+    children.push_back(fork());
+    if (children.back() != 0) continue;
+    int code = 1;
+    try {
+      code = BagSource(cachedDatasetBag(bags_folder, "tiny", reader, 0).path).size() == 2 ? 0 : 2;
+    } catch (const std::exception&) {
+    }
+    _exit(code);
+  }
+  for (const pid_t child : children) {
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+  }
+  EXPECT_EQ(bags(), 1U);
 }
 
 TEST_F(BagCache, ProblemsAreReportedEveryTime) {

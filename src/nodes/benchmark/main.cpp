@@ -73,18 +73,19 @@ int runScript(const std::string& name, const std::string& argument) {
   return 127;
 }
 
-/// Folder of a dataset: below data_root; what is made of the sample photographs lives in the cache unless
-/// data_root has it.
+/// Folder of a dataset: below data_root. What is made of the sample photographs lies where the sample set
+/// does: in the cache, unless data_root has it.
 std::string datasetFolder(const std::string& name, const std::string& data_root) {
-  const fs::path below = fs::path(data_root) / name;
-  if (core::needsSamplePhotographs(name) && (data_root.empty() || !fs::is_directory(below))) {
-    return (fs::path(cacheFolder()) / "sample").string();
+  if (core::needsSamplePhotographs(name)) {
+    const fs::path below = fs::path(data_root) / "sample";
+    return data_root.empty() || !fs::is_directory(below) ? (fs::path(cacheFolder()) / "sample").string()
+                                                         : below.string();
   }
   if (data_root.empty()) {
     throw UsageError("dataset '" + name + "' needs data_root: the folder that holds the folder '" + name +
                      "'");
   }
-  return below.string();
+  return (fs::path(data_root) / name).string();
 }
 
 void fetchSamplesIfMissing(const std::string& folder) {
