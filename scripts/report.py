@@ -85,7 +85,13 @@ def main(arguments=None):
         run = read_run(folder)
         output = Path(options.output) if options.output else folder / "report.html"
         run.link = link_between(output.parent, folder)
-        text = build(run, figures_folder(run))
+        try:
+            text = build(run, figures_folder(run))
+        except OSError as error:
+            raise ReportError(
+                "%s: %s. Remedy: check the folder's permissions and the space left."
+                % (error.filename or folder, error.strerror)
+            )
         write_atomically(output, text)
     except ReportError as error:
         print("report.py: error: %s" % error, file=sys.stderr)

@@ -27,6 +27,12 @@ def values_of(run, group):
     return pairs, list(columns), f.reshape(len(pairs), len(columns))
 
 
+def highest_of(selectors, f):
+    """Return the highest F of each pair among the competing selectors, -1 where none has one."""
+    competing = f[:, [i for i, s in enumerate(selectors) if not is_baseline(s)]]
+    return np.max(np.where(np.isfinite(competing), competing, -1.0), axis=1, initial=-1.0)
+
+
 def heat_map(run, figures, group, pairs, selectors, f, name):
     """Draw F as one coloured cell per pair and selector, its value in percent written in it."""
     left = min(1.75, 0.25 + 0.075 * max(len(pair_name(p)) for p in pairs))
@@ -43,14 +49,10 @@ def heat_map(run, figures, group, pairs, selectors, f, name):
         linewidth=0.6,
     )
     axes.set_facecolor("#e6e6e6")
+    highest = highest_of(selectors, f)
     for (y, x), value in np.ndenumerate(f):
         known = np.isfinite(value)
-        competing = [f[y, i] for i, s in enumerate(selectors) if not is_baseline(s) and np.isfinite(f[y, i])]
-        best = (
-            known
-            and not is_baseline(selectors[x])
-            and "%.0f" % (100 * value) == "%.0f" % (100 * max(competing))
-        )
+        best = known and not is_baseline(selectors[x]) and 0 < round(100 * value) == round(100 * highest[y])
         axes.text(
             x + 0.5,
             y + 0.52,
@@ -80,15 +82,12 @@ def heat_map(run, figures, group, pairs, selectors, f, name):
 
 def pair_table(run, group, pairs, selectors, f):
     """Return one row per selector: on how many pairs it is best, mean, median and lowest F."""
-    competing = [i for i, s in enumerate(selectors) if not is_baseline(s)]
-    top = (
-        np.nanmax(np.where(np.isfinite(f[:, competing]), f[:, competing], -1), axis=1) if competing else None
-    )
+    top = highest_of(selectors, f)
     columns = []
     for i, selector in enumerate(selectors):
         known = np.isfinite(f[:, i])
         values = f[known, i]
-        wins = None if is_baseline(selector) else int(np.sum(values >= top[known]))
+        wins = None if is_baseline(selector) else int(np.sum((values >= top[known]) & (values > 0)))
         worst = pairs[int(np.nanargmin(f[:, i]))]
         columns.append(
             (
@@ -105,7 +104,7 @@ def pair_table(run, group, pairs, selectors, f):
     best = {}
     for k in range(1, 6):
         values = [c[k] for c in columns if not is_baseline(c[0])]
-        best[k] = max(values) if len(values) > 1 else None
+        best[k] = max(values) if len(values) > 1 and max(values) > 0 else None
     rows = []
     for column in columns:
         base, row = is_baseline(column[0]), run.mean(group, column[0], run.tau(group))
@@ -134,12 +133,9 @@ def pair_table(run, group, pairs, selectors, f):
         "Pairs",
     ]
     caption = (
-        "F pair by pair on %s: on how many pairs each selector has the highest F (ties count for all),"
-        % group_text(group)
-    )
-    caption += (
-        " mean with 95 % interval, median, pairs with F of at least "
-        + "%g, lowest F. \u25b2 best of the column." % HIGH_F
+        "F pair by pair on %s: on how many pairs each selector has the highest F (ties count for all, an F of 0 for"
+        " none), mean with 95 %% interval, median, pairs with F of at least %g, lowest F. \u25b2 best of the column."
+        % (group_text(group), HIGH_F)
     )
     return table(esc(caption), head, rows, "results")
 

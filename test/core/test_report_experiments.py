@@ -13,7 +13,7 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[2] / "scripts")]
 import report  # noqa: E402  (found through the path above)
-from corrsel_report import compared, paper, reading, stages, visual  # noqa: E402
+from corrsel_report import compared, paper, per_pair, reading, stages, visual  # noqa: E402
 from corrsel_report.figures import safe_name  # noqa: E402
 from corrsel_report.words import data_kind  # noqa: E402
 from test_report import JPEG, Page, pair_row, read_csv, summary_row, write_csv  # noqa: E402
@@ -246,6 +246,18 @@ class ExperimentsTest(unittest.TestCase):
         self.assertEqual(self.cells("F pair by pair on vgg", "keep_all")["Best on"], "\u2013")
         self.assertIn("0.036boat 1-2", self.cells("F pair by pair on vgg", "gms")["Lowest F"])
         self.assertTrue((self.folder / "figures" / "per_pair_vgg.svg").is_file())
+
+    def test_where_nothing_is_right_nobody_is_best(self):
+        f = per_pair.np.array([[0.0, 0.0, 0.1], [0.5, per_pair.np.nan, 0.9]])
+        self.assertEqual(list(per_pair.highest_of(["a", "b", "keep_all"], f)), [0.0, 0.5])
+        self.assertEqual(list(per_pair.highest_of(["keep_all"], f[:, 2:])), [-1.0, -1.0])
+        folder = self.copy()
+        rows = read_csv(folder / "pairs.csv")
+        for row in rows:
+            row["f_paper"] = 0
+        write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        row = Page(self.make(folder)).table("F pair by pair on vgg")[1]
+        self.assertEqual([c["text"] for c in row[1:3]], ["0", "0.000"])
 
     def test_preselection_beside_its_absence(self):
         self.assert_text(
