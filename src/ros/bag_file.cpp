@@ -55,6 +55,7 @@ std::map<std::string, std::string> topicTypes(const rosbag::Bag& bag) {
 
 std::string describeTopics(const std::map<std::string, std::string>& types) {
   std::vector<std::string> present;
+  present.reserve(types.size());
   for (const auto& [topic, type] : types) present.push_back(topic + " (" + type + ")");
   return present.empty() ? "none" : core::joinList(present);
 }

@@ -87,7 +87,7 @@ std::string nameInBag(const Types& types, const std::string& topic) {
 std::string imageTopic(const Types& types, const std::string& given) {
   const std::string base = withoutCompressed(given);
   for (const std::string& name : {given, base, base + kCompressedSuffix}) {
-    const std::string topic = nameInBag(types, name);
+    std::string topic = nameInBag(types, name);
     if (!topic.empty() && (types.at(topic) == kImageType || types.at(topic) == kCompressedType)) return topic;
   }
   return "";
@@ -113,6 +113,7 @@ struct Stamped {
 
 std::vector<std::int64_t> stampsOf(const std::vector<Stamped>& messages) {
   std::vector<std::int64_t> stamps;
+  stamps.reserve(messages.size());
   for (const Stamped& message : messages) stamps.push_back(message.stamp);
   return stamps;
 }
