@@ -57,12 +57,10 @@ class DatasetBagWriter {
 /// Topics of a bag and how its messages become pairs; the defaults are those of a dataset bag. Topics may be
 /// given with or without the leading slash, those of images with or without "/compressed".
 struct BagTopics {
-  std::string left, right;  ///< image topics; empty = those of a dataset bag
-  std::string left_info,
-      right_info = "";       ///< sensor_msgs/CameraInfo; empty = camera_info beside the image topic
-  std::string ground_truth;  ///< corrsel/GroundTruth; empty = /ground_truth
-  std::string images =
-      "auto";  ///< raw, rectified, auto: rectified where the image topic's name says image_rect
+  std::string left, right;             ///< images; empty = those of a dataset bag
+  std::string left_info, right_info;   ///< sensor_msgs/CameraInfo; empty = camera_info beside the images
+  std::string ground_truth;            ///< corrsel/GroundTruth; empty = /ground_truth
+  std::string images = "auto";         ///< raw, rectified, auto: rectified if the topic's name has image_rect
   double max_stamp_difference = 0.01;  ///< between left and right image (and truth) of a pair, s, in [0, 10]
 };
 
