@@ -24,6 +24,7 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kExampleWidth = 1000;  // px
+constexpr std::size_t kExamplesPerDataset = 3;
 // A sequence's first image stays between its pairs even where every image has 15000 features.
 constexpr std::size_t kFeatureCacheBytes = std::size_t{256} << 20U;
 
@@ -35,6 +36,19 @@ struct GridSelector {
     return *(use_homography ? homography : fundamental)[static_cast<std::size_t>(repetition)];
   }
 };
+
+/// What shows each selector at its best and worst over the whole run, and over each dataset.
+std::vector<PairId> examplesOf(const std::vector<ResultRow>& rows, double tau) {
+  std::vector<PairId> chosen = chooseExamples(rows, tau);
+  std::map<std::string, std::vector<ResultRow>> by_dataset;
+  for (const ResultRow& row : rows) by_dataset[row.id.dataset].push_back(row);
+  for (const auto& [dataset, own] : by_dataset) {
+    for (const PairId& id : chooseExamples(own, tau, kExamplesPerDataset)) {
+      if (std::find(chosen.begin(), chosen.end(), id) == chosen.end()) chosen.push_back(id);
+    }
+  }
+  return chosen;
+}
 
 }  // namespace
 
@@ -272,7 +286,7 @@ void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>
     if (drawn && row.preselection == first.preselection && row.seed == config_.seed) rows.push_back(row);
   }
   const double tau = config_.tableTolerance();
-  const std::vector<PairId> chosen = chooseExamples(rows, tau);
+  const std::vector<PairId> chosen = examplesOf(rows, tau);
   const auto isChosen = [&chosen](const PairId& id) {
     return std::find(chosen.begin(), chosen.end(), id) != chosen.end();
   };

@@ -289,7 +289,7 @@ class RecordedFolder : public ::testing::Test {
     config.features = {"orb+orb"};
     config.resolve();
     RunFolder folder(folder_.string(), config, false);
-    folder.appendPair({rowOf("gms", "1-2", 700), rowOf("gms", "1-3", 0)});
+    folder.appendPair({rowOf("gms", "1-2", 700), rowOf("gms", "1-3", 0)}, 0, {});
     ResultRow none = rowOf("gms", "1-4", 0);
     none.n_selected = 0;
     none.metrics.precision = kUndefined;
@@ -299,7 +299,7 @@ class RecordedFolder : public ::testing::Test {
     hopeless.metrics = {5, 0, kUndefined, kUndefined, kUndefined, kUndefined, kUndefined};
     ResultRow unsupported = rowOf("gms", "1-6", 100);
     unsupported.status = Status::kUnsupportedInput;
-    folder.appendPair({none, hopeless, unsupported});
+    folder.appendPair({none, hopeless, unsupported}, 0, {});
     std::ifstream in(folder_ / "pairs.csv");
     for (std::string line; std::getline(in, line);) lines_.push_back(line);
   }
