@@ -124,6 +124,13 @@ void BenchmarkConfig::resolve() {
   if (tolerances.empty()) throw std::invalid_argument("tolerances is empty: name at least one, in px");
   for (const double tau : tolerances) requireRange("tolerances", tau, 0, 1000);
   requireRange("ground_truth_tolerance", ground_truth_tolerance, 0, 1000);
+  const double largest = *std::max_element(tolerances.begin(), tolerances.end());
+  if (largest > ground_truth_tolerance) {
+    throw std::invalid_argument(
+        "tolerances: " + formatNumber(largest) +
+        " px is above ground_truth_tolerance = " + formatNumber(ground_truth_tolerance) +
+        " px, so that recall could exceed 1; lower the one or raise the other");
+  }
   requireRange("repetitions", repetitions, 1, 1000);
   requireRange("threads", threads, 1, 1024);
   requireRange("seed", seed, 0, 2147483647 - 1000);

@@ -50,6 +50,8 @@ TEST(Config, ResolveNamesWhatIsWrongAndWhatIsValid) {
   EXPECT_TRUE(contains(error, "repetitions = 0") && contains(error, "[1, 1000]")) << error;
   error = errorWith([](BenchmarkConfig& c) { c.tolerances = {}; });
   EXPECT_TRUE(contains(error, "tolerances")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.ground_truth_tolerance = 3; });
+  EXPECT_TRUE(contains(error, "10 px") && contains(error, "ground_truth_tolerance = 3")) << error;
   error = errorWith([](BenchmarkConfig& c) { c.datasets = {}; });
   EXPECT_TRUE(contains(error, "dataset")) << error;
 }

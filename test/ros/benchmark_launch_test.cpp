@@ -263,6 +263,125 @@ TEST_F(BenchmarkLaunch, BagsAreRunAndBrokenOnesRefused) {
   EXPECT_NE(truncated.text.find("rosbag reindex"), std::string::npos) << truncated.text;
 }
 
+TEST_F(BenchmarkLaunch, PresetRunsItsCellsAndSaysSoInTheReport) {
+  const fs::path run = root_ / "preset";
+  const Output output =
+      shell("rosrun corrsel benchmark experiment:=preselected dataset:=vgg features:=orb+orb data_root:=" +
+            (root_ / "data").string() + " output_dir:=" + run.string());
+  EXPECT_EQ(output.code, 0) << output.text;
+  EXPECT_EQ(timelessRows(run).size(), 1U + 5 * kSelections * 10);
+  const std::string config = readAll(run / "config.yaml");
+  EXPECT_NE(config.find("experiment: preselected"), std::string::npos) << config;
+  EXPECT_NE(config.find("cells: [orb+orb/none, orb+orb/nnsr]"), std::string::npos) << config;
+  EXPECT_NE(readAll(run / "report.html").find("After preselection"), std::string::npos);
+  EXPECT_FALSE(fs::is_empty(run / "figures"));
+  EXPECT_GT(readAll(run / "stages.csv").size(), 100U);
+}
+
+TEST_F(BenchmarkLaunch, GuideIsPrintedAndSelectorsAreTimed) {
+  const fs::path run = root_ / "guide";
+  const Output output = shell(
+      benchmark("--experiment guide --features orb+orb --max_pairs 1 --selectors nnsr,gms --output_dir " +
+                run.string()));
+  EXPECT_EQ(output.code, 0) << output.text;
+  EXPECT_NE(output.text.find("Superior"), std::string::npos) << output.text;
+  EXPECT_TRUE(fs::exists(run / "guide.csv"));
+  std::ifstream in(run / "scaling.csv");
+  std::size_t lines = 0;
+  for (std::string line; std::getline(in, line); ++lines) EXPECT_EQ(core::parseCsvLine(line).size(), 7U);
+  EXPECT_GE(lines, 1U + 3 * 5 * 10);
+}
+
+TEST_F(BenchmarkLaunch, ShardsMadeSideBySideMergeIntoTheUncutRun) {
+  const std::string common = "--features orb+orb --output_dir ";
+  ASSERT_EQ(shell(benchmark(common + (root_ / "one_run").string() + " --report false")).code, 0);
+  // A cache of their own, so that all three find it empty and make the dataset's bag at the same time.
+  std::string command = "export XDG_CACHE_HOME=" + (root_ / "shard_cache").string() + "; ";
+  for (const char* part : {"1", "2", "3"}) {
+    command += benchmark("--report false --shard " + std::string(part) + "/3 " + common +
+                         (root_ / ("shard" + std::string(part))).string()) +
+               " & ";
+  }
+  const Output shards = shell(command + "wait");
+  std::string list;
+  std::size_t pairs = 0;
+  for (const char* part : {"3", "1", "2"}) {
+    const fs::path folder = root_ / ("shard" + std::string(part));
+    pairs += (timelessRows(folder).size() - 1) / (kSelections * 10);
+    EXPECT_NE(readAll(folder / "summary.json").find("\"complete\": true"), std::string::npos) << shards.text;
+    list += (list.empty() ? "" : ",") + folder.string();
+  }
+  EXPECT_EQ(pairs, 5U);
+  const fs::path merged = root_ / "merged";
+  const Output output = shell(benchmark("--merge " + list + " " + common + merged.string()));
+  EXPECT_EQ(output.code, 0) << output.text;
+  EXPECT_EQ(timelessRows(merged), timelessRows(root_ / "one_run"));
+  const auto untimed = [](const fs::path& folder) {
+    std::vector<std::string> rows;
+    std::ifstream in(folder / "summary.csv");
+    for (std::string line; std::getline(in, line);) {
+      std::vector<std::string> fields = core::parseCsvLine(line);
+      fields.resize(13);
+      rows.push_back(core::joinList(fields, ","));
+    }
+    return rows;
+  };
+  EXPECT_EQ(untimed(merged), untimed(root_ / "one_run"));
+  EXPECT_TRUE(fs::exists(merged / "report.html"));
+
+  const Output refused = shell(benchmark("--seed 3 --report false --merge " + list + " " + common +
+                                         (root_ / "merged_otherwise").string()));
+  EXPECT_EQ(refused.code, 2) << refused.text;
+  EXPECT_NE(refused.text.find("seed: '0' -> '3'"), std::string::npos) << refused.text;
+}
+
+TEST_F(BenchmarkLaunch, NamesAreTextNotPathsOrMarkup) {
+  const std::string dataset = "my <b>set & \"co", scene = "s, 'one' <em>";
+  const fs::path data = root_ / "evil";
+  fs::create_directories(data / dataset);
+  fs::copy(root_ / "data" / "vgg" / "one", data / dataset / scene, fs::copy_options::recursive);
+  const fs::path outer = root_ / "evil_out";
+  const Output output =
+      shell("rosrun corrsel benchmark --max_pairs 1 --features orb+orb --data_root " + data.string() +
+            " --dataset '" + dataset + "' --output_dir " + (outer / "run").string());
+  EXPECT_EQ(output.code, 0) << output.text;
+  std::ifstream in(outer / "run" / "pairs.csv");
+  for (std::string line; std::getline(in, line);) EXPECT_EQ(core::parseCsvLine(line).size(), 24U) << line;
+  const std::string report = readAll(outer / "run" / "report.html");
+  EXPECT_EQ(report.find("<b>set"), std::string::npos);
+  EXPECT_EQ(report.find("<em>"), std::string::npos);
+  EXPECT_NE(report.find("my &lt;b&gt;set &amp; &quot;co"), std::string::npos);
+  std::size_t beside = 0;
+  for (const auto& entry : fs::directory_iterator(outer)) beside += entry.path().filename() != "run";
+  EXPECT_EQ(beside, 0U);
+
+  const Output path = shell("rosrun corrsel benchmark --data_root " + data.string() + " --dataset ../data");
+  EXPECT_EQ(path.code, 2) << path.text;
+  EXPECT_NE(path.text.find("'../data'"), std::string::npos) << path.text;
+}
+
+TEST_F(BenchmarkLaunch, OwnBagWithoutTheNamedTopicsListsWhatItHas) {
+  const fs::path bag = root_ / "own.bag";
+  ASSERT_EQ(shell("rosrun corrsel make_dataset_bag --dataset vgg --path " +
+                  (root_ / "data" / "vgg").string() + " --output " + bag.string())
+                .code,
+            0);
+  const std::string start =
+      "rosrun corrsel benchmark --report false --features orb+orb --bag " + bag.string();
+  const Output missing = shell(start + " --left /cam0/image_raw --right /cam1/image_raw");
+  EXPECT_EQ(missing.code, 2) << missing.text;
+  for (const char* part : {"/cam0/image_raw", "/left/image (sensor_msgs/Image)", "/ground_truth"}) {
+    EXPECT_NE(missing.text.find(part), std::string::npos) << missing.text;
+  }
+  const Output named =
+      shell(start + " --left /left/image --right /right/image --output_dir " + (root_ / "own").string());
+  EXPECT_EQ(named.code, 0) << named.text;
+  EXPECT_EQ(timelessRows(root_ / "own").size(), 1U + 5 * kSelections * 10);
+  const Output without_bag = shell("rosrun corrsel benchmark --left /left/image");
+  EXPECT_EQ(without_bag.code, 2) << without_bag.text;
+  EXPECT_NE(without_bag.text.find("without a bag"), std::string::npos) << without_bag.text;
+}
+
 }  // namespace
 }  // namespace corrsel
 

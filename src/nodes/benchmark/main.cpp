@@ -202,8 +202,21 @@ bool writeReport(const core::BenchmarkConfig& config, const std::string& output_
   return written;
 }
 
+/// Parts of a run go on side by side: each is a node of its own name.
+void initRos(int argc, char** argv, const core::Shard& shard) {
+  // ROS takes its remappings out of its own copy; names like dataset:=vgg are this program's arguments.
+  std::vector<char*> ros_argv;
+  for (int i = 0; i < argc; ++i) {
+    if (i == 0 || std::string(argv[i]).compare(0, 2, "__") == 0) ros_argv.push_back(argv[i]);
+  }
+  int ros_argc = static_cast<int>(ros_argv.size());
+  const std::string name = shard.count == 1 ? "benchmark" : "benchmark_" + std::to_string(shard.index + 1);
+  ros::init(ros_argc, ros_argv.data(), name, ros::init_options::NoSigintHandler);
+}
+
 int run(int argc, char** argv) {
   const Arguments arguments = parseArguments(argc, argv);
+  initRos(argc, argv, arguments.shard);
   if (arguments.help) {
     printHelp();
     return kExitComplete;
@@ -253,14 +266,7 @@ int run(int argc, char** argv) {
 }  // namespace corrsel
 
 int main(int argc, char** argv) {
-  // ROS takes its remappings out of its own copy; names like dataset:=vgg are this program's arguments.
-  std::vector<char*> ros_argv;
-  for (int i = 0; i < argc; ++i) {
-    if (i == 0 || std::string(argv[i]).compare(0, 2, "__") == 0) ros_argv.push_back(argv[i]);
-  }
-  int ros_argc = static_cast<int>(ros_argv.size());
   try {
-    ros::init(ros_argc, ros_argv.data(), "benchmark", ros::init_options::NoSigintHandler);
     return corrsel::run(argc, argv);
   } catch (const std::exception& error) {
     std::cerr << "benchmark: " << error.what() << std::endl;
