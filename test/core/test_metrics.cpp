@@ -47,6 +47,43 @@ TEST(Metrics, TenMatchesByHand) {
   EXPECT_DOUBLE_EQ(e.metrics[2].recall_same_tau, 4.0 / 7);
 }
 
+/// Everything worked out by hand, from coordinates to F: the right image is the left one moved by (10, -20)
+/// px.
+TEST(Metrics, TenWrittenDownMatchesByHand) {
+  GroundTruth truth;
+  truth.kind = TruthKind::kHomography;
+  truth.matrix = cv::Matx33d(1, 0, 10, 0, 1, -20, 0, 0, 1);
+  Correspondences matches;
+  matches.left_size = matches.right_size = {640, 480};
+  matches.add({100, 100}, {110, 80});   // 0: error 0
+  matches.add({200, 100}, {213, 84});   // 1: 5 (3, 4)
+  matches.add({300, 100}, {310, 86});   // 2: 6
+  matches.add({400, 100}, {416, 88});   // 3: 10 (6, 8)
+  matches.add({100, 200}, {119, 192});  // 4: 15 (9, 12)
+  matches.add({200, 200}, {211, 180});  // 5: 1
+  matches.add({300, 200}, {310, 184});  // 6: 4
+  matches.add({400, 200}, {50, 400});   // 7: far
+  matches.add({100, 300}, {122, 285});  // 8: 13 (12, 5)
+  matches.add({200, 300}, {212, 280});  // 9: 2
+  const std::vector<std::uint8_t> selected = {1, 1, 1, 0, 1, 1, 0, 0, 0, 0};
+  const std::vector<double> errors = groundTruthErrors(truth, matches);
+  const std::vector<double> by_hand = {0, 5, 6, 10, 15, 1, 4, std::hypot(360, -220), 13, 2};
+  for (std::size_t i = 0; i < 10; ++i) EXPECT_DOUBLE_EQ(errors[i], by_hand[i]) << i;
+
+  // Ground-truth inliers, error at most 10: 0 1 2 3 5 6 9. Within 5: 0 1 5 6 9. Selected and within 5: 0 1 5.
+  const Evaluation e = evaluate(truth.kind, errors, selected, at({5}));
+  EXPECT_EQ(e.n_putative, 10u);
+  EXPECT_EQ(e.n_ground_truth, 7u);
+  EXPECT_EQ(e.n_selected, 5u);
+  const Metrics& m = e.metrics.at(0);
+  EXPECT_EQ(m.n_correct, 3u);
+  EXPECT_DOUBLE_EQ(m.precision, 3.0 / 5);
+  EXPECT_DOUBLE_EQ(m.recall_paper, 3.0 / 7);
+  EXPECT_DOUBLE_EQ(m.f_paper, 0.5);  // 2 * 3/5 * 3/7 / (3/5 + 3/7) = (18/35) / (36/35)
+  EXPECT_DOUBLE_EQ(m.recall_same_tau, 3.0 / 5);
+  EXPECT_DOUBLE_EQ(m.f_same_tau, 3.0 / 5);
+}
+
 TEST(Metrics, DefaultsAreThoseOfThePaper) {
   const Evaluation e = evaluate(TruthKind::kHomography, {10, 10.1}, {1, 1});
   ASSERT_EQ(e.metrics.size(), 10u);

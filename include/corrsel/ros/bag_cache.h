@@ -20,8 +20,8 @@ struct CachedBag {
 
 /// Returns the bag of a dataset from `folder`, making it where it is missing. The name holds a fingerprint of
 /// the dataset's files (path, size, time of change) and of the seed; bags of the same dataset with another
-/// fingerprint are removed. Processes may do this side by side. A bag that lacks pairs is made anew each time, so that its problems are reported
-/// each time. Throws core::DatasetError where it cannot be written.
+/// fingerprint are removed. Processes may do this side by side. A bag that lacks pairs is made anew each
+/// time, so that its problems are reported each time. Throws core::DatasetError where it cannot be written.
 CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset,
                            const core::DatasetReader& reader, int seed,
                            const BagProgress& progress = nullptr);
