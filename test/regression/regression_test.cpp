@@ -2,10 +2,8 @@
 // are not. See README.md of that folder.
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -13,6 +11,7 @@
 #include <iostream>
 #include <string>
 
+#include "../ros/shell.h"
 #include "corrsel/benchmark/results.h"
 #include "corrsel/datasets/sample.h"
 #include "corrsel/ros/bag_cache.h"
@@ -20,27 +19,13 @@
 namespace corrsel {
 namespace {
 
+using testing::Output;
+using testing::shell;
+
 namespace fs = std::filesystem;
 
 const fs::path kFolder = CORRSEL_REGRESSION_DIR;
 const fs::path kExpected = kFolder / "expected";
-
-struct Output {
-  int code = -1;
-  std::string text;
-};
-
-/// Runs a shell command, output of both streams together.
-Output shell(const std::string& command) {
-  Output output;
-  FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
-  if (!pipe) return output;
-  char buffer[4096];
-  while (std::size_t n = fread(buffer, 1, sizeof(buffer), pipe)) output.text.append(buffer, n);
-  const int status = pclose(pipe);
-  output.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  return output;
-}
 
 Output compare(const fs::path& before, const fs::path& after) {
   return shell((kFolder / "compare.sh").string() + " " + before.string() + " " + after.string());
@@ -50,7 +35,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-class Regression : public testing::Test {
+class Regression : public ::testing::Test {
  protected:
   void SetUp() override {
     root_ = fs::temp_directory_path() / ("corrsel_regression_" + std::to_string(getpid()));
@@ -166,6 +151,6 @@ TEST_F(Regression, ProgramSaysWhatItNeeds) {
 }  // namespace corrsel
 
 int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
+  ::testing::InitGoogleTest(&argc, argv);
   return RUN_ALL_TESTS();
 }

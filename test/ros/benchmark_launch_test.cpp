@@ -3,12 +3,10 @@
 
 #include <gtest/gtest.h>
 #include <ros/ros.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -21,31 +19,18 @@
 #include "corrsel/Score.h"
 #include "corrsel/random.h"
 #include "corrsel/text.h"
+#include "shell.h"
 
 namespace corrsel {
 namespace {
+
+using testing::Output;
+using testing::shell;
 
 // Every selector, and every one but nnsr after nnsr.
 constexpr std::size_t kSelections = 9 + 8;
 
 namespace fs = std::filesystem;
-
-struct Output {
-  int code = -1;
-  std::string text;
-};
-
-/// Runs a shell command, output of both streams together.
-Output shell(const std::string& command) {
-  Output output;
-  FILE* const pipe = popen((command + " 2>&1").c_str(), "r");
-  if (!pipe) return output;
-  char buffer[4096];
-  while (std::size_t n = fread(buffer, 1, sizeof(buffer), pipe)) output.text.append(buffer, n);
-  const int status = pclose(pipe);
-  output.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  return output;
-}
 
 std::string readAll(const fs::path& file) {
   std::ifstream in(file);
@@ -64,7 +49,7 @@ std::vector<std::string> timelessRows(const fs::path& folder) {
   return rows;
 }
 
-class BenchmarkLaunch : public testing::Test {
+class BenchmarkLaunch : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     root_ = fs::temp_directory_path() / ("corrsel_launch_" + std::to_string(getpid()));
@@ -386,7 +371,7 @@ TEST_F(BenchmarkLaunch, OwnBagWithoutTheNamedTopicsListsWhatItHas) {
 }  // namespace corrsel
 
 int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
+  ::testing::InitGoogleTest(&argc, argv);
   ros::init(argc, argv, "benchmark_launch_test");
   const ros::NodeHandle node;
   return RUN_ALL_TESTS();
