@@ -7,8 +7,10 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -365,6 +367,32 @@ TEST_F(BenchmarkLaunch, OwnBagWithoutTheNamedTopicsListsWhatItHas) {
   const Output without_bag = shell("rosrun corrsel benchmark --left /left/image");
   EXPECT_EQ(without_bag.code, 2) << without_bag.text;
   EXPECT_NE(without_bag.text.find("without a bag"), std::string::npos) << without_bag.text;
+}
+
+TEST_F(BenchmarkLaunch, OwnStereoBagIsRankedByItsCalibration) {
+  const char* const set = std::getenv("CORRSEL_TEST_DATA");
+  const std::string data = std::string(set ? set : CORRSEL_SHARED_DATA_DIR) + "/kitti_stereo";
+  if (!fs::is_directory(data)) GTEST_SKIP() << "no data in " << data;
+  const fs::path bag = root_ / "kitti.bag", run = root_ / "kitti_run";
+  const Output made =
+      shell("rosrun corrsel kitti_to_bag.py '" + data + "' --every 12 --output " + bag.string());
+  ASSERT_EQ(made.code, 0) << made.text;
+  const Output output =
+      shell("cd " + root_.string() +
+            " && roslaunch corrsel benchmark.launch bag:=kitti.bag left:=/stereo/left/image_raw "
+            "right:=/stereo/right/image_raw features:=orb+orb preselection:=none tolerances:=1,2,3 "
+            "ground_truth_tolerance:=3 output_dir:=kitti_run");
+  EXPECT_NE(readAll(run / "summary.json").find("\"complete\": true"), std::string::npos) << output.text;
+  EXPECT_NE(readAll(run / "config.yaml").find("left: /stereo/left/image_raw"), std::string::npos);
+  std::map<std::string, double> f;  // by selector, tau = 3 px
+  std::ifstream in(run / "summary.csv");
+  for (std::string line; std::getline(in, line);) {
+    const std::vector<std::string> fields = core::parseCsvLine(line);
+    if (fields.at(4) == "3" && !fields.at(8).empty()) f[fields[3]] = core::parseNumber(fields[8], "f_paper");
+  }
+  EXPECT_EQ(f.size(), 9U);
+  EXPECT_GT(f["usac"], 0.9);
+  EXPECT_LT(f["keep_all"], f["usac"]);
 }
 
 }  // namespace
