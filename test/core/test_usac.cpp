@@ -37,6 +37,26 @@ TEST(Usac, FindsModelsAmongFewInliers) {
   EXPECT_GT(q.precision, 90);
 }
 
+/// The best descriptor ratios may all lie in one corner, where many a wrong homography fits within the
+/// threshold (VGG, trees 1-2): PROSAC must not stop by them alone.
+TEST(Usac, BestMatchesInOneCornerDoNotEndTheSearch) {
+  double sum = 0;
+  for (int seed = 0; seed < 10; ++seed) {
+    Scene scene = homographyScene({3000, 0.4, 2.0, static_cast<std::uint64_t>(seed + 1)});
+    Correspondences& m = scene.matches;
+    for (std::size_t i = 0; i < m.size(); ++i) {
+      const bool corner = m.left_x[i] > 700 && m.left_y[i] > 450;
+      if (scene.inlier[i] && corner) m.distance[i] *= 0.3F;
+    }
+    UsacOptions options = homography(10);
+    options.seed = seed;
+    const Quality q = quality(UsacSelector(options).select(m).mask, scene.inlier);
+    EXPECT_GT(q.recall, 60) << seed;
+    sum += q.recall;
+  }
+  EXPECT_GT(sum / 10, 94);
+}
+
 TEST(Usac, ThresholdZeroStandsForThePapersValues) {
   const Scene plane = homographyScene({300, 0.6, 2.0, 1}), space = stereoScene({300, 0.6, 1.0, 1});
   EXPECT_EQ(UsacSelector().select(plane.matches).mask,
