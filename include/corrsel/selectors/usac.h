@@ -23,9 +23,9 @@ struct UsacOptions : ConsensusOptions {
 /// for the paper's 10 px and 1.5 px. Deviations from USAC 1.0: MSAC score; the SPRT is designed for the
 /// smallest inlier ratio that is to be found, with the times of this implementation, and never loses more
 /// than one right model in eight (consensus/sprt.h); models from local optimisation are scored in full;
-/// degenerate samples are recognised by sqrt(3) times the user's threshold; for a fundamental matrix PROSAC
-/// stops early only by a prefix of at least half of the matches; no descriptor distances: uniform samples,
-/// and the message says so.
+/// degenerate samples are recognised by sqrt(3) times the user's threshold; PROSAC stops early only by a
+/// prefix of at least one match in twenty (homography) or half of them (fundamental matrix); no descriptor
+/// distances: uniform samples, and the message says so.
 ///
 /// Presets: `h`, `f` choose the model; `uniform` samples uniformly. Statuses and score as RansacSelector.
 /// O(iterations + N * best models) time on average, O(N) memory.
