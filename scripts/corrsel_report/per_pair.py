@@ -165,7 +165,8 @@ def html(run, figures):
             % at_tau(run.tau(group))
         )
         out.append(
-            '<figure class="figure map">%s<figcaption>%s</figcaption></figure>' % ("".join(maps), esc(text))
+            '<figure class="figure map"><div class="scroll" role="region" aria-label="F of every pair"'
+            ' tabindex="0">%s</div><figcaption>%s</figcaption></figure>' % ("".join(maps), esc(text))
         )
         out += [
             pair_table(run, group, pairs, selectors, f),

@@ -37,6 +37,15 @@ svg.plot + .files { margin: 0 0 .3rem; padding-left: .2rem; }
 .toc { list-style: none; padding: 0; display: flex; flex-wrap: wrap; gap: .25rem 1.4rem;
   font-size: .94rem; }
 .scroll { overflow-x: auto; margin: 0 0 1.2rem; max-width: 100%; }
+@media screen {
+  /* A shadow at the side where more is hidden: white covers it where the content ends. */
+  .scroll { background:
+      linear-gradient(to right, #fff 30%, rgba(255, 255, 255, 0)) 0 0 / 2.5rem 100% local,
+      linear-gradient(to left, #fff 30%, rgba(255, 255, 255, 0)) 100% 0 / 2.5rem 100% local,
+      linear-gradient(to right, rgba(0, 0, 0, .22), rgba(0, 0, 0, 0)) 0 0 / .8rem 100% scroll,
+      linear-gradient(to left, rgba(0, 0, 0, .22), rgba(0, 0, 0, 0)) 100% 0 / .8rem 100% scroll;
+    background-repeat: no-repeat; }
+}
 table { border-collapse: collapse; min-width: 100%; font-variant-numeric: tabular-nums;
   font-size: .92rem; line-height: 1.35; }
 caption { text-align: left; color: #555; padding: 0 0 .5rem; font-size: .92rem; }
@@ -115,6 +124,7 @@ footer { margin-top: 3rem; padding-top: .8rem; border-top: 1px solid #d5d5d5; co
   h3 .sub, h4 .sub { display: block; margin: .15rem 0 0; font-size: .95rem; }
   table { font-size: .86rem; } th, td { padding: .4rem .6rem; }
   th:first-child { min-width: 5.6rem; max-width: 9.5rem; white-space: normal; overflow-wrap: break-word; }
+  .map svg.plot { min-width: 36rem; }
 }
 @media screen and (max-width: 560px) {
   table.findings thead { display: none; }
