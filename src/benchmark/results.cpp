@@ -546,13 +546,17 @@ void RunFolder::takeUp(const BenchmarkConfig& config) {
   keep("images/index.csv", 1, kImagesHeader);
 }
 
-std::size_t RunFolder::merge(const std::string& folder, const BenchmarkConfig& config) {
+void RunFolder::requireMergeable(const std::string& folder, const BenchmarkConfig& config) {
   if (!fs::exists(fs::path(folder) / "config.yaml") || !fs::exists(fs::path(folder) / "pairs.csv")) {
     throw RunFolderError("cannot merge " + folder +
                          ": it holds no run (no config.yaml and pairs.csv); name folders of runs");
   }
   requireSameConfiguration(folder, config,
                            "merge only runs that were given the same arguments, but for shard");
+}
+
+std::size_t RunFolder::merge(const std::string& folder, const BenchmarkConfig& config) {
+  requireMergeable(folder, config);
   std::size_t taken = 0;
   for (const FinishedPair& pair : finishedPairs(folder, config)) {
     if (isDone(pair.rows.front().id)) continue;

@@ -320,6 +320,7 @@ TEST_F(BenchmarkLaunch, ShardsMadeSideBySideMergeIntoTheUncutRun) {
                                          (root_ / "merged_otherwise").string()));
   EXPECT_EQ(refused.code, 2) << refused.text;
   EXPECT_NE(refused.text.find("seed: '0' -> '3'"), std::string::npos) << refused.text;
+  EXPECT_FALSE(fs::exists(root_ / "merged_otherwise"));
 }
 
 TEST_F(BenchmarkLaunch, NamesAreTextNotPathsOrMarkup) {
@@ -355,7 +356,9 @@ TEST_F(BenchmarkLaunch, OwnBagWithoutTheNamedTopicsListsWhatItHas) {
             0);
   const std::string start =
       "rosrun corrsel benchmark --report false --features orb+orb --bag " + bag.string();
-  const Output missing = shell(start + " --left /cam0/image_raw --right /cam1/image_raw");
+  const Output missing = shell(start + " --left /cam0/image_raw --right /cam1/image_raw --output_dir " +
+                               (root_ / "no_topics").string());
+  EXPECT_FALSE(fs::exists(root_ / "no_topics"));
   EXPECT_EQ(missing.code, 2) << missing.text;
   for (const char* part : {"/cam0/image_raw", "/left/image (sensor_msgs/Image)", "/ground_truth"}) {
     EXPECT_NE(missing.text.find(part), std::string::npos) << missing.text;

@@ -139,9 +139,12 @@ class RunFolder {
   /// Reads the rows on disk, those of earlier sessions first: nothing is kept in memory between pairs.
   std::vector<ResultRow> readRows() const;
 
+  /// Throws RunFolderError where the folder holds no run, or one of another configuration (naming the keys
+  /// that differ).
+  static void requireMergeable(const std::string& folder, const BenchmarkConfig& config);
+
   /// Takes over the pairs of another folder that this one has not got. @return pairs taken over
-  /// Throws RunFolderError: no run there, a run of another configuration (naming the keys that differ), a
-  /// damaged file (naming the line).
+  /// Throws RunFolderError like requireMergeable(), and for a damaged file (naming the line).
   std::size_t merge(const std::string& folder, const BenchmarkConfig& config);
 
   /// @param number  place of the pair in the uncut run, from 0

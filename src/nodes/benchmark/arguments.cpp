@@ -69,7 +69,10 @@ std::string defaultOutputDir() {
   char stamp[32];
   std::tm local{};
   std::strftime(stamp, sizeof(stamp), "benchmark_%Y%m%d_%H%M%S", localtime_r(&now, &local));
-  return (root / "corrsel" / stamp).string();
+  fs::path folder = root / "corrsel" / stamp;
+  for (int k = 2; fs::exists(folder); ++k)
+    folder = root / "corrsel" / (std::string(stamp) + "_" + std::to_string(k));
+  return folder.string();
 }
 
 /// Command line to values. ROS's own remappings (__name:=...) are left out.

@@ -138,6 +138,7 @@ std::vector<std::string> datasetBags(const core::BenchmarkConfig& config, const 
   return bags;
 }
 
+/// @param notes  print what was left out of the bags
 Sources openBags(const std::vector<std::string>& bags, const BagTopics& topics, bool notes) {
   Sources sources;
   for (const std::string& bag : bags) {
@@ -161,10 +162,10 @@ int dryRun(const Arguments& arguments, const Readers& readers) {
 
 /// The grid, then what needs its results. @return the state at the end
 core::RunState runStages(const Arguments& arguments, const std::vector<std::string>& bags,
-                         core::RunFolder& folder, Reporter& reporter) {
+                         const Sources& sources, core::RunFolder& folder, Reporter& reporter) {
   const core::BenchmarkConfig& config = arguments.config;
   core::BenchmarkRunner runner(config, folder, reporter, stop_requested);
-  core::RunState state = runner.run(openBags(bags, arguments.bag_topics, true), arguments.shard);
+  core::RunState state = runner.run(sources, arguments.shard);
   reporter.endLine();
   // A part of a run neither knows which pairs are worth drawing nor should time what is timed once.
   if (arguments.shard.count == 1 && config.measuresScaling() && !folder.hasScaling() && !stop_requested) {
@@ -230,6 +231,9 @@ int run(int argc, char** argv) {
   const Readers readers = openDatasets(config);
   if (arguments.dry_run) return dryRun(arguments, readers);
 
+  // All input is tried before a folder is made: what cannot be run leaves none behind.
+  Sources sources = openBags(config.bags, arguments.bag_topics, true);
+  for (const std::string& other : arguments.merge) core::RunFolder::requireMergeable(other, config);
   core::RunFolder folder(output_dir, config, arguments.resume);
   std::cout << "results folder: " << output_dir << std::endl;
   for (const auto& [dataset, reason] : arguments.left_out) {
@@ -242,10 +246,13 @@ int run(int argc, char** argv) {
   std::signal(SIGTERM, requestStop);
   Reporter reporter(arguments.verbose, output_dir);
   std::size_t broken = 0;
-  std::vector<std::string> bags = datasetBags(config, readers, folder, reporter, &broken);
-  bags.insert(bags.end(), config.bags.begin(), config.bags.end());
+  std::vector<std::string> bags = config.bags;
+  if (bags.empty()) {
+    bags = datasetBags(config, readers, folder, reporter, &broken);
+    sources = openBags(bags, arguments.bag_topics, false);
+  }
 
-  core::RunState state = runStages(arguments, bags, folder, reporter);
+  core::RunState state = runStages(arguments, bags, sources, folder, reporter);
   state.pairs_total += broken;
   state.pairs_failed += broken;
   reporter.finish(state.interrupted ? "interrupted" : state.complete() ? "finished" : "failed");
