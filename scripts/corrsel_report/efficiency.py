@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from . import paper
-from .figures import draw_line, new_axes, swatch
+from .figures import draw_line, new_axes, plot_text, swatch
 from .markup import group_heading, paragraph, table
 from .selectors import DARK, YELLOW, is_baseline, selector_key, selector_styles
 from .timing import time_panel
@@ -131,7 +131,7 @@ def scaling_panel(run, figures, threads, selectors):
         quartiles = np.maximum(quartiles, 1e-6)  # a time of 0 has no place on the axis
         edge = DARK if style["colour"] == YELLOW else style["colour"]
         axes.vlines(ns, quartiles[:, 0], quartiles[:, 2], color=edge, linewidth=1.2)
-        draw_line(axes, ns, quartiles[:, 1], style)
+        draw_line(axes, ns, quartiles[:, 1], style, label=plot_text(selector))
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(base=10))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: "%g" % y))

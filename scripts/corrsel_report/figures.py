@@ -1,6 +1,7 @@
 """Drawing with matplotlib: settings, axes, labels, and the way of a figure into the page."""
 import io
 import re
+import textwrap
 import warnings
 
 import matplotlib
@@ -90,7 +91,7 @@ class FigureWriter:
         stream = io.StringIO()
         figure.savefig(stream, format="svg", transparent=True, metadata={"Date": None})
         text = stream.getvalue()
-        files = self.write(figure, text, name) if name and self.folder else ""
+        files = self.write(figure, label, name) if name and self.folder else ""
         text = text[text.index("<svg") :]
         text = re.sub(r"<!--.*?-->", "", text, flags=re.S)
         text = re.sub(r"<(metadata|style)\b.*?</\1>", "", text, flags=re.S)
@@ -99,8 +100,11 @@ class FigureWriter:
         opening = '<svg class="%s" role="img" aria-label="%s" viewBox="%s">' % (css, esc(label), view_box)
         return opening + text[text.index(">") + 1 :].strip() + files
 
-    def write(self, figure, svg, name):
-        """Write a figure's files; return the links to them."""
+    def write(self, figure, label, name):
+        """Write a figure's files, with a legend and a line that says what is shown; return the links to them.
+
+        On the page both stand beside the figure. A file must say them itself.
+        """
         base = safe_name(name)
         name, i = base, 1
         while name in self.names:
@@ -108,10 +112,20 @@ class FigureWriter:
             name = "%s_%d" % (base, i)
         self.names.add(name)
         self.folder.mkdir(exist_ok=True)
-        (self.folder / (name + ".svg")).write_text(svg, encoding="utf-8", newline="\n")
-        figure.savefig(
-            self.folder / (name + ".png"), dpi=PNG_DPI, facecolor="white", metadata={"Software": None}
-        )
+        handles, labels = figure.axes[0].get_legend_handles_labels()
+        if labels:
+            # Drawn last = on top = first in the report's order.
+            figure.axes[0].legend(
+                handles[::-1], labels[::-1], loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False
+            )
+        text = plot_text("\n".join(textwrap.wrap(label, 70)), longest=400)
+        figure.text(0.01, 1.02, text, fontsize=8, color=DARK, va="bottom")
+        for ending, options in (
+            ("svg", {"metadata": {"Date": None}}),
+            ("png", {"dpi": PNG_DPI, "metadata": {"Software": None}}),
+        ):
+            path = self.folder / ("%s.%s" % (name, ending))
+            figure.savefig(path, facecolor="white", bbox_inches="tight", pad_inches=0.08, **options)
         links = [
             '<a href="%s%s.%s">%s</a>' % (esc(self.link), name, kind, kind.upper()) for kind in ("png", "svg")
         ]

@@ -33,7 +33,8 @@ def curve_panel(run, figures, group, title, column, name):
         rows = [(tau, run.mean(group, selector, tau)) for tau in taus]
         points = [(tau, row[column]) for tau, row in rows if row and row[column] is not None]
         if points:
-            draw_line(axes, [p[0] for p in points], [p[1] for p in points], run.styles[selector])
+            x, y = zip(*points)
+            draw_line(axes, x, y, run.styles[selector], label=plot_text(selector))
     axes.set_title(title, loc="left")
     axes.set_xlabel("tolerance \u03c4 (px)")
     axes.set_ylim(-0.02, 1.02)

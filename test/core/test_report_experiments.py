@@ -266,6 +266,12 @@ class ExperimentsTest(unittest.TestCase):
         )
         self.assertTrue((self.folder / "figures" / "preselected_vgg_before_after.png").is_file())
 
+    def test_figure_files_stand_on_their_own(self):
+        svg = (self.folder / "figures" / "overall_vgg_f.svg").read_text(encoding="utf-8")
+        for selector in SELECTORS:
+            self.assertIn(">%s<" % selector, svg)
+        self.assertIn("F against tolerance for vgg", svg)
+
     def test_success_and_failure_sentences(self):
         row = self.cells("A success and a failure of each selector", "gms")
         self.assertIn(
