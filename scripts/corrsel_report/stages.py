@@ -121,7 +121,7 @@ def html(run, figures):
         caption = (
             "Wall time by stage, summed over the pairs. Rows below the datasets are stages of the whole run."
         )
-        out += [table(caption, head, rows, "results"), sources(run, "stages.csv")]
+        out += [table(caption, head, rows, "results times"), sources(run, "stages.csv")]
         if any(sum(stages.values()) > 0 for stages in datasets.values()):
             out.append('<figure class="figure single">%s</figure>' % stage_panel(figures, datasets))
     else:

@@ -68,6 +68,8 @@ th:first-child { text-align: left; padding-left: .2rem; position: sticky; left: 
 .compared td, .compared thead th { padding-left: .3rem; padding-right: 1.2rem; }
 .results td, .results thead th { padding-right: 1.35rem; }
 .stages { margin-top: 2.4rem; } .stages thead th:nth-child(2) { text-align: left; }
+.times th, .times td, .times thead th { padding-left: .45rem; padding-right: .6rem; }
+.times th:first-child { white-space: normal; min-width: 9rem; }
 td.best { position: relative; }
 .mark { position: absolute; right: .3rem; font-size: .8em; color: #005a8d; }
 tr.paper th, tr.paper td, tr.paper th:first-child { background-color: #eef3f8; color: #33475b; }

@@ -164,7 +164,7 @@ def stage_table(run):
         "What comes before selection: medians over the pairs of the number of features and putative matches,"
         " and of the time of each stage. None of it is part of the selection time. \u2013 = not measured."
     )
-    return table(caption, head, rows, "results stages")
+    return table(caption, head, rows, "results stages times")
 
 
 TIME_TEXT = "Mean F: each selector with its 95 % interval against the median selection time. "
