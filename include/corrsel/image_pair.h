@@ -4,6 +4,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
 
 #include "corrsel/correspondences.h"
 #include "corrsel/ground_truth.h"
@@ -19,6 +20,9 @@ struct PairId {
 
   /// "dataset/sequence/pair", for messages to people.
   std::string text() const { return dataset + "/" + sequence + "/" + pair; }
+  bool operator<(const PairId& other) const {
+    return std::tie(dataset, sequence, pair) < std::tie(other.dataset, other.sequence, other.pair);
+  }
   bool operator==(const PairId& other) const {
     return dataset == other.dataset && sequence == other.sequence && pair == other.pair;
   }

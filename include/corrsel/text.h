@@ -22,8 +22,17 @@ std::string joinList(const std::vector<std::string>& items, const std::string& s
 /// so that every record stays on one line.
 std::string csvField(const std::string& text);
 
+/// One CSV record without line end: the fields, quoted where need be.
+std::string csvLine(const std::vector<std::string>& fields);
+
 /// Splits one CSV line (RFC 4180 quoting, no embedded line breaks).
 std::vector<std::string> parseCsvLine(const std::string& line);
+
+/// Complete lines of a text, without their ends; a last line that was cut off is left out.
+std::vector<std::string> completeLines(const std::string& text);
+
+/// All bytes of a file; empty where it cannot be read.
+std::string readTextFile(const std::string& path);
 
 /// A file name without separators or shell-special characters: anything outside [A-Za-z0-9._+-] becomes '_',
 /// and a leading '.' too.

@@ -4,15 +4,12 @@
 #include <cmath>
 #include <map>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "corrsel/evaluation/statistics.h"
 
 namespace corrsel::core {
 namespace {
-
-using PairKey = std::tuple<std::string, std::string, std::string>;
 
 /// F of every selector on one pair.
 struct JudgedPair {
@@ -28,17 +25,17 @@ struct Demand {
 
 /// In order of the pairs' names.
 std::vector<JudgedPair> judgedPairs(const std::vector<ResultRow>& rows, double tau) {
-  std::map<PairKey, std::map<std::string, std::vector<double>>> values;
+  std::map<PairId, std::map<std::string, std::vector<double>>> values;
   for (const ResultRow& row : rows) {
     const bool counts = row.judged() && !std::isnan(row.metrics.f_paper) && row.selector != "keep_all" &&
                         (std::isnan(row.metrics.tau) || row.metrics.tau == tau);
     if (!counts) continue;
-    values[{row.id.dataset, row.id.sequence, row.id.pair}][row.selector].push_back(row.metrics.f_paper);
+    values[row.id][row.selector].push_back(row.metrics.f_paper);
   }
   std::vector<JudgedPair> pairs;
-  for (auto& [key, selectors] : values) {
+  for (auto& [id, selectors] : values) {
     JudgedPair pair;
-    pair.id = {std::get<0>(key), std::get<1>(key), std::get<2>(key)};
+    pair.id = id;
     for (auto& [selector, repetitions] : selectors) {
       // Sorted, so that the sum does not depend on the order of the rows.
       std::sort(repetitions.begin(), repetitions.end());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "corrsel/benchmark/comparison.h"
+#include "corrsel/benchmark/run_folder.h"
 #include "corrsel/random.h"
 #include "corrsel/text.h"
 #include "test_support.h"

@@ -116,5 +116,18 @@ TEST(Text, MakesFileNamesSafe) {
   EXPECT_EQ(safeFileName(""), "_");
 }
 
+TEST(Text, CsvLineReadsBack) {
+  const std::vector<std::string> fields = {"a,b", "", "say \"x\"", "plain"};
+  EXPECT_EQ(csvLine(fields), "\"a,b\",,\"say \"\"x\"\"\",plain");
+  EXPECT_EQ(parseCsvLine(csvLine(fields)), fields);
+}
+
+TEST(Text, CompleteLinesLeaveOutWhatWasCutOff) {
+  EXPECT_EQ(completeLines("a\n\nb\ncut"), (std::vector<std::string>{"a", "", "b"}));
+  EXPECT_TRUE(completeLines("cut").empty());
+}
+
+TEST(Text, FilesThatCannotBeReadAreEmpty) { EXPECT_EQ(readTextFile("/does/not/exist"), ""); }
+
 }  // namespace
 }  // namespace corrsel::core

@@ -7,7 +7,7 @@
 
 #include "corrsel/benchmark/config.h"
 #include "corrsel/benchmark/progress.h"
-#include "corrsel/benchmark/results.h"
+#include "corrsel/benchmark/run_folder.h"
 #include "corrsel/datasets/pair_source.h"
 #include "corrsel/selectors/selector.h"
 

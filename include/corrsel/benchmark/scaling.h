@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "corrsel/benchmark/config.h"
-#include "corrsel/benchmark/results.h"
+#include "corrsel/benchmark/run_folder.h"
 
 namespace corrsel::core {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "corrsel/benchmark/config.h"
-#include "corrsel/benchmark/results.h"
+#include "corrsel/benchmark/run_folder.h"
 #include "corrsel/ros/dataset_bag.h"
 
 namespace corrsel {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "corrsel/benchmark/progress.h"
-#include "corrsel/benchmark/results.h"
+#include "corrsel/benchmark/run_folder.h"
 #include "corrsel/benchmark/runner.h"
 
 namespace corrsel {

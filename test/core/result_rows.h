@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "corrsel/benchmark/results.h"
+
+namespace corrsel::core::testing {
+
+/// The rows of a pair: two selections (gms, keep_all), two tolerances.
+inline std::vector<ResultRow> rowsOf(const std::string& pair, double f = 0.5) {
+  std::vector<ResultRow> rows;
+  for (const char* selector : {"gms", "keep_all"}) {
+    for (const double tau : {5.0, 10.0}) {
+      ResultRow row;
+      row.id = {"set", "scene, \"one\"", pair};
+      row.features = "orb+orb";
+      row.preselection = "none";
+      row.selector = selector;
+      row.n_putative = 100;
+      row.n_ground_truth = 50;
+      row.n_selected = 40;
+      row.metrics = {tau, 30, 0.75, 0.6, 0.65, f, f / 3};
+      row.select_seconds = 0.001;
+      rows.push_back(row);
+    }
+  }
+  return rows;
+}
+
+}  // namespace corrsel::core::testing

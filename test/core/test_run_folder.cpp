@@ -1,0 +1,235 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <opencv2/core.hpp>
+
+#include "corrsel/benchmark/run_folder.h"
+#include "result_rows.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using testing::contains;
+using testing::errorOf;
+using testing::rowsOf;
+
+namespace fs = std::filesystem;
+
+std::string readAll(const fs::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+void writeAll(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
+
+/// One extractor, two selections (gms, keep_all), two tolerances: four rows a pair.
+BenchmarkConfig smallConfig() {
+  BenchmarkConfig config;
+  config.bags = {"a.bag"};
+  config.features = {"orb+orb"};
+  config.preselection = {"none"};
+  config.selectors = {"gms"};
+  config.tolerances = {5, 10};
+  config.resolve();
+  return config;
+}
+
+const std::vector<StageTime> kStages = {{"read", 0.5}, {"select", 0.25}};
+
+class RunFolders : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("corrsel_results_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  fs::path folder_;
+};
+
+TEST_F(RunFolders, FolderKeepsWhatWasAppendedAndResumes) {
+  const BenchmarkConfig config = smallConfig();
+  {
+    RunFolder folder(folder_.string(), config, false);
+    folder.appendPair(rowsOf("1-2"), 0, kStages);
+    folder.appendPair(rowsOf("1-3"), 1, kStages);
+    folder.appendFailure({{"set", "s", "1-9"}, "", "read", "a, b"});
+  }
+  const std::string complete = readAll(folder_ / "pairs.csv");
+  // As if the process had been killed while writing the third pair.
+  const std::string third = rowsOf("1-4")[0].toCsv() + "\n" + rowsOf("1-4")[1].toCsv().substr(0, 20);
+  writeAll(folder_ / "pairs.csv", complete + third);
+  RunFolder folder(folder_.string(), config, true);
+  EXPECT_EQ(folder.doneCount(), 2U);
+  EXPECT_TRUE(folder.isDone({"set", "scene, \"one\"", "1-3"}));
+  EXPECT_FALSE(folder.isDone({"set", "scene, \"one\"", "1-4"}));
+  EXPECT_EQ(readAll(folder_ / "pairs.csv"), complete);
+  EXPECT_EQ(folder.readRows().size(), 8U);
+}
+
+TEST_F(RunFolders, RefusesOtherRuns) {
+  BenchmarkConfig config = smallConfig();
+  RunFolder(folder_.string(), config, false);
+  std::string error = errorOf([&] { RunFolder(folder_.string(), config, false); });
+  EXPECT_TRUE(contains(error, "resume:=true")) << error;
+  config.seed = 5;
+  error = errorOf([&] { RunFolder(folder_.string(), config, true); });
+  EXPECT_TRUE(contains(error, "another configuration") && contains(error, "seed: '0' -> '5'")) << error;
+  config.seed = 0;
+  writeAll(folder_ / "pairs.csv", "a,b,c\n");
+  error = errorOf([&] { RunFolder(folder_.string(), config, true); });
+  EXPECT_TRUE(contains(error, "another header")) << error;
+  fs::remove(folder_ / "config.yaml");
+  error = errorOf([&] { RunFolder(folder_.string(), config, true); });
+  EXPECT_TRUE(contains(error, "without its config.yaml")) << error;
+}
+
+TEST_F(RunFolders, FolderThatCannotBeMade) {
+  writeAll(folder_, "a file is in the way");
+  const std::string error = errorOf([&] { RunFolder((folder_ / "run").string(), smallConfig(), false); });
+  EXPECT_TRUE(contains(error, (folder_ / "run").string()) && contains(error, "output_dir")) << error;
+}
+
+TEST_F(RunFolders, ImagesStayInTheFolderWhateverTheNames) {
+  RunFolder folder(folder_.string(), smallConfig(), false);
+  ExampleImage image;
+  image.id = {"../..", "a/b", "<x>"};
+  image.features = "orb+orb";
+  image.selector = "lpm:v2";
+  folder.appendImage(image, cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9)));
+  std::size_t pictures = 0;
+  for (const auto& entry : fs::directory_iterator(folder_ / "images"))
+    pictures += entry.path().extension() == ".jpg";
+  EXPECT_EQ(pictures, 1U);
+  EXPECT_TRUE(contains(readAll(folder_ / "images" / "index.csv"), "a/b,<x>,orb+orb"));
+}
+
+TEST_F(RunFolders, PairWithoutStagesIsRunAgain) {
+  {
+    RunFolder folder(folder_.string(), smallConfig(), false);
+    folder.appendStage({"bag", 3}, "set");
+    folder.appendPair(rowsOf("1-2"), 0, kStages);
+    folder.appendPair(rowsOf("1-3"), 1, kStages);
+  }
+  const std::string stages = readAll(folder_ / "stages.csv");
+  EXPECT_EQ(stages,
+            "number,dataset,sequence,pair,stage,seconds\n"
+            ",set,,,bag,3\n"
+            "0,set,\"scene, \"\"one\"\"\",1-2,read,0.5\n0,set,\"scene, \"\"one\"\"\",1-2,select,0.25\n"
+            "1,set,\"scene, \"\"one\"\"\",1-3,read,0.5\n1,set,\"scene, \"\"one\"\"\",1-3,select,0.25\n");
+  writeAll(folder_ / "stages.csv", stages.substr(0, stages.find("1,set")));
+  const RunFolder folder(folder_.string(), smallConfig(), true);
+  EXPECT_EQ(folder.doneCount(), 1U);
+  EXPECT_FALSE(folder.isDone(rowsOf("1-3").front().id));
+  EXPECT_TRUE(contains(readAll(folder_ / "stages.csv"), ",set,,,bag,3"));
+}
+
+TEST_F(RunFolders, SummaryPutsPairsIntoTheOrderOfTheUncutRun) {
+  RunFolder folder(folder_.string(), smallConfig(), false);
+  folder.appendPair(rowsOf("1-4"), 7, kStages);
+  folder.appendPair(rowsOf("1-2"), 0, kStages);
+  folder.appendPair(rowsOf("1-3"), 3, kStages);
+  folder.writeSummary({});
+  std::vector<std::string> order;
+  for (const ResultRow& row : folder.readRows()) order.push_back(row.id.pair);
+  EXPECT_EQ(order, (std::vector<std::string>{"1-2", "1-2", "1-2", "1-2", "1-3", "1-3", "1-3", "1-3", "1-4",
+                                             "1-4", "1-4", "1-4"}));
+}
+
+TEST_F(RunFolders, MergedPartsEqualTheWhole) {
+  const BenchmarkConfig config = smallConfig();
+  const fs::path whole = folder_ / "whole", merged = folder_ / "merged";
+  const std::vector<std::string> pairs = {"1-2", "1-3", "1-4", "1-5", "1-6"};
+  {
+    RunFolder folder(whole.string(), config, false);
+    for (std::size_t k = 0; k < pairs.size(); ++k) folder.appendPair(rowsOf(pairs[k], 0.1 * k), k, kStages);
+    folder.writeSummary({});
+  }
+  std::size_t taken = 0;
+  RunFolder folder(merged.string(), config, false);
+  for (const char* part : {"3/3", "1/3", "2/3"}) {
+    const Shard shard = Shard::fromText(part);
+    const std::string path = (folder_ / ("part" + std::to_string(shard.index))).string();
+    RunFolder of_part(path, config, false);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      if (shard.holds(k)) of_part.appendPair(rowsOf(pairs[k], 0.1 * k), k, kStages);
+    }
+    taken += folder.merge(path, config);
+    EXPECT_EQ(folder.merge(path, config), 0U);
+  }
+  EXPECT_EQ(taken, pairs.size());
+  folder.writeSummary({});
+  for (const char* file : {"pairs.csv", "summary.csv", "config.yaml"}) {
+    EXPECT_EQ(readAll(merged / file), readAll(whole / file)) << file;
+  }
+  EXPECT_TRUE(contains(readAll(merged / "environment.json"), "merged_from"));
+  // What was merged stays known when the run is taken up again.
+  RunFolder(merged.string(), config, true);
+  EXPECT_TRUE(contains(readAll(merged / "environment.json"), "merged_from"));
+}
+
+TEST_F(RunFolders, MergingWhatDoesNotBelongTogetherIsRefused) {
+  BenchmarkConfig config = smallConfig();
+  const std::string mine = (folder_ / "mine").string(), other = (folder_ / "other").string();
+  RunFolder folder(mine, config, false);
+  std::string error = errorOf([&] { folder.merge(other, config); });
+  EXPECT_TRUE(contains(error, other) && contains(error, "holds no run")) << error;
+  BenchmarkConfig another = config;
+  another.seed = 9;
+  RunFolder(other, another, false).appendPair(rowsOf("1-2"), 0, kStages);
+  error = errorOf([&] { folder.merge(other, config); });
+  EXPECT_TRUE(contains(error, "seed: '9' -> '0'") && contains(error, "same arguments")) << error;
+  EXPECT_EQ(folder.doneCount(), 0U);
+}
+
+TEST_F(RunFolders, FolderEditedByHandNamesTheLine) {
+  const BenchmarkConfig config = smallConfig();
+  RunFolder(folder_.string(), config, false).appendPair(rowsOf("1-2"), 0, kStages);
+  const std::string text = readAll(folder_ / "pairs.csv");
+  std::string edited = text;
+  edited.replace(edited.find("0.75"), 4, "high");
+  writeAll(folder_ / "pairs.csv", edited);
+  std::string error = errorOf([&] { RunFolder(folder_.string(), config, true); });
+  EXPECT_TRUE(contains(error, "pairs.csv, line 2") && contains(error, "'high'")) << error;
+  writeAll(folder_ / "pairs.csv", text);
+  writeAll(folder_ / "config.yaml", "datasets: [");
+  error = errorOf([&] { RunFolder(folder_.string(), config, true); });
+  EXPECT_TRUE(contains(error, "config.yaml is damaged")) << error;
+}
+
+TEST(Shards, ReadsAndRefuses) {
+  EXPECT_EQ(Shard::fromText("").count, 1U);
+  EXPECT_EQ(Shard::fromText("").text(), "");
+  const Shard shard = Shard::fromText("2/3");
+  EXPECT_EQ(shard.text(), "2/3");
+  EXPECT_TRUE(shard.holds(1) && shard.holds(4) && !shard.holds(0) && !shard.holds(2));
+  for (const char* wrong : {"0/3", "4/3", "2", "a/b", "1/0", "/", "1/2/3", "-1/3"}) {
+    EXPECT_TRUE(contains(errorOf([&] { Shard::fromText(wrong); }), "shard")) << wrong;
+  }
+}
+
+TEST_F(RunFolders, SummaryFilesTellTheState) {
+  RunFolder folder(folder_.string(), smallConfig(), false);
+  folder.appendPair(rowsOf("1-2"), 0, kStages);
+  RunState state;
+  state.pairs_done = 1;
+  state.pairs_total = 2;
+  EXPECT_FALSE(state.complete());
+  state.left_out_datasets = {{"heinly", "not <there>"}};
+  folder.writeSummary(state);
+  const std::string json = readAll(folder_ / "summary.json");
+  EXPECT_TRUE(contains(json, "\"dataset\": \"heinly\"") && contains(json, "not <there>")) << json;
+  EXPECT_TRUE(contains(json, "\"complete\": false") && contains(json, "\"pairs_total\": 2")) << json;
+  const std::string csv = readAll(folder_ / "summary.csv");
+  EXPECT_TRUE(contains(csv, "set,orb+orb,none,gms,5,1,0.75,0.6,0.5,0.5,0.5,0.65,")) << csv;
+  EXPECT_TRUE(fs::exists(folder_ / "environment.json") && fs::exists(folder_ / "failures.csv"));
+  state.pairs_done = 2;
+  EXPECT_TRUE(state.complete());
+  state.pairs_failed = 1;
+  EXPECT_FALSE(state.complete());
+}
+
+}  // namespace
+}  // namespace corrsel::core
