@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be raised when what is written into bags changes.
-constexpr char kFormat[] = "2";
+constexpr char kFormat[] = "3";
 
 /// FNV-1a, 64 bits.
 class Fingerprint {

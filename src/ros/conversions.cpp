@@ -94,9 +94,11 @@ Correspondences toMsg(const core::Correspondences& matches, const PairInfo& info
   msg.right_index = matches.right_index;
   msg.n_left_features = info.n_left_features;
   msg.n_right_features = info.n_right_features;
+  msg.wait_seconds = info.wait_seconds;
   msg.detect_seconds = info.detect_seconds;
   msg.describe_seconds = info.describe_seconds;
   msg.match_seconds = info.match_seconds;
+  msg.publish_seconds = info.publish_seconds;
   return msg;
 }
 
@@ -134,9 +136,11 @@ core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
     info->features = msg.features;
     info->n_left_features = msg.n_left_features;
     info->n_right_features = msg.n_right_features;
+    info->wait_seconds = msg.wait_seconds;
     info->detect_seconds = msg.detect_seconds;
     info->describe_seconds = msg.describe_seconds;
     info->match_seconds = msg.match_seconds;
+    info->publish_seconds = msg.publish_seconds;
   }
   return matches;
 }
@@ -157,9 +161,11 @@ Selection toMsg(const core::Selection& selection, const PairInfo& info, const st
   msg.n_ignored = static_cast<std::uint32_t>(selection.n_ignored);
   msg.n_selected = static_cast<std::uint32_t>(selection.n_selected);
   msg.iterations = selection.iterations;
+  msg.wait_seconds = info.wait_seconds;
   msg.detect_seconds = info.detect_seconds;
   msg.describe_seconds = info.describe_seconds;
   msg.match_seconds = info.match_seconds;
+  msg.publish_seconds = info.publish_seconds;
   msg.select_seconds = selection.seconds;
   return msg;
 }
@@ -204,9 +210,11 @@ core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selec
     info->header = msg.header;
     info->right_stamp = msg.right_stamp;
     info->right_frame_id = msg.right_frame_id;
+    info->wait_seconds = msg.wait_seconds;
     info->detect_seconds = msg.detect_seconds;
     info->describe_seconds = msg.describe_seconds;
     info->match_seconds = msg.match_seconds;
+    info->publish_seconds = msg.publish_seconds;
   }
   if (selector != nullptr) *selector = msg.selector;
   return selection;

@@ -48,8 +48,10 @@ PairInfo exampleInfo() {
   info.features = "sift+sift";
   info.n_left_features = 100;
   info.n_right_features = 200;
+  info.wait_seconds = 0.125;
   info.detect_seconds = 0.25;
   info.match_seconds = 0.5;  // describe_seconds stays NaN
+  info.publish_seconds = 0.0625;
   return info;
 }
 
@@ -94,6 +96,8 @@ TEST(CorrespondencesMessage, RoundTripKeepsEverything) {
   EXPECT_EQ(back.detect_seconds, info.detect_seconds);
   EXPECT_TRUE(std::isnan(back.describe_seconds));
   EXPECT_EQ(back.match_seconds, info.match_seconds);
+  EXPECT_EQ(back.wait_seconds, info.wait_seconds);
+  EXPECT_EQ(back.publish_seconds, info.publish_seconds);
 }
 
 TEST(CorrespondencesMessage, RoundTripOfCoordinatesOnly) {

@@ -32,9 +32,11 @@ struct PairInfo {
   core::PairId id;             ///< empty in live use
   std::string features;        ///< "detector+descriptor" or "given"
   std::uint32_t n_left_features = 0, n_right_features = 0;
+  double wait_seconds = std::numeric_limits<double>::quiet_NaN();
   double detect_seconds = std::numeric_limits<double>::quiet_NaN();
   double describe_seconds = std::numeric_limits<double>::quiet_NaN();
   double match_seconds = std::numeric_limits<double>::quiet_NaN();
+  double publish_seconds = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Everything of a Score message that the evaluation does not know.
