@@ -152,7 +152,7 @@ TEST(Cfg, SelectorParametersEqualTheOptions) {
     compare(core::createSelector(name)->options(), open, all, name + "_", 2);
     EXPECT_NE(all.at("selector").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }
-  EXPECT_EQ(names(open), (std::vector<std::string>{"preset", "seed", "selector"}));
+  EXPECT_EQ(names(open), (std::vector<std::string>{"max_seconds", "plugin_options", "preset", "seed", "selector"}));
 }
 
 TEST(Cfg, FeatureParametersEqualTheOptions) {
@@ -163,7 +163,7 @@ TEST(Cfg, FeatureParametersEqualTheOptions) {
   for (const std::string& name : core::extractorNames()) {
     EXPECT_NE(all.at("features").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }
-  EXPECT_EQ(names(open), (std::vector<std::string>{"features"}));
+  EXPECT_EQ(names(open), (std::vector<std::string>{"features", "roi_height", "roi_width", "roi_x", "roi_y"}));
 }
 
 /// The lines of a file, comments joined to one text, white space squeezed.
