@@ -165,33 +165,44 @@ class Registry {
   std::vector<std::string> problems_;
 };
 
-/// The process's registry under its lock. It is never destroyed: the libraries' code must stay for selectors
-/// that end later. The lock is recursive, since a selector's constructor may create others.
-template <class Use>
-auto withRegistry(const Use& use) {
-  static std::recursive_mutex& mutex = *new std::recursive_mutex;
-  static Registry& registry = *new Registry;
-  const std::lock_guard<std::recursive_mutex> lock(mutex);
-  return use(registry);
-}
+/// A registry under its lock. The lock is recursive, since a selector's constructor may create others.
+class Plugins {
+ public:
+  /// The process's own. It is never destroyed: the libraries' code must stay for selectors that end later.
+  static Plugins& instance() {
+    static Plugins& plugins = *new Plugins;
+    return plugins;
+  }
+
+  std::unique_ptr<core::Selector> create(const std::string& name) {
+    const std::lock_guard<std::recursive_mutex> lock(mutex_);
+    return registry_.create(name);
+  }
+
+  std::vector<std::string> search() {
+    const std::lock_guard<std::recursive_mutex> lock(mutex_);
+    registry_.search();
+    return registry_.names();
+  }
+
+  std::vector<std::string> problems() {
+    const std::lock_guard<std::recursive_mutex> lock(mutex_);
+    return registry_.problems();
+  }
+
+ private:
+  std::recursive_mutex mutex_;
+  Registry registry_;
+};
 
 }  // namespace
 
 void enableSelectorPlugins() {
-  core::setSelectorLoader([](const std::string& class_name) {
-    return withRegistry([&class_name](Registry& registry) { return registry.create(class_name); });
-  });
+  core::setSelectorLoader([](const std::string& name) { return Plugins::instance().create(name); });
 }
 
-std::vector<std::string> selectorPlugins() {
-  return withRegistry([](Registry& registry) {
-    registry.search();
-    return registry.names();
-  });
-}
+std::vector<std::string> selectorPlugins() { return Plugins::instance().search(); }
 
-std::vector<std::string> selectorPluginProblems() {
-  return withRegistry([](Registry& registry) { return registry.problems(); });
-}
+std::vector<std::string> selectorPluginProblems() { return Plugins::instance().problems(); }
 
 }  // namespace corrsel
