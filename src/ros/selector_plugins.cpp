@@ -86,17 +86,20 @@ class Registry {
     std::map<std::string, std::set<std::string>> declared;
     for (const std::string& file : files) {
       try {
-        std::set<std::string> own;
+        std::set<std::string> own, twice;
         for (const std::string& name : declaredSelectors(file)) {
           if (!isClassName(name)) {
             problems_.push_back("'" + name + "' in " + file +
                                 " is left out: a selector's name reads package/Class, of letters, digits and "
                                 "underscores");
-          } else if (!own.insert(name).second) {
-            problems_.push_back("'" + name + "' is declared twice in " + file + ": remove one");
+          } else if (!own.insert(name).second && twice.insert(name).second) {
+            problems_.push_back("'" + name + "' is left out: it is declared twice in " + file +
+                                "; remove one");
           }
         }
-        for (const std::string& name : own) declared[name].insert(file);
+        for (const std::string& name : own) {
+          if (twice.count(name) == 0) declared[name].insert(file);
+        }
       } catch (const std::invalid_argument& error) {
         problems_.push_back(error.what());
       }
