@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 namespace corrsel::core {
 
@@ -69,27 +70,45 @@ void Sequence::reset() {
 
 double overlap(const Correspondences& matches, const Features& reference, double ratio) {
   constexpr int kSide = 8;
-  enum Cell : char { kEmpty, kFeatures, kSeen };
-  std::array<Cell, kSide * kSide> cells{};
-  const auto cellAt = [&](float x, float y) -> Cell& {
-    const auto along = [](float position, int length) {
-      return std::clamp(static_cast<int>((position + 0.5F) * kSide / static_cast<float>(length)), 0,
-                        kSide - 1);
-    };
-    return cells[static_cast<std::size_t>(along(y, reference.image_size.height) * kSide +
-                                          along(x, reference.image_size.width))];
-  };
-  for (const cv::KeyPoint& keypoint : reference.keypoints) cellAt(keypoint.pt.x, keypoint.pt.y) = kFeatures;
+  // At a ratio of 0.8 wrong matches hit some 5 % of the features.
+  constexpr double kSeen = 0.15;
+  if (!matches.empty() && matches.right_index.empty()) {
+    throw std::invalid_argument("overlap: the matches carry no feature numbers");
+  }
+  const std::size_t n = reference.keypoints.size();
+  std::vector<char> found(n, 0);
   const bool distances = !matches.distance.empty() && !matches.second_distance.empty();
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (distances && !(matches.distance[i] <= ratio * matches.second_distance[i])) continue;
-    Cell& cell = cellAt(matches.right_x[i], matches.right_y[i]);
-    if (cell == kFeatures) cell = kSeen;
+    const std::uint32_t right = matches.right_index[i];
+    if (right >= n) {
+      throw std::invalid_argument("overlap: match " + std::to_string(i) + " ends at feature " +
+                                  std::to_string(right) + " of a reference with " + std::to_string(n) +
+                                  ": the matches belong to another one");
+    }
+    if (!distances || matches.distance[i] <= ratio * matches.second_distance[i]) found[right] = 1;
   }
-  const auto seen = std::count(cells.begin(), cells.end(), kSeen);
-  const auto filled = seen + std::count(cells.begin(), cells.end(), kFeatures);
-  return filled == 0 ? std::numeric_limits<double>::quiet_NaN()
-                     : static_cast<double>(seen) / static_cast<double>(filled);
+  struct Cell {
+    int features = 0, found = 0;
+  };
+  std::array<Cell, kSide * kSide> cells{};
+  const auto along = [](float position, int length) {
+    return static_cast<int>(
+        std::clamp((position + 0.5F) * kSide / static_cast<float>(length), 0.0F, kSide - 1.0F));
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    const cv::Point2f& at = reference.keypoints[i].pt;
+    Cell& cell = cells[static_cast<std::size_t>(along(at.y, reference.image_size.height) * kSide +
+                                                along(at.x, reference.image_size.width))];
+    ++cell.features;
+    cell.found += found[i];
+  }
+  int filled = 0, seen = 0;
+  for (const Cell& cell : cells) {
+    if (cell.features == 0) continue;
+    ++filled;
+    seen += cell.found >= kSeen * cell.features;
+  }
+  return filled == 0 ? std::numeric_limits<double>::quiet_NaN() : static_cast<double>(seen) / filled;
 }
 
 }  // namespace corrsel::core
