@@ -12,6 +12,7 @@
 
 #include "corrsel/features/extractor.h"
 #include "corrsel/features/matcher.h"
+#include "corrsel/features/sequence.h"
 #include "corrsel/ros/parameters.h"
 #include "corrsel/selectors/factory.h"
 #include "corrsel/text.h"
@@ -160,6 +161,7 @@ TEST(Cfg, FeatureParametersEqualTheOptions) {
   auto open = all;
   for (const auto& [name, options] : core::featureAlgorithms()) compare(*options, open, all, name + "_", 1);
   compare(core::MatchOptions(), open, all, "match_", 2);
+  compare(core::SequenceOptions(), open, all, "sequence_", 4);
   for (const std::string& name : core::extractorNames()) {
     EXPECT_NE(all.at("features").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }
