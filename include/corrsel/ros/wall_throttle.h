@@ -1,31 +1,28 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
-#include <mutex>
-#include <optional>
 
 namespace corrsel {
 
-/// Lets a warning through now and then. By the steady clock: ROS_*_THROTTLE goes by ROS time and stays silent
-/// where that stands still or jumps back.
+/// Lets something through at most once per period of steady wall time. ROS_*_THROTTLE goes by ROS time, which
+/// stands still or jumps with use_sim_time. Thread-safe.
 class WallThrottle {
  public:
-  explicit WallThrottle(std::chrono::steady_clock::duration period = std::chrono::seconds(5))
-      : period_(period) {}
+  explicit WallThrottle(double period_seconds = 5.0)
+      : period_(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(period_seconds))) {}
 
-  /// Whether the period is over; it begins anew with every true. Any thread.
+  /// Whether it is time again; the first time always.
   bool due() {
-    const auto now = std::chrono::steady_clock::now();
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (last_ && now - *last_ < period_) return false;
-    last_ = now;
-    return true;
+    const Clock::rep now = Clock::now().time_since_epoch().count();
+    Clock::rep next = next_;
+    return now >= next && next_.compare_exchange_strong(next, now + period_.count());
   }
 
  private:
-  const std::chrono::steady_clock::duration period_;
-  std::mutex mutex_;
-  std::optional<std::chrono::steady_clock::time_point> last_;
+  using Clock = std::chrono::steady_clock;
+  Clock::duration period_;
+  std::atomic<Clock::rep> next_{Clock::time_point::min().time_since_epoch().count()};
 };
 
 }  // namespace corrsel
