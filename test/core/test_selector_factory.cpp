@@ -252,6 +252,7 @@ TEST(SelectorFactory, LoaderMayChangeWhileSelectorsAreMade) {
   stop = true;
   changing.join();
   EXPECT_EQ(made + refused, 2000);
+}
 
 TEST(SelectorFactory, CommonTimeLimitReplacesTheDefaultOnly) {
   const std::map<std::string, std::string> defaults = {
