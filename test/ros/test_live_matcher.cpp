@@ -150,7 +150,7 @@ TEST_F(LiveMatcherTest, MasksAndAreaLimitWhereFeaturesAre) {
   images.right_mask = message(255 - mask, 0.0);
   settings_.area = cv::Rect(0, 60, 0, 100);  // all columns
   const auto answer = matcher_.match(images, settings_);
-  ASSERT_GT(answer->left_x.size(), 20u);
+  ASSERT_GT(answer->left_x.size(), 10u);
   for (std::size_t i = 0; i < answer->left_x.size(); ++i) {
     EXPECT_GE(answer->left_x[i], 159.5F);
     EXPECT_LE(answer->right_x[i], 159.5F);
