@@ -60,7 +60,11 @@ class PrincipalEigenvector {
     if (timed_out_) return false;
     image = image.cwiseProduct(root_weight_) +
             duplicate_affinity_ * (root_weight_.array().square() - 1).matrix().cwiseProduct(u);
-    if (products_ == 0) degree_ = image;
+    if (products_ == 0) {
+      degree_ = image;
+      // The greedy step takes about as long as the first product, at most.
+      deadline_.reserve(deadline_.elapsed());
+    }
     ++products_;
     return true;
   }
@@ -101,7 +105,7 @@ class PrincipalEigenvector {
 
   PairWorkspace& space_;
   double duplicate_affinity_;
-  const Deadline& deadline_;
+  Deadline deadline_;
   Vector root_weight_, scaled_, degree_;
   int products_ = 0;
   bool timed_out_ = false;
