@@ -18,7 +18,7 @@ constexpr std::size_t kFewImages = 3;
 constexpr double kLongestInterval = 1e9;  // s; ros::Duration holds about twice as much
 constexpr double kLongestPeriod = 10.0;   // s
 
-/// Median distance of a left stamp from the nearest right one [s]; NaN where one side has none.
+/// Median distance of a left stamp from the nearest right one [s], to 10 us; NaN where one side has none.
 double medianGap(const std::vector<ros::Time>& left, const std::vector<ros::Time>& right) {
   if (left.empty() || right.empty()) return std::numeric_limits<double>::quiet_NaN();
   std::vector<double> gaps;
@@ -31,7 +31,7 @@ double medianGap(const std::vector<ros::Time>& left, const std::vector<ros::Time
   }
   const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
   std::nth_element(gaps.begin(), middle, gaps.end());
-  return *middle;
+  return std::round(*middle * 1e5) / 1e5;
 }
 
 }  // namespace
@@ -171,9 +171,12 @@ std::string PairSynchronizer::mismatch(std::size_t n_sets) const {
   if (std::isnan(gap)) return text;
   text += "; from a left stamp to the nearest right one it is " + core::formatNumber(gap) +
           " s (median). Cures: equal stamps from cameras that are triggered together; ";
-  text += approximate_sync_ ? "a larger ~approximate_sync_max_interval"
-                            : "~approximate_sync with an ~approximate_sync_max_interval above that";
-  return text + "; a larger ~queue_size if one camera's images come later than the other's";
+  if (!approximate_sync_) {
+    text += "~approximate_sync with an ~approximate_sync_max_interval above that; ";
+  } else if (max_interval_ > 0.0) {
+    text += "a larger ~approximate_sync_max_interval, now " + core::formatNumber(max_interval_) + " s; ";
+  }
+  return text + "a larger ~queue_size if one camera's images come later than the other's";
 }
 
 }  // namespace corrsel

@@ -164,15 +164,14 @@ TEST(MessageFilters, ExactTimeStarvesAfterAJumpBack) {
   EXPECT_TRUE(filters.gaps.empty());
 }
 
-TEST(MessageFilters, ApproximateTimePairsWronglyAfterAJumpBack) {
+TEST(MessageFilters, ApproximateTimeLosesPairsAfterAJumpBack) {
   MessageFilters<ApproximateTime> filters;
-  for (int i = 0; i < 2; ++i) filters.left(1000 + i);
+  for (int i = 0; i < 5; ++i) filters.left(1000 + i);
   for (int i = 0; i < 100; ++i) {
     filters.left(10 + i);
     filters.right(10 + i);
   }
-  ASSERT_FALSE(filters.gaps.empty());
-  EXPECT_GT(*std::max_element(filters.gaps.begin(), filters.gaps.end()), 900.0);
+  EXPECT_LE(filters.gaps.size(), 96u);
 }
 
 TEST(MessageFilters, ApproximateTimeThrowsWhenStampsAreFarApart) {
@@ -233,7 +232,7 @@ TEST_F(ImageSourceTest, ExactPairsAfterAJumpBack) {
 TEST_F(ImageSourceTest, ApproximatePairsAfterAJumpBack) {
   pnh_.setParam("approximate_sync", true);
   openPair();
-  for (int i = 0; i < 2; ++i) sendLeft(at(1000 + i));
+  for (int i = 0; i < 5; ++i) sendLeft(at(1000 + i));
   for (int i = 0; i < 10; ++i) sendPair(at(10 + i));
   EXPECT_EQ(sets_.size(), 10u);
   for (const ImageSet& set : sets_) EXPECT_EQ(gap(set), 0.0);
@@ -362,15 +361,15 @@ TEST_F(ImageSourceTest, SilenceIsSaidOnce) {
 
 TEST_F(ImageSourceTest, StampsThatDifferGiveTheGapAndTheCures) {
   openPair();
-  for (int i = 0; i < 20; ++i) {
-    sendLeft(at(10 + i));
-    sendRight(at(10.25 + i));
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    sendLeft(ros::Time(1700000000 + i, 900000000));
+    sendRight(ros::Time(1700000000 + i, 912300000));
   }
   EXPECT_TRUE(sets_.empty());
   const std::string text = source_->complaint();
   EXPECT_TRUE(holds(text, "20 left images (" + source_->topics()[0] + ")")) << text;
   EXPECT_TRUE(holds(text, "20 right images (" + source_->topics()[1] + ")")) << text;
-  EXPECT_TRUE(holds(text, "it is 0.25 s")) << text;
+  EXPECT_TRUE(holds(text, "it is 0.0123 s")) << text;
   EXPECT_TRUE(holds(text, "triggered together")) << text;
   EXPECT_TRUE(holds(text, "~approximate_sync with")) << text;
   EXPECT_TRUE(holds(text, "~queue_size")) << text;
@@ -397,7 +396,7 @@ TEST_F(ImageSourceTest, MaxIntervalKeepsApart) {
   }
   EXPECT_TRUE(sets_.empty());
   const std::string text = source_->complaint();
-  EXPECT_TRUE(holds(text, "a larger ~approximate_sync_max_interval")) << text;
+  EXPECT_TRUE(holds(text, "a larger ~approximate_sync_max_interval, now 0.1 s")) << text;
 }
 
 TEST_F(ImageSourceTest, ApproximatePairsAreNotHeldBack) {
