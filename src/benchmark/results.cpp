@@ -80,6 +80,11 @@ std::string contradictionIn(const ResultRow& row) {
   if (m.n_correct > row.n_selected) {
     return exceeds("n_correct", m.n_correct, "n_selected", row.n_selected);
   }
+  // A pair about which nothing is known.
+  const bool no_truth = row.n_ground_truth == 0 && m.n_correct == 0 && std::isnan(m.precision) &&
+                        std::isnan(m.recall_paper) && std::isnan(m.recall_same_tau) &&
+                        std::isnan(m.f_paper) && std::isnan(m.f_same_tau);
+  if (no_truth) return "";
   const double correct = static_cast<double>(m.n_correct), selected = static_cast<double>(row.n_selected),
                inliers = static_cast<double>(row.n_ground_truth);
   const double precision = row.n_selected > 0 ? correct / selected : kUndefined;

@@ -19,13 +19,31 @@ cv::Mat toColour(const cv::Mat& image) {
   return colour;
 }
 
-bool drawable(float value) { return std::abs(value) < 30000.0F; }
+constexpr float kMaxCoordinate = 30000.0F;  // px
+
+bool drawable(float value) { return std::abs(value) < kMaxCoordinate; }
+
+/// The image, or black in its place.
+cv::Mat imageOrGround(const cv::Mat& image, cv::Size size, const std::vector<float>& x,
+                      const std::vector<float>& y) {
+  if (!image.empty()) return image;
+  if (size.empty()) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (!drawable(x[i]) || !drawable(y[i])) continue;
+      size.width = std::max(size.width, cvCeil(x[i]) + 1);
+      size.height = std::max(size.height, cvCeil(y[i]) + 1);
+    }
+  }
+  return cv::Mat::zeros(std::max(size.height, 1), std::max(size.width, 1), CV_8UC1);
+}
 
 }  // namespace
 
-cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Correspondences& matches,
+cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const Correspondences& matches,
                     const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,
                     double tolerance, std::size_t max_lines) {
+  const cv::Mat left = imageOrGround(left_image, matches.left_size, matches.left_x, matches.left_y);
+  const cv::Mat right = imageOrGround(right_image, matches.right_size, matches.right_x, matches.right_y);
   const MatchColours colours;
   cv::Mat canvas(std::max(left.rows, right.rows), left.cols + right.cols, CV_8UC3, cv::Scalar::all(0));
   // Paler images let the lines stand out.

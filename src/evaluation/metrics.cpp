@@ -28,10 +28,10 @@ Evaluation evaluate(TruthKind kind, const std::vector<double>& errors, const std
                                 std::to_string(errors.size()) + " matches");
   }
   Evaluation result;
-  const bool labelled = kind == TruthKind::kLabels;
+  const bool labelled = kind == TruthKind::kLabels, judged = kind != TruthKind::kNone;
   const double ground_truth_tolerance = labelled ? 0.0 : options.ground_truth_tolerance;
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    if (std::isnan(errors[i])) continue;
+    if (judged && std::isnan(errors[i])) continue;
     ++result.n_putative;
     result.n_ground_truth += errors[i] <= ground_truth_tolerance ? 1 : 0;
     result.n_selected += mask[i] ? 1 : 0;
@@ -40,6 +40,10 @@ Evaluation evaluate(TruthKind kind, const std::vector<double>& errors, const std
   for (const double tau : tolerances) {
     Metrics metrics;
     metrics.tau = tau;
+    if (!judged) {
+      result.metrics.push_back(metrics);
+      continue;
+    }
     const double tolerance = labelled ? 0.0 : tau;
     std::size_t inliers = 0;
     for (std::size_t i = 0; i < errors.size(); ++i) {

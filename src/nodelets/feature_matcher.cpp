@@ -14,7 +14,7 @@
 #include "corrsel/features/extractor.h"
 #include "corrsel/features/matcher.h"
 #include "corrsel/ros/conversions.h"
-#include "corrsel/ros/pair_synchronizer.h"
+#include "corrsel/ros/image_source.h"
 #include "corrsel/ros/parameters.h"
 #include "corrsel/stopwatch.h"
 
@@ -30,11 +30,8 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     for (const std::string& text : clampedParameters<FeatureMatcherConfig>(pnh)) NODELET_WARN_STREAM(text);
     lazy_ = pnh.param("lazy", true);
     threads_ = std::max(1, pnh.param("threads", 2));
-    images_ = std::make_unique<PairSynchronizer>(
-        getNodeHandle(), pnh,
-        [this](const sensor_msgs::ImageConstPtr& left, const sensor_msgs::ImageConstPtr& right) {
-          process(left, right);
-        });
+    images_ = openImageSource(getNodeHandle(), pnh,
+                              [this](const ImageSet& images) { process(images.left, images.right); });
 
     server_ = std::make_unique<Server>(server_mutex_, getMTPrivateNodeHandle());
     server_->setCallback(
@@ -48,7 +45,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     if (!lazy_) images_->subscribe();
     statistics_timer_ = getMTNodeHandle().createWallTimer(
         ros::WallDuration(kStatisticsPeriod), [this](const ros::WallTimerEvent&) {
-          const std::string text = images_->misses();
+          const std::string text = images_->complaint();
           if (!text.empty()) NODELET_WARN_STREAM("in " << kStatisticsPeriod << " s: " << text);
         });
   }
@@ -72,12 +69,13 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
       match = match_;
     }
     if (!extractor) return;
-    std::string topic = images_->leftTopic();
+    const std::vector<std::string> topics = images_->topics();
+    std::string topic = topics.front();
     try {
       const cv_bridge::CvImageConstPtr left_image = fromMsg(left);
-      topic = images_->rightTopic();
+      topic = topics.back();
       const cv_bridge::CvImageConstPtr right_image = fromMsg(right);
-      topic += " or " + images_->leftTopic();
+      topic += " or " + topics.front();
       const auto features = core::extractPair(*extractor, left_image->image, right_image->image, threads_);
       const core::Stopwatch watch;
       const core::Correspondences matches =
@@ -144,7 +142,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   FeatureMatcherConfig accepted_ = FeatureMatcherConfig::__getDefault__();  ///< the newest one that worked
   boost::recursive_mutex server_mutex_;
   std::unique_ptr<Server> server_;
-  std::unique_ptr<PairSynchronizer> images_;
+  std::unique_ptr<ImageSource> images_;
   ros::WallTimer statistics_timer_;
 };
 

@@ -18,6 +18,7 @@
 #include "corrsel/ros/bag_file.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/own_bag.h"
+#include "corrsel/ros/recorded_bag.h"
 #include "corrsel/text.h"
 
 namespace corrsel {
@@ -305,7 +306,13 @@ bool namesTopics(const BagTopics& topics) {
 BagSource::BagSource(const std::string& path, const BagTopics& topics) {
   std::unique_ptr<rosbag::Bag> bag = openBag(path);
   try {
-    if (namesTopics(topics) || OwnBagSource::recognises(topicTypes(*bag))) {
+    const std::map<std::string, std::string> types = topicTypes(*bag);
+    const bool names_images = !topics.left.empty() || !topics.right.empty();
+    if (!topics.correspondences.empty() || (!names_images && RecordedMatchesSource::recognises(types))) {
+      auto recorded = std::make_unique<RecordedMatchesSource>(std::move(bag), path, topics);
+      notes_ = recorded->notes();
+      source_ = std::move(recorded);
+    } else if (namesTopics(topics) || OwnBagSource::recognises(types)) {
       auto own = std::make_unique<OwnBagSource>(std::move(bag), path, topics);
       notes_ = own->notes();
       source_ = std::move(own);

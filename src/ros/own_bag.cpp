@@ -1,20 +1,16 @@
 #include "corrsel/ros/own_bag.h"
 
 #include <rosbag/view.h>
-#include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
-#include <std_msgs/Header.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "bag_messages.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/stereo_rig.h"
 #include "corrsel/text.h"
@@ -22,42 +18,9 @@
 namespace corrsel {
 namespace {
 
-/// The beginning of every message with a header; what comes after it stays unread.
-struct HeaderOnly {
-  std_msgs::Header header;
-};
-
-}  // namespace
-}  // namespace corrsel
-
-namespace ros::message_traits {
-template <>
-struct MD5Sum<corrsel::HeaderOnly> {
-  static const char* value() { return "*"; }  // any type of message
-};
-}  // namespace ros::message_traits
-
-namespace ros::serialization {
-template <>
-struct Serializer<corrsel::HeaderOnly> {
-  template <typename Stream>
-  static void read(Stream& stream, corrsel::HeaderOnly& message) {
-    stream.next(message.header);
-  }
-};
-}  // namespace ros::serialization
-
-namespace corrsel {
-namespace {
-
 constexpr char kImageType[] = "sensor_msgs/Image";
 constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
-constexpr char kInfoType[] = "sensor_msgs/CameraInfo";
-constexpr char kTruthType[] = "corrsel/GroundTruth";
 constexpr char kCompressedSuffix[] = "/compressed";
-constexpr double kLongestStampDifference = 10.0;  // s
-
-using Types = std::map<std::string, std::string>;
 
 [[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
 
@@ -75,14 +38,6 @@ std::string besideImage(const std::string& topic) {
   return (slash == std::string::npos ? "" : base.substr(0, slash + 1)) + "camera_info";
 }
 
-/// The name under which the bag has a topic, which may be given with or without the leading slash; empty
-/// where it has none.
-std::string nameInBag(const Types& types, const std::string& topic) {
-  if (types.count(topic) != 0) return topic;
-  const std::string other = !topic.empty() && topic[0] == '/' ? topic.substr(1) : "/" + topic;
-  return types.count(other) != 0 ? other : "";
-}
-
 /// The topic, raw or compressed, with the images that the name stands for; empty where there are none.
 std::string imageTopic(const Types& types, const std::string& given) {
   const std::string base = withoutCompressed(given);
@@ -97,77 +52,12 @@ bool isRectified(const std::string& images, const std::string& topic) {
   return images == "auto" ? topic.find("image_rect") != std::string::npos : images == "rectified";
 }
 
-std::string secondsText(std::int64_t nanoseconds) {
-  return core::formatNumber(static_cast<double>(nanoseconds) / 1e9) + " s";
-}
-
-std::string count(std::size_t n, const std::string& noun) {
-  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
-}
-
-/// A message, where it is in the bag, and its stamp in ns.
-struct Stamped {
-  std::int64_t stamp;
-  rosbag::MessageInstance message;
-};
-
-std::vector<std::int64_t> stampsOf(const std::vector<Stamped>& messages) {
-  std::vector<std::int64_t> stamps;
-  stamps.reserve(messages.size());
-  for (const Stamped& message : messages) stamps.push_back(message.stamp);
-  return stamps;
-}
-
-/// Number of the stamp nearest to `stamp`; the earlier one of two, the first one of equals. @pre not empty
-std::size_t nearest(const std::vector<std::int64_t>& stamps, std::int64_t stamp) {
-  const auto first = [&stamps](std::int64_t value) {
-    return std::lower_bound(stamps.begin(), stamps.end(), value);
-  };
-  const auto next = first(stamp);
-  if (next == stamps.begin()) return 0;
-  const auto before = std::prev(next);
-  const bool take_next = next != stamps.end() && *next - stamp < stamp - *before;
-  return static_cast<std::size_t>((take_next ? next : first(*before)) - stamps.begin());
-}
-
-struct Partners {
-  std::vector<std::optional<std::size_t>> of;  ///< per stamp of the first list: its partner in the second
-  std::int64_t least_difference = std::numeric_limits<std::int64_t>::max();  ///< ns, whether paired or not
-  std::size_t size() const {
-    return static_cast<std::size_t>(
-        std::count_if(of.begin(), of.end(), [](const auto& partner) { return partner.has_value(); }));
-  }
-};
-
-/// Pairs stamps that are nearest to each other and at most `tolerance` apart. Both lists are sorted.
-Partners partners(const std::vector<std::int64_t>& first, const std::vector<std::int64_t>& second,
-                  std::int64_t tolerance) {
-  Partners result;
-  result.of.resize(first.size());
-  if (second.empty()) return result;
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    const std::size_t j = nearest(second, first[i]);
-    const std::int64_t difference = std::abs(second[j] - first[i]);
-    result.least_difference = std::min(result.least_difference, difference);
-    if (difference <= tolerance && nearest(first, second[j]) == i) result.of[i] = j;
-  }
-  return result;
-}
-
-bool equalCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
-  return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model &&
-         a.D == b.D && a.K == b.K && a.R == b.R && a.P == b.P && a.binning_x == b.binning_x &&
-         a.binning_y == b.binning_y && a.roi == b.roi;
-}
-
 /// What a bag says about one camera.
 struct Camera {
   std::string topic;  ///< of the images
-  std::string info_topic;
   bool rectified = false;
   std::vector<Stamped> images;
-  std::optional<sensor_msgs::CameraInfo> info;  ///< the first one
-  bool info_changes = false;
+  Calibration calibration;
 };
 
 }  // namespace
@@ -190,33 +80,20 @@ struct OwnBagSource::Impl {
   std::vector<Pair> pairs;
   std::size_t position = 0;
   std::vector<std::string> notes;
-  std::map<std::string, std::size_t> unreadable, unstamped;  ///< messages by topic
+  ScanProblems problems;
 
-  void checkOptions() const;
   void findTopics();
   Camera findCamera(const std::string& side, const std::string& images, const std::string& info) const;
   void scan();
   void add(const rosbag::MessageInstance& message);
-  void addInfo(Camera& camera, const rosbag::MessageInstance& message) const;
   void makeRig();
   void makePairs();
   void checkSizes() const;
   [[noreturn]] void failUnpaired(const Partners& found) const;
   [[noreturn]] void failUnjudged(const Partners& found) const;
-  core::PairId idOf(const Pair& pair) const;
   cv::Mat image(const Camera& camera, const Stamped& message) const;
   void read(const Pair& from, core::ImagePair& pair) const;
 };
-
-void OwnBagSource::Impl::checkOptions() const {
-  if (options.images != "auto" && options.images != "raw" && options.images != "rectified") {
-    throw std::invalid_argument("images = '" + options.images + "' is none of raw, rectified, auto");
-  }
-  if (!(options.max_stamp_difference >= 0 && options.max_stamp_difference <= kLongestStampDifference)) {
-    throw std::invalid_argument("max_stamp_difference = " + core::formatNumber(options.max_stamp_difference) +
-                                " is outside [0, " + core::formatNumber(kLongestStampDifference) + "] s");
-  }
-}
 
 Camera OwnBagSource::Impl::findCamera(const std::string& side, const std::string& images,
                                       const std::string& info) const {
@@ -235,7 +112,7 @@ Camera OwnBagSource::Impl::findCamera(const std::string& side, const std::string
     fail("bag " + path + " has no " + kInfoType + " for " + side + " on " + info + "; it has " +
          describeTopics(types));
   }
-  camera.info_topic = usable ? found : wanted;
+  camera.calibration.topic = usable ? found : wanted;
   return camera;
 }
 
@@ -246,82 +123,40 @@ void OwnBagSource::Impl::findTopics() {
     fail("left and right are both " + withoutCompressed(left.topic) + ": a pair needs two cameras; bag " +
          path + " has " + describeTopics(types));
   }
-  const bool named = !options.ground_truth.empty();
-  const std::string wanted = named ? options.ground_truth : bag_topics::kGroundTruth;
-  const std::string found = nameInBag(types, wanted);
-  if (!found.empty() && types.at(found) == kTruthType) {
-    truth_topic = found;
-  } else if (named) {
-    fail("bag " + path + " has no " + kTruthType + " on " + wanted + "; it has " + describeTopics(types));
-  } else if (!found.empty()) {
-    notes.push_back(found + " is " + types.at(found) + ", not " + kTruthType + ", and is not looked at");
-  }
-}
-
-void OwnBagSource::Impl::addInfo(Camera& camera, const rosbag::MessageInstance& message) const {
-  const auto info = message.instantiate<sensor_msgs::CameraInfo>();
-  if (info == nullptr) throw std::invalid_argument("another version of the message type");
-  if (!camera.info) {
-    camera.info = *info;
-  } else if (!equalCalibration(*camera.info, *info)) {
-    camera.info_changes = true;
-  }
+  truth_topic = truthTopic(types, options.ground_truth, path, notes);
 }
 
 void OwnBagSource::Impl::add(const rosbag::MessageInstance& message) {
   const std::string& topic = message.getTopic();
   try {
-    if (topic == left.info_topic) addInfo(left, message);
-    if (topic == right.info_topic) addInfo(right, message);
+    for (Camera* camera : {&left, &right}) {
+      if (topic == camera->calibration.topic) camera->calibration.add(message);
+    }
     std::vector<Stamped>* list = topic == left.topic    ? &left.images
                                  : topic == right.topic ? &right.images
                                  : topic == truth_topic ? &truths
                                                         : nullptr;
-    if (list == nullptr) return;
-    ros::Time stamp = message.instantiate<HeaderOnly>()->header.stamp;
-    if (stamp.isZero()) {
-      stamp = message.getTime();
-      ++unstamped[topic];
-    }
-    list->push_back({static_cast<std::int64_t>(stamp.toNSec()), message});
+    if (list != nullptr) addStamped(message, *list, problems);
   } catch (const std::exception&) {  // a damaged chunk
-    ++unreadable[topic];
+    ++problems.unreadable[topic];
   }
 }
 
 void OwnBagSource::Impl::scan() {
-  std::vector<std::string> wanted = {left.topic, right.topic, left.info_topic, right.info_topic};
+  std::vector<std::string> wanted = {left.topic, right.topic, left.calibration.topic,
+                                     right.calibration.topic};
   if (!truth_topic.empty()) wanted.push_back(truth_topic);
   rosbag::View view(*bag, rosbag::TopicQuery(wanted));
   for (const rosbag::MessageInstance& message : view) add(message);
-  for (std::vector<Stamped>* list : {&left.images, &right.images, &truths}) {
-    // A rosbag::MessageInstance cannot be assigned: their order is sorted instead.
-    std::vector<std::size_t> order(list->size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(),
-                     [list](std::size_t a, std::size_t b) { return (*list)[a].stamp < (*list)[b].stamp; });
-    std::vector<Stamped> sorted;
-    sorted.reserve(list->size());
-    for (const std::size_t i : order) sorted.push_back((*list)[i]);
-    list->swap(sorted);
-  }
-  for (const auto& [topic, n] : unreadable) {
-    notes.push_back(count(n, "message") + " on " + topic + " cannot be read and are left out");
-  }
-  for (const auto& [topic, n] : unstamped) {
-    notes.push_back(count(n, "message") + " on " + topic +
-                    " have no stamp in the header: the time of recording is used");
-  }
+  for (std::vector<Stamped>* list : {&left.images, &right.images, &truths}) sortByStamp(*list);
+  problems.describe(notes);
 }
 
 void OwnBagSource::Impl::makeRig() {
   std::vector<std::string> missing, present;
   for (const Camera* camera : {&left, &right}) {
-    (camera->info ? present : missing).push_back(camera->info_topic);
-    if (camera->info_changes) {
-      notes.push_back("camera_info on " + camera->info_topic +
-                      " changes in the bag: its first message is used");
-    }
+    (camera->calibration.info ? present : missing).push_back(camera->calibration.topic);
+    camera->calibration.describe(notes);
   }
   if (!missing.empty()) {
     rig_problem = "there is no camera_info on " + core::joinList(missing, " and ");
@@ -332,8 +167,8 @@ void OwnBagSource::Impl::makeRig() {
     return;
   }
   try {
-    rig.emplace(RigCamera{*left.info, left.rectified, left.info_topic},
-                RigCamera{*right.info, right.rectified, right.info_topic});
+    rig.emplace(RigCamera{*left.calibration.info, left.rectified, left.calibration.topic},
+                RigCamera{*right.calibration.info, right.rectified, right.calibration.topic});
   } catch (const std::invalid_argument& error) {
     rig_problem = error.what();
   }
@@ -427,12 +262,6 @@ void OwnBagSource::Impl::checkSizes() const {
   check(right, [&] { rig->rectifyRight(right_image); });
 }
 
-core::PairId OwnBagSource::Impl::idOf(const Pair& pair) const {
-  ros::Time stamp;
-  stamp.fromNSec(static_cast<std::uint64_t>(pair.left.stamp));
-  return {std::filesystem::path(path).stem().string(), "bag", stampText(stamp)};
-}
-
 /// Throws std::invalid_argument or an exception of rosbag.
 cv::Mat OwnBagSource::Impl::image(const Camera& camera, const Stamped& message) const {
   if (types.at(camera.topic) == kImageType) {
@@ -448,7 +277,7 @@ cv::Mat OwnBagSource::Impl::image(const Camera& camera, const Stamped& message) 
 
 void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
   pair = {};
-  pair.id = idOf(from);
+  pair.id = idInBag(path, from.left.stamp);
   const std::string* topic = &left.topic;
   try {
     pair.left = image(left, from.left);
@@ -462,12 +291,7 @@ void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
       return;
     }
     topic = &truth_topic;
-    const auto truth = from.truth->message.instantiate<GroundTruth>();
-    if (truth == nullptr) {
-      throw std::invalid_argument("has another version of " + std::string(kTruthType) + ", checksum " +
-                                  from.truth->message.getMD5Sum());
-    }
-    pair.truth = fromMsg(*truth);
+    pair.truth = readTruth(from.truth->message);
   } catch (const std::exception& error) {  // also a damaged chunk
     fail(pair.id.text() + ": " + *topic + ": " + error.what());
   }
@@ -478,7 +302,7 @@ OwnBagSource::OwnBagSource(std::unique_ptr<rosbag::Bag> bag, const std::string& 
   impl_->bag = std::move(bag);
   impl_->path = path;
   impl_->options = topics;
-  impl_->checkOptions();
+  checkOptions(topics);
   try {
     impl_->types = topicTypes(*impl_->bag);
     impl_->findTopics();

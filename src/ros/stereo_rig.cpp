@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <opencv2/calib3d.hpp>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -13,9 +15,12 @@
 namespace corrsel {
 namespace {
 
-constexpr double kLeastBaseline = 1e-6;      // m
-constexpr double kRotationTolerance = 1e-3;  // largest entry of R R^T - I
-constexpr int kLeastSide = 16;               // px
+constexpr double kLeastBaseline = 1e-6;       // m
+constexpr double kRotationTolerance = 1e-3;   // largest entry of R R^T - I
+constexpr int kLeastSide = 16;                // px
+constexpr double kDerivativeStep = 0.5;       // px
+constexpr double kInversionTolerance = 0.05;  // px, of a point that is distorted again
+constexpr int kInversionSteps = 100;
 // Moves no pixel: at most this times the third power of the distance from the axis.
 constexpr double kNoDistortion = 1e-12;
 
@@ -164,6 +169,53 @@ cv::Mat StereoRig::Camera::rectify(const cv::Mat& image) const {
         "the images");
   }
   return rectified ? image : rectifyWhole(image)(area).clone();
+}
+
+/// Points of the camera's images in the whole rectified image, px. OpenCV's own five steps leave up to some
+/// pixels at the corners of a wide lens.
+std::vector<cv::Point2d> StereoRig::Camera::undistorted(const std::vector<cv::Point2d>& points) const {
+  std::vector<cv::Point2d> result;
+  if (points.empty()) return result;
+  const auto &k = model.intrinsicMatrix(), &r = model.rotationMatrix();
+  if (model.cameraInfo().distortion_model == sensor_msgs::distortion_models::EQUIDISTANT) {
+    cv::fisheye::undistortPoints(points, result, k, model.distortionCoeffs(), r, model.projectionMatrix());
+  } else {
+    const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, kInversionSteps, 1e-6);
+    cv::undistortPoints(points, result, k, model.distortionCoeffs(), r, model.projectionMatrix(), until);
+  }
+  return result;
+}
+
+std::vector<cv::Matx23d> StereoRig::Camera::rectify(const std::vector<cv::Point2f>& points) const {
+  std::vector<cv::Matx23d> maps;
+  maps.reserve(points.size());
+  if (rectified) {
+    for (const cv::Point2f& point : points) maps.emplace_back(1, 0, point.x, 0, 1, point.y);
+    return maps;
+  }
+  constexpr double h = kDerivativeStep;
+  std::vector<cv::Point2d> around;  // five of every point
+  around.reserve(5 * points.size());
+  for (const cv::Point2d point : points) {
+    for (const cv::Point2d& step : {cv::Point2d(), {h, 0}, {-h, 0}, {0, h}, {0, -h}}) {
+      around.push_back(point + step);
+    }
+  }
+  const std::vector<cv::Point2d> to = undistorted(around);
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const cv::Point2d* const at = &to[5 * i];
+    const cv::Point2d position = at[0] - cv::Point2d(area.tl());
+    const bool inside =
+        position.x >= 0 && position.y >= 0 && position.x <= area.width - 1 && position.y <= area.height - 1;
+    if (!inside || !(cv::norm(model.unrectifyPoint(at[0]) - around[5 * i]) <= kInversionTolerance)) {
+      maps.push_back(cv::Matx23d::all(kNaN));
+      continue;
+    }
+    const cv::Point2d by_x = (at[1] - at[2]) / (2 * h), by_y = (at[3] - at[4]) / (2 * h);
+    maps.emplace_back(by_x.x, by_y.x, position.x, by_x.y, by_y.y, position.y);
+  }
+  return maps;
 }
 
 /// 255 where a pixel of the rectified image is made of nothing but pixels of the camera, else 0.

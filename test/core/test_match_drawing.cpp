@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "corrsel/evaluation/match_drawing.h"
@@ -112,6 +113,22 @@ TEST(MatchDrawing, LeavesOutWhatCannotBeDrawn) {
   m = rungs(1);
   m.left_x[0] = -20000;
   EXPECT_EQ(classOf(drawMatches(black(100, 80), black(100, 80), m, {1}, {0}, 5), 0), "correct");
+}
+
+TEST(MatchDrawing, WithoutImagesTheMatchesGiveTheSize) {
+  Correspondences m = rungs(3);
+  m.left_size = {80, 100};
+  m.right_size = {60, 50};
+  const cv::Mat drawing = drawMatches({}, {}, m, {1, 1, 1}, {}, 5);
+  EXPECT_EQ(drawing.size(), cv::Size(140, 100));
+  m.left_size = m.right_size = {};
+  const cv::Mat reached = drawMatches({}, {}, m, {1, 1, 1}, {}, 5);
+  const auto width = [](const std::vector<float>& x) {
+    return cvCeil(*std::max_element(x.begin(), x.end())) + 1;
+  };
+  EXPECT_EQ(reached.cols, width(m.left_x) + width(m.right_x));
+  EXPECT_EQ(reached.rows, std::max(width(m.left_y), width(m.right_y)));
+  EXPECT_FALSE(drawMatches({}, {}, {}, {}, {}, 5).empty());
 }
 
 }  // namespace

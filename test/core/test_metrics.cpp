@@ -140,6 +140,20 @@ TEST(Metrics, UnknownTruthTakesNoPart) {
   EXPECT_DOUBLE_EQ(e.metrics[0].recall_paper, 1);
 }
 
+TEST(Metrics, WithoutAnyTruthMatchesAreCountedOnly) {
+  const double nan = kUndefined;
+  const Evaluation result = evaluate(TruthKind::kNone, {nan, nan, nan}, {1, 0, 1});
+  EXPECT_EQ(result.n_putative, 3U);
+  EXPECT_EQ(result.n_selected, 2U);
+  EXPECT_EQ(result.n_ground_truth, 0U);
+  ASSERT_EQ(result.metrics.size(), 10U);
+  EXPECT_EQ(result.metrics[4].tau, 5);
+  EXPECT_EQ(result.metrics[4].n_correct, 0U);
+  EXPECT_TRUE(std::isnan(result.metrics[4].precision));
+  EXPECT_TRUE(std::isnan(result.metrics[4].recall_paper));
+  EXPECT_TRUE(std::isnan(result.metrics[4].f_paper));
+}
+
 TEST(Metrics, LabelsHaveOneRowWithoutTolerance) {
   const Evaluation e = evaluate(TruthKind::kLabels, {0, 0, 0, kInf, kInf}, {1, 1, 0, 1, 0});
   EXPECT_EQ(e.n_putative, 5u);

@@ -25,7 +25,8 @@ struct Metrics {
 };
 
 /// The evaluation of one selection on one pair. Matches whose truth is unknown (NaN error) take part in no
-/// count.
+/// count, unless nothing at all is known about the pair (TruthKind::kNone): n_putative and n_selected are
+/// then those of all matches, and precision, recall and F are undefined.
 struct Evaluation {
   std::size_t n_putative = 0;
   std::size_t n_ground_truth = 0;  ///< matches with error <= ground_truth_tolerance

@@ -60,6 +60,7 @@ struct BagTopics {
   std::string left, right;             ///< images; empty = those of a dataset bag
   std::string left_info, right_info;   ///< sensor_msgs/CameraInfo; empty = camera_info beside the images
   std::string ground_truth;            ///< corrsel/GroundTruth; empty = /ground_truth
+  std::string correspondences;         ///< corrsel/Correspondences, instead of images; empty = found by type
   std::string images = "auto";         ///< raw, rectified, auto: rectified if the topic's name has image_rect
   double max_stamp_difference = 0.01;  ///< between left and right image (and truth) of a pair, s, in [0, 10]
 };
@@ -73,25 +74,29 @@ struct BagTopics {
 ///
 /// A robot's own bag (a topic is named, or the bag has camera_info for both images and neither ground truth
 /// nor matches): see OwnBagSource in own_bag.h.
+///
+/// Recorded matches (their topic is named, or the bag has matches and no image): see RecordedMatchesSource in
+/// recorded_bag.h.
 class BagSource : public core::PairSource {
  public:
   /// Throws core::DatasetError saying what is wrong and how to mend it: missing file, not a bag, bag without
-  /// an index, bag without the topics (naming those it has), and what OwnBagSource throws.
+  /// an index, bag without the topics (naming those it has), and what OwnBagSource and
+  /// RecordedMatchesSource throw.
   explicit BagSource(const std::string& path, const BagTopics& topics = {});
   ~BagSource() override;
   BagSource(const BagSource&) = delete;
   BagSource& operator=(const BagSource&) = delete;
 
-  /// Dataset bags: left images or ground truths, whichever are more; own bags: the pairs. No image is decoded
-  /// for this.
+  /// Dataset bags: left images or ground truths, whichever are more; other bags: the pairs. No image is
+  /// decoded for this.
   std::size_t size() const override;
 
   /// Throws core::DatasetError naming pair and topic where a pair is incomplete or cannot be decoded; the
   /// next call goes on with the pair after it.
   bool next(core::ImagePair& pair) override;
 
-  /// For people: messages of an own bag that were left out, and why; one sentence each. Empty for dataset
-  /// bags, whose incomplete pairs next() reports.
+  /// For people: messages of an own bag or of recorded matches that were left out, and why; one sentence
+  /// each. Empty for dataset bags, whose incomplete pairs next() reports.
   const std::vector<std::string>& notes() const;
 
  private:

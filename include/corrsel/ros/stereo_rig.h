@@ -6,6 +6,7 @@
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/matx.hpp>
 #include <string>
+#include <vector>
 
 namespace corrsel {
 
@@ -47,6 +48,21 @@ class StereoRig {
   cv::Mat rectifyLeft(const cv::Mat& image) const { return left_.rectify(image); }
   cv::Mat rectifyRight(const cv::Mat& image) const { return right_.rectify(image); }
 
+  /// Where points of a camera's images, px, are in the image that rectifyLeft() or rectifyRight() gives, and
+  /// how their surroundings are mapped: column 3 is the position, px, columns 1 and 2 are its derivative by x
+  /// and y (central differences). NaN where the lens cannot be inverted, and beyond the area that is kept. Of
+  /// rectified images, points stay where they are.
+  std::vector<cv::Matx23d> rectifyLeft(const std::vector<cv::Point2f>& points) const {
+    return left_.rectify(points);
+  }
+  std::vector<cv::Matx23d> rectifyRight(const std::vector<cv::Point2f>& points) const {
+    return right_.rectify(points);
+  }
+
+  /// Size of the cameras' images, px.
+  const cv::Size& leftSize() const { return left_.size; }
+  const cv::Size& rightSize() const { return right_.size; }
+
   /// What is kept of the rectified image, which P describes, px.
   const cv::Rect& leftArea() const { return left_.area; }
   const cv::Rect& rightArea() const { return right_.area; }
@@ -55,6 +71,8 @@ class StereoRig {
   struct Camera {
     explicit Camera(const RigCamera& camera);
     cv::Mat rectify(const cv::Mat& image) const;
+    std::vector<cv::Matx23d> rectify(const std::vector<cv::Point2f>& points) const;
+    std::vector<cv::Point2d> undistorted(const std::vector<cv::Point2d>& points) const;
     cv::Mat rectifyWhole(const cv::Mat& image) const;
     cv::Mat seen() const;
     cv::Matx33d ray() const;

@@ -38,6 +38,8 @@ constexpr Argument kArguments[] = {
     {"left_info", "", "topic of the left camera_info; default: beside the image topic"},
     {"right_info", "", "topic of the right camera_info; default: beside the image topic"},
     {"ground_truth", "", "topic of corrsel/GroundTruth in the bag; default: /ground_truth"},
+    {"correspondences", "",
+     "topic of recorded matches, used instead of images; default: found where a bag has no images"},
     {"images", "", "raw, rectified or auto: by the name of the image topic [auto]"},
     {"max_stamp_difference", "", "between the two images of a pair, s [0.01]"},
     {"experiment", "",
@@ -156,8 +158,8 @@ std::vector<std::string> datasetsOf(const std::string& experiment, const std::st
 }
 
 BagTopics bagTopics(const Values& values, core::BenchmarkConfig& config) {
-  for (const char* name :
-       {"left", "right", "left_info", "right_info", "ground_truth", "images", "max_stamp_difference"}) {
+  for (const char* name : {"left", "right", "left_info", "right_info", "ground_truth", "correspondences",
+                           "images", "max_stamp_difference"}) {
     if (values.at(name).empty()) continue;
     if (config.bags.empty()) {
       throw UsageError(std::string(name) + " '" + values.at(name) +
@@ -171,6 +173,7 @@ BagTopics bagTopics(const Values& values, core::BenchmarkConfig& config) {
   topics.left_info = values.at("left_info");
   topics.right_info = values.at("right_info");
   topics.ground_truth = values.at("ground_truth");
+  topics.correspondences = values.at("correspondences");
   if (!values.at("images").empty()) topics.images = values.at("images");
   if (!values.at("max_stamp_difference").empty()) {
     topics.max_stamp_difference =

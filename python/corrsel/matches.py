@@ -1,0 +1,119 @@
+"""Arrays and OpenCV's keypoints from corrsel/Correspondences and corrsel/Selection messages, for consumers.
+
+    import cv2, rospy
+    from corrsel import matches
+    from corrsel.msg import Correspondences
+
+    def use(msg):
+        left, right = matches.points(msg)
+        if len(left) >= 8:
+            fundamental, mask = cv2.findFundamentalMat(left, right)
+
+    rospy.init_node("consumer")
+    rospy.Subscriber("matches", Correspondences, use, queue_size=1)
+    rospy.spin()
+"""
+
+import collections
+
+import numpy as np
+
+__all__ = ["KeypointsAndMatches", "keypoints", "points", "selected_rows"]
+
+#: Two lists of cv2.KeyPoint and a list of cv2.DMatch between them: queryIdx counts the left ones.
+KeypointsAndMatches = collections.namedtuple("KeypointsAndMatches", "left right matches")
+
+FRAME_NUMBERS = 6
+
+
+def points(msg):
+    """Return the positions in the left and in the right image: two float32 arrays of N rows (x, y), px.
+
+    Raises ValueError naming an array of the message whose length is not the number of matches.
+    """
+    count = len(msg.left_x)
+    left = np.stack([_column(msg, "left_x", count), _column(msg, "left_y", count)], axis=1)
+    right = np.stack([_column(msg, "right_x", count), _column(msg, "right_y", count)], axis=1)
+    return left, right
+
+
+def keypoints(msg):
+    """Return KeypointsAndMatches of a Correspondences message; matches are in the message's order.
+
+    A feature of several matches is one keypoint where the message numbers its features (class_id is that
+    number), else every match has keypoints of its own (class_id -1). With affine frames, the size is the
+    diameter of the circle as large as the frame's ellipse, px, and the angle is that of the frame's first
+    axis, degrees in [0, 360); without them they are 0 and -1. The distance of a match is the largest float32,
+    as OpenCV has it, where the message has none.
+
+    Raises ValueError naming an array of the wrong length, and ImportError where OpenCV's module is missing.
+    """
+    cv2 = _opencv()
+    count = len(msg.left_x)
+    left_points, right_points = points(msg)
+    distances = _column(msg, "distance", count, optional=True)
+    if distances is None:
+        distances = np.full(count, np.finfo(np.float32).max, np.float32)
+    left, left_rows = _side(cv2, msg, "left", left_points)
+    right, right_rows = _side(cv2, msg, "right", right_points)
+    pairs = [cv2.DMatch(*row) for row in zip(left_rows, right_rows, distances.tolist())]
+    return KeypointsAndMatches(left, right, pairs)
+
+
+def selected_rows(msg):
+    """Return the numbers of the matches that a Selection message kept, rising.
+
+    They are rows of the Correspondences with the same stamp on the topic that the selector reads, not of the
+    topic `matches`, which holds nothing else. Raises ValueError where n_input is not the length of the mask.
+    """
+    mask = np.frombuffer(bytes(msg.mask), np.uint8)
+    if len(mask) != msg.n_input:
+        raise ValueError("Selection message: mask has %d elements, expected %d" % (len(mask), msg.n_input))
+    return np.flatnonzero(mask)
+
+
+def _opencv():
+    try:
+        import cv2  # pylint: disable=import-outside-toplevel  # points() does without it
+    except ImportError as error:
+        raise ImportError(
+            "corrsel.matches.keypoints needs OpenCV's Python module: install python3-opencv (%s)" % error
+        ) from error
+    return cv2
+
+
+def _column(msg, field, length, optional=False, dtype=np.float32):
+    """Return a field as an array, None where it is optional and empty."""
+    values = np.asarray(getattr(msg, field), dtype)
+    if optional and len(values) == 0:
+        return None
+    if len(values) != length:
+        expected = "%s%d" % ("0 or " if optional else "", length)
+        raise ValueError(
+            "Correspondences message: %s has %d elements, expected %s" % (field, len(values), expected)
+        )
+    return values
+
+
+def _side(cv2, msg, side, positions):
+    """Return the keypoints of one image and, per match, the number of its keypoint."""
+    count = len(positions)
+    index = _column(msg, side + "_index", count, optional=True, dtype=np.int64)
+    frames = _column(msg, side + "_frame", FRAME_NUMBERS * count, optional=True)
+    sizes, angles = np.zeros(count, np.float32), np.full(count, -1, np.float32)
+    if frames is not None:
+        a11, a12, _, a21, a22, _ = frames.reshape(count, FRAME_NUMBERS).T
+        sizes = 2 * np.sqrt(np.abs(a11 * a22 - a12 * a21))
+        angles = np.degrees(np.arctan2(a21, a11))
+        angles = np.where(angles < 0, angles + 360, angles)
+    numbers, rows, result = {}, [], []
+    for i in range(count):
+        key = i if index is None else int(index[i])
+        if key not in numbers:
+            numbers[key] = len(result)
+            (x, y), number = positions[i], -1 if index is None else key
+            keypoint = cv2.KeyPoint(float(x), float(y), float(sizes[i]), float(angles[i]))
+            keypoint.class_id = number
+            result.append(keypoint)
+        rows.append(numbers[key])
+    return result, rows

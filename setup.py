@@ -1,0 +1,6 @@
+"""Installs the Python module; called by catkin, not by people."""
+
+from catkin_pkg.python_setup import generate_distutils_setup
+from setuptools import setup
+
+setup(**generate_distutils_setup(packages=["corrsel"], package_dir={"": "python"}))

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""The Python module for consumers, as it is found in the build folder."""
+
+import subprocess
+import sys
+import unittest
+
+import cv2
+import numpy as np
+from corrsel import matches
+from corrsel.msg import Correspondences, Selection
+
+
+def example():
+    """Return three matches; the first two share the left feature 7."""
+    return Correspondences(
+        left_x=[1, 1, 5],
+        left_y=[2, 2, 6],
+        right_x=[10, 20, 30],
+        right_y=[11, 21, 31],
+        distance=[0.5, 0.25, 0.75],
+        left_index=[7, 7, 3],
+        right_index=[0, 1, 2],
+    )
+
+
+class Matches(unittest.TestCase):
+    """Points, keypoints and rows from messages."""
+
+    def test_points_are_arrays_that_opencv_takes(self):
+        """Two float32 arrays of one row a match."""
+        left, right = matches.points(example())
+        self.assertEqual((left.dtype, left.shape), (np.float32, (3, 2)))
+        np.testing.assert_array_equal(left, [[1, 2], [1, 2], [5, 6]])
+        np.testing.assert_array_equal(right, [[10, 11], [20, 21], [30, 31]])
+        affine, inliers = cv2.estimateAffinePartial2D(left[1:], right[1:])
+        self.assertEqual((affine.shape, len(inliers)), ((2, 3), 2))
+
+    def test_no_matches(self):
+        """An empty message gives empty arrays and lists."""
+        left, right = matches.points(Correspondences())
+        self.assertEqual((left.shape, right.shape), ((0, 2), (0, 2)))
+        self.assertEqual(matches.keypoints(Correspondences()), ([], [], []))
+
+    def test_a_shared_feature_is_one_keypoint(self):
+        """Keypoints are as many as features, matches point to them."""
+        result = matches.keypoints(example())
+        self.assertEqual([point.pt for point in result.left], [(1, 2), (5, 6)])
+        self.assertEqual([point.class_id for point in result.left], [7, 3])
+        self.assertEqual([match.queryIdx for match in result.matches], [0, 0, 1])
+        self.assertEqual([match.trainIdx for match in result.matches], [0, 1, 2])
+        self.assertEqual([match.distance for match in result.matches], [0.5, 0.25, 0.75])
+        self.assertEqual((result.left[0].size, result.left[0].angle), (0, -1))
+        image = np.zeros((40, 40), np.uint8)
+        drawn = cv2.drawMatches(image, result.left, image, result.right, result.matches, None)
+        self.assertEqual(drawn.shape, (40, 80, 3))
+
+    def test_without_feature_numbers(self):
+        """Every match has keypoints of its own."""
+        message = example()
+        message.left_index, message.distance = [], []
+        result = matches.keypoints(message)
+        self.assertEqual([point.class_id for point in result.left], [-1, -1, -1])
+        self.assertEqual([match.queryIdx for match in result.matches], [0, 1, 2])
+        self.assertEqual(result.matches[0].distance, np.finfo(np.float32).max)
+
+    def test_frames_give_size_and_angle(self):
+        """Diameter of the circle of equal area, angle of the first axis."""
+        message = example()
+        message.left_index = []
+        message.left_frame = [0, -3, 1, 3, 0, 2, 2, 0, 1, 0, 8, 2, 0, 1, 5, -1, 0, 6]
+        result = matches.keypoints(message)
+        np.testing.assert_allclose([point.size for point in result.left], [6, 8, 2])
+        np.testing.assert_allclose([point.angle for point in result.left], [90, 0, 270])
+
+    def test_selected_rows(self):
+        """The ones of the mask, whether it was sent (bytes) or made here (a list)."""
+        for mask in ([0, 1, 0, 1], b"\0\1\0\1"):
+            np.testing.assert_array_equal(matches.selected_rows(Selection(mask=mask, n_input=4)), [1, 3])
+        with self.assertRaisesRegex(ValueError, "mask has 2 elements, expected 3"):
+            matches.selected_rows(Selection(mask=[0, 1], n_input=3))
+
+    def test_wrong_lengths_are_named(self):
+        """The error says which array has how many elements."""
+        for field, values in (("left_y", [1]), ("right_index", [1]), ("left_frame", [1]), ("distance", [1])):
+            message = example()
+            setattr(message, field, values)
+            with self.assertRaisesRegex(ValueError, field + " has 1 elements, expected"):
+                matches.keypoints(message)
+
+    def test_without_opencv(self):
+        """points() works; keypoints() says what to install."""
+        program = """
+import sys
+sys.modules["cv2"] = None
+from corrsel import matches
+from corrsel.msg import Correspondences
+print(len(matches.points(Correspondences())))
+matches.keypoints(Correspondences())
+"""
+        result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+        self.assertEqual(result.stdout, "2\n", result.stderr)
+        self.assertIn("install python3-opencv", result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
