@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "corrsel/coordinate_order.h"
+#include "corrsel/deadline.h"
 #include "corrsel/kernels/kernels.h"
 #include "corrsel/random.h"
+#include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {
@@ -261,8 +263,10 @@ class Field {
   double largest_rest_ = 1, norm_ = 0;
 };
 
-/// The EM. Leaves the posteriors in work.posterior. @return its steps
-int estimate(std::size_t n, const VfcOptions& options, double variance, Workspace& work) {
+/// The EM. Leaves the posteriors in work.posterior: at the deadline those of the last field that was fitted.
+/// @return its steps; at the deadline the fields fitted
+int estimate(std::size_t n, const VfcOptions& options, double variance, const Deadline& deadline,
+             Workspace& work, bool& timed_out) {
   Field field(n, options, work);
   double energy = 1, ratio = options.inlier_ratio;
   int steps = 0;
@@ -277,6 +281,8 @@ int estimate(std::size_t n, const VfcOptions& options, double variance, Workspac
         std::exchange(energy, sums.weighted / (2 * variance) + sums.sum * std::log(variance) +
                                   options.lambda / 2 * field.norm());
     if (std::abs(energy - before) <= options.energy_change * std::abs(energy)) break;
+    timed_out = deadline.passed();
+    if (timed_out) return steps - 1;
     const double ridge = options.lambda * variance;
     variance =
         field.fit(ridge, std::max(kLeastTolerance, options.kernel_tolerance * ridge)) / (2 * sums.clamped);
@@ -307,6 +313,7 @@ void VfcOptions::visit(OptionVisitor& visitor) {
   visitor.integer({"control_points", 0, 200, "-", "Points that carry the field, drawn at random; 0 = all"},
                   control_points);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers"}, seed);
+  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, max_seconds);
 }
 
 VfcSelector::VfcSelector(VfcOptions options) : options_(std::move(options)) { options_.check(); }
@@ -320,6 +327,7 @@ void VfcSelector::run(const Correspondences& matches, Selection& result) const {
     result.message = std::to_string(n) + " matches, vfc needs " + std::to_string(kFewest);
     return;
   }
+  const Deadline deadline(options_.max_seconds);
   thread_local Workspace work;
   sortRows(matches, work);
   const std::size_t padded = paddedSize(n), stride = columnStride(n);
@@ -344,7 +352,14 @@ void VfcSelector::run(const Correspondences& matches, Selection& result) const {
   }
   variance /= 2 * static_cast<double>(n);
   if (variance > kLeastVariance) {
-    result.iterations = estimate(n, options_, variance, work);
+    bool timed_out = false;
+    result.iterations = estimate(n, options_, variance, deadline, work, timed_out);
+    if (timed_out) {
+      result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
+      result.message = "stopped after " + std::to_string(result.iterations) +
+                       " steps, max_seconds = " + formatNumber(options_.max_seconds);
+      if (result.iterations == 0) return;
+    }
   } else {
     for (std::size_t i = 0; i < n; ++i)
       work.posterior[i] = work.squared[i] <= kLargestResidualAtRest * kLargestResidualAtRest ? 1.0 : 0.0;
