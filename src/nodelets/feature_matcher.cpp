@@ -75,7 +75,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
                               {"describe", message->describe_seconds},
                               {"match", message->match_seconds},
                               {"publish", message->publish_seconds},
-                              {"age", (ros::Time::now() - images.left->header.stamp).toSec()}});
+                              {"age", ros::Time::now().toSec() - images.left->header.stamp.toSec()}});
       publisher_.publish(message);
     } catch (const std::exception& error) {  // encodings, images without pixels, masks, OpenCV
       const std::string text = joinedTopics() + ": dropped: " + error.what();

@@ -125,7 +125,7 @@ class SelectorNodelet : public nodelet::Nodelet {
                             {"match", message.match_seconds},
                             {"select", message.select_seconds},
                             {"publish", message.publish_seconds},
-                            {"age", (ros::Time::now() - message.header.stamp).toSec()}});
+                            {"age", ros::Time::now().toSec() - message.header.stamp.toSec()}});
     if (selection.n_input > 0) {
       diagnostics_->inlierRatio(static_cast<double>(selection.n_selected) /
                                 static_cast<double>(selection.n_input));
