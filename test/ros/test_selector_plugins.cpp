@@ -107,10 +107,6 @@ TEST_F(SelectorPlugins, UnknownOnesListTheKnown) {
   EXPECT_EQ(refusal("test_selectors/Al"),
             "unknown selector 'test_selectors/Al'; selectors of other packages: test_selectors/All, "
             "test_selectors/ThrowsError, test_selectors/ThrowsNumber, test_selectors/Wrapping");
-  setenv("ROS_PACKAGE_PATH", root_.c_str(), 1);
-  const std::string lost = refusal("a/B");
-  EXPECT_TRUE(contains(lost, "unknown selector 'a/B'; selectors of other packages: none")) << lost;
-  EXPECT_TRUE(contains(lost, "source the setup.bash of the workspace")) << lost;
 }
 
 TEST_F(SelectorPlugins, SeesPackagesThatAppearLater) {
