@@ -15,6 +15,7 @@
 #include "corrsel/ros/live_matcher.h"
 #include "corrsel/ros/on_demand.h"
 #include "corrsel/ros/parameters.h"
+#include "corrsel/ros/periodic.h"
 #include "corrsel/ros/wall_throttle.h"
 #include "corrsel/ros/work_queue.h"
 
@@ -38,8 +39,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     matcher_ = std::make_unique<LiveMatcher>(std::max(1, pnh.param("threads", 2)));
     queue_ = std::make_unique<WorkQueue<ImageSet>>(std::max(1, pnh.param("pending", 1)),
                                                    [this](const ImageSet& images) { process(images); });
-    images_ =
-        openImageSource(getNodeHandle(), pnh, [this](ImageSet images) { queue_->put(std::move(images)); });
+    images_ = openSource();
     const bool lazy = pnh.param("lazy", true);
     demand_ = std::make_unique<OnDemand>(
         lazy, [this] { return publisher_.getNumSubscribers() > 0; }, [this] { images_->subscribe(); },
@@ -60,8 +60,18 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
                                                               on_change);
     }
     demand_->update();
-    complaints_ = getMTNodeHandle().createWallTimer(ros::WallDuration(kComplaintPeriod),
-                                                    [this](const ros::WallTimerEvent&) { complain(); });
+    complaints_ = std::make_unique<Periodic>(kComplaintPeriod, [this] { complain(); });
+  }
+
+  std::unique_ptr<ImageSource> openSource() {
+    const auto hand_over = [this](ImageSet images) { queue_->put(std::move(images)); };
+    try {
+      return openImageSource(getNodeHandle(), getPrivateNodeHandle(), hand_over);
+    } catch (const std::invalid_argument& error) {
+      NODELET_ERROR_STREAM(error.what() << "; pair is used");
+      getPrivateNodeHandle().setParam("mode", "pair");
+      return openImageSource(getNodeHandle(), getPrivateNodeHandle(), hand_over);
+    }
   }
 
   /// On the thread of the queue.
@@ -118,7 +128,8 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   void reconfigure(FeatureMatcherConfig& config, std::uint32_t level) {
-    LiveMatcher::Settings settings = current();
+    LiveMatcher::Settings settings;
+    settings.extractor = current().extractor;
     try {
       core::setOptions(settings.match, changedOptions(config, "match_"), "match");
       core::setOptions(settings.sequence, changedOptions(config, "sequence_"), "sequence");
@@ -166,7 +177,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   std::unique_ptr<LiveDiagnostics> diagnostics_;
   boost::recursive_mutex server_mutex_;
   std::unique_ptr<Server> server_;
-  ros::WallTimer complaints_;
+  std::unique_ptr<Periodic> complaints_;
 };
 
 }  // namespace corrsel

@@ -130,6 +130,7 @@ class SelectorNodelet : public nodelet::Nodelet {
       diagnostics_->inlierRatio(static_cast<double>(selection.n_selected) /
                                 static_cast<double>(selection.n_input));
     }
+    if (selection.n_input == 0) warn("no putative matches: are the images dark, blurred or masked?");
     const bool late = active.max_seconds > 0 && selection.seconds > active.max_seconds;
     if (selection.status != core::Status::kOk) {
       warn(active.spec + ": " + core::toString(selection.status) + ": " + selection.message);
@@ -153,12 +154,18 @@ class SelectorNodelet : public nodelet::Nodelet {
     Active active;
     active.spec = config.preset.empty() ? config.selector : config.selector + ":" + config.preset;
     active.max_seconds = config.max_seconds;
+    core::OptionMap options = core::isPluginName(config.selector)
+                                  ? parseOptions(config.plugin_options)
+                                  : changedOptions(config, config.selector + "_");
     core::OptionMap common = {{"seed", std::to_string(config.seed)}};
-    if (config.max_seconds > 0) common["max_seconds"] = core::formatNumber(config.max_seconds);
-    const bool plugin = core::isPluginName(config.selector);
-    active.selector = core::createSelector(
-        active.spec,
-        plugin ? parseOptions(config.plugin_options) : changedOptions(config, config.selector + "_"), common);
+    if (config.max_seconds > 0) {
+      common["max_seconds"] = core::formatNumber(config.max_seconds);
+      // The selector's own limit counts only where it is the stricter one.
+      const auto own = options.find("max_seconds");
+      const double limit = own == options.end() ? 0.0 : core::parseNumber(own->second, "max_seconds");
+      if (own != options.end() && (limit <= 0 || limit > config.max_seconds)) options.erase(own);
+    }
+    active.selector = core::createSelector(active.spec, options, common);
     return active;
   }
 

@@ -51,9 +51,7 @@ LiveDiagnostics::LiveDiagnostics(const ros::NodeHandle& nh, const ros::NodeHandl
   updater_.setHardwareID("none");
   updater_.add("input", this, &LiveDiagnostics::reportInput);
   updater_.add("processing", this, &LiveDiagnostics::reportProcessing);
-  const double period = std::max(0.05, updater_.getPeriod());
-  timer_ = ros::NodeHandle(pnh).createWallTimer(ros::WallDuration(period),
-                                                [this](const ros::WallTimerEvent&) { publish(); });
+  timer_ = std::make_unique<Periodic>(std::max(0.05, updater_.getPeriod()), [this] { publish(); });
 }
 
 void LiveDiagnostics::answered(const Stages& stages) {

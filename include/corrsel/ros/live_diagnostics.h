@@ -2,17 +2,19 @@
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
-#include <ros/wall_timer.h>
 
 #include <chrono>
 #include <cstddef>
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "corrsel/ros/periodic.h"
 
 namespace corrsel {
 
@@ -36,9 +38,9 @@ class LiveDiagnostics {
   };
   using Stages = std::vector<std::pair<std::string, double>>;  ///< name, s; NaN = not measured
 
-  /// @param pnh   private handle; its queue calls `poll` and publishes
+  /// @param pnh   private handle
   /// @param node  name of the node
-  /// @param poll  called once a period
+  /// @param poll  called once a period, on a thread of its own
   LiveDiagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& node,
                   std::function<Flow()> poll);
 
@@ -85,7 +87,7 @@ class LiveDiagnostics {
   std::string last_failure_;
   Clock::time_point last_failure_time_;
   diagnostic_updater::Updater updater_;
-  ros::WallTimer timer_;
+  std::unique_ptr<Periodic> timer_;
 };
 
 }  // namespace corrsel
