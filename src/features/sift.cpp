@@ -20,10 +20,9 @@ void SiftOptions::visit(OptionVisitor& visitor) {
 SiftDetector::SiftDetector(const SiftOptions& options)
     : OpenCvDetector(
           "sift",
-          [options](const cv::Size&, bool capped) {
-            return cv::SIFT::create(capped && !options.spread ? options.max_features : 0,
-                                    options.octave_layers, options.contrast_threshold, options.edge_threshold,
-                                    options.sigma);
+          [options](const cv::Size&, int most) {
+            return cv::SIFT::create(most, options.octave_layers, options.contrast_threshold,
+                                    options.edge_threshold, options.sigma);
           },
           4),
       options_(options) {
@@ -34,6 +33,8 @@ void SiftDetector::detectAndDescribe(const cv::Mat& grey, int threads, Features&
   OpenCvDetector::detectAndDescribe(grey, threads, features);
   if (options_.root) toRootSift(features.descriptors);
 }
+
+std::vector<int> SiftDetector::shares(const cv::Size&, int most) const { return {most}; }
 
 void SiftDetector::detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
                                           Features& features) const {

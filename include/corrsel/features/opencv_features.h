@@ -3,6 +3,7 @@
 #include <functional>
 #include <opencv2/features2d.hpp>
 #include <string>
+#include <vector>
 
 #include "corrsel/features/descriptor.h"
 #include "corrsel/features/detector.h"
@@ -13,8 +14,8 @@ namespace corrsel::core {
 class OpenCvDetector : public SelfDescribingDetector {
  public:
   /// Makes the algorithm for an image size; called once per image, since OpenCV's objects keep state.
-  /// @param capped  it may keep the strongest max_features itself
-  using Create = std::function<cv::Ptr<cv::Feature2D>(const cv::Size& image_size, bool capped)>;
+  /// @param most  it may keep the strongest of that number itself; 0 = all
+  using Create = std::function<cv::Ptr<cv::Feature2D>(const cv::Size& image_size, int most)>;
 
   /// @param border       images of at most twice this size have no features, px
   /// @param size_factor  from the algorithm's keypoint size, which may be that of its descriptor's patch, to
@@ -30,8 +31,14 @@ class OpenCvDetector : public SelfDescribingDetector {
                               Features& features) const override;
   std::string name() const override { return name_; }
 
+ protected:
+  /// How many it keeps of each octave, or of all in one number, when it may keep `most`. Empty: it keeps all.
+  virtual std::vector<int> shares(const cv::Size& image_size, int most) const;
+
  private:
-  void run(const cv::Mat& grey, bool capped, bool describe, Features& features) const;
+  int cap() const;
+  void run(const cv::Mat& grey, int most, bool describe, Features& features) const;
+  void runWhere(const cv::Mat& grey, bool describe, const PlaceFilter& allowed, Features& features) const;
 
   std::string name_;
   Create create_;

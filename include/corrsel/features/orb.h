@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "corrsel/features/opencv_features.h"
 
@@ -22,11 +23,10 @@ struct OrbOptions : DetectorOptions {
 class OrbDetector : public OpenCvDetector {
  public:
   explicit OrbDetector(const OrbOptions& options = {});
-  void detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
-                   Features& features) const override;
-  void detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
-                              Features& features) const override;
   const DetectorOptions& options() const override { return options_; }
+
+ protected:
+  std::vector<int> shares(const cv::Size& image_size, int most) const override;
 
  private:
   OrbOptions options_;

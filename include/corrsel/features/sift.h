@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 #include "corrsel/features/opencv_features.h"
 
@@ -25,6 +26,9 @@ class SiftDetector : public OpenCvDetector {
   void detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
                               Features& features) const override;
   const DetectorOptions& options() const override { return options_; }
+
+ protected:
+  std::vector<int> shares(const cv::Size& image_size, int most) const override;
 
  private:
   SiftOptions options_;
