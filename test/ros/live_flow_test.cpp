@@ -370,6 +370,7 @@ TEST_F(LiveFlow, DiagnosticsAccountForEverything) {
 TEST_F(LiveFlow, OverheadIsSmall) {
   setDefaults();
   set(matcher() + "/orb_max_features", 2000);
+  set(matcher() + "/threads", 1);  // else times of both images, side by side, are added up
   openCameras();
   openInboxes();
   loadMatcher();

@@ -240,9 +240,14 @@ class Nodelets {
  public:
   Nodelets() : loader_(false) {}
 
-  bool load(const std::string& name, const std::string& type,
-            const std::map<std::string, std::string>& remappings = {}) {
-    return loader_.load(name, type, {remappings.begin(), remappings.end()}, {});
+  /// Exceptions are logged, as the manager's load service does.
+  bool load(const std::string& name, const std::string& type) {
+    try {
+      return loader_.load(name, type, {}, {});
+    } catch (const std::exception& error) {
+      ROS_ERROR_STREAM(name << ": " << error.what());
+      return false;
+    }
   }
 
   bool unload(const std::string& name) { return loader_.unload(name); }
