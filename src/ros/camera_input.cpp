@@ -1,6 +1,7 @@
 #include "corrsel/ros/camera_input.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 
@@ -121,7 +122,7 @@ std::string CameraInput::complaint() {
     }
     if (period_.backwards > 0) {
       parts.push_back("time went backwards " + std::to_string(period_.backwards) + " times, by up to " +
-                      core::formatNumber(period_.longest_jump) +
+                      core::formatNumber(std::round(period_.longest_jump * 1e3) / 1e3) +
                       " s (a bag played in a loop, a clock that was set, or two publishers?)");
     }
     silence = silence_.seconds();

@@ -14,9 +14,11 @@
 namespace corrsel {
 namespace {
 
+constexpr std::size_t kFewImages = 3;
 constexpr double kLongestInterval = 1e9;  // s; ros::Duration holds about twice as much
+constexpr double kLongestPeriod = 10.0;   // s
 
-/// Median distance of a left stamp from the nearest right one [s]; NaN where one side has none.
+/// Median distance of a left stamp from the nearest right one [s], to 10 us; NaN where one side has none.
 double medianGap(const std::vector<ros::Time>& left, const std::vector<ros::Time>& right) {
   if (left.empty() || right.empty()) return std::numeric_limits<double>::quiet_NaN();
   std::vector<double> gaps;
@@ -29,7 +31,7 @@ double medianGap(const std::vector<ros::Time>& left, const std::vector<ros::Time
   }
   const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
   std::nth_element(gaps.begin(), middle, gaps.end());
-  return *middle;
+  return std::round(*middle * 1e5) / 1e5;
 }
 
 }  // namespace
@@ -54,6 +56,12 @@ class PairSynchronizer::Synchronizer {
       exact_ = std::make_unique<message_filters::Synchronizer<ExactTime>>(ExactTime(queue_size));
       exact_->registerCallback(callback);
     }
+  }
+
+  /// Approximate pairs are given out once no better partner can come. Without a bound on when the next image
+  /// comes, that is one period late. @param seconds  no image of this side follows another one sooner
+  void expect(Side side, double seconds) {
+    if (approximate_) approximate_->setInterMessageLowerBound(side, ros::Duration(seconds));
   }
 
   void add(Side side, const sensor_msgs::ImageConstPtr& msg) {
@@ -109,6 +117,9 @@ void PairSynchronizer::receive(Side side, const sensor_msgs::ImageConstPtr& msg,
   if (backwards) (side == kLeft ? right_ : left_).restart();
   if (restart_.exchange(false) || backwards) makeSynchronizer();
   try {
+    // Half the shortest time seen: the next image may come sooner than those before.
+    const double period = (side == kLeft ? left_ : right_).shortestPeriod();
+    synchronizer_->expect(side, std::min(0.5 * period, kLongestPeriod));
     synchronizer_->add(side, msg);
   } catch (const std::exception&) {  // ros::Duration cannot hold the difference of two stamps
     makeSynchronizer();
@@ -139,14 +150,17 @@ std::string PairSynchronizer::complaint() {
   std::vector<std::string> parts;
   const std::size_t n_sets = n_sets_;
   const std::size_t most = std::max(left_.periodCount(), right_.periodCount());
-  if (most >= 3 && most >= 3 * (n_sets - n_sets_before_)) parts.push_back(mismatch(n_sets - n_sets_before_));
+  if (most >= kFewImages && most >= 3 * (n_sets - n_sets_before_))
+    parts.push_back(mismatch(n_sets - n_sets_before_));
   for (CameraInput* camera : {&left_, &right_}) {
     const std::string text = camera->complaint();
     if (!text.empty()) parts.push_back(text);
   }
-  left_.newPeriod();
-  right_.newPeriod();
-  n_sets_before_ = n_sets;
+  if (most >= kFewImages || !parts.empty()) {  // fewer are counted on, or slow cameras would never be judged
+    left_.newPeriod();
+    right_.newPeriod();
+    n_sets_before_ = n_sets;
+  }
   return core::joinList(parts, ". ");
 }
 
@@ -157,9 +171,12 @@ std::string PairSynchronizer::mismatch(std::size_t n_sets) const {
   if (std::isnan(gap)) return text;
   text += "; from a left stamp to the nearest right one it is " + core::formatNumber(gap) +
           " s (median). Cures: equal stamps from cameras that are triggered together; ";
-  text += approximate_sync_ ? "a larger ~approximate_sync_max_interval"
-                            : "~approximate_sync with an ~approximate_sync_max_interval above that";
-  return text + "; a larger ~queue_size if one camera's images come later than the other's";
+  if (!approximate_sync_) {
+    text += "~approximate_sync with an ~approximate_sync_max_interval above that; ";
+  } else if (max_interval_ > 0.0) {
+    text += "a larger ~approximate_sync_max_interval, now " + core::formatNumber(max_interval_) + " s; ";
+  }
+  return text + "a larger ~queue_size if one camera's images come later than the other's";
 }
 
 }  // namespace corrsel

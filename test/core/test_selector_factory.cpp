@@ -10,6 +10,7 @@
 #include "arbitrary.h"
 #include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/factory.h"
+#include "corrsel/text.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -253,6 +254,34 @@ TEST(SelectorFactory, LoaderMayChangeWhileSelectorsAreMade) {
   EXPECT_EQ(made + refused, 2000);
 }
 
+TEST(SelectorFactory, CommonTimeLimitReplacesTheDefaultOnly) {
+  const std::map<std::string, std::string> defaults = {
+      {"ransac", "0"}, {"st", "30"}, {"gtm", "30"}, {"usac", "0"}, {"vfc", "0"}};
+  const OptionMap common = {{"max_seconds", "0.25"}};
+  for (const std::string& name : selectorNames()) {
+    SCOPED_TRACE(name);
+    const OptionMap before = optionsOf(*createSelector(name));
+    if (defaults.count(name) == 0) {
+      EXPECT_EQ(before.count("max_seconds"), 0u);
+      EXPECT_EQ(optionsOf(*createSelector(name, {}, common)), before);
+      continue;
+    }
+    EXPECT_EQ(before.at("max_seconds"), defaults.at(name));
+    OptionMap limited = before;
+    limited["max_seconds"] = "0.25";
+    EXPECT_EQ(optionsOf(*createSelector(name, {}, common)), limited);
+    EXPECT_EQ(optionsOf(*createSelector(name, {{"max_seconds", "7"}}, common)).at("max_seconds"), "7");
+    EXPECT_EQ(optionsOf(*createSelector(name, {{"max_seconds", "0"}}, common)).at("max_seconds"), "0");
+    for (const std::string& preset : selectorPresets(name)) {
+      OptionMap expected = optionsOf(*createSelector(name + ":" + preset));
+      expected["max_seconds"] = "0.25";
+      EXPECT_EQ(optionsOf(*createSelector(name + ":" + preset, {}, common)), expected) << preset;
+    }
+    EXPECT_EQ(refusal(name, {}, {{"max_seconds", "-1"}}),
+              name + ": option max_seconds = -1 is outside [0, 1e+06]");
+  }
+}
+
 /// Selectors under test, "name" or "name:preset".
 const std::vector<std::string> kSpecs = {"nnsr",
                                          "ransac:h",
@@ -326,6 +355,27 @@ TEST_P(EverySelector, AnswersEveryNumberOfMatches) {
     }
     if (name() == "keep_all" || (samples() && n > needed)) {
       EXPECT_EQ(s.n_selected, n);
+    }
+  }
+}
+
+TEST_P(EverySelector, KeepsATimeLimit) {
+  const Correspondences m = scene(5000, 0.02).matches;
+  for (const double limit : {1e-9, 0.005, 0.05}) {
+    SCOPED_TRACE(limit);
+    const auto selector = createSelector(spec(), {}, {{"max_seconds", formatNumber(limit)}});
+    const Selection s = selector->select(m);
+    const bool limited = optionsOf(*selector).count("max_seconds") == 1;
+    EXPECT_LT(s.seconds, limit + 1);
+    EXPECT_EQ(s.mask.size(), m.size());
+    if (s.status == Status::kOk) continue;
+    EXPECT_TRUE(limited) << toString(s.status) << ": " << s.message;
+    EXPECT_EQ(s.status, s.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit) << s.message;
+    EXPECT_TRUE(contains(s.message, "stopped after " + std::to_string(s.iterations) + " ")) << s.message;
+    EXPECT_TRUE(contains(s.message, ", max_seconds = " + formatNumber(limit))) << s.message;
+    if (s.status == Status::kTooLarge) {
+      EXPECT_EQ(s.mask, Mask(m.size(), 0));
+      EXPECT_TRUE(s.score.empty());
     }
   }
 }

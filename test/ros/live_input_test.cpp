@@ -189,8 +189,8 @@ TEST_F(LiveInput, PairsThatDoNotFormAreExplained) {
       testing::kSanitized ? 120s : 40s))
       << log.text();
   const std::string text = log.text();
-  for (const std::string part : {ns_ + "/right/image", std::string("pairs"), std::string("approximate_sync"),
-                                 std::string("queue_size")}) {
+  for (const std::string& part : {ns_ + "/right/image", std::string("pairs"), std::string("approximate_sync"),
+                                  std::string("queue_size")}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
   }
   EXPECT_TRUE(answers());

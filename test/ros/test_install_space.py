@@ -95,7 +95,24 @@ class InstallSpace(unittest.TestCase):
         code, text = self.output_of(f"rosrun corrsel report.py {self.run_folder()}")
         self.assertEqual((code, text.strip()), (0, str(self.root / "run" / "report.html")), text)
         self.assertIn("dataset", self.output_of("roslaunch --ros-args corrsel benchmark.launch")[1])
-        self.assertIn("bag", self.output_of("roslaunch --ros-args corrsel replay.launch")[1])
+        for file, argument in (
+            ("live", "standalone"),
+            ("sequence", "min_overlap"),
+            ("view", "autosize"),
+            ("replay", "bag"),
+        ):
+            self.assertIn(argument, self.output_of(f"roslaunch --ros-args corrsel {file}.launch")[1])
+        code, text = self.output_of("roslaunch --nodes corrsel live.launch record:=true view:=true")
+        self.assertEqual(code, 0, text)
+        self.assertIn("/recorder", text)
+        program = (
+            "from corrsel import matches; from corrsel.msg import Correspondences; "
+            "print(matches.__file__, matches.points(Correspondences(left_x=[1], left_y=[2], right_x=[3], "
+            "right_y=[4])), matches.keypoints(Correspondences()))"
+        )
+        code, text = self.output_of(f"python3 -c '{program}'")
+        self.assertEqual(code, 0, text)
+        self.assertTrue(text.startswith(str(self.prefix)), text)
 
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         self.processes.append(self.shell(f"exec roscore -p {self.port}", **quiet))

@@ -17,7 +17,7 @@ struct MatchColours {
 };
 
 /// Draws both images side by side with lines between matched points. In place of an image that is empty
-/// stands a grey one of the size that the matches give, or, where that is unknown, as large as they reach.
+/// stands a plain one of the size that the matches give, or, where that is unknown, as large as they reach.
 /// @param errors     ground-truth errors in px, as long as the mask, or empty: truth unknown
 /// @param tolerance  matches with error <= tolerance count as right, px
 /// @param max_lines  at most so many lines of each class, evenly thinned, so that the picture stays readable

@@ -22,8 +22,11 @@ namespace corrsel {
 /// limit), `queue_size` (5, images of each camera that wait for the other one's), and those of CameraInput.
 ///
 /// When a camera's stamps go backwards (a bag that is played in a loop, a clock that was set), all images
-/// that wait are dropped: they would fill message_filters' queues as being the newest ones, and pairs would
-/// never form again (exact), or wrong ones would (approximate).
+/// that wait are dropped: message_filters would keep them as the newest ones, and pairs would never form
+/// again (exact), or only after a queue's length (approximate).
+///
+/// Approximate pairs are handed over as soon as no nearer stamp can come, which takes the cameras' periods
+/// from the stamps seen; message_filters alone waits for the next image.
 class PairSynchronizer : public ImageSource {
  public:
   PairSynchronizer(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, Callback on_set);

@@ -1,0 +1,313 @@
+#!/usr/bin/env python3
+"""live.launch as a robot runs it: what dies comes back, and what is recorded is read by the benchmark."""
+
+import os
+import pathlib
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+import unittest
+
+import numpy as np
+import rosbag
+import rospy
+from corrsel.msg import Correspondences
+from sensor_msgs.msg import CameraInfo, Image
+
+PATIENCE = 90  # s; generous: the machine may be busy
+WIDTH, HEIGHT, SHIFT = 320, 240, 12  # px
+RATE = 10  # Hz
+
+
+def free_port():
+    """A TCP port that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return probe.getsockname()[1]
+
+
+def scene(seed):
+    """A left and a right image of blocks on a plane: the right one is shifted by SHIFT px."""
+    random = np.random.RandomState(seed)
+    image = np.full((HEIGHT, WIDTH + SHIFT), 128, np.uint8)
+    for _ in range(250):
+        x, y, size = random.randint(WIDTH), random.randint(HEIGHT), random.randint(4, 24)
+        image[y : y + size, x : x + size] = random.randint(256)
+    return image[:, :WIDTH], image[:, SHIFT:]
+
+
+def camera_info(right):
+    """Half of a rectified rig with a baseline of 0.1 m."""
+    matrix = [300, 0, WIDTH / 2, 0, 300, HEIGHT / 2, 0, 0, 1]
+    projection = [300, 0, WIDTH / 2, -30.0 if right else 0.0, 0, 300, HEIGHT / 2, 0, 0, 0, 1, 0]
+    info = CameraInfo(width=WIDTH, height=HEIGHT, distortion_model="plumb_bob", K=matrix, P=projection)
+    info.D, info.R = [0] * 5, [1, 0, 0, 0, 1, 0, 0, 0, 1]
+    return info
+
+
+class Cameras:
+    """A pair of cameras below a namespace, and somebody who uses the matches."""
+
+    def __init__(self, namespace):
+        def publisher(topic, kind):
+            return rospy.Publisher("/%s/%s" % (namespace, topic), kind, queue_size=2)
+
+        self.images = [publisher(side + "/image_rect", Image) for side in ("left", "right")]
+        self.infos = [publisher(side + "/camera_info", CameraInfo) for side in ("left", "right")]
+        self.newest = rospy.Time()  # stamp of the newest frame that was answered with matches
+        topic = "/%s/matches" % namespace
+        self.matches = rospy.Subscriber(topic, Correspondences, self._receive, queue_size=10)
+
+    def _receive(self, message):
+        if len(message.left_x) > 0:
+            self.newest = max(self.newest, message.header.stamp)
+
+    def play(self):
+        """Publishes one frame of both cameras and waits for the next one's time."""
+        stamp = rospy.Time.now()
+        for side, (publisher, pixels) in enumerate(zip(self.images, scene(3))):
+            image = Image(width=WIDTH, height=HEIGHT, encoding="mono8", step=WIDTH, data=pixels.tobytes())
+            image.header.stamp, image.header.frame_id = stamp, ("left", "right")[side]
+            publisher.publish(image)
+            info = camera_info(side == 1)
+            info.header = image.header
+            self.infos[side].publish(info)
+        time.sleep(1.0 / RATE)
+
+    def answered(self):
+        """Plays until a frame that was taken after this call is answered. Returns whether one was."""
+        begin, deadline = rospy.Time.now(), time.monotonic() + PATIENCE
+        while self.newest < begin and time.monotonic() < deadline:
+            self.play()
+        return self.newest >= begin
+
+    def close(self):
+        """Ends publishers and subscriber."""
+        for topic in self.images + self.infos + [self.matches]:
+            topic.unregister()
+
+
+class LiveLaunch(unittest.TestCase):
+    """One master for all tests; every test has a namespace of its own."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="corrsel_live_"))
+        cls.port = free_port()
+        os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % cls.port
+        os.environ["ROS_HOSTNAME"] = "localhost"
+        os.environ["ROS_HOME"] = str(cls.root / "ros_home")
+        cls.log = open(cls.root / "log.txt", "w+", encoding="utf-8")  # pylint: disable=consider-using-with
+        cls.master = cls.start("roscore", "-p", str(cls.port))
+        rospy.init_node("test_live_launch", disable_signals=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        rospy.signal_shutdown("done")
+        cls.end(cls.master)
+        cls.log.close()
+        shutil.rmtree(cls.root)
+
+    @classmethod
+    def start(cls, *command, **kwargs):
+        """Starts a program whose output goes to the log."""
+        return subprocess.Popen(command, stdout=cls.log, stderr=subprocess.STDOUT, **kwargs)
+
+    @classmethod
+    def end(cls, process):
+        """Ends a program as Ctrl-C does."""
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            process.wait(timeout=PATIENCE)
+
+    def live(self, namespace, *arguments):
+        """Starts live.launch and returns the process and its cameras; both end with the test."""
+        launch = self.start(
+            "roslaunch",
+            "corrsel",
+            "live.launch",
+            "features:=orb+orb",
+            "selector:=gms",
+            *arguments,
+            env=dict(os.environ, ROS_NAMESPACE=namespace, PWD=str(self.root)),
+            cwd=self.root,
+        )
+        self.addCleanup(self.end, launch)
+        cameras = Cameras(namespace)
+        self.addCleanup(cameras.close)
+        return launch, cameras
+
+    def text(self):
+        """What the programs have printed so far, its end."""
+        self.log.flush()
+        return (self.root / "log.txt").read_text(encoding="utf-8", errors="replace")[-5000:]
+
+    def pid_of(self, launch, name, other_than=None):
+        """The process of a node among the children of roslaunch; waits for one other than the pid given."""
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline:
+            for entry in pathlib.Path("/proc").glob("[0-9]*"):
+                try:
+                    parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
+                    arguments = (entry / "cmdline").read_text().split("\0")
+                except (OSError, IndexError):  # it has just ended
+                    continue
+                pid = int(entry.name)
+                if parent == launch.pid and "__name:=" + name in arguments and pid != other_than:
+                    return pid
+            time.sleep(0.1)
+        self.fail("no process of %s: %s" % (name, self.text()))
+
+    def kill(self, launch, name):
+        """Kills a node as a crash does; returns once its successor runs."""
+        pid = self.pid_of(launch, name)
+        os.kill(pid, signal.SIGKILL)
+        self.pid_of(launch, name, other_than=pid)
+
+    def settle(self, launch, name, cameras):
+        """Plays until a loader's process lives for longer than the 4 s after which a manager notices the death
+        of the one before, takes the nodelet away, and accepts it anew."""
+        pid, since = self.pid_of(launch, name), time.monotonic()
+        deadline = since + PATIENCE
+        while time.monotonic() < min(since + 8, deadline):
+            cameras.play()
+            now = self.pid_of(launch, name)
+            if now != pid:
+                pid, since = now, time.monotonic()
+        self.assertLess(time.monotonic(), deadline, self.text())
+
+    def test_a_respawned_manager_gets_its_nodelets_back(self):
+        """Matches arrive again after the manager, and after a loader, was killed."""
+        launch, cameras = self.live("managed", "respawn:=true")
+        self.assertTrue(cameras.answered(), self.text())
+        for victim in ("corrsel_manager", "corrsel_manager", "selector", "feature_matcher"):
+            self.kill(launch, victim)
+            if victim != "corrsel_manager":
+                self.settle(launch, victim, cameras)
+            self.assertTrue(cameras.answered(), "after the death of %s: %s" % (victim, self.text()))
+        self.assertIsNone(launch.poll())
+
+    def test_standalone_nodelets_respawn(self):
+        """Every nodelet is a process of its own and comes back alone."""
+        launch, cameras = self.live("alone", "respawn:=true", "standalone:=true")
+        self.assertTrue(cameras.answered(), self.text())
+        for victim in ("selector", "feature_matcher"):
+            self.kill(launch, victim)
+            self.assertTrue(cameras.answered(), "after the death of %s: %s" % (victim, self.text()))
+
+    def record(self, namespace, prefix):
+        """Records some frames with live.launch and returns the bag."""
+        launch, cameras = self.live(namespace, "record:=true", "bag:=" + prefix)
+        deadline = time.monotonic() + PATIENCE
+        active = []
+        while not active and time.monotonic() < deadline:  # the recorder runs
+            active = list(self.root.glob(prefix + "_*.bag.active"))
+            cameras.play()
+        self.assertTrue(active, self.text())
+        for _ in range(3):
+            self.assertTrue(cameras.answered(), self.text())
+        self.end(launch)
+        bags = list(self.root.glob(prefix + "_*.bag"))
+        self.assertEqual(len(bags), 1, self.text())
+        return bags[0]
+
+    def benchmark(self, *arguments):
+        """Runs the benchmark; returns its exit code and what it printed."""
+        result = subprocess.run(
+            ["rosrun", "corrsel", "benchmark", *arguments],
+            cwd=self.root,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=4 * PATIENCE,
+            check=False,
+        )
+        return result.returncode, result.stdout
+
+    def test_a_recording_is_judged_by_the_benchmark(self):
+        """Correspondences, matches, selections and camera_info are in the bag; gms is judged on it."""
+        path = self.record("recorded", "drive")
+        with rosbag.Bag(str(path)) as bag:
+            topics = bag.get_type_and_topic_info().topics
+        for name, kind in (
+            ("correspondences", "corrsel/Correspondences"),
+            ("matches", "corrsel/Correspondences"),
+            ("selection", "corrsel/Selection"),
+            ("left/camera_info", "sensor_msgs/CameraInfo"),
+            ("right/camera_info", "sensor_msgs/CameraInfo"),
+        ):
+            self.assertIn(name, topics)
+            self.assertEqual(topics[name].msg_type, kind)
+
+        folder = self.root / "judged"
+        arguments = ["--bag", path.name, "--selectors", "gms,ransac", "--output-dir", str(folder)]
+        code, text = self.benchmark(*arguments)
+        self.assertEqual(code, 0, text)
+        self.assertIn("the matches are those on correspondences", text)
+        self.assertIn("are judged by camera_info on left/camera_info", text)
+        rows = (folder / "pairs.csv").read_text(encoding="utf-8").splitlines()
+        header = rows[0].split(",")
+        judged = [dict(zip(header, row.split(","))) for row in rows[1:]]
+        best = [row for row in judged if row["selector"] == "gms" and row["tau_px"] == "5"]
+        self.assertGreater(len(best), 0)
+        for row in best:
+            self.assertEqual(row["features"], "given")
+            self.assertGreater(int(row["n_putative"]), 50, row)
+            self.assertGreater(float(row["precision"]), 0.9, row)
+        self.assertTrue((folder / "report.html").exists())
+
+    def test_a_recording_without_truth_is_counted_and_timed(self):
+        """No precision and no recall, but numbers of matches, times, a report, and a folder that compares."""
+        path = self.record("untrue", "blind")
+        bare = self.root / "bare.bag"
+        with rosbag.Bag(str(path)) as source, rosbag.Bag(str(bare), "w") as target:
+            for topic, message, stamp in source.read_messages(topics=["correspondences"]):
+                target.write(topic, message, stamp)
+        folder = self.root / "counted"
+        code, text = self.benchmark("--bag", bare.name, "--selectors", "gms", "--output-dir", str(folder))
+        self.assertEqual(code, 0, text)
+        self.assertIn("no precision and no recall", text)
+        rows = (folder / "pairs.csv").read_text(encoding="utf-8").splitlines()
+        header = rows[0].split(",")
+        row = dict(zip(header, rows[1].split(",")))
+        self.assertGreater(int(row["n_putative"]), 50)
+        self.assertGreater(int(row["n_selected"]), 20)
+        self.assertEqual((row["precision"], row["recall_paper"], row["f_paper"]), ("", "", ""))
+        self.assertGreater(float(row["select_s"]), 0)
+        self.assertTrue((folder / "report.html").exists())
+        compared = subprocess.run(
+            ["rosrun", "corrsel", "compare_runs", str(folder), str(folder)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+        )
+        self.assertEqual(compared.returncode, 0, compared.stdout)
+
+    def test_a_killed_recording_says_how_to_repair_it(self):
+        """The file that is left behind has no index: the message names rosbag reindex, which helps."""
+        launch, cameras = self.live("killed", "record:=true", "bag:=broken")
+        deadline = time.monotonic() + PATIENCE
+        active = []
+        while not active and time.monotonic() < deadline:
+            active = list(self.root.glob("broken_*.bag.active"))
+            cameras.play()
+        self.assertTrue(active, self.text())
+        while active[0].stat().st_size < 1 << 20 and time.monotonic() < deadline:  # a chunk is written
+            cameras.play()
+        os.kill(self.pid_of(launch, "recorder"), signal.SIGKILL)
+        self.end(launch)
+        code, text = self.benchmark("--bag", str(active[0]), "--dry-run")
+        self.assertEqual(code, 2, text)
+        self.assertIn("run: rosbag reindex %s" % active[0], text)
+        subprocess.run(["rosbag", "reindex", str(active[0])], check=True, stdout=self.log, timeout=PATIENCE)
+        code, text = self.benchmark("--bag", str(active[0]), "--dry-run")
+        self.assertEqual(code, 0, text)
+
+
+if __name__ == "__main__":
+    unittest.main()
