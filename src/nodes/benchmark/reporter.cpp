@@ -3,6 +3,7 @@
 #include <ros/master.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -90,6 +91,9 @@ void Reporter::publish(const std::string& state) {
 
 void printTable(const std::vector<core::SummaryRow>& summary, double tau) {
   std::string heading;
+  std::size_t longest = 18;
+  for (const core::SummaryRow& row : summary) longest = std::max(longest, row.selector.size());
+  const int width = static_cast<int>(longest);
   for (const core::SummaryRow& row : summary) {
     if (!std::isnan(row.tau) && row.tau != tau) continue;
     const std::string group = row.dataset + ", " + row.features + ", preselection " + row.preselection;
@@ -97,14 +101,14 @@ void printTable(const std::vector<core::SummaryRow>& summary, double tau) {
       heading = group;
       std::cout << "\n"
                 << group << (std::isnan(row.tau) ? "" : ", tau = " + core::formatNumber(tau) + " px") << "\n";
-      std::printf("  %-18s %5s %6s %6s %6s   %-14s %10s %10s\n", "selector", "pairs", "P %", "R %", "F %",
-                  "95 % of F", "median ms", "p95 ms");
+      std::printf("  %-*s %5s %6s %6s %6s   %-14s %10s %10s\n", width, "selector", "pairs", "P %", "R %",
+                  "F %", "95 % of F", "median ms", "p95 ms");
     }
     if (row.pairs == 0 && std::isnan(row.select_median)) {
-      std::printf("  %-18s %5s  unsupported input\n", row.selector.c_str(), "-");
+      std::printf("  %-*s %5s  unsupported input\n", width, row.selector.c_str(), "-");
       continue;
     }
-    std::printf("  %-18s %5zu %s %s %s   %s..%s %10.3f %10.3f\n", row.selector.c_str(), row.pairs,
+    std::printf("  %-*s %5zu %s %s %s   %s..%s %10.3f %10.3f\n", width, row.selector.c_str(), row.pairs,
                 percent(row.precision).c_str(), percent(row.recall_paper).c_str(),
                 percent(row.f_paper).c_str(), percent(row.f_low).c_str(), percent(row.f_high).c_str(),
                 1e3 * row.select_median, 1e3 * row.select_p95);
