@@ -26,6 +26,7 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, double lowest_threshol
                local_optimization);
   visitor.flag("refine", "Least squares on the inliers of the best model", refine);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the sampler"}, seed);
+  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, max_seconds);
 }
 
 }  // namespace corrsel::core

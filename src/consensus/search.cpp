@@ -15,7 +15,9 @@
 #include "corrsel/consensus/stopping.h"
 #include "corrsel/consensus/two_view.h"
 #include "corrsel/consensus/verifier.h"
+#include "corrsel/deadline.h"
 #include "corrsel/geometry/residual.h"
+#include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {
@@ -39,9 +41,10 @@ TwoViewProblem problemOf(const ConsensusOptions& options) {
 class Search {
  public:
   Search(const ConsensusOptions& options, const TwoViewProblem& problem, double threshold, bool by_quality,
-         Workspace& work)
+         const Deadline& deadline, Workspace& work)
       : options_(options),
         problem_(problem),
+        deadline_(deadline),
         work_(work),
         verifier_(work.matches, problem.residual, threshold * work.matches.scale, options.score == "msac"),
         sampler_(by_quality ? Sampler(work.best_first, problem.sample_size, seed())
@@ -60,7 +63,7 @@ class Search {
     std::uint32_t sample[TwoViewProblem::kLargestSample];
     cv::Matx33d models[TwoViewProblem::kMostModels];
     for (; iterations < options_.max_iterations && !stopping_.enough(sampler_.drawn()); ++iterations) {
-      if (!drawValidSample(sample)) break;
+      if (outOfTime() || !drawValidSample(sample)) break;
       const int count = problem_.solve(work_.matches, sample, models);
       for (int k = 0; k < count; ++k) tryModel(models[k], sample);
     }
@@ -68,7 +71,20 @@ class Search {
     return best_;
   }
 
+  /// Whether the time limit ended the search.
+  bool timedOut() const { return timed_out_; }
+
  private:
+  /// Looks at the clock once in so many samples, which take well below a millisecond, and after each new best
+  /// model, which may take longer.
+  bool outOfTime() {
+    constexpr std::uint64_t kSamplesPerLook = 100;
+    if (sampler_.drawn() < next_look_) return false;
+    next_look_ = sampler_.drawn() + kSamplesPerLook;
+    timed_out_ = deadline_.passed();
+    return timed_out_;
+  }
+
   SprtConstants sprtConstants() const {
     SprtConstants constants = problem_.sprt;
     if (options_.sprt_inlier_ratio > 0) {
@@ -101,6 +117,7 @@ class Search {
       stopping_.setLoss(sprt_->loss(), sampler_.drawn());
     if (score.rejected) return;
     best_ = {model, score.cost, score.inliers};
+    next_look_ = 0;
     optimized_ = false;
     if (options_.degensac && problem_.kind == ModelKind::kFundamental)
       degensac_.escape(verifier_, sample, best_);
@@ -145,6 +162,7 @@ class Search {
 
   const ConsensusOptions& options_;
   const TwoViewProblem& problem_;
+  const Deadline& deadline_;
   Workspace& work_;
   Verifier verifier_;
   Sampler sampler_;
@@ -153,8 +171,14 @@ class Search {
   Degensac degensac_;
   std::optional<Sprt> sprt_;
   Candidate best_;
-  bool optimized_ = false;
+  std::uint64_t next_look_ = 0;  // at the clock, samples
+  bool optimized_ = false, timed_out_ = false;
 };
+
+/// Appends a remark to the message.
+void addRemark(Selection& result, const std::string& text) {
+  result.message += (result.message.empty() ? "" : "; ") + text;
+}
 
 void answer(const Correspondences& matches, const TwoViewProblem& problem, double threshold,
             const Candidate& best, Workspace& work, Selection& result) {
@@ -172,8 +196,12 @@ void answer(const Correspondences& matches, const TwoViewProblem& problem, doubl
   }
   if (inliers <= static_cast<std::size_t>(problem.sample_size)) {
     std::fill(result.mask.begin(), result.mask.end(), std::uint8_t{0});
-    result.status = Status::kDegenerate;
-    result.message = "no more than the sample itself agrees with the best model: unverified";
+    // Given more time a better one might have been found.
+    if (result.status != Status::kTimeLimit) {
+      result.status = Status::kDegenerate;
+      result.message.clear();
+    }
+    addRemark(result, "no more than the sample itself agrees with the best model: unverified");
   }
 }
 
@@ -181,6 +209,7 @@ void answer(const Correspondences& matches, const TwoViewProblem& problem, doubl
 
 void searchConsensus(const Correspondences& matches, const ConsensusOptions& options, double threshold,
                      Selection& result) {
+  const Deadline deadline(options.max_seconds);
   const TwoViewProblem problem = problemOf(options);
   const std::size_t n = matches.size();
   if (n < static_cast<std::size_t>(problem.sample_size)) {
@@ -196,9 +225,18 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
       options.sampler == "prosac" && work.ordering.byQuality(matches, work.rows, work.best_first);
   if (options.sampler == "prosac" && !by_quality)
     result.message = "no descriptor distances: sampled uniformly instead of by PROSAC";
-  const Candidate best = Search(options, problem, threshold, by_quality, work).run(result.iterations);
+  Search search(options, problem, threshold, by_quality, deadline, work);
+  const Candidate best = search.run(result.iterations);
+  if (search.timedOut()) {
+    result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
+    addRemark(result, "stopped after " + std::to_string(result.iterations) + " hypotheses" +
+                          (best.exists() ? "" : ", none good enough") +
+                          ", max_seconds = " + formatNumber(options.max_seconds));
+  }
   if (best.exists()) {
     answer(matches, problem, threshold, best, work, result);
+  } else if (search.timedOut()) {
+    return;
   } else if (result.iterations < options.max_iterations) {
     result.status = Status::kDegenerate;
     result.message = "no valid sample: the matches are collinear, equal or differently oriented";

@@ -12,7 +12,7 @@ void AkazeOptions::visit(OptionVisitor& visitor) {
 AkazeDetector::AkazeDetector(const AkazeOptions& options)
     : OpenCvDetector(
           "akaze",
-          [options](const cv::Size&) {
+          [options](const cv::Size&, bool) {
             return cv::AKAZE::create(cv::AKAZE::DESCRIPTOR_MLDB, 0, 3, static_cast<float>(options.threshold),
                                      options.octaves, options.octave_layers);
           },

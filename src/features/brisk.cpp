@@ -18,7 +18,7 @@ constexpr double kBasicSize = 12, kAgastDiameter = 7;
 constexpr int kBorder = 8;
 
 OpenCvDetector::Create create(const BriskOptions& options) {
-  return [options](const cv::Size& size) {
+  return [options](const cv::Size& size, bool) {
     // OpenCV fails on a pyramid that shrinks to nothing.
     int octaves = 0;
     while (octaves < options.octaves && std::min(size.width, size.height) >> (octaves + 1) >= 2) ++octaves;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <future>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
@@ -14,41 +15,24 @@
 namespace corrsel::core {
 namespace {
 
-cv::Mat toGrey(const cv::Mat& image) {
+std::string sizeText(const cv::Size& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+void checkImage(const cv::Mat& image) {
   if (image.empty()) throw std::invalid_argument("image is empty");
   if (image.depth() != CV_8U || image.channels() == 2 || image.channels() > 4) {
     throw std::invalid_argument("image has type " + cv::typeToString(image.type()) +
                                 "; needed: 8 bits with 1, 3 (BGR) or 4 (BGRA) channels");
   }
+}
+
+cv::Mat toGrey(const cv::Mat& image) {
   // OpenCV's BRISK looks beyond the border of a part of an image.
   if (image.channels() == 1) return image.isSubmatrix() ? image.clone() : image;
   cv::Mat grey;
   cv::cvtColor(image, grey, image.channels() == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
   return grey;
-}
-
-/// Strongest first; ties are broken by position, scale and angle, so that threads inside OpenCV cannot
-/// reorder them.
-bool stronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
-  return std::make_tuple(-a.response, a.pt.y, a.pt.x, a.size, a.angle, a.octave, a.class_id) <
-         std::make_tuple(-b.response, b.pt.y, b.pt.x, b.size, b.angle, b.octave, b.class_id);
-}
-
-/// Puts the features into the given order, dropping those it does not name.
-void reorder(const std::vector<int>& order, Features& features) {
-  std::vector<cv::KeyPoint> keypoints;
-  std::vector<AffineFrame> frames;
-  for (const int i : order) {
-    keypoints.push_back(features.keypoints[static_cast<std::size_t>(i)]);
-    frames.push_back(features.frames[static_cast<std::size_t>(i)]);
-  }
-  features.keypoints = std::move(keypoints);
-  features.frames = std::move(frames);
-  if (features.descriptors.empty()) return;
-  cv::Mat descriptors(static_cast<int>(order.size()), features.descriptors.cols, features.descriptors.type());
-  int row = 0;
-  for (const int i : order) features.descriptors.row(i).copyTo(descriptors.row(row++));
-  features.descriptors = descriptors;
 }
 
 void sortAndCap(const DetectorOptions& options, const cv::Size& image_size, Features& features) {
@@ -85,22 +69,79 @@ cv::Mat reduced(const cv::Mat& grey, double max_megapixels) {
   return result;
 }
 
-/// Features of a reduced image in coordinates of the whole one.
-void enlarge(const cv::Size& from, const cv::Size& to, Features& features) {
-  if (from == to) return;
-  const float x = static_cast<float>(to.width) / static_cast<float>(from.width);
-  const float y = static_cast<float>(to.height) / static_cast<float>(from.height);
-  for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
-    cv::KeyPoint& keypoint = features.keypoints[i];
-    AffineFrame& frame = features.frames[i];
-    // x and y differ by roundings to whole pixels only: shapes and angles stay.
-    const float scale = std::sqrt(x * y);
-    keypoint.size *= scale;
-    for (const std::size_t k : {0, 1, 3, 4}) frame[k] *= scale;
-    frame[2] = (frame[2] + 0.5F) * x - 0.5F;
-    frame[5] = (frame[5] + 0.5F) * y - 0.5F;
-    keypoint.pt = {frame[2], frame[5]};
+/// From pixels of the reduced area to those of the whole image.
+class ToWhole {
+ public:
+  ToWhole(const cv::Size& from, const cv::Rect& area)
+      : reduced_(from != area.size()),
+        left_(static_cast<float>(area.x)),
+        top_(static_cast<float>(area.y)),
+        x_(static_cast<float>(area.width) / static_cast<float>(from.width)),
+        y_(static_cast<float>(area.height) / static_cast<float>(from.height)) {}
+
+  cv::Point2f operator()(const cv::Point2f& p) const {
+    if (!reduced_) return {p.x + left_, p.y + top_};
+    return {(p.x + 0.5F) * x_ - 0.5F + left_, (p.y + 0.5F) * y_ - 0.5F + top_};
   }
+
+  void apply(Features& features) const {
+    // x and y differ by roundings to whole pixels only: shapes and angles stay.
+    const float scale = std::sqrt(x_ * y_);
+    for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
+      cv::KeyPoint& keypoint = features.keypoints[i];
+      AffineFrame& frame = features.frames[i];
+      if (reduced_) {
+        keypoint.size *= scale;
+        for (const std::size_t k : {0, 1, 3, 4}) frame[k] *= scale;
+      }
+      keypoint.pt = (*this)(keypoint.pt);
+      frame[2] = keypoint.pt.x;
+      frame[5] = keypoint.pt.y;
+    }
+  }
+
+ private:
+  bool reduced_;
+  float left_, top_, x_, y_;
+};
+
+/// The part of the area that is inside the image.
+cv::Rect visibleArea(const cv::Rect& area, const cv::Size& image) {
+  if (area.empty()) return {{0, 0}, image};
+  // In 64 bits, since the sums of any numbers must fit.
+  const auto end = [](int begin, int length, int most) {
+    return static_cast<int>(std::min<std::int64_t>(std::int64_t{begin} + length, most));
+  };
+  const cv::Point first(std::max(area.x, 0), std::max(area.y, 0));
+  const cv::Point last(end(area.x, area.width, image.width), end(area.y, area.height, image.height));
+  if (last.x <= first.x || last.y <= first.y) {
+    throw std::invalid_argument("the area of " + sizeText(area.size()) + " px at (" + std::to_string(area.x) +
+                                ", " + std::to_string(area.y) + ") lies outside the image of " +
+                                sizeText(image) + " px");
+  }
+  return {first, last};
+}
+
+void checkMask(const cv::Mat& mask, const cv::Size& image) {
+  if (mask.empty()) return;
+  if (mask.type() != CV_8UC1) {
+    throw std::invalid_argument("mask has type " + cv::typeToString(mask.type()) +
+                                "; needed: 8 bits with 1 channel");
+  }
+  if (mask.size() != image) {
+    throw std::invalid_argument("mask has " + sizeText(mask.size()) + " px; needed: " + sizeText(image) +
+                                " px, as the image");
+  }
+}
+
+/// Whether the pixel of the mask below a place is not zero.
+PlaceFilter unmasked(const cv::Mat& mask, const ToWhole& to_whole) {
+  return [&mask, &to_whole](const cv::Point2f& place) {
+    const cv::Point2f at = to_whole(place);
+    const int x = std::clamp(static_cast<int>(std::floor(at.x + 0.5F)), 0, mask.cols - 1);
+    const int y = std::clamp(static_cast<int>(std::floor(at.y + 0.5F)), 0, mask.rows - 1);
+    return mask.at<std::uint8_t>(y, x) != 0;
+  };
 }
 
 }  // namespace
@@ -109,13 +150,26 @@ FeatureExtractor::FeatureExtractor(std::string name, std::unique_ptr<Detector> d
                                    std::unique_ptr<Descriptor> descriptor)
     : name_(std::move(name)), detector_(std::move(detector)), descriptor_(std::move(descriptor)) {}
 
-Features FeatureExtractor::extract(const cv::Mat& image, int threads) const {
+Features FeatureExtractor::extract(const cv::Mat& image, int threads, const FeatureRegion& region) const {
   Features features;
   features.image_size = image.size();
   Stopwatch watch;
-  const cv::Mat grey = reduced(toGrey(image), detector_->options().max_megapixels);
+  checkImage(image);
+  checkMask(region.mask, image.size());
+  const cv::Rect area = visibleArea(region.area, image.size());
+  const bool masked = !region.mask.empty() && cv::countNonZero(region.mask(area)) < area.area();
+  const cv::Mat grey = reduced(toGrey(image(area)), detector_->options().max_megapixels);
+  const ToWhole to_whole(grey.size(), area);
+  const PlaceFilter allowed = unmasked(region.mask, to_whole);
   if (descriptor_ == nullptr) {
-    dynamic_cast<const SelfDescribingDetector&>(*detector_).detectAndDescribe(grey, threads, features);
+    const auto& detector = dynamic_cast<const SelfDescribingDetector&>(*detector_);
+    if (masked) {
+      detector.detectAndDescribeWhere(grey, threads, allowed, features);
+    } else {
+      detector.detectAndDescribe(grey, threads, features);
+    }
+  } else if (masked) {
+    detector_->detectWhere(grey, threads, allowed, features);
   } else {
     detector_->detect(grey, threads, features);
   }
@@ -125,7 +179,7 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads) const {
     descriptor_->describe(grey, threads, features);
     features.describe_seconds = watch.seconds();
   }
-  enlarge(grey.size(), image.size(), features);
+  to_whole.apply(features);
   return features;
 }
 
@@ -136,12 +190,15 @@ std::vector<std::pair<std::string, const OptionSet*>> FeatureExtractor::options(
 }
 
 std::pair<Features, Features> extractPair(const FeatureExtractor& extractor, const cv::Mat& left,
-                                          const cv::Mat& right, int threads) {
-  if (threads <= 1) return {extractor.extract(left), extractor.extract(right)};
+                                          const cv::Mat& right, int threads, const FeatureRegion& left_region,
+                                          const FeatureRegion& right_region) {
+  if (threads <= 1)
+    return {extractor.extract(left, 1, left_region), extractor.extract(right, 1, right_region)};
   const int each = threads / 2;
-  auto other =
-      std::async(std::launch::async, [&extractor, &right, each] { return extractor.extract(right, each); });
-  Features first = extractor.extract(left, threads - each);
+  auto other = std::async(std::launch::async, [&extractor, &right, &right_region, each] {
+    return extractor.extract(right, each, right_region);
+  });
+  Features first = extractor.extract(left, threads - each, left_region);
   return {std::move(first), other.get()};
 }
 

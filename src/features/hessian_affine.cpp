@@ -466,6 +466,11 @@ HessianAffineDetector::HessianAffineDetector(const HessianAffineOptions& options
 }
 
 void HessianAffineDetector::detect(const cv::Mat& grey, int threads, Features& features) const {
+  detectWhere(grey, threads, {}, features);
+}
+
+void HessianAffineDetector::detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                                        Features& features) const {
   features.keypoints.clear();
   features.frames.clear();
   // Below it VLFeat has no octave.
@@ -485,6 +490,12 @@ void HessianAffineDetector::detect(const cv::Mat& grey, int threads, Features& f
         }
       });
   candidates = withoutOverlaps(std::move(candidates), static_cast<float>(options_.overlap), grey.size());
+  if (allowed) {  // neither adaptation nor orientation moves a feature
+    const auto refused = [&allowed](const Candidate& candidate) {
+      return !allowed({candidate.frame[2], candidate.frame[5]});
+    };
+    candidates.erase(std::remove_if(candidates.begin(), candidates.end(), refused), candidates.end());
+  }
 
   candidates = inOrder<Candidate>(
       candidates.size(), threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& oriented) {

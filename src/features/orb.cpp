@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <vector>
 
 namespace corrsel::core {
 
@@ -34,12 +34,40 @@ int usableLevels(const OrbOptions& options, const cv::Size& size) {
   return levels;
 }
 
+bool capsLevels(const OrbOptions& options) { return options.max_features > 0 && !options.spread; }
+
+/// The strongest of every level, as many as OpenCV's ORB keeps of it.
+void capLevels(const OrbOptions& options, const cv::Size& size, Features& features) {
+  if (!capsLevels(options)) return;
+  const int levels = usableLevels(options, size);
+  const double factor = 1 / options.scale_factor;
+  double share = options.max_features * (1 - factor) / (1 - std::pow(factor, levels));
+  std::vector<std::vector<int>> by_level(static_cast<std::size_t>(levels));
+  for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
+    by_level[static_cast<std::size_t>(features.keypoints[i].octave)].push_back(static_cast<int>(i));
+  }
+  int left = options.max_features;
+  std::vector<int> kept;
+  for (int level = 0; level < levels; ++level, share *= factor) {
+    std::vector<int>& order = by_level[static_cast<std::size_t>(level)];
+    std::sort(order.begin(), order.end(), [&features](int a, int b) {
+      return stronger(features.keypoints[static_cast<std::size_t>(a)],
+                      features.keypoints[static_cast<std::size_t>(b)]);
+    });
+    const int most = std::clamp(level + 1 < levels ? cvRound(share) : left, 0, left);
+    left -= most;
+    order.resize(std::min(order.size(), static_cast<std::size_t>(most)));
+    kept.insert(kept.end(), order.begin(), order.end());
+  }
+  reorder(kept, features);
+}
+
 OpenCvDetector::Create create(const OrbOptions& options) {
-  return [options](const cv::Size& size) {
-    const bool capped = options.max_features > 0 && !options.spread;
-    return cv::ORB::create(capped ? options.max_features : kNoCap, static_cast<float>(options.scale_factor),
-                           usableLevels(options, size), options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
-                           options.patch_size, options.fast_threshold);
+  return [options](const cv::Size& size, bool capped) {
+    return cv::ORB::create(capped && capsLevels(options) ? options.max_features : kNoCap,
+                           static_cast<float>(options.scale_factor), usableLevels(options, size),
+                           options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE, options.patch_size,
+                           options.fast_threshold);
   };
 }
 
@@ -49,6 +77,18 @@ OrbDetector::OrbDetector(const OrbOptions& options)
     : OpenCvDetector("orb", create(options), options.patch_size, kFastDiameter / options.patch_size),
       options_(options) {
   options_.check();
+}
+
+void OrbDetector::detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                              Features& features) const {
+  OpenCvDetector::detectWhere(grey, threads, allowed, features);
+  capLevels(options_, grey.size(), features);
+}
+
+void OrbDetector::detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                                         Features& features) const {
+  OpenCvDetector::detectAndDescribeWhere(grey, threads, allowed, features);
+  capLevels(options_, grey.size(), features);
 }
 
 OrbDescriptor::OrbDescriptor(const OrbOptions& options)

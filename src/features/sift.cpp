@@ -20,9 +20,10 @@ void SiftOptions::visit(OptionVisitor& visitor) {
 SiftDetector::SiftDetector(const SiftOptions& options)
     : OpenCvDetector(
           "sift",
-          [options](const cv::Size&) {
-            return cv::SIFT::create(options.spread ? 0 : options.max_features, options.octave_layers,
-                                    options.contrast_threshold, options.edge_threshold, options.sigma);
+          [options](const cv::Size&, bool capped) {
+            return cv::SIFT::create(capped && !options.spread ? options.max_features : 0,
+                                    options.octave_layers, options.contrast_threshold, options.edge_threshold,
+                                    options.sigma);
           },
           4),
       options_(options) {
@@ -31,6 +32,12 @@ SiftDetector::SiftDetector(const SiftOptions& options)
 
 void SiftDetector::detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const {
   OpenCvDetector::detectAndDescribe(grey, threads, features);
+  if (options_.root) toRootSift(features.descriptors);
+}
+
+void SiftDetector::detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                                          Features& features) const {
+  OpenCvDetector::detectAndDescribeWhere(grey, threads, allowed, features);
   if (options_.root) toRootSift(features.descriptors);
 }
 

@@ -4,122 +4,141 @@
 #include <ros/ros.h>
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
 #include <memory>
 #include <mutex>
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
 #include <string>
 
-#include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
-#include "corrsel/ros/conversions.h"
-#include "corrsel/ros/pair_synchronizer.h"
+#include "corrsel/ros/image_source.h"
+#include "corrsel/ros/live_diagnostics.h"
+#include "corrsel/ros/live_matcher.h"
+#include "corrsel/ros/on_demand.h"
 #include "corrsel/ros/parameters.h"
-#include "corrsel/stopwatch.h"
+#include "corrsel/ros/wall_throttle.h"
+#include "corrsel/ros/work_queue.h"
 
 namespace corrsel {
 
-/// Publishes the putative matches of every synchronised image pair on `correspondences`.
+/// Publishes the putative matches of every image pair, or of every image with an earlier one, on
+/// `correspondences`.
 class FeatureMatcherNodelet : public nodelet::Nodelet {
+ public:
+  ~FeatureMatcherNodelet() override {
+    if (queue_) queue_->stop();  // from here on nothing is published
+    publisher_.shutdown();       // and nobody asks for images
+  }
+
  private:
   using Server = dynamic_reconfigure::Server<FeatureMatcherConfig>;
 
   void onInit() override {
     ros::NodeHandle& pnh = getPrivateNodeHandle();
     for (const std::string& text : clampedParameters<FeatureMatcherConfig>(pnh)) NODELET_WARN_STREAM(text);
-    lazy_ = pnh.param("lazy", true);
-    threads_ = std::max(1, pnh.param("threads", 2));
-    images_ = std::make_unique<PairSynchronizer>(
-        getNodeHandle(), pnh,
-        [this](const sensor_msgs::ImageConstPtr& left, const sensor_msgs::ImageConstPtr& right) {
-          process(left, right);
-        });
+    matcher_ = std::make_unique<LiveMatcher>(std::max(1, pnh.param("threads", 2)));
+    queue_ = std::make_unique<WorkQueue<ImageSet>>(std::max(1, pnh.param("pending", 1)),
+                                                   [this](const ImageSet& images) { process(images); });
+    images_ =
+        openImageSource(getNodeHandle(), pnh, [this](ImageSet images) { queue_->put(std::move(images)); });
+    const bool lazy = pnh.param("lazy", true);
+    demand_ = std::make_unique<OnDemand>(
+        lazy, [this] { return publisher_.getNumSubscribers() > 0; }, [this] { images_->subscribe(); },
+        [this] { images_->unsubscribe(); });
+    diagnostics_ = std::make_unique<LiveDiagnostics>(getMTNodeHandle(), getMTPrivateNodeHandle(), getName(),
+                                                     [this] { return flow(); });
 
+    // The server has threads of its own: a slow pair does not hold up set_parameters.
     server_ = std::make_unique<Server>(server_mutex_, getMTPrivateNodeHandle());
     server_->setCallback(
         [this](FeatureMatcherConfig& config, std::uint32_t level) { reconfigure(config, level); });
 
-    if (lazy_) NODELET_INFO("lazy: images are subscribed while somebody subscribes to correspondences");
-    const auto on_change = [this](const ros::SingleSubscriberPublisher&) { updateSubscriptions(); };
-    const std::lock_guard<std::mutex> lock(connect_mutex_);  // callbacks wait until publisher_ is set
-    publisher_ =
-        getNodeHandle().advertise<Correspondences>("correspondences", kPublisherQueue, on_change, on_change);
-    if (!lazy_) images_->subscribe();
-    statistics_timer_ = getMTNodeHandle().createWallTimer(
-        ros::WallDuration(kStatisticsPeriod), [this](const ros::WallTimerEvent&) {
-          const std::string text = images_->misses();
-          if (!text.empty()) NODELET_WARN_STREAM("in " << kStatisticsPeriod << " s: " << text);
-        });
-  }
-
-  void updateSubscriptions() {
-    const std::lock_guard<std::mutex> lock(connect_mutex_);
-    if (!lazy_) return;
-    if (publisher_.getNumSubscribers() > 0) {
-      images_->subscribe();
-    } else {
-      images_->unsubscribe();
-    }
-  }
-
-  void process(const sensor_msgs::ImageConstPtr& left, const sensor_msgs::ImageConstPtr& right) {
-    std::shared_ptr<const core::FeatureExtractor> extractor;
-    core::MatchOptions match;
+    if (lazy) NODELET_INFO("lazy: images are subscribed while somebody subscribes to correspondences");
+    const auto on_change = [this](const ros::SingleSubscriberPublisher&) { demand_->update(); };
     {
-      const std::lock_guard<std::mutex> lock(extractor_mutex_);
-      extractor = extractor_;
-      match = match_;
+      const auto lock = demand_->hold();
+      publisher_ = getNodeHandle().advertise<Correspondences>("correspondences", kPublisherQueue, on_change,
+                                                              on_change);
     }
-    if (!extractor) return;
-    std::string topic = images_->leftTopic();
+    demand_->update();
+    complaints_ = getMTNodeHandle().createWallTimer(ros::WallDuration(kComplaintPeriod),
+                                                    [this](const ros::WallTimerEvent&) { complain(); });
+  }
+
+  /// On the thread of the queue.
+  void process(const ImageSet& images) {
+    const LiveMatcher::Settings settings = current();
     try {
-      const cv_bridge::CvImageConstPtr left_image = fromMsg(left);
-      topic = images_->rightTopic();
-      const cv_bridge::CvImageConstPtr right_image = fromMsg(right);
-      topic += " or " + images_->leftTopic();
-      const auto features = core::extractPair(*extractor, left_image->image, right_image->image, threads_);
-      const core::Stopwatch watch;
-      const core::Correspondences matches =
-          core::matchFeatures(features.first, features.second, match, threads_);
-      PairInfo info;
-      info.match_seconds = watch.seconds();
-      info.header = left->header;
-      info.right_stamp = right->header.stamp;
-      info.right_frame_id = right->header.frame_id;
-      info.features = extractor->name();
-      info.n_left_features = static_cast<std::uint32_t>(features.first.keypoints.size());
-      info.n_right_features = static_cast<std::uint32_t>(features.second.keypoints.size());
-      info.detect_seconds = features.first.detect_seconds + features.second.detect_seconds;
-      info.describe_seconds = features.first.describe_seconds + features.second.describe_seconds;
-      publisher_.publish(boost::make_shared<Correspondences>(toMsg(matches, info)));
-    } catch (const std::exception& error) {  // unsupported encodings, images without pixels, OpenCV
-      NODELET_WARN_STREAM_THROTTLE(5.0, topic << ": pair dropped: " << error.what());
+      const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings);
+      if (!message) return;  // the first image of a sequence
+      diagnostics_->answered({{"wait", message->wait_seconds},
+                              {"detect", message->detect_seconds},
+                              {"describe", message->describe_seconds},
+                              {"match", message->match_seconds},
+                              {"publish", message->publish_seconds},
+                              {"age", ros::Time::now().toSec() - images.left->header.stamp.toSec()}});
+      publisher_.publish(message);
+    } catch (const std::exception& error) {  // encodings, images without pixels, masks, OpenCV
+      const std::string text = joinedTopics() + ": dropped: " + error.what();
+      diagnostics_->failed(text);
+      if (warning_.due()) NODELET_WARN_STREAM(text);
     }
+  }
+
+  LiveMatcher::Settings current() {
+    const std::lock_guard<std::mutex> lock(settings_mutex_);
+    return settings_;
+  }
+
+  std::string joinedTopics() const {
+    std::string text;
+    for (const std::string& topic : images_->topics()) text += (text.empty() ? "" : " or ") + topic;
+    return text;
+  }
+
+  LiveDiagnostics::Flow flow() {
+    LiveDiagnostics::Flow flow;
+    const ImageSource::Counts counts = images_->counts();
+    const WorkQueue<ImageSet>::Counts work = queue_->counts();
+    flow.wanted = demand_->running();
+    if (images_->topics().size() == 2) {
+      flow.inputs = {{"left", counts.left}, {"right", counts.right}, {"pair", counts.sets}};
+    } else {
+      flow.inputs = {{"image", counts.left}};
+    }
+    flow.done = work.done;
+    flow.dropped = work.dropped;
+    return flow;
+  }
+
+  void complain() {
+    const std::string text = images_->complaint();
+    if (text.empty()) return;
+    diagnostics_->failed(text);
+    NODELET_WARN_STREAM("in " << kComplaintPeriod << " s: " << text);
   }
 
   void reconfigure(FeatureMatcherConfig& config, std::uint32_t level) {
-    if ((level & kLevelMatch) != 0) {
-      core::MatchOptions match;
-      core::setOptions(match, changedOptions(config, "match_"), "match");  // in range: the server clamps
-      const std::lock_guard<std::mutex> lock(extractor_mutex_);
-      match_ = match;
-    }
-    if ((level & kLevelFeatures) == 0) return;
-    std::shared_ptr<const core::FeatureExtractor> extractor;
+    LiveMatcher::Settings settings = current();
     try {
-      extractor = create(config);
+      core::setOptions(settings.match, changedOptions(config, "match_"), "match");
+      core::setOptions(settings.sequence, changedOptions(config, "sequence_"), "sequence");
+      settings.area = cv::Rect(config.roi_x, config.roi_y, config.roi_width, config.roi_height);
+      if (!settings.extractor || (level & kLevelFeatures) != 0) settings.extractor = create(config);
     } catch (const std::exception& error) {
-      NODELET_ERROR_STREAM("features not changed: " << error.what() << "; " << accepted_.features
-                                                    << " stays in force with the options it had");
+      NODELET_ERROR_STREAM("not changed: " << error.what() << "; " << accepted_.features
+                                           << " stays in force with the options it had");
       config = accepted_;
-      if (extractor_) return;
-      extractor = create(config);  // at start-up: the defaults
+      if (settings.extractor) return;
+      settings = {};
+      settings.extractor = create(config);  // at start-up: the defaults
     }
     accepted_ = config;
-    NODELET_INFO_STREAM("features " << extractor->name());
-    const std::lock_guard<std::mutex> lock(extractor_mutex_);
-    extractor_ = extractor;
+    if ((level & kLevelFeatures) != 0) {
+      NODELET_INFO_STREAM("features " << settings.extractor->name());
+      diagnostics_->set("features", settings.extractor->name());
+    }
+    const std::lock_guard<std::mutex> lock(settings_mutex_);
+    settings_ = settings;
   }
 
   static std::shared_ptr<const core::FeatureExtractor> create(const FeatureMatcherConfig& config) {
@@ -131,21 +150,23 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   static constexpr std::uint32_t kPublisherQueue = 10;
-  static constexpr std::uint32_t kLevelFeatures = 1, kLevelMatch = 2;
-  static constexpr double kStatisticsPeriod = 15.0;  ///< s, wall time
+  static constexpr std::uint32_t kLevelFeatures = 1;
+  static constexpr double kComplaintPeriod = 15.0;  ///< s, wall time
 
-  bool lazy_ = true;
-  int threads_ = 2;
-  std::mutex connect_mutex_;  ///< guards publisher_ and the subscriptions of images_
+  // Order of destruction: what calls goes before what is called.
   ros::Publisher publisher_;
-  std::mutex extractor_mutex_;  ///< guards extractor_ and match_, which are written under server_mutex_ only
-  std::shared_ptr<const core::FeatureExtractor> extractor_;
-  core::MatchOptions match_;
+  std::unique_ptr<LiveMatcher> matcher_;  ///< used on the thread of queue_ only
+  std::mutex settings_mutex_;             ///< guards settings_, which is written under server_mutex_ only
+  LiveMatcher::Settings settings_;
   FeatureMatcherConfig accepted_ = FeatureMatcherConfig::__getDefault__();  ///< the newest one that worked
+  WallThrottle warning_;
+  std::unique_ptr<WorkQueue<ImageSet>> queue_;
+  std::unique_ptr<ImageSource> images_;
+  std::unique_ptr<OnDemand> demand_;
+  std::unique_ptr<LiveDiagnostics> diagnostics_;
   boost::recursive_mutex server_mutex_;
   std::unique_ptr<Server> server_;
-  std::unique_ptr<PairSynchronizer> images_;
-  ros::WallTimer statistics_timer_;
+  ros::WallTimer complaints_;
 };
 
 }  // namespace corrsel

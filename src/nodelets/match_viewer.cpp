@@ -13,7 +13,9 @@
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/match_drawing.h"
 #include "corrsel/ros/conversions.h"
+#include "corrsel/ros/image_subscriber.h"
 #include "corrsel/ros/stamp_cache.h"
+#include "corrsel/ros/wall_throttle.h"
 
 namespace corrsel {
 
@@ -40,6 +42,11 @@ class MatchViewerNodelet : public nodelet::Nodelet {
     pending_ = std::make_unique<StampCache<Pending>>(cache_size);
     right_images_ = std::make_unique<StampCache<sensor_msgs::ImageConstPtr>>(cache_size);
     transport_ = std::make_unique<image_transport::ImageTransport>(getNodeHandle());
+    left_ = std::make_unique<ImageSubscriber>(getNodeHandle(), pnh, "left/image", queue_size_,
+                                              [this](const sensor_msgs::ImageConstPtr& msg) { onLeft(msg); });
+    right_ =
+        std::make_unique<ImageSubscriber>(getNodeHandle(), pnh, "right/image", queue_size_,
+                                          [this](const sensor_msgs::ImageConstPtr& msg) { onRight(msg); });
 
     if (lazy_)
       NODELET_INFO("lazy: nothing is subscribed or drawn until somebody subscribes to matches/image");
@@ -58,7 +65,8 @@ class MatchViewerNodelet : public nodelet::Nodelet {
       subscribe();
       return;
     }
-    image_subscribers_.clear();
+    left_->unsubscribe();
+    right_->unsubscribe();
     subscribers_.clear();
   }
 
@@ -66,17 +74,12 @@ class MatchViewerNodelet : public nodelet::Nodelet {
     if (!subscribers_.empty()) return;
     // All on the queue that calls one at a time: no locks around the caches.
     ros::NodeHandle& nh = getNodeHandle();
-    const image_transport::TransportHints hints("raw", ros::TransportHints(), getPrivateNodeHandle());
     subscribers_.push_back(nh.subscribe("ground_truth", queue_size_, &MatchViewerNodelet::onTruth, this));
     subscribers_.push_back(
         nh.subscribe("correspondences", queue_size_, &MatchViewerNodelet::onCorrespondences, this));
     subscribers_.push_back(nh.subscribe("selection", queue_size_, &MatchViewerNodelet::onSelection, this));
-    image_subscribers_.push_back(transport_->subscribe(
-        "left/image", queue_size_, [this](const sensor_msgs::ImageConstPtr& msg) { onLeft(msg); }, {},
-        hints));
-    image_subscribers_.push_back(transport_->subscribe(
-        "right/image", queue_size_, [this](const sensor_msgs::ImageConstPtr& msg) { onRight(msg); }, {},
-        hints));
+    left_->subscribe();
+    right_->subscribe();
   }
 
   void onLeft(const sensor_msgs::ImageConstPtr& msg) {
@@ -125,7 +128,7 @@ class MatchViewerNodelet : public nodelet::Nodelet {
       publisher_.publish(
           cv_bridge::CvImage(pending.left->header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
     } catch (const std::exception& error) {  // malformed messages, unsupported encodings, OpenCV
-      NODELET_WARN_STREAM_THROTTLE(5.0, "not drawn: " << error.what());
+      if (warnings_.due()) NODELET_WARN_STREAM("not drawn: " << error.what());
     }
     pending.selection.reset();  // another selector may still answer
   }
@@ -147,7 +150,8 @@ class MatchViewerNodelet : public nodelet::Nodelet {
   std::unique_ptr<image_transport::ImageTransport> transport_;
   std::mutex connect_mutex_;  ///< guards publisher_ and the subscribers
   image_transport::Publisher publisher_;
-  std::vector<image_transport::Subscriber> image_subscribers_;
+  WallThrottle warnings_{5.0};
+  std::unique_ptr<ImageSubscriber> left_, right_;
   std::vector<ros::Subscriber> subscribers_;
 };
 

@@ -11,65 +11,154 @@
 #include <stdexcept>
 
 #include "corrsel/ros/conversions.h"
+#include "corrsel/ros/live_diagnostics.h"
+#include "corrsel/ros/on_demand.h"
 #include "corrsel/ros/parameters.h"
+#include "corrsel/ros/selector_plugins.h"
+#include "corrsel/ros/wall_throttle.h"
+#include "corrsel/ros/work_queue.h"
 #include "corrsel/selectors/factory.h"
+#include "corrsel/stopwatch.h"
+#include "corrsel/text.h"
 
 namespace corrsel {
 
 /// Answers every message on `correspondences` with the matches that the chosen selector keeps (`matches`) and
 /// with its decision (`selection`).
 class SelectorNodelet : public nodelet::Nodelet {
+ public:
+  ~SelectorNodelet() override {
+    if (queue_) queue_->stop();  // from here on nothing is published
+    matches_publisher_.shutdown();
+    selection_publisher_.shutdown();
+  }
+
  private:
   /// A selector with the name under which it was asked for.
   struct Active {
     std::string spec;
+    double max_seconds = 0.0;
     std::shared_ptr<const core::Selector> selector;
   };
+  struct Item {
+    CorrespondencesConstPtr message;
+    core::Stopwatch waiting;
+  };
+  using Server = dynamic_reconfigure::Server<SelectorConfig>;
 
   void onInit() override {
-    for (const std::string& text : clampedParameters<SelectorConfig>(getPrivateNodeHandle())) {
-      NODELET_WARN_STREAM(text);
-    }
-    ros::NodeHandle& nh = getNodeHandle();
-    matches_publisher_ = nh.advertise<Correspondences>("matches", kPublisherQueue);
-    selection_publisher_ = nh.advertise<Selection>("selection", kPublisherQueue);
+    ros::NodeHandle& pnh = getPrivateNodeHandle();
+    for (const std::string& text : clampedParameters<SelectorConfig>(pnh)) NODELET_WARN_STREAM(text);
+    enableSelectorPlugins();
+    queue_ = std::make_unique<WorkQueue<Item>>(std::max(1, pnh.param("pending", 1)),
+                                               [this](const Item& item) { process(item); });
+    queue_size_ = static_cast<std::uint32_t>(std::max(1, pnh.param("subscriber_queue_size", 5)));
+    const bool lazy = pnh.param("lazy", true);
+    demand_ = std::make_unique<OnDemand>(
+        lazy,
+        [this] {
+          return matches_publisher_.getNumSubscribers() + selection_publisher_.getNumSubscribers() > 0;
+        },
+        [this] { subscribe(); }, [this] { subscriber_.shutdown(); });
+    diagnostics_ = std::make_unique<LiveDiagnostics>(getMTNodeHandle(), getMTPrivateNodeHandle(), getName(),
+                                                     [this] { return flow(); });
 
     // The server has threads of its own: a slow selection does not hold up set_parameters.
     server_ = std::make_unique<Server>(server_mutex_, getMTPrivateNodeHandle());
     server_->setCallback([this](SelectorConfig& config, std::uint32_t level) { reconfigure(config, level); });
 
-    const int queue = std::max(1, getPrivateNodeHandle().param("subscriber_queue_size", 1));
-    subscriber_ =
-        nh.subscribe("correspondences", static_cast<std::uint32_t>(queue), &SelectorNodelet::process, this);
+    if (lazy) NODELET_INFO("lazy: correspondences are subscribed while somebody subscribes to the outcome");
+    const auto on_change = [this](const ros::SingleSubscriberPublisher&) { demand_->update(); };
+    {
+      const auto lock = demand_->hold();
+      ros::NodeHandle& nh = getNodeHandle();
+      matches_publisher_ = nh.advertise<Correspondences>("matches", kPublisherQueue, on_change, on_change);
+      selection_publisher_ = nh.advertise<Selection>("selection", kPublisherQueue, on_change, on_change);
+    }
+    demand_->update();
   }
 
-  void process(const CorrespondencesConstPtr& msg) {
+  void subscribe() {
+    subscriber_ = getNodeHandle().subscribe<Correspondences>("correspondences", queue_size_,
+                                                             [this](const CorrespondencesConstPtr& message) {
+                                                               queue_->put({message, core::Stopwatch()});
+                                                             });
+  }
+
+  /// On the thread of the queue.
+  void process(const Item& item) {
     Active active;
     {
       const std::lock_guard<std::mutex> lock(active_mutex_);
       active = active_;
     }
-    if (!active.selector) return;
-    PairInfo info;
-    core::Correspondences input;
     try {
-      input = fromMsg(*msg, &info);
-    } catch (const std::invalid_argument& error) {
-      NODELET_WARN_STREAM_THROTTLE(5.0, subscriber_.getTopic() << ": dropped: " << error.what());
-      return;
+      answer(active, item);
+    } catch (const std::exception& error) {  // malformed messages
+      warn(getNodeHandle().resolveName("correspondences") + ": dropped: " + error.what());
     }
+  }
+
+  void answer(const Active& active, const Item& item) {
+    PairInfo info;
+    const double waited = item.waiting.seconds();
+    core::Stopwatch watch;
+    const core::Correspondences input = fromMsg(*item.message, &info);
+    // What was not measured before counts as nothing: matches that somebody else has made.
+    info.wait_seconds = (info.wait_seconds >= 0 ? info.wait_seconds : 0.0) + waited;
+    info.publish_seconds = (info.publish_seconds >= 0 ? info.publish_seconds : 0.0) + watch.seconds();
+
     const core::Selection selection = active.selector->select(input);
+    watch.restart();
     matches_publisher_.publish(
         boost::make_shared<Correspondences>(toMsg(input.subset(core::selectedRows(selection.mask)), info)));
-    selection_publisher_.publish(boost::make_shared<Selection>(toMsg(selection, info, active.spec)));
+    const auto message = boost::make_shared<Selection>(toMsg(selection, info, active.spec));
+    message->publish_seconds += watch.seconds();
+    selection_publisher_.publish(message);
+    report(active, selection, *message);
+  }
+
+  void report(const Active& active, const core::Selection& selection, const Selection& message) {
+    diagnostics_->answered({{"wait", message.wait_seconds},
+                            {"detect", message.detect_seconds},
+                            {"describe", message.describe_seconds},
+                            {"match", message.match_seconds},
+                            {"select", message.select_seconds},
+                            {"publish", message.publish_seconds},
+                            {"age", ros::Time::now().toSec() - message.header.stamp.toSec()}});
+    if (selection.n_input > 0) {
+      diagnostics_->inlierRatio(static_cast<double>(selection.n_selected) /
+                                static_cast<double>(selection.n_input));
+    }
+    const bool late = active.max_seconds > 0 && selection.seconds > active.max_seconds;
+    if (selection.status != core::Status::kOk) {
+      warn(active.spec + ": " + core::toString(selection.status) + ": " + selection.message);
+    } else if (late) {
+      warn(active.spec + ": took " + std::to_string(selection.seconds) + " s of max_seconds = " +
+           std::to_string(active.max_seconds) + " with " + std::to_string(selection.n_input) + " matches");
+    }
+  }
+
+  void warn(const std::string& text) {
+    diagnostics_->failed(text);
+    if (warning_.due()) NODELET_WARN_STREAM(text);
+  }
+
+  LiveDiagnostics::Flow flow() {
+    const WorkQueue<Item>::Counts work = queue_->counts();
+    return {demand_->running(), {{"correspondences", work.received}}, work.done, work.dropped};
   }
 
   static Active create(const SelectorConfig& config) {
     Active active;
     active.spec = config.preset.empty() ? config.selector : config.selector + ":" + config.preset;
-    const std::string name = active.spec.substr(0, active.spec.find(':'));
-    const core::OptionMap common = {{"seed", std::to_string(config.seed)}};
-    active.selector = core::createSelector(active.spec, changedOptions(config, name + "_"), common);
+    active.max_seconds = config.max_seconds;
+    core::OptionMap common = {{"seed", std::to_string(config.seed)}};
+    if (config.max_seconds > 0) common["max_seconds"] = core::formatNumber(config.max_seconds);
+    const bool plugin = core::isPluginName(config.selector);
+    active.selector = core::createSelector(
+        active.spec,
+        plugin ? parseOptions(config.plugin_options) : changedOptions(config, config.selector + "_"), common);
     return active;
   }
 
@@ -101,21 +190,27 @@ class SelectorNodelet : public nodelet::Nodelet {
     }
     accepted_ = config;
     NODELET_INFO_STREAM("selector " << active.spec);
+    diagnostics_->set("selector", active.spec);
     const std::lock_guard<std::mutex> lock(active_mutex_);
     active_ = active;
   }
 
-  using Server = dynamic_reconfigure::Server<SelectorConfig>;
   static constexpr std::uint32_t kPublisherQueue = 10;
   static constexpr std::uint32_t kLevelSelector = 2;
 
+  // Order of destruction: what calls goes before what is called.
   ros::Publisher matches_publisher_, selection_publisher_;
   std::mutex active_mutex_;  ///< guards active_, which is written under server_mutex_ only
   Active active_;
   SelectorConfig accepted_ = SelectorConfig::__getDefault__();  ///< the newest configuration that worked
+  WallThrottle warning_;
+  std::unique_ptr<WorkQueue<Item>> queue_;
+  std::uint32_t queue_size_ = 5;
+  ros::Subscriber subscriber_;  ///< guarded by demand_
+  std::unique_ptr<OnDemand> demand_;
+  std::unique_ptr<LiveDiagnostics> diagnostics_;
   boost::recursive_mutex server_mutex_;
   std::unique_ptr<Server> server_;
-  ros::Subscriber subscriber_;
 };
 
 }  // namespace corrsel

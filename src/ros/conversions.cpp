@@ -3,11 +3,15 @@
 #include <sensor_msgs/image_encodings.h>
 
 #include <algorithm>
+#include <boost/endian/conversion.hpp>
 #include <boost/make_shared.hpp>
 #include <cmath>
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <set>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace corrsel {
@@ -65,6 +69,58 @@ cv::Matx33d readMatrix(const std::string& message, const std::string& field, con
     matrix.val[i] = numbers[i];
   }
   return matrix;
+}
+
+bool isSupported(const std::string& encoding) {
+  namespace enc = sensor_msgs::image_encodings;
+  static const std::set<std::string> kOthers = {enc::MONO8,      enc::MONO16,     enc::TYPE_8UC1,
+                                                enc::TYPE_8UC3,  enc::TYPE_8UC4,  enc::TYPE_16UC1,
+                                                enc::TYPE_16UC3, enc::TYPE_16UC4, enc::YUV422};
+  return enc::isColor(encoding) || enc::isBayer(encoding) || kOthers.count(encoding) != 0;
+}
+
+/// What an image message says of itself, for complaints.
+std::string imageText(const sensor_msgs::Image& msg) {
+  return "image with encoding '" + msg.encoding + "', " + std::to_string(msg.width) + "x" +
+         std::to_string(msg.height) + " px, step " + std::to_string(msg.step) + ", " +
+         std::to_string(msg.data.size()) + " bytes";
+}
+
+/// Throws unless the data are what the header says. cv_bridge looks too, but in 32 bits, which overflow.
+/// @param pixel_size  bytes
+void requirePixels(const sensor_msgs::Image& msg, std::size_t pixel_size) {
+  const auto refusal = [&msg](const std::string& what) {
+    return std::invalid_argument(imageText(msg) + ": " + what);
+  };
+  if (msg.width == 0 || msg.height == 0) throw refusal("has no pixels");
+  if (msg.width > kMaxImageSide || msg.height > kMaxImageSide) throw refusal("is too large");
+  if (msg.step < msg.width * pixel_size) {
+    throw refusal("a row needs " + std::to_string(msg.width * pixel_size) + " bytes");
+  }
+  const std::uint64_t expected = static_cast<std::uint64_t>(msg.step) * msg.height;
+  if (msg.data.size() != expected) throw refusal("expected " + std::to_string(expected) + " bytes");
+}
+
+/// The image with the bytes of every 16-bit number exchanged, or the image itself where they are in order.
+sensor_msgs::ImageConstPtr inNativeOrder(const sensor_msgs::ImageConstPtr& msg, int depth) {
+  constexpr bool kNativeIsBig = boost::endian::order::native == boost::endian::order::big;
+  if (depth != 16 || (msg->is_bigendian != 0) == kNativeIsBig) return msg;
+  const auto swapped = boost::make_shared<sensor_msgs::Image>(*msg);
+  swapped->is_bigendian = kNativeIsBig ? 1 : 0;
+  for (std::size_t i = 0; i + 1 < swapped->data.size(); i += 2) {
+    std::swap(swapped->data[i], swapped->data[i + 1]);
+  }
+  return swapped;
+}
+
+/// Whether a JPEG has no end-of-image marker behind its last start-of-scan marker; inside a scan neither can
+/// occur (ITU-T T.81, B.1.1.2 and F.1.2.3). OpenCV decodes such data without a word.
+bool isCutOffJpeg(const std::vector<std::uint8_t>& data) {
+  constexpr std::uint8_t kStartOfImage[] = {0xff, 0xd8}, kStartOfScan[] = {0xff, 0xda},
+                         kEndOfImage[] = {0xff, 0xd9};
+  if (data.size() < 2 || !std::equal(kStartOfImage, kStartOfImage + 2, data.begin())) return false;
+  const auto scan = std::find_end(data.begin(), data.end(), kStartOfScan, kStartOfScan + 2);
+  return std::search(scan, data.end(), kEndOfImage, kEndOfImage + 2) == data.end();
 }
 
 }  // namespace
@@ -306,35 +362,44 @@ Score toMsg(const core::Evaluation& evaluation, const ScoreLabels& labels) {
   return msg;
 }
 
-cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& msg) {
+cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& image) {
   namespace enc = sensor_msgs::image_encodings;
-  const std::string& encoding = msg->encoding;
+  const std::string& encoding = image->encoding;
+  if (!isSupported(encoding)) {
+    throw std::invalid_argument("image encoding '" + encoding +
+                                "' is not supported; use 8- or 16-bit grey, colour, Bayer or yuv422");
+  }
+  const int depth = enc::bitDepth(encoding);
+  requirePixels(*image, static_cast<std::size_t>(enc::numChannels(encoding) * depth / 8));
+  const sensor_msgs::ImageConstPtr msg = inNativeOrder(image, depth);
   try {
     if (encoding == enc::MONO8 || encoding == enc::BGR8 || encoding == enc::TYPE_8UC1 ||
         encoding == enc::TYPE_8UC3) {
       return cv_bridge::toCvShare(msg);
     }
     if (encoding == enc::MONO16) return cv_bridge::toCvShare(msg, enc::MONO8);
-    if (encoding == enc::TYPE_16UC1 || encoding == enc::TYPE_16UC3) {
+    if (encoding.find("UC") != std::string::npos) {  // numbers without a meaning: taken as grey, BGR or BGRA
       const cv_bridge::CvImageConstPtr source = cv_bridge::toCvShare(msg);
-      const auto scaled = boost::make_shared<cv_bridge::CvImage>(
-          msg->header, encoding == enc::TYPE_16UC1 ? enc::MONO8 : enc::BGR8);
-      source->image.convertTo(scaled->image, CV_8U, 255.0 / 65535.0);
-      return scaled;
+      const auto converted = boost::make_shared<cv_bridge::CvImage>(
+          msg->header, source->image.channels() == 1 ? enc::MONO8 : enc::BGR8);
+      source->image.convertTo(converted->image, CV_8U, depth == 16 ? 255.0 / 65535.0 : 1.0);
+      if (source->image.channels() == 4) {
+        cv::cvtColor(converted->image, converted->image, cv::COLOR_BGRA2BGR);
+      }
+      return converted;
     }
-    if (enc::isColor(encoding) || enc::isBayer(encoding) || encoding == enc::YUV422) {
-      return cv_bridge::toCvShare(msg, enc::BGR8);
-    }
-  } catch (const std::exception& error) {  // cv_bridge::Exception, cv::Exception, unknown encodings
-    throw std::invalid_argument("image with encoding '" + encoding + "', " + std::to_string(msg->width) +
-                                "x" + std::to_string(msg->height) + " px: " + error.what());
+    return cv_bridge::toCvShare(msg, enc::BGR8);
+  } catch (const std::exception& error) {  // cv_bridge::Exception, cv::Exception
+    throw std::invalid_argument(imageText(*msg) + ": " + error.what());
   }
-  throw std::invalid_argument("image encoding '" + encoding +
-                              "' is not supported; use 8- or 16-bit grey, colour, Bayer or yuv422");
 }
 
 cv::Mat fromMsg(const sensor_msgs::CompressedImage& msg) {
   cv::Mat image;
+  if (isCutOffJpeg(msg.data)) {
+    throw std::invalid_argument("compressed image of format '" + msg.format + "', " +
+                                std::to_string(msg.data.size()) + " bytes, is cut off");
+  }
   if (!msg.data.empty()) {
     try {
       // Orientation tags are ignored: ground truth refers to the pixels as they are stored.

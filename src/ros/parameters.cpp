@@ -3,6 +3,7 @@
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "corrsel/text.h"
 
@@ -94,6 +95,18 @@ core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
   addChanged(config.ints, defaults.ints, prefix, options);
   addChanged(config.bools, defaults.bools, prefix, options);
   addChanged(config.strs, defaults.strs, prefix, options);
+  return options;
+}
+
+core::OptionMap parseOptions(const std::string& text) {
+  core::OptionMap options;
+  for (const std::string& piece : core::splitList(text)) {
+    const std::size_t equals = piece.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw std::invalid_argument("'" + piece + "' does not read as option=value, e.g. threshold=3");
+    }
+    options[piece.substr(0, equals)] = piece.substr(equals + 1);
+  }
   return options;
 }
 

@@ -110,8 +110,8 @@ class SmoothProducts {
 
 class Game {
  public:
-  Game(PairWorkspace& space, const PairRule& rule, const GtmOptions& options)
-      : space_(space), rule_(rule), options_(options), deadline_(options.max_seconds) {
+  Game(PairWorkspace& space, const PairRule& rule, const GtmOptions& options, const Deadline& deadline)
+      : space_(space), rule_(rule), options_(options), deadline_(deadline) {
     diagonal_.resize(static_cast<Eigen::Index>(space.distinct.size()));
     // Players of a repeated match meet others of their kind, but not themselves.
     for (Eigen::Index i = 0; i < count(); ++i)
@@ -152,6 +152,8 @@ class Game {
     const Eigen::Index stride = (count() + kSeeds - 1) / kSeeds;
     const double seeds = static_cast<double>((count() + stride - 1) / stride);
     for (Eigen::Index i = 0; i < count(); i += stride) {
+      population.timed_out = deadline_.passed();
+      if (population.timed_out) return population;
       share[i] = 1 / seeds;
       computeRow(i, row);
       payoff += share[i] * row;
@@ -196,7 +198,7 @@ class Game {
   PairWorkspace& space_;
   PairRule rule_;
   const GtmOptions& options_;
-  Deadline deadline_;
+  const Deadline& deadline_;
   Vector diagonal_;
   std::vector<float> row_;
 };
@@ -240,6 +242,7 @@ std::string GtmSelector::missingInput(const Correspondences& matches) const {
 void GtmSelector::run(const Correspondences& matches, Selection& result) const {
   const std::size_t n = matches.size();
   if (n == 0) return;
+  const Deadline deadline(options_.max_seconds);
   std::vector<std::uint32_t> rows;
   std::vector<LinearMap> maps(n);
   for (std::uint32_t i = 0; i < n; ++i) {
@@ -265,7 +268,7 @@ void GtmSelector::run(const Correspondences& matches, Selection& result) const {
   PairRule rule;
   rule.scale = static_cast<float>(lambda / std::log(2.0));
   rule.one_to_one = options_.one_to_one;
-  Game game(space, rule, options_);
+  Game game(space, rule, options_, deadline);
   const Population population = replicator ? game.replicator() : game.equilibrium();
   result.iterations = population.steps;
   if (population.timed_out) {

@@ -1,8 +1,10 @@
 #include "corrsel/selectors/selector.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <new>
+#include <opencv2/core.hpp>
 #include <stdexcept>
 
 #include "corrsel/stopwatch.h"
@@ -47,15 +49,36 @@ void fail(Selection& result, std::size_t n, Status status, const std::string& me
   result.message = message;
 }
 
-/// A plug-in that returns a mask of another length must not take the caller down.
-void requireLengths(const Selection& result, std::size_t n) {
-  if (result.mask.size() == n && (result.score.empty() || result.score.size() == n)) return;
-  throw std::length_error("the selector returned a mask of " + std::to_string(result.mask.size()) + " and " +
-                          std::to_string(result.score.size()) + " scores for " + std::to_string(n) +
-                          " matches");
+/// The algorithm may be another package's: nonsense must not take the caller down.
+void requireSense(const Selection& result, std::size_t n) {
+  if (result.mask.size() != n || (!result.score.empty() && result.score.size() != n)) {
+    throw std::length_error("the selector returned a mask of " + std::to_string(result.mask.size()) +
+                            " and " + std::to_string(result.score.size()) + " scores for " +
+                            std::to_string(n) + " matches");
+  }
+  const auto wrong = std::find_if(result.mask.begin(), result.mask.end(),
+                                  [](std::uint8_t selected) { return selected > 1; });
+  if (wrong != result.mask.end()) {
+    throw std::domain_error("the selector returned a mask that holds " + std::to_string(*wrong) +
+                            "; allowed are 0 and 1");
+  }
+  if (result.status > Status::kFailed || result.model_kind > ModelKind::kFundamental) {
+    throw std::domain_error("the selector returned a status or a kind of model that does not exist: " +
+                            std::to_string(static_cast<int>(result.status)) + ", " +
+                            std::to_string(static_cast<int>(result.model_kind)));
+  }
+  if (result.model_kind != ModelKind::kNone && !cv::checkRange(result.model)) {
+    throw std::domain_error("the selector returned a model that is not finite");
+  }
 }
 
 }  // namespace
+
+void Selector::configure(const OptionMap& options) {
+  if (options.empty()) return;
+  throw std::invalid_argument("takes no options, but was given " + options.begin()->first +
+                              "; a selector with options overrides configure()");
+}
 
 std::string Selector::missingInput(const Correspondences&) const { return ""; }
 
@@ -64,7 +87,7 @@ Selection Selector::select(const Correspondences& matches) const {
   const std::size_t n = matches.size();
   Selection result;
   result.mask.assign(n, 0);
-  result.n_input = n;
+  std::size_t n_ignored = 0;
   try {
     const std::string inconsistency = matches.inconsistency();
     const std::string missing = inconsistency.empty() ? missingInput(matches) : inconsistency;
@@ -72,14 +95,14 @@ Selection Selector::select(const Correspondences& matches) const {
       fail(result, n, Status::kUnsupportedInput, missing);
     } else if (allUsable(matches)) {
       run(matches, result);
-      requireLengths(result, n);
+      requireSense(result, n);
     } else {
       const std::vector<std::uint32_t> rows = usableRows(matches);
-      result.n_ignored = n - rows.size();
+      n_ignored = n - rows.size();
       Selection inner;
       inner.mask.assign(rows.size(), 0);
       run(matches.subset(rows), inner);
-      requireLengths(inner, rows.size());
+      requireSense(inner, rows.size());
       for (std::size_t i = 0; i < rows.size(); ++i) result.mask[rows[i]] = inner.mask[i];
       if (!inner.score.empty()) {
         result.score.assign(n, std::numeric_limits<float>::quiet_NaN());
@@ -95,7 +118,12 @@ Selection Selector::select(const Correspondences& matches) const {
     fail(result, n, Status::kTooLarge, "out of memory with " + std::to_string(n) + " matches");
   } catch (const std::exception& error) {
     fail(result, n, Status::kFailed, error.what());
+  } catch (...) {
+    fail(result, n, Status::kFailed, "the selector threw something that is not a std::exception");
   }
+  result.n_input = n;
+  result.n_ignored = n_ignored;
+  result.n_selected = 0;
   for (const std::uint8_t selected : result.mask) result.n_selected += selected;
   result.seconds = watch.seconds();
   return result;

@@ -29,8 +29,8 @@ using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kB
 /// with the diagonal (w_i - 1) * duplicate_affinity.
 class PrincipalEigenvector {
  public:
-  PrincipalEigenvector(PairWorkspace& space, double duplicate_affinity, double max_seconds)
-      : space_(space), duplicate_affinity_(duplicate_affinity), deadline_(max_seconds) {
+  PrincipalEigenvector(PairWorkspace& space, double duplicate_affinity, const Deadline& deadline)
+      : space_(space), duplicate_affinity_(duplicate_affinity), deadline_(deadline) {
     root_weight_.resize(static_cast<Eigen::Index>(space.distinct.size()));
     for (std::size_t i = 0; i < space.distinct.size(); ++i)
       root_weight_[static_cast<Eigen::Index>(i)] = std::sqrt(double(space.distinct.multiplicity(i)));
@@ -60,7 +60,11 @@ class PrincipalEigenvector {
     if (timed_out_) return false;
     image = image.cwiseProduct(root_weight_) +
             duplicate_affinity_ * (root_weight_.array().square() - 1).matrix().cwiseProduct(u);
-    if (products_ == 0) degree_ = image;
+    if (products_ == 0) {
+      degree_ = image;
+      // The greedy step takes about as long as the first product, at most.
+      deadline_.reserve(deadline_.elapsed());
+    }
     ++products_;
     return true;
   }
@@ -171,6 +175,7 @@ Presets StSelector::presets() {
 void StSelector::run(const Correspondences& matches, Selection& result) const {
   const std::size_t n = matches.size();
   if (n == 0) return;
+  const Deadline deadline(options_.max_seconds);
   PairWorkspace& space = PairWorkspace::ofThread();
   std::vector<std::uint32_t> rows(n);
   std::iota(rows.begin(), rows.end(), 0U);
@@ -182,7 +187,7 @@ void StSelector::run(const Correspondences& matches, Selection& result) const {
   space.matrix.assign(value, rule, space.distinct.columns(), space.distinct.size(),
                       static_cast<std::size_t>(options_.memory_limit) << 20);
   const double duplicate_affinity = ratio ? options_.duplicate_affinity : 1;
-  PrincipalEigenvector eigenvector(space, duplicate_affinity, options_.max_seconds);
+  PrincipalEigenvector eigenvector(space, duplicate_affinity, deadline);
   const Vector v = eigenvector.compute();
   space.matrix.release();
   result.iterations = eigenvector.products();

@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "corrsel/coordinate_order.h"
+#include "corrsel/deadline.h"
 #include "corrsel/kernels/kernels.h"
 #include "corrsel/random.h"
+#include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {
@@ -26,6 +29,8 @@ constexpr std::size_t kLargestRank = 400;
 // Points among which pivots are sought: that many, but no more than one out of so many.
 constexpr std::size_t kPilots = 256, kLeastPilotStep = 4;
 constexpr double kPilotMargin = 2;
+// Points that get their columns between two looks at the clock: a few milliseconds with the most columns.
+constexpr std::size_t kPointsPerLook = 1024;
 // Columns that start from less than this hold rounding errors.
 constexpr double kLeastTolerance = 1e-13;
 
@@ -136,8 +141,8 @@ void fillGroup(Numbers& column, std::size_t n) { column.resize(paddedSize(n), co
 /// into the one of w.
 class Field {
  public:
-  Field(std::size_t n, const VfcOptions& options, Workspace& work)
-      : n_(n), beta_(options.beta), sparse_(options.control_points > 0), work_(work) {
+  Field(std::size_t n, const VfcOptions& options, const Deadline& deadline, Workspace& work)
+      : n_(n), beta_(options.beta), sparse_(options.control_points > 0), deadline_(deadline), work_(work) {
     if (sparse_) {
       drawControlPoints(n, static_cast<std::size_t>(options.control_points),
                         static_cast<std::uint64_t>(options.seed), work);
@@ -157,9 +162,10 @@ class Field {
   }
 
   /// Fits to the samples: w of (L^T P L + ridge I) w = L^T P Y, L L^T being exact up to `tolerance` in every
-  /// element. Writes the squared residuals. @return their sum weighted by the posteriors
-  double fit(double ridge, double tolerance) {
-    extend(tolerance);
+  /// element. Writes the squared residuals. @return their sum weighted by the posteriors; nothing, and
+  /// nothing is written, where the deadline has passed
+  std::optional<double> fit(double ridge, double tolerance) {
+    if (deadline_.passed() || !extend(tolerance)) return std::nullopt;
     const FieldFactor factor = factorOf(work_.columns, n_, rank_);
     const std::size_t m = rank_ + 2;
     work_.lanes.resize(std::max(work_.lanes.size(), m * m * kFieldGroup));
@@ -192,25 +198,27 @@ class Field {
     return {columns.data(), columnStride(n), rank, paddedSize(n)};
   }
 
-  /// Adds columns until all elements are exact up to `tolerance`.
-  void extend(double tolerance) {
+  /// Adds columns until all elements are exact up to `tolerance`. @return false where the deadline has passed
+  bool extend(double tolerance) {
     // Between the pilots more is left over than at them.
     const double at_pilots = std::max(kLeastTolerance, sparse_ ? 0.0 : tolerance / kPilotMargin);
     clearPivots();
     while (rank_ + pivots() < kLargestRank) {
       const std::size_t next = largestOf(work_.pilot_rest, work_.pilots.size());
       if (work_.pilot_rest[next] <= at_pilots && rank_ + pivots() > 0) break;
+      if (deadline_.passed()) return false;
       takePivot(work_.pilot_x[next], work_.pilot_y[next], work_.pilot_rest[next], work_.pilot_columns,
                 work_.pilots.size(), next);
       work_.pilot_rest[next] = 0;
     }
-    if (pivots() > 0) addColumns();
+    if (pivots() > 0 && !addColumns()) return false;
     while (!sparse_ && largest_rest_ > tolerance && rank_ < kLargestRank) {
       const std::size_t next = largestOf(work_.rest, n_);
       clearPivots();
       takePivot(work_.x[next], work_.y[next], work_.rest[next], work_.columns, n_, next);
-      addColumns();
+      if (!addColumns()) return false;
     }
+    return true;
   }
 
   std::size_t pivots() const { return work_.pivot_x.size(); }
@@ -233,8 +241,8 @@ class Field {
     add(last, work_.pilot_x, work_.pilot_y, work_.pilots.size(), rank, work_.pilot_columns, work_.pilot_rest);
   }
 
-  /// Gives all points the columns of the pivots.
-  void addColumns() {
+  /// Gives all points the columns of the pivots. @return false where the deadline has passed
+  bool addColumns() {
     const FieldPivots all{pivots(),
                           work_.pivot_x.data(),
                           work_.pivot_y.data(),
@@ -243,27 +251,39 @@ class Field {
                           kLargestRank};
     largest_rest_ = add(all, work_.x, work_.y, n_, rank_, work_.columns, work_.rest);
     rank_ += pivots();
+    return !deadline_.passed();
   }
 
+  /// @return what is left of the diagonal, at most; stops at the deadline
   double add(const FieldPivots& pivots, const Numbers& x, const Numbers& y, std::size_t n, std::size_t rank,
              Numbers& columns, Numbers& rest) {
     const std::size_t begin = (rank + 2) * columnStride(n), end = begin + pivots.count * columnStride(n);
     if (columns.size() < end) columns.resize(end * 3 / 2);
-    return kernels().field.factor(x.data(), y.data(), beta_, pivots, factorOf(columns, n, rank),
-                                  columns.data() + begin, rest.data());
+    double largest = 0;
+    for (std::size_t i = 0; i < paddedSize(n) && !(i > 0 && deadline_.passed()); i += kPointsPerLook) {
+      FieldFactor part = factorOf(columns, n, rank);
+      part.columns += i;
+      part.padded = std::min(kPointsPerLook, part.padded - i);
+      largest = std::max(largest, kernels().field.factor(x.data() + i, y.data() + i, beta_, pivots, part,
+                                                         columns.data() + begin + i, rest.data() + i));
+    }
+    return largest;
   }
 
   std::size_t n_;
   double beta_;
   bool sparse_;
+  const Deadline& deadline_;
   Workspace& work_;
   std::size_t rank_ = 0;
   double largest_rest_ = 1, norm_ = 0;
 };
 
-/// The EM. Leaves the posteriors in work.posterior. @return its steps
-int estimate(std::size_t n, const VfcOptions& options, double variance, Workspace& work) {
-  Field field(n, options, work);
+/// The EM. Leaves the posteriors in work.posterior: at the deadline those of the last field that was fitted.
+/// @return its steps; at the deadline the fields fitted
+int estimate(std::size_t n, const VfcOptions& options, double variance, const Deadline& deadline,
+             Workspace& work, bool& timed_out) {
+  Field field(n, options, deadline, work);
   double energy = 1, ratio = options.inlier_ratio;
   int steps = 0;
   while (steps < options.max_iterations && variance > kLeastVariance) {
@@ -278,8 +298,11 @@ int estimate(std::size_t n, const VfcOptions& options, double variance, Workspac
                                   options.lambda / 2 * field.norm());
     if (std::abs(energy - before) <= options.energy_change * std::abs(energy)) break;
     const double ridge = options.lambda * variance;
-    variance =
-        field.fit(ridge, std::max(kLeastTolerance, options.kernel_tolerance * ridge)) / (2 * sums.clamped);
+    const std::optional<double> rest =
+        field.fit(ridge, std::max(kLeastTolerance, options.kernel_tolerance * ridge));
+    timed_out = !rest;
+    if (timed_out) return steps - 1;
+    variance = *rest / (2 * sums.clamped);
     ratio = std::clamp(sums.accepted / static_cast<double>(n), kLeastInlierRatio, kMostInlierRatio);
   }
   return steps;
@@ -307,6 +330,7 @@ void VfcOptions::visit(OptionVisitor& visitor) {
   visitor.integer({"control_points", 0, 200, "-", "Points that carry the field, drawn at random; 0 = all"},
                   control_points);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers"}, seed);
+  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, max_seconds);
 }
 
 VfcSelector::VfcSelector(VfcOptions options) : options_(std::move(options)) { options_.check(); }
@@ -320,6 +344,7 @@ void VfcSelector::run(const Correspondences& matches, Selection& result) const {
     result.message = std::to_string(n) + " matches, vfc needs " + std::to_string(kFewest);
     return;
   }
+  const Deadline deadline(options_.max_seconds);
   thread_local Workspace work;
   sortRows(matches, work);
   const std::size_t padded = paddedSize(n), stride = columnStride(n);
@@ -344,7 +369,14 @@ void VfcSelector::run(const Correspondences& matches, Selection& result) const {
   }
   variance /= 2 * static_cast<double>(n);
   if (variance > kLeastVariance) {
-    result.iterations = estimate(n, options_, variance, work);
+    bool timed_out = false;
+    result.iterations = estimate(n, options_, variance, deadline, work, timed_out);
+    if (timed_out) {
+      result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
+      result.message = "stopped after " + std::to_string(result.iterations) +
+                       " steps, max_seconds = " + formatNumber(options_.max_seconds);
+      if (result.iterations == 0) return;
+    }
   } else {
     for (std::size_t i = 0; i < n; ++i)
       work.posterior[i] = work.squared[i] <= kLargestResidualAtRest * kLargestResidualAtRest ? 1.0 : 0.0;

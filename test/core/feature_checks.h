@@ -2,11 +2,60 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <vector>
 
+#include "corrsel/features/extractor.h"
 #include "corrsel/features/features.h"
+#include "corrsel/random.h"
+#include "test_support.h"
 
 namespace corrsel::core::testing {
+
+/// Squares and discs of all sizes on a grey ground, with a little texture.
+inline cv::Mat shapes(int channels = 1, cv::Size size = {400, 300}, std::uint64_t seed = 1) {
+  Random random(seed);
+  cv::Mat image(size, CV_8UC(channels), cv::Scalar::all(128));
+  const auto below = [&random](int bound) { return int(random.index(std::uint32_t(bound))); };
+  for (int i = 0; i < 150; ++i) {
+    const cv::Point centre(below(size.width), below(size.height));
+    const int radius = 2 + below(14);
+    const cv::Scalar colour(below(256), below(256), below(256), 255);
+    if (i % 2) {
+      cv::circle(image, centre, radius, colour, cv::FILLED);
+    } else {
+      cv::rectangle(image, centre, centre + cv::Point(radius, 2 * radius), colour, cv::FILLED);
+    }
+  }
+  cv::GaussianBlur(image, image, {}, 0.8);
+  return image;
+}
+
+/// Those of the paper and others, each detector and each descriptor with something else too.
+inline std::vector<std::string> combinations() {
+  std::vector<std::string> names = extractorNames();
+  for (const char* mixed : {"sift+orb", "orb+brisk", "akaze+sift", "sift+freak", "blob+sift",
+                            "hessian_affine+freak", "asift+sift"}) {
+    names.push_back(mixed);
+  }
+  if (kSanitized) {  // test_asift has it, in less time
+    names.erase(std::remove_if(names.begin(), names.end(),
+                               [](const std::string& name) { return algorithmsOf(name).front() == "asift"; }),
+                names.end());
+  }
+  return names;
+}
+
+/// As the name of a test.
+inline std::string combinationName(const ::testing::TestParamInfo<std::string>& info) {
+  std::string name = info.param;
+  std::replace(name.begin(), name.end(), '+', '_');
+  return name;
+}
 
 /// Keypoints and frames, bit by bit.
 inline void expectSameKeypoints(const Features& a, const Features& b) {

@@ -15,25 +15,6 @@ namespace {
 
 using namespace testing;
 
-/// Squares and discs of all sizes on a grey ground, with a little texture.
-cv::Mat picture(int channels = 1, cv::Size size = {400, 300}, std::uint64_t seed = 1) {
-  Random random(seed);
-  cv::Mat image(size, CV_8UC(channels), cv::Scalar::all(128));
-  const auto below = [&random](int bound) { return int(random.index(std::uint32_t(bound))); };
-  for (int i = 0; i < 150; ++i) {
-    const cv::Point centre(below(size.width), below(size.height));
-    const int radius = 2 + below(14);
-    const cv::Scalar colour(below(256), below(256), below(256), 255);
-    if (i % 2) {
-      cv::circle(image, centre, radius, colour, cv::FILLED);
-    } else {
-      cv::rectangle(image, centre, centre + cv::Point(radius, 2 * radius), colour, cv::FILLED);
-    }
-  }
-  cv::GaussianBlur(image, image, {}, 0.8);
-  return image;
-}
-
 class EveryExtractor : public ::testing::TestWithParam<std::string> {
  protected:
   std::unique_ptr<FeatureExtractor> create(const OptionMap& options = {}) const {
@@ -53,7 +34,7 @@ const std::map<std::string, std::pair<int, int>>& descriptorForms() {
 }
 
 TEST_P(EveryExtractor, DescribesEveryKeypoint) {
-  const cv::Mat image = picture();
+  const cv::Mat image = shapes();
   const auto extractor = create();
   EXPECT_EQ(extractor->name(), GetParam());
   const Features features = extractor->extract(image);
@@ -77,7 +58,7 @@ TEST_P(EveryExtractor, DescribesEveryKeypoint) {
 TEST_P(EveryExtractor, FramesFitTheirKeypoints) {
   const std::string detector = algorithmsOf(GetParam()).front();
   const bool affine = detector == "hessian_affine" || detector == "asift";
-  const Features f = create()->extract(picture());
+  const Features f = create()->extract(shapes());
   ASSERT_EQ(f.frames.size(), f.keypoints.size());
   for (std::size_t i = 0; i < f.frames.size(); ++i) {
     const cv::KeyPoint& k = f.keypoints[i];
@@ -97,7 +78,7 @@ TEST_P(EveryExtractor, FramesFitTheirKeypoints) {
 
 TEST_P(EveryExtractor, DescriptorsBelongToTheirKeypoints) {
   // Of a picture and the same picture moved by 8 px, the nearest descriptors must be 8 px apart.
-  const cv::Mat image = picture(1, {408, 300});
+  const cv::Mat image = shapes(1, {408, 300});
   const Features a = create()->extract(image.colRange(0, 400)), b = create()->extract(image.colRange(8, 408));
   const Correspondences m = matchFeatures(a, b);
   int distinct = 0, moved = 0;
@@ -111,14 +92,14 @@ TEST_P(EveryExtractor, DescriptorsBelongToTheirKeypoints) {
 }
 
 TEST_P(EveryExtractor, StrongestFirst) {
-  const Features features = create()->extract(picture());
+  const Features features = create()->extract(shapes());
   for (std::size_t i = 1; i < features.keypoints.size(); ++i) {
     ASSERT_GE(features.keypoints[i - 1].response, features.keypoints[i].response) << i;
   }
 }
 
 TEST_P(EveryExtractor, KeepsTheStrongestUpToTheCap) {
-  const cv::Mat image = picture();
+  const cv::Mat image = shapes();
   const Features all = create()->extract(image);
   const Features some = create({{"max_features", "40"}})->extract(image);
   EXPECT_LE(some.keypoints.size(), 40u);
@@ -139,7 +120,7 @@ TEST_P(EveryExtractor, KeepsTheStrongestUpToTheCap) {
 
 TEST_P(EveryExtractor, SpreadsWhatItKeeps) {
   // Strong contrast on the left, weak on the right.
-  cv::Mat image = picture(1, {800, 300});
+  cv::Mat image = shapes(1, {800, 300});
   cv::Mat weak = image.colRange(400, 800);
   weak.convertTo(weak, -1, 0.4, 128 * 0.6);
   const auto onTheRight = [&](const OptionMap& options) {
@@ -157,7 +138,7 @@ TEST_P(EveryExtractor, SpreadsWhatItKeeps) {
 }
 
 TEST_P(EveryExtractor, LargeImagesAreReduced) {
-  const cv::Mat image = picture(1, {800, 600});
+  const cv::Mat image = shapes(1, {800, 600});
   const Features whole = create()->extract(image);
   cv::Mat large;
   cv::resize(image, large, {8000, 6000}, 0, 0, cv::INTER_NEAREST);
@@ -180,7 +161,7 @@ TEST_P(EveryExtractor, BlankAndTinyImagesHaveNoFeatures) {
   const std::vector<cv::Mat> images = {
       cv::Mat(200, 200, CV_8U, cv::Scalar(0)), cv::Mat(200, 200, CV_8UC3, cv::Scalar::all(255)),
       cv::Mat(1, 1, CV_8U, cv::Scalar(7)),     cv::Mat(1, 500, CV_8U, cv::Scalar(7)),
-      cv::Mat(500, 1, CV_8U, cv::Scalar(7)),   picture()({0, 0, 8, 8}).clone()};
+      cv::Mat(500, 1, CV_8U, cv::Scalar(7)),   shapes()({0, 0, 8, 8}).clone()};
   for (const cv::Mat& image : images) {
     const Features features = create()->extract(image);
     EXPECT_TRUE(features.keypoints.empty()) << image.size();
@@ -191,16 +172,16 @@ TEST_P(EveryExtractor, BlankAndTinyImagesHaveNoFeatures) {
 
 TEST_P(EveryExtractor, SmallImagesDoNoHarm) {
   for (int side = 1; side <= 90; side += 1 + side / 20) {
-    const Features features = create()->extract(picture(1, {side, side}));
+    const Features features = create()->extract(shapes(1, {side, side}));
     ASSERT_EQ(features.descriptors.rows, int(features.keypoints.size())) << side;
   }
-  const Features sixteen = create()->extract(picture()({100, 100, 16, 16}));
+  const Features sixteen = create()->extract(shapes()({100, 100, 16, 16}));
   EXPECT_EQ(sixteen.image_size, cv::Size(16, 16));
   EXPECT_EQ(sixteen.descriptors.rows, int(sixteen.keypoints.size()));
 }
 
 TEST_P(EveryExtractor, ColourIsTurnedToGrey) {
-  const cv::Mat colour = picture(3);
+  const cv::Mat colour = shapes(3);
   cv::Mat grey, with_alpha;
   cv::cvtColor(colour, grey, cv::COLOR_BGR2GRAY);
   cv::cvtColor(colour, with_alpha, cv::COLOR_BGR2BGRA);
@@ -211,7 +192,7 @@ TEST_P(EveryExtractor, ColourIsTurnedToGrey) {
 }
 
 TEST_P(EveryExtractor, PartsOfImagesAreImages) {
-  const cv::Mat image = picture();
+  const cv::Mat image = shapes();
   const cv::Rect part(50, 40, 300, 200);
   expectSame(create()->extract(image(part)), create()->extract(image(part).clone()));
 }
@@ -229,7 +210,7 @@ TEST_P(EveryExtractor, RefusesOtherImagesByName) {
 }
 
 TEST_P(EveryExtractor, DoesNotDependOnThreads) {
-  const cv::Mat left = picture(1, {500, 400}, 2), right = picture(3, {400, 300}, 3);
+  const cv::Mat left = shapes(1, {500, 400}, 2), right = shapes(3, {400, 300}, 3);
   const auto extractor = create();
   const Features expected_left = create()->extract(left), expected_right = create()->extract(right);
   const int before = cv::getNumThreads();
@@ -249,26 +230,7 @@ TEST_P(EveryExtractor, DoesNotDependOnThreads) {
   }
 }
 
-std::vector<std::string> combinations() {
-  std::vector<std::string> names = extractorNames();
-  for (const char* mixed : {"sift+orb", "orb+brisk", "akaze+sift", "sift+freak", "blob+sift",
-                            "hessian_affine+freak", "asift+sift"}) {
-    names.push_back(mixed);
-  }
-  if (kSanitized) {  // test_asift has it, in less time
-    names.erase(std::remove_if(names.begin(), names.end(),
-                               [](const std::string& name) { return algorithmsOf(name).front() == "asift"; }),
-                names.end());
-  }
-  return names;
-}
-
-INSTANTIATE_TEST_SUITE_P(All, EveryExtractor, ::testing::ValuesIn(combinations()),
-                         [](const ::testing::TestParamInfo<std::string>& info) {
-                           std::string name = info.param;
-                           std::replace(name.begin(), name.end(), '+', '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(All, EveryExtractor, ::testing::ValuesIn(combinations()), combinationName);
 
 TEST(Extractor, NamesWhatIsValid) {
   EXPECT_EQ(extractorNames(),
@@ -294,7 +256,7 @@ TEST(Extractor, NamesWhatIsValid) {
 }
 
 TEST(Extractor, EveryPairingWorksOrSaysWhyNot) {
-  const cv::Mat image = picture(1, {160, 120});
+  const cv::Mat image = shapes(1, {160, 120});
   for (const std::string& detector : detectorNames()) {
     for (const std::string& descriptor : descriptorNames()) {
       const std::string name = detector + "+" + descriptor;
@@ -313,13 +275,13 @@ TEST(Extractor, EveryPairingWorksOrSaysWhyNot) {
 }
 
 TEST(Extractor, OptionsOfOtherAlgorithmsAreNotLookedAt) {
-  const cv::Mat image = picture();
+  const cv::Mat image = shapes();
   expectSame(createExtractor("orb+orb", {{"sift", {{"nonsense", "1"}}}})->extract(image),
              createExtractor("orb+orb")->extract(image));
 }
 
 TEST(Extractor, RootSiftIsTheSquareRoot) {
-  const cv::Mat image = picture();
+  const cv::Mat image = shapes();
   for (const std::string name : {"sift+sift", "hessian_affine+sift"}) {
     const Features plain = createExtractor(name)->extract(image);
     const Features root = createExtractor(name, {{"sift", {{"root", "true"}}}})->extract(image);
@@ -348,7 +310,7 @@ TEST(Extractor, NamesOptionsOutOfRange) {
 }
 
 TEST(Extractor, OptionsReachTheAlgorithm) {
-  const cv::Mat image = picture();
+  const cv::Mat image = shapes();
   const auto count = [&image](const std::string& name, const OptionMap& options) {
     return createExtractor(name, {{algorithmsOf(name).front(), options}})->extract(image).keypoints.size();
   };
@@ -364,7 +326,7 @@ TEST(Extractor, OptionsReachTheAlgorithm) {
 
 TEST(Extractor, ExtremeOptionsDoNoHarm) {
   // Every option at both ends of its range, the others at their defaults.
-  const cv::Mat image = picture(1, {200, 150});
+  const cv::Mat image = shapes(1, {200, 150});
   for (const std::string& name : extractorNames()) {
     const auto extractor = createExtractor(name);
     for (const auto& [algorithm, defaults] : extractor->options()) {

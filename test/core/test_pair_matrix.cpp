@@ -122,6 +122,17 @@ TEST_F(PairMatrixTest, RoundsToTheNearest) {
   EXPECT_LT(std::abs(bias), 0.1 / 131072);
 }
 
+TEST(Deadline, PassesEarlierByWhatIsReserved) {
+  Deadline deadline(1000);
+  EXPECT_FALSE(deadline.passed());
+  deadline.reserve(1000);
+  EXPECT_TRUE(deadline.passed());
+  Deadline never(0);
+  never.reserve(1000);
+  EXPECT_FALSE(never.passed());
+  EXPECT_GE(never.elapsed(), 0);
+}
+
 TEST_F(PairMatrixTest, StopsAtTheDeadlineAndRecovers) {
   makeMatches(1200);
   PairMatrix matrix;

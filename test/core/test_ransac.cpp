@@ -151,6 +151,101 @@ TEST(Ransac, NeverTriesMoreThanAllowed) {
   EXPECT_EQ(RansacSelector(options).select(homographyScene({200, 0.9, 0.5, 2}).matches).iterations, 37);
 }
 
+/// A search that does not end by itself.
+OptionMap endless(const OptionMap& more) {
+  OptionMap options = {{"max_iterations", "10000000"}, {"confidence", "1"}};
+  options.insert(more.begin(), more.end());
+  return options;
+}
+
+/// Answers to 5000 matches of which next to none is right, for 20 ms.
+TEST(Ransac, StopsAtTheTimeLimit) {
+  const Scene plane = homographyScene({5000, 0.004, 0.5, 2}), space = stereoScene({5000, 0.004, 0.5, 2});
+  for (const std::string spec :
+       {"ransac:h", "ransac:f", "ransac:count", "ransac:lo", "ransac:prosac", "usac:h", "usac:f"}) {
+    SCOPED_TRACE(spec);
+    const Correspondences& m = spec.back() == 'f' ? space.matches : plane.matches;
+    // An error one way only, which expectMaskOfModel() knows.
+    OptionMap options = endless({{"error", "transfer"}, {"threshold", "10"}, {"sprt", "false"}});
+    options["max_seconds"] = "0.02";
+    const Selection s = createSelector(spec, options)->select(m);
+    EXPECT_EQ(s.status, Status::kTimeLimit);
+    EXPECT_EQ(s.message, "stopped after " + std::to_string(s.iterations) + " hypotheses, max_seconds = 0.02");
+    EXPECT_GE(s.seconds, 0.02);
+    EXPECT_LT(s.seconds, 1);
+    EXPECT_GT(s.iterations, 0);
+    EXPECT_GT(s.n_selected, 4u);
+    expectMaskOfModel(s, m, 10);
+    // The limit decides how many hypotheses are tried, and nothing else.
+    options["max_seconds"] = "0";
+    options["max_iterations"] = std::to_string(s.iterations);
+    const Selection counted = createSelector(spec, options)->select(m);
+    EXPECT_EQ(counted.status, Status::kOk);
+    EXPECT_EQ(counted.mask, s.mask);
+    EXPECT_EQ(counted.score, s.score);
+    EXPECT_EQ(counted.model, s.model);
+  }
+}
+
+TEST(Ransac, SaysAtTheTimeLimitThatThereIsNoModel) {
+  const Scene scene = homographyScene({5000, 0.0, 0.5, 2});
+  for (const char* spec : {"ransac:h", "ransac:f", "usac:h", "usac:f"}) {
+    SCOPED_TRACE(spec);
+    const Selection none = createSelector(spec, {{"max_seconds", "1e-9"}})->select(scene.matches);
+    EXPECT_EQ(none.status, Status::kTooLarge);
+    EXPECT_EQ(none.message, "stopped after 0 hypotheses, none good enough, max_seconds = 1e-09");
+    EXPECT_EQ(none.iterations, 0);
+    EXPECT_EQ(none.mask, Mask(5000, 0));
+    EXPECT_EQ(none.model_kind, ModelKind::kNone);
+    EXPECT_TRUE(none.score.empty());
+  }
+  // No wrong model passes this test.
+  const Selection s =
+      createSelector("usac:h",
+                     endless({{"max_seconds", "0.02"}, {"threshold", "0.01"}, {"sprt_inlier_ratio", "0.9"}}))
+          ->select(scene.matches);
+  EXPECT_EQ(s.status, Status::kTimeLimit);
+  EXPECT_EQ(s.message, "stopped after " + std::to_string(s.iterations) +
+                           " hypotheses, none good enough, max_seconds = 0.02");
+  EXPECT_GT(s.iterations, 0);
+  EXPECT_EQ(s.mask, Mask(5000, 0));
+  EXPECT_EQ(s.model_kind, ModelKind::kNone);
+}
+
+TEST(Ransac, UnverifiedModelsStaySoAtTheTimeLimit) {
+  Correspondences m = homographyScene({40, 0.0, 0.5, 2}).matches;
+  m.distance.clear();
+  m.second_distance.clear();
+  const Selection s =
+      createSelector("ransac:prosac", endless({{"max_seconds", "0.02"}, {"threshold", "0.01"}}))->select(m);
+  EXPECT_EQ(s.status, Status::kTimeLimit);
+  EXPECT_EQ(s.model_kind, ModelKind::kHomography);
+  EXPECT_EQ(s.mask, Mask(40, 0));
+  EXPECT_EQ(s.message, "no descriptor distances: sampled uniformly instead of by PROSAC; stopped after " +
+                           std::to_string(s.iterations) +
+                           " hypotheses, max_seconds = 0.02; no more than the sample itself agrees with the "
+                           "best model: unverified");
+}
+
+TEST(Ransac, LimitsThatAreNotReachedChangeNothing) {
+  const Scene plane = homographyScene({1000, 0.2, 0.5, 3}), space = stereoScene({1000, 0.5, 0.5, 3});
+  for (const std::string spec : {"ransac:h", "ransac:f", "usac:h", "usac:f"}) {
+    SCOPED_TRACE(spec);
+    const Correspondences& m = spec.back() == 'f' ? space.matches : plane.matches;
+    const Selection without = createSelector(spec)->select(m);
+    EXPECT_EQ(without.status, Status::kOk);
+    for (const char* seconds : {"0", "1000"}) {
+      const Selection with = createSelector(spec, {{"max_seconds", seconds}})->select(m);
+      EXPECT_EQ(with.status, Status::kOk);
+      EXPECT_EQ(with.message, without.message);
+      EXPECT_EQ(with.mask, without.mask);
+      EXPECT_EQ(with.score, without.score);
+      EXPECT_EQ(with.model, without.model);
+      EXPECT_EQ(with.iterations, without.iterations);
+    }
+  }
+}
+
 TEST(Ransac, SeedDecidesTheSamplesAndIsListed) {
   const Scene scene = homographyScene({200, 0.5, 1.0, 3});
   std::set<float> answers;

@@ -199,5 +199,66 @@ TEST(Selector, TurnsExceptionsIntoStatuses) {
   }
 }
 
+TEST(Selector, RefusesNonsense) {
+  const struct {
+    Stub::Run run;
+    const char* message;
+  } cases[] = {
+      {[](const Correspondences&, Selection& r) { r.mask[1] = 255; },
+       "the selector returned a mask that holds 255; allowed are 0 and 1"},
+      {[](const Correspondences&, Selection& r) { r.status = static_cast<Status>(8); },
+       "the selector returned a status or a kind of model that does not exist: 8, 0"},
+      {[](const Correspondences&, Selection& r) { r.model_kind = static_cast<ModelKind>(3); },
+       "the selector returned a status or a kind of model that does not exist: 0, 3"},
+      {[](const Correspondences&, Selection& r) {
+         r.model_kind = ModelKind::kHomography;
+         r.model(2, 1) = std::numeric_limits<double>::quiet_NaN();
+       },
+       "the selector returned a model that is not finite"},
+      {[](const Correspondences&, Selection&) { throw 7; },
+       "the selector threw something that is not a std::exception"},
+  };
+  for (const bool with_bad_row : {false, true}) {
+    Correspondences m = matches(3);
+    if (with_bad_row) m.left_x[1] = kNaN;
+    for (const auto& c : cases) {
+      const Selection s = Stub(c.run).select(m);
+      EXPECT_EQ(s.status, Status::kFailed);
+      EXPECT_EQ(s.message, c.message);
+      EXPECT_EQ(s.mask, Mask(3, 0));
+      EXPECT_EQ(s.model_kind, ModelKind::kNone);
+      EXPECT_EQ(s.n_selected, 0u);
+    }
+  }
+}
+
+TEST(Selector, CountsByItself) {
+  const Stub stub([](const Correspondences&, Selection& result) {
+    result.mask[0] = 1;
+    result.n_input = 70;
+    result.n_ignored = 80;
+    result.n_selected = 90;
+    result.seconds = 1000;
+  });
+  Correspondences with_bad_row = matches(3);
+  with_bad_row.left_x[1] = kNaN;
+  for (const Correspondences& m : {matches(3), with_bad_row}) {
+    const Selection s = stub.select(m);
+    EXPECT_EQ(s.n_input, 3u);
+    EXPECT_EQ(s.n_ignored, m.left_x[1] == 1 ? 0u : 1u);
+    EXPECT_EQ(s.n_selected, 1u);
+    EXPECT_LT(s.seconds, 1);
+  }
+}
+
+TEST(Selector, TakesNoOptionsUnlessItSaysSo) {
+  Stub stub(selectEven);
+  stub.configure({});
+  EXPECT_EQ(testing::errorOf<std::invalid_argument>([&stub] {
+              stub.configure({{"alpha", "3"}});
+            }),
+            "takes no options, but was given alpha; a selector with options overrides configure()");
+}
+
 }  // namespace
 }  // namespace corrsel::core

@@ -1,12 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <limits>
 #include <map>
+#include <memory>
+#include <stdexcept>
 #include <thread>
 
 #include "arbitrary.h"
 #include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/factory.h"
+#include "corrsel/text.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -141,6 +145,143 @@ TEST(SelectorFactory, OptionsWinOverPresetAndPresetOverCommonValues) {
   EXPECT_EQ(optionsOf(*createSelector("gms", {}, common)), optionsOf(*createSelector("gms")));
 }
 
+struct StrangerOptions : OptionSet {
+  double threshold = 1;
+  int seed = 5;
+  void visit(OptionVisitor& visitor) override {
+    visitor.number({"threshold", 0, 10, "px", "-"}, threshold);
+    visitor.integer({"seed", 0, 100, "-", "-"}, seed);
+  }
+};
+
+/// A selector of another package: selects the first match. "a/Throws..." throw, "a/Unchecked" forgets
+/// check().
+class Stranger : public Selector {
+ public:
+  explicit Stranger(std::string name) : name_(std::move(name)) {
+    if (name_ == "a/ThrowsNumber") throw 7;
+    if (name_ == "a/ThrowsError") throw std::runtime_error("no licence");
+  }
+  std::string name() const override { return name_; }
+  const OptionSet& options() const override { return options_; }
+  void configure(const OptionMap& values) override {
+    ++configured;
+    if (name_ == "a/ThrowsLater") throw std::domain_error("not today");
+    setOptions(options_, values, name_);
+    if (name_ != "a/Unchecked") options_.check();
+  }
+  int configured = 0;
+
+ protected:
+  void run(const Correspondences& matches, Selection& result) const override {
+    if (!matches.empty()) result.mask[0] = 1;
+  }
+
+ private:
+  std::string name_;
+  StrangerOptions options_;
+};
+
+/// Knows Stranger as "a/...", for as long as it lives.
+struct StrangersKnown {
+  StrangersKnown() {
+    setSelectorLoader([](const std::string& name) -> std::unique_ptr<Selector> {
+      if (name == "a/Null") return nullptr;
+      if (name.compare(0, 2, "a/") != 0) throw std::invalid_argument("unknown selector '" + name + "'");
+      return std::make_unique<Stranger>(name);
+    });
+  }
+  ~StrangersKnown() { setSelectorLoader({}); }
+};
+
+TEST(SelectorFactory, AsksTheLoaderForSelectorsOfOtherPackages) {
+  EXPECT_EQ(
+      refusal("a/B"),
+      "selector 'a/B' is of another package, and this program cannot load such; valid: nnsr, ransac, st, "
+      "gtm, usac, vfc, gms, lpm, keep_all");
+  EXPECT_TRUE(selectorPresets("a/B").empty());
+  EXPECT_TRUE(isPluginName("a/B") && isPluginName("a/B:c") && !isPluginName("gms:scale"));
+  const StrangersKnown known;
+  const std::unique_ptr<Selector> selector = createSelector("a/B");
+  EXPECT_EQ(selector->name(), "a/B");
+  EXPECT_EQ(dynamic_cast<Stranger&>(*selector).configured, 1);
+  EXPECT_EQ(refusal("c/D"), "unknown selector 'c/D'");
+  EXPECT_EQ(refusal("a/Null"), "selector 'a/Null' could not be made");
+  EXPECT_EQ(refusal("a/B:preset"),
+            "selector 'a/B:preset': selectors of other packages have no presets; give a/B and its options");
+  EXPECT_EQ(
+      refusal("B"),
+      "unknown selector 'B'; valid: nnsr, ransac, st, gtm, usac, vfc, gms, lpm, keep_all, package/Class of "
+      "another package");
+}
+
+TEST(SelectorFactory, GivesOptionsToSelectorsOfOtherPackages) {
+  const StrangersKnown known;
+  const OptionMap common = {{"seed", "7"}, {"threads", "4"}, {"threshold", "2"}};
+  EXPECT_EQ(optionsOf(*createSelector("a/B")), (OptionMap{{"threshold", "1"}, {"seed", "5"}}));
+  EXPECT_EQ(optionsOf(*createSelector("a/B", {{"threshold", "3"}}, common)),
+            (OptionMap{{"threshold", "3"}, {"seed", "7"}}));
+  EXPECT_EQ(refusal("a/B", {{"treshold", "3"}}), "unknown option a/B.treshold; valid: threshold, seed");
+  EXPECT_EQ(refusal("a/B", {{"threshold", "x"}}), "option a/B.threshold: 'x' is not a number");
+  EXPECT_EQ(refusal("a/B", {{"threshold", "11"}}), "a/B: option threshold = 11 is outside [0, 10]");
+  EXPECT_EQ(refusal("a/Unchecked", {{"threshold", "11"}}),
+            "a/Unchecked: option threshold = 11 is outside [0, 10]");
+}
+
+TEST(SelectorFactory, NamesTheClassThatThrows) {
+  const StrangersKnown known;
+  EXPECT_EQ(refusal("a/ThrowsError"), "a/ThrowsError: no licence");
+  EXPECT_EQ(refusal("a/ThrowsLater"), "a/ThrowsLater: not today");
+  EXPECT_EQ(refusal("a/ThrowsNumber"),
+            "a/ThrowsNumber: its class threw something that is not a std::exception");
+}
+
+TEST(SelectorFactory, LoaderMayChangeWhileSelectorsAreMade) {
+  std::atomic<bool> stop{false};
+  std::thread changing([&stop] {
+    while (!stop) const StrangersKnown known;
+  });
+  int made = 0, refused = 0;
+  for (int k = 0; k < 2000; ++k) {
+    try {
+      made += createSelector("a/B")->name() == "a/B";
+    } catch (const std::invalid_argument&) {
+      ++refused;
+    }
+  }
+  stop = true;
+  changing.join();
+  EXPECT_EQ(made + refused, 2000);
+}
+
+TEST(SelectorFactory, CommonTimeLimitReplacesTheDefaultOnly) {
+  const std::map<std::string, std::string> defaults = {
+      {"ransac", "0"}, {"st", "30"}, {"gtm", "30"}, {"usac", "0"}, {"vfc", "0"}};
+  const OptionMap common = {{"max_seconds", "0.25"}};
+  for (const std::string& name : selectorNames()) {
+    SCOPED_TRACE(name);
+    const OptionMap before = optionsOf(*createSelector(name));
+    if (defaults.count(name) == 0) {
+      EXPECT_EQ(before.count("max_seconds"), 0u);
+      EXPECT_EQ(optionsOf(*createSelector(name, {}, common)), before);
+      continue;
+    }
+    EXPECT_EQ(before.at("max_seconds"), defaults.at(name));
+    OptionMap limited = before;
+    limited["max_seconds"] = "0.25";
+    EXPECT_EQ(optionsOf(*createSelector(name, {}, common)), limited);
+    EXPECT_EQ(optionsOf(*createSelector(name, {{"max_seconds", "7"}}, common)).at("max_seconds"), "7");
+    EXPECT_EQ(optionsOf(*createSelector(name, {{"max_seconds", "0"}}, common)).at("max_seconds"), "0");
+    for (const std::string& preset : selectorPresets(name)) {
+      OptionMap expected = optionsOf(*createSelector(name + ":" + preset));
+      expected["max_seconds"] = "0.25";
+      EXPECT_EQ(optionsOf(*createSelector(name + ":" + preset, {}, common)), expected) << preset;
+    }
+    EXPECT_EQ(refusal(name, {}, {{"max_seconds", "-1"}}),
+              name + ": option max_seconds = -1 is outside [0, 1e+06]");
+  }
+}
+
 /// Selectors under test, "name" or "name:preset".
 const std::vector<std::string> kSpecs = {"nnsr",
                                          "ransac:h",
@@ -214,6 +355,27 @@ TEST_P(EverySelector, AnswersEveryNumberOfMatches) {
     }
     if (name() == "keep_all" || (samples() && n > needed)) {
       EXPECT_EQ(s.n_selected, n);
+    }
+  }
+}
+
+TEST_P(EverySelector, KeepsATimeLimit) {
+  const Correspondences m = scene(5000, 0.02).matches;
+  for (const double limit : {1e-9, 0.005, 0.05}) {
+    SCOPED_TRACE(limit);
+    const auto selector = createSelector(spec(), {}, {{"max_seconds", formatNumber(limit)}});
+    const Selection s = selector->select(m);
+    const bool limited = optionsOf(*selector).count("max_seconds") == 1;
+    EXPECT_LT(s.seconds, limit + 1);
+    EXPECT_EQ(s.mask.size(), m.size());
+    if (s.status == Status::kOk) continue;
+    EXPECT_TRUE(limited) << toString(s.status) << ": " << s.message;
+    EXPECT_EQ(s.status, s.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit) << s.message;
+    EXPECT_TRUE(contains(s.message, "stopped after " + std::to_string(s.iterations) + " ")) << s.message;
+    EXPECT_TRUE(contains(s.message, ", max_seconds = " + formatNumber(limit))) << s.message;
+    if (s.status == Status::kTooLarge) {
+      EXPECT_EQ(s.mask, Mask(m.size(), 0));
+      EXPECT_TRUE(s.score.empty());
     }
   }
 }

@@ -5,6 +5,7 @@
 
 #include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/vfc.h"
+#include "corrsel/text.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -269,6 +270,55 @@ TEST_F(Vfc, NamesWhatItCannotDecide) {
   EXPECT_EQ(s.status, Status::kDegenerate);
   EXPECT_EQ(s.message, "all points of an image are equal");
   EXPECT_EQ(s.mask, Mask(50, 0));
+}
+
+TEST_F(Vfc, StopsAtTheTimeLimit) {
+  const Correspondences m = homographyScene({5000, 0.05, 0.5, 3}).matches;
+  for (const int control_points : {0, 16, 200}) {
+    SCOPED_TRACE(control_points);
+    VfcOptions options;
+    options.control_points = control_points;
+    options.energy_change = 0;
+    options.max_iterations = 10000;
+    options.max_seconds = 1e-9;
+    const Selection none = VfcSelector(options).select(m);
+    EXPECT_EQ(none.status, Status::kTooLarge);
+    EXPECT_EQ(none.message, "stopped after 0 steps, max_seconds = 1e-09");
+    EXPECT_EQ(none.mask, Mask(5000, 0));
+    EXPECT_TRUE(none.score.empty());
+    EXPECT_EQ(none.iterations, 0);
+    // Longer and longer, until it is long enough for one step.
+    Selection s = none;
+    for (double seconds = 1e-3; s.status == Status::kTooLarge && seconds < 100; seconds *= 1.5) {
+      options.max_seconds = seconds;
+      s = VfcSelector(options).select(m);
+      EXPECT_LT(s.seconds, seconds + 1);
+    }
+    EXPECT_EQ(s.status, Status::kTimeLimit);
+    EXPECT_GE(s.iterations, 1);
+    EXPECT_EQ(s.message, "stopped after " + std::to_string(s.iterations) +
+                             " steps, max_seconds = " + formatNumber(options.max_seconds));
+    // The posteriors are those that the next step begins with.
+    options.max_seconds = 0;
+    options.max_iterations = s.iterations + 1;
+    const Selection counted = VfcSelector(options).select(m);
+    EXPECT_EQ(counted.iterations, s.iterations + 1);
+    EXPECT_EQ(counted.mask, s.mask);
+    EXPECT_EQ(counted.score, s.score);
+  }
+}
+
+TEST_F(Vfc, LimitsThatAreNotReachedChangeNothing) {
+  const Correspondences m = homographyScene({1000, 0.4, 0.5, 3}).matches;
+  VfcOptions options;
+  const Selection without = VfcSelector(options).select(m);
+  options.max_seconds = 1000;
+  const Selection with = VfcSelector(options).select(m);
+  EXPECT_EQ(with.status, Status::kOk);
+  EXPECT_EQ(with.message, "");
+  EXPECT_EQ(with.mask, without.mask);
+  EXPECT_EQ(with.score, without.score);
+  EXPECT_EQ(with.iterations, without.iterations);
 }
 
 TEST_F(Vfc, RefusesOptionsOutOfRange) {

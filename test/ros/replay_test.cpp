@@ -1,7 +1,6 @@
 // Sends pairs through the nodelets of launch/replay.test and compares what comes out with what the core
 // computes.
 
-#include <dynamic_reconfigure/Reconfigure.h>
 #include <gtest/gtest.h>
 #include <nodelet/NodeletList.h>
 #include <ros/ros.h>
@@ -10,11 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
-#include <functional>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <thread>
@@ -27,58 +22,16 @@
 #include "corrsel/random.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/selectors/factory.h"
+#include "live_support.h"
 
 namespace corrsel {
 namespace {
 
+using testing::configure;
+using testing::Inbox;
+using testing::texture;
+using testing::waitFor;
 using namespace std::chrono_literals;
-
-constexpr auto kPatience = 20s;  // generous: the machine may be busy
-
-/// Polls until the condition holds. @return false when it did not in time
-bool waitFor(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(5ms);
-  }
-  return true;
-}
-
-/// Keeps what arrives on a topic, by stamp.
-template <class Message>
-class Inbox {
- public:
-  Inbox(ros::NodeHandle& nh, const std::string& topic)
-      : subscriber_(nh.subscribe<Message>(topic, 50, &Inbox::receive, this)) {}
-
-  bool connected() const { return subscriber_.getNumPublishers() > 0; }
-
-  /// Null when nothing came in time.
-  boost::shared_ptr<const Message> wait(const ros::Time& stamp) {
-    std::unique_lock<std::mutex> lock(mutex_);
-    arrived_.wait_for(lock, kPatience, [&] { return messages_.count(stamp) != 0; });
-    const auto found = messages_.find(stamp);
-    return found == messages_.end() ? nullptr : found->second;
-  }
-
-  bool has(const ros::Time& stamp) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return messages_.count(stamp) != 0;
-  }
-
- private:
-  void receive(const boost::shared_ptr<const Message>& message) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    messages_[message->header.stamp] = message;
-    arrived_.notify_all();
-  }
-
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::map<ros::Time, boost::shared_ptr<const Message>> messages_;
-  ros::Subscriber subscriber_;
-};
 
 core::GroundTruth exampleTruth() {
   core::GroundTruth truth;
@@ -127,24 +80,6 @@ core::Correspondences exampleMatches(std::uint64_t seed) {
   return matches;
 }
 
-/// Blocks and discs: many corners, the same on every platform.
-cv::Mat texture(int width, int height, std::uint64_t seed) {
-  core::Random random(seed);
-  cv::Mat image(height, width, CV_8UC1, cv::Scalar(128));
-  for (int i = 0; i < 300; ++i) {
-    const int x = static_cast<int>(random.index(static_cast<std::uint32_t>(width)));
-    const int y = static_cast<int>(random.index(static_cast<std::uint32_t>(height)));
-    const int size = 4 + static_cast<int>(random.index(24));
-    const cv::Scalar grey(random.index(256));
-    if (i % 2 == 0) {
-      cv::rectangle(image, cv::Rect(x, y, size, size), grey, cv::FILLED);
-    } else {
-      cv::circle(image, {x, y}, size / 2, grey, cv::FILLED);
-    }
-  }
-  return image;
-}
-
 template <class Number>
 bool same(const Number& a, const Number& b) {
   return a == b || (a != a && b != b);
@@ -156,7 +91,7 @@ bool sameAll(const Numbers& a, const Numbers& b) {
          std::equal(a.begin(), a.end(), b.begin(), same<typename Numbers::value_type>);
 }
 
-class Replay : public testing::Test {
+class Replay : public ::testing::Test {
  protected:
   void SetUp() override {
     correspondences_ = nh_.advertise<Correspondences>("correspondences", 50);
@@ -198,38 +133,6 @@ class Replay : public testing::Test {
     info.id = {"made_up", "scene", std::to_string(stamp.sec)};
     info.features = "given";
     return info;
-  }
-
-  /// Sets text parameters of a nodelet. @return its answer: the values in force
-  static std::map<std::string, std::string> configure(const std::string& nodelet,
-                                                      const std::map<std::string, std::string>& texts,
-                                                      const std::map<std::string, double>& numbers = {}) {
-    dynamic_reconfigure::Reconfigure call;
-    for (const auto& [name, value] : texts) {
-      if (value == "true" || value == "false") {
-        dynamic_reconfigure::BoolParameter flag;
-        flag.name = name;
-        flag.value = value == "true";
-        call.request.config.bools.push_back(flag);
-        continue;
-      }
-      dynamic_reconfigure::StrParameter parameter;
-      parameter.name = name;
-      parameter.value = value;
-      call.request.config.strs.push_back(parameter);
-    }
-    for (const auto& [name, value] : numbers) {
-      dynamic_reconfigure::DoubleParameter parameter;
-      parameter.name = name;
-      parameter.value = value;
-      call.request.config.doubles.push_back(parameter);
-    }
-    const std::string service = nodelet + "/set_parameters";
-    EXPECT_TRUE(ros::service::waitForService(service, ros::Duration(20)));
-    EXPECT_TRUE(ros::service::call(service, call));
-    std::map<std::string, std::string> answer;
-    for (const auto& parameter : call.response.config.strs) answer[parameter.name] = parameter.value;
-    return answer;
   }
 
   /// Sends a pair to the selector and compares selection, matches and score with the core's.
@@ -552,7 +455,7 @@ TEST_F(AfterAllThis, EveryNodeletIsAliveAndWorks) {
 }  // namespace corrsel
 
 int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
+  ::testing::InitGoogleTest(&argc, argv);
   ros::init(argc, argv, "replay_test");
   ros::NodeHandle nh;  // keeps ROS running from the first to the last test
   ros::AsyncSpinner spinner(2);

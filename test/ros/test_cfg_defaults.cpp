@@ -12,6 +12,7 @@
 
 #include "corrsel/features/extractor.h"
 #include "corrsel/features/matcher.h"
+#include "corrsel/features/sequence.h"
 #include "corrsel/ros/parameters.h"
 #include "corrsel/selectors/factory.h"
 #include "corrsel/text.h"
@@ -152,7 +153,7 @@ TEST(Cfg, SelectorParametersEqualTheOptions) {
     compare(core::createSelector(name)->options(), open, all, name + "_", 2);
     EXPECT_NE(all.at("selector").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }
-  EXPECT_EQ(names(open), (std::vector<std::string>{"preset", "seed", "selector"}));
+  EXPECT_EQ(names(open), (std::vector<std::string>{"max_seconds", "plugin_options", "preset", "seed", "selector"}));
 }
 
 TEST(Cfg, FeatureParametersEqualTheOptions) {
@@ -160,10 +161,11 @@ TEST(Cfg, FeatureParametersEqualTheOptions) {
   auto open = all;
   for (const auto& [name, options] : core::featureAlgorithms()) compare(*options, open, all, name + "_", 1);
   compare(core::MatchOptions(), open, all, "match_", 2);
+  compare(core::SequenceOptions(), open, all, "sequence_", 4);
   for (const std::string& name : core::extractorNames()) {
     EXPECT_NE(all.at("features").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }
-  EXPECT_EQ(names(open), (std::vector<std::string>{"features"}));
+  EXPECT_EQ(names(open), (std::vector<std::string>{"features", "roi_height", "roi_width", "roi_x", "roi_y"}));
 }
 
 /// The lines of a file, comments joined to one text, white space squeezed.

@@ -5,9 +5,12 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "corrsel/ros/conversions.h"
 
@@ -340,6 +343,141 @@ TEST(ImageMessage, DataThatDoesNotFitIsRefused) {
   expectRefused([&] { fromMsg(sensor_msgs::ImageConstPtr(msg)); }, "mono8");
 }
 
+TEST(ImageMessage, BigEndianIsReadAsSuch) {
+  for (const std::string encoding :
+       {"mono16", "16UC1", "16UC3", "16UC4", "bgr16", "rgb16", "bgra16", "rgba16", "bayer_rggb16",
+        "bayer_bggr16", "bayer_gbrg16", "bayer_grbg16"}) {
+    const int channels = sensor_msgs::image_encodings::numChannels(encoding);
+    cv::Mat image(6, 8, CV_16UC(channels));
+    cv::randu(image, 0, 65536);
+    const sensor_msgs::ImageConstPtr little = imageMsg(encoding, image);
+    ASSERT_FALSE(little->is_bigendian);
+    const auto big = boost::make_shared<sensor_msgs::Image>(*little);
+    big->is_bigendian = 1;
+    for (std::size_t i = 0; i < big->data.size(); i += 2) std::swap(big->data[i], big->data[i + 1]);
+    const cv::Mat a = fromMsg(little)->image, b = fromMsg(sensor_msgs::ImageConstPtr(big))->image;
+    ASSERT_EQ(a.type(), channels == 1 && encoding[0] != 'b' ? CV_8UC1 : CV_8UC3) << encoding;
+    EXPECT_EQ(a.size(), image.size()) << encoding;
+    EXPECT_EQ(cv::norm(a, b, cv::NORM_INF), 0.0) << encoding;
+    EXPECT_GT(cv::norm(a, cv::NORM_INF), 200.0) << encoding;  // scaled, not cut
+  }
+}
+
+TEST(ImageMessage, FourChannelsWithoutAMeaningAreBgra) {
+  EXPECT_EQ(
+      fromMsg(imageMsg("8UC4", cv::Mat(3, 5, CV_8UC4, cv::Scalar(1, 2, 3, 4))))->image.at<cv::Vec3b>(2, 4),
+      cv::Vec3b(1, 2, 3));
+  EXPECT_EQ(fromMsg(imageMsg("16UC4", cv::Mat(3, 5, CV_16UC4, cv::Scalar(257, 514, 771, 9))))
+                ->image.at<cv::Vec3b>(2, 4),
+            cv::Vec3b(1, 2, 3));
+}
+
+TEST(ImageMessage, RowsMayBePadded) {
+  const auto msg = boost::make_shared<sensor_msgs::Image>();
+  msg->encoding = "mono16";
+  msg->width = 2;
+  msg->height = 3;
+  msg->step = 8;
+  msg->is_bigendian = 1;
+  msg->data.assign(24, 0xff);
+  for (std::size_t y = 0; y < 3; ++y) {
+    for (std::size_t x = 0; x < 2; ++x) {
+      msg->data[8 * y + 2 * x] = static_cast<std::uint8_t>(10 * y + x);
+      msg->data[8 * y + 2 * x + 1] = 0;
+    }
+  }
+  const cv::Mat image = fromMsg(sensor_msgs::ImageConstPtr(msg))->image;
+  ASSERT_EQ(image.size(), cv::Size(2, 3));
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 2; ++x) EXPECT_NEAR(image.at<std::uint8_t>(y, x), 10 * y + x, 1);
+  }
+}
+
+const std::vector<std::string> kSupported = {
+    "mono8",        "mono16",       "bgr8",         "rgb8",         "bgra8",
+    "rgba8",        "bgr16",        "rgb16",        "bgra16",       "rgba16",
+    "8UC1",         "8UC3",         "8UC4",         "16UC1",        "16UC3",
+    "16UC4",        "bayer_rggb8",  "bayer_bggr8",  "bayer_gbrg8",  "bayer_grbg8",
+    "bayer_rggb16", "bayer_bggr16", "bayer_gbrg16", "bayer_grbg16", "yuv422"};
+
+/// Filled with one value, as large as its header says.
+boost::shared_ptr<sensor_msgs::Image> blankMsg(const std::string& encoding, std::uint32_t width,
+                                               std::uint32_t height) {
+  namespace enc = sensor_msgs::image_encodings;
+  const auto msg = boost::make_shared<sensor_msgs::Image>();
+  msg->encoding = encoding;
+  msg->width = width;
+  msg->height = height;
+  msg->step = width * static_cast<std::uint32_t>(enc::numChannels(encoding) * enc::bitDepth(encoding) / 8);
+  msg->data.assign(static_cast<std::size_t>(msg->step) * height, 128);
+  return msg;
+}
+
+TEST(ImageMessage, EveryEncodingInEverySmallSizeIsConvertedOrRefused) {
+  for (const std::string& encoding : kSupported) {
+    for (std::uint32_t width = 1; width < 6; ++width) {
+      for (std::uint32_t height = 1; height < 6; ++height) {
+        try {
+          const cv::Mat image = fromMsg(sensor_msgs::ImageConstPtr(blankMsg(encoding, width, height)))->image;
+          EXPECT_EQ(image.size(), cv::Size(static_cast<int>(width), static_cast<int>(height))) << encoding;
+          EXPECT_TRUE(image.type() == CV_8UC1 || image.type() == CV_8UC3) << encoding;
+        } catch (const std::invalid_argument& error) {
+          EXPECT_NE(std::string(error.what()).find(encoding), std::string::npos) << error.what();
+          EXPECT_TRUE(encoding == "yuv422" || width < 3 || height < 3) << error.what();
+        }
+      }
+    }
+  }
+}
+
+TEST(ImageMessage, HeadersThatLieAreRefusedInEveryEncoding) {
+  for (const std::string& encoding : kSupported) {
+    const auto with = [&encoding](const std::function<void(sensor_msgs::Image&)>& damage) {
+      const auto msg = blankMsg(encoding, 8, 6);
+      damage(*msg);
+      return [msg] { fromMsg(sensor_msgs::ImageConstPtr(msg)); };
+    };
+    const std::string size = encoding + "', ";
+    expectRefused(with([](sensor_msgs::Image& m) { m.data.clear(); }), size + "8x6");
+    expectRefused(with([](sensor_msgs::Image& m) { m.data.pop_back(); }), size + "8x6");
+    expectRefused(with([](sensor_msgs::Image& m) { m.data.push_back(0); }), size + "8x6");
+    expectRefused(with([](sensor_msgs::Image& m) { m.width = 0; }), "no pixels");
+    expectRefused(with([](sensor_msgs::Image& m) { m.height = 0; }), "no pixels");
+    expectRefused(with([](sensor_msgs::Image& m) {
+                    m = sensor_msgs::Image(m);
+                    m.width = m.height = m.step = 0;
+                    m.data.clear();
+                  }),
+                  "no pixels");
+    expectRefused(with([](sensor_msgs::Image& m) { m.step = 0; }), "step 0");
+    expectRefused(with([](sensor_msgs::Image& m) { --m.step; }), "step");
+    expectRefused(with([](sensor_msgs::Image& m) { m.step = 0xffffffffu; }), "step 4294967295");
+    expectRefused(with([](sensor_msgs::Image& m) { m.width = 9; }), "9x6");
+    expectRefused(with([](sensor_msgs::Image& m) { m.height = 7; }), "8x7");
+    expectRefused(with([](sensor_msgs::Image& m) { m.width = m.height = 0xffffffffu; }), "too large");
+    expectRefused(with([](sensor_msgs::Image& m) { m.width = 0x80000000u; }), "too large");
+    // Step times height is 2^32, nothing in 32 bits.
+    expectRefused(with([](sensor_msgs::Image& m) {
+                    m.height = 0x10000u;
+                    m.step = 0x10000u;
+                    m.data.clear();
+                  }),
+                  "4294967296");
+  }
+}
+
+TEST(ImageMessage, OtherEncodingsAreNamed) {
+  for (const char* encoding : {"", "8UC2", "8SC1", "16SC1", "32SC1", "32FC1", "64FC4", "8UC", "8UC5", "8UC-1",
+                               "8UC99999999999", "nv12", "yuv422_yuy2", "MONO8"}) {
+    const auto msg = boost::make_shared<sensor_msgs::Image>();
+    msg->encoding = encoding;
+    msg->width = msg->height = msg->step = 4;
+    msg->data.resize(16);
+    expectRefused([&] { fromMsg(sensor_msgs::ImageConstPtr(msg)); },
+                  "encoding '" + std::string(encoding) + "' is not supported");
+  }
+}
+
 TEST(CompressedImageMessage, IsDecoded) {
   sensor_msgs::CompressedImage msg;
   msg.format = "png";
@@ -347,6 +485,24 @@ TEST(CompressedImageMessage, IsDecoded) {
   EXPECT_EQ(fromMsg(msg).type(), CV_8UC3);
   ASSERT_TRUE(cv::imencode(".png", cv::Mat(3, 5, CV_16UC1, cv::Scalar(65535)), msg.data));
   EXPECT_EQ(fromMsg(msg).at<std::uint8_t>(0, 0), 255);
+}
+
+// OpenCV fills the rows that are missing with whatever its memory holds.
+TEST(CompressedImageMessage, CutOffDataAreRefused) {
+  cv::Mat image(60, 80, CV_8UC3);
+  cv::randu(image, 0, 256);
+  for (const std::string format : {"jpg", "png"}) {
+    sensor_msgs::CompressedImage whole;
+    whole.format = format;
+    ASSERT_TRUE(cv::imencode("." + format, image, whole.data));
+    for (std::size_t kept = 0; kept < whole.data.size() - 1; kept += 101) {
+      sensor_msgs::CompressedImage cut = whole;
+      cut.data.resize(kept);
+      expectRefused([&] { fromMsg(cut); }, format);
+    }
+    whole.data.resize(whole.data.size() + 100);  // some cameras pad
+    EXPECT_EQ(fromMsg(whole).size(), image.size());
+  }
 }
 
 TEST(CompressedImageMessage, GarbageIsNamed) {

@@ -32,7 +32,7 @@ struct BenchmarkConfig {
   std::vector<std::string> preselection = {"none", "nnsr"};
   std::vector<Cell> cells;  ///< instead of every one of features with every one of preselection
   std::vector<std::string> selectors = {
-      "all"};  ///< "name" or "name:preset"; "all" = every algorithm's default
+      "all"};  ///< as createSelector() takes them; "all" = the defaults of this library's
   std::vector<double> tolerances = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< tau, px
   double ground_truth_tolerance = 10.0;                              ///< t_gt, px
   int repetitions = 1;  ///< runs of every selector on every pair, with seeds seed, seed + 1...

@@ -23,6 +23,7 @@ struct ConsensusOptions : OptionSet {
   bool local_optimization = false;  ///< refine every new best model, not only the last one
   bool refine = true;               ///< least squares on the inliers of the best model
   int seed = 0;                     ///< of the sampler
+  double max_seconds = 0;           ///< time limit, s; 0 = none
 
  protected:
   /// Visits all fields; `lowest_threshold` and `threshold_text` differ between the selectors.

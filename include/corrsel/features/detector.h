@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
@@ -8,6 +9,9 @@
 #include "corrsel/features/features.h"
 
 namespace corrsel::core {
+
+/// Says whether a keypoint may lie at a place, px of the image that the detector sees.
+using PlaceFilter = std::function<bool(const cv::Point2f& place)>;
 
 /// Finds keypoints. detect() is const and re-entrant.
 class Detector {
@@ -22,6 +26,11 @@ class Detector {
   /// @param threads  threads that may be used; the result does not depend on it
   virtual void detect(const cv::Mat& grey, int threads, Features& features) const = 0;
 
+  /// detect() without the keypoints that `allowed` refuses. Those who keep the strongest max_features
+  /// themselves must override it, since the refused ones do not count; others may, to save work.
+  virtual void detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                           Features& features) const;
+
   /// As in "detector+descriptor".
   virtual std::string name() const = 0;
 
@@ -34,7 +43,21 @@ class SelfDescribingDetector : public Detector {
   /// Like detect(), with descriptors: one row per keypoint. May keep the strongest max_features itself where
   /// that saves work.
   virtual void detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const = 0;
+
+  /// As detectWhere(), with descriptors.
+  virtual void detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                                      Features& features) const;
 };
+
+/// Strongest first; ties are broken by position, scale and angle, so that threads inside OpenCV cannot
+/// reorder them.
+bool stronger(const cv::KeyPoint& a, const cv::KeyPoint& b);
+
+/// Puts features into the order of the given numbers, dropping those that are not named.
+void reorder(const std::vector<int>& order, Features& features);
+
+/// Drops the features at places that are not allowed.
+void dropRefused(const PlaceFilter& allowed, Features& features);
 
 /// Similarity frames from size and angle: column k is the keypoint's radius along and across its angle.
 std::vector<AffineFrame> similarityFrames(const std::vector<cv::KeyPoint>& keypoints);

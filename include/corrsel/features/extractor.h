@@ -10,6 +10,7 @@
 #include "corrsel/features/descriptor.h"
 #include "corrsel/features/detector.h"
 #include "corrsel/features/features.h"
+#include "corrsel/features/region.h"
 #include "corrsel/options.h"
 
 namespace corrsel::core {
@@ -26,9 +27,15 @@ class FeatureExtractor {
 
   /// @param image    8-bit, 1, 3 (BGR) or 4 (BGRA) channels. A blank or tiny image gives zero features.
   /// @param threads  threads that may be used; the result does not depend on it
-  /// @return features in a fixed order (strongest first), at most max_features where the option is not 0.
-  /// Throws std::invalid_argument for an empty image or another depth, naming what it got.
-  Features extract(const cv::Mat& image, int threads = 1) const;
+  /// @param region   where features are looked for. The area is treated as an image of its own, to which
+  /// max_megapixels and spread apply and whose border costs features as any border does; it takes the time of
+  /// an image of its size. Masked features are dropped before max_features is applied. The region of the
+  /// whole image, and a mask without zeros in the area, give the features that no region gives, bit for bit.
+  /// @return features in a fixed order (strongest first), at most max_features where the option is not 0, in
+  /// coordinates of the whole image.
+  /// Throws std::invalid_argument for an empty image or another depth, an area outside the image, and a mask
+  /// of another type or size, naming what it got.
+  Features extract(const cv::Mat& image, int threads = 1, const FeatureRegion& region = {}) const;
 
   /// "detector+descriptor".
   const std::string& name() const { return name_; }
@@ -63,6 +70,8 @@ std::vector<std::string> algorithmsOf(const std::string& name);
 
 /// Extracts both images, side by side when threads > 1. The result does not depend on the thread count.
 std::pair<Features, Features> extractPair(const FeatureExtractor& extractor, const cv::Mat& left,
-                                          const cv::Mat& right, int threads);
+                                          const cv::Mat& right, int threads,
+                                          const FeatureRegion& left_region = {},
+                                          const FeatureRegion& right_region = {});
 
 }  // namespace corrsel::core

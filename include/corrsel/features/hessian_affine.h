@@ -35,6 +35,9 @@ class HessianAffineDetector : public Detector {
   explicit HessianAffineDetector(const HessianAffineOptions& options = {});
 
   void detect(const cv::Mat& grey, int threads, Features& features) const override;
+  /// Saves the time of adaptation and orientation of what is refused.
+  void detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                   Features& features) const override;
   std::string name() const override { return "hessian_affine"; }
   const DetectorOptions& options() const override { return options_; }
 

@@ -13,7 +13,8 @@ namespace corrsel::core {
 class OpenCvDetector : public SelfDescribingDetector {
  public:
   /// Makes the algorithm for an image size; called once per image, since OpenCV's objects keep state.
-  using Create = std::function<cv::Ptr<cv::Feature2D>(const cv::Size& image_size)>;
+  /// @param capped  it may keep the strongest max_features itself
+  using Create = std::function<cv::Ptr<cv::Feature2D>(const cv::Size& image_size, bool capped)>;
 
   /// @param border       images of at most twice this size have no features, px
   /// @param size_factor  from the algorithm's keypoint size, which may be that of its descriptor's patch, to
@@ -23,9 +24,15 @@ class OpenCvDetector : public SelfDescribingDetector {
 
   void detect(const cv::Mat& grey, int threads, Features& features) const override;
   void detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const override;
+  void detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                   Features& features) const override;
+  void detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                              Features& features) const override;
   std::string name() const override { return name_; }
 
  private:
+  void run(const cv::Mat& grey, bool capped, bool describe, Features& features) const;
+
   std::string name_;
   Create create_;
   int border_;

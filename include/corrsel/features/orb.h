@@ -17,10 +17,15 @@ struct OrbOptions : DetectorOptions {
   void visit(OptionVisitor& visitor) override;
 };
 
-/// "orb".
+/// "orb". Hands max_features out over the levels of the pyramid in proportion to their sides, unless they are
+/// to be spread.
 class OrbDetector : public OpenCvDetector {
  public:
   explicit OrbDetector(const OrbOptions& options = {});
+  void detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                   Features& features) const override;
+  void detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                              Features& features) const override;
   const DetectorOptions& options() const override { return options_; }
 
  private:

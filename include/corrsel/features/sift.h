@@ -22,6 +22,8 @@ class SiftDetector : public OpenCvDetector {
  public:
   explicit SiftDetector(const SiftOptions& options = {});
   void detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const override;
+  void detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
+                              Features& features) const override;
   const DetectorOptions& options() const override { return options_; }
 
  private:

@@ -75,14 +75,15 @@ core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info = nullptr);
 
 Score toMsg(const core::Evaluation& evaluation, const ScoreLabels& labels);
 
-/// An image message as 8-bit grey or BGR, as the core expects it. mono8 and bgr8 are shared, not copied;
-/// other colour, Bayer and YUV encodings are converted, 16 bits are scaled to 8. Throws std::invalid_argument
-/// naming the encoding for anything else (floats, odd channel counts) and for data that does not fit the
-/// header.
-cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& msg);
+/// An image message as 8-bit grey or BGR, as the core expects it. mono8, bgr8, 8UC1 and 8UC3 are shared, not
+/// copied; other colour, Bayer and YUV encodings are converted, 16 bits of either byte order are scaled to 8,
+/// four channels without a meaning (8UC4, 16UC4) are taken as BGRA. Throws std::invalid_argument naming the
+/// encoding for anything else (floats, odd channel counts), for an image without pixels and for data that
+/// does not fit the header: the step at least a row, step times height bytes.
+cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& image);
 
 /// Decodes PNG, JPEG and whatever else OpenCV reads to 8-bit grey or BGR. Throws std::invalid_argument naming
-/// the format where that fails.
+/// the format where that fails, or where a JPEG is cut off.
 cv::Mat fromMsg(const sensor_msgs::CompressedImage& msg);
 
 }  // namespace corrsel

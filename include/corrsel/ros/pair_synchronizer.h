@@ -1,56 +1,63 @@
 #pragma once
 
-#include <image_transport/image_transport.h>
-#include <image_transport/subscriber_filter.h>
-#include <message_filters/sync_policies/approximate_time.h>
-#include <message_filters/sync_policies/exact_time.h>
-#include <message_filters/synchronizer.h>
-#include <ros/ros.h>
+#include <ros/node_handle.h>
 #include <sensor_msgs/Image.h>
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
+
+#include "corrsel/ros/camera_input.h"
+#include "corrsel/ros/image_source.h"
 
 namespace corrsel {
 
-/// Brings `left/image` and `right/image` together by their stamps. Private parameters: `approximate_sync`
-/// (false), `approximate_sync_max_interval` (s, 0 = no limit), `queue_size` (5, of the synchroniser),
-/// `subscriber_queue_size` (1, of each topic), `image_transport` (raw).
-class PairSynchronizer {
+/// Brings `left/image` and `right/image` together by their stamps, with the newest `left/mask` and
+/// `right/mask`. Private parameters: `approximate_sync` (false), `approximate_sync_max_interval` (s, 0 = no
+/// limit), `queue_size` (5, images of each camera that wait for the other one's), and those of CameraInput.
+///
+/// When a camera's stamps go backwards (a bag that is played in a loop, a clock that was set), all images
+/// that wait are dropped: message_filters would keep them as the newest ones, and pairs would never form
+/// again (exact), or only after a queue's length (approximate).
+///
+/// Approximate pairs are handed over as soon as no nearer stamp can come, which takes the cameras' periods
+/// from the stamps seen; message_filters alone waits for the next image.
+class PairSynchronizer : public ImageSource {
  public:
-  using Callback = std::function<void(const sensor_msgs::ImageConstPtr&, const sensor_msgs::ImageConstPtr&)>;
+  PairSynchronizer(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, Callback on_set);
+  ~PairSynchronizer() override;
 
-  /// Subscribes to nothing yet. @param on_pair  called on the queue of `nh`
-  PairSynchronizer(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, Callback on_pair);
-
-  void subscribe();
-  void unsubscribe();
-
-  std::string leftTopic() const { return left_.getTopic(); }
-  std::string rightTopic() const { return right_.getTopic(); }
-
-  /// Why pairs do not form, with counts, topics and cures; empty where they do, or where nothing arrives.
-  /// Counts from the call before; safe on another thread.
-  std::string misses();
+  void subscribe() override;
+  void unsubscribe() override;
+  std::vector<std::string> topics() const override { return {left_.topic(), right_.topic()}; }
+  Counts counts() const override;
+  std::string complaint() override;
 
  private:
-  using Image = sensor_msgs::Image;
-  using ExactPolicy = message_filters::sync_policies::ExactTime<Image, Image>;
-  using ApproximatePolicy = message_filters::sync_policies::ApproximateTime<Image, Image>;
+  using ImagePair = std::pair<sensor_msgs::ImageConstPtr, sensor_msgs::ImageConstPtr>;
+  class Synchronizer;  // hides message_filters, which takes long to compile
+  enum Side { kLeft, kRight };
 
-  ros::NodeHandle pnh_;
-  Callback on_pair_;
+  void receive(Side side, const sensor_msgs::ImageConstPtr& msg, bool backwards);
+  void makeSynchronizer();
+  std::string mismatch(std::size_t n_sets) const;
+
+  Callback on_set_;
   std::uint32_t queue_size_;
-  bool subscribed_ = false;
-  std::atomic<std::size_t> n_left_{0}, n_right_{0}, n_pairs_{0};
-  // Order of destruction: the synchronisers first, then their inputs, then what the inputs use.
-  image_transport::ImageTransport transport_;
-  image_transport::SubscriberFilter left_, right_;
-  std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> exact_;
-  std::unique_ptr<message_filters::Synchronizer<ApproximatePolicy>> approximate_;
+  bool approximate_sync_;
+  double max_interval_;               ///< s, 0 = no limit
+  std::atomic<bool> restart_{false};  ///< before the next image
+  std::atomic<std::size_t> n_sets_{0};
+  std::mutex period_mutex_;          ///< one complaint() at a time
+  std::size_t n_sets_before_ = 0;    ///< up to the period's begin
+  std::vector<ImagePair> complete_;  ///< by the image that is being received
+  std::unique_ptr<Synchronizer> synchronizer_;
+  CameraInput left_, right_;  // last: no callback comes once they are gone
 };
 
 }  // namespace corrsel

@@ -19,6 +19,9 @@ namespace corrsel {
 core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
                                const dynamic_reconfigure::Config& defaults, const std::string& prefix);
 
+/// "alpha=6,grid=10" as options. Throws std::invalid_argument naming the piece that does not read so.
+core::OptionMap parseOptions(const std::string& text);
+
 /// Parameters below `nh` that a dynamic_reconfigure server is going to change or ignore without a word when
 /// it starts: numbers out of range, values of the wrong type, choices that do not exist. One sentence each,
 /// with name, value and range. To be called before the server is started.

@@ -5,23 +5,11 @@
 #include <memory>
 #include <vector>
 
+#include "corrsel/deadline.h"
 #include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/distinct_matches.h"
-#include "corrsel/stopwatch.h"
 
 namespace corrsel::core {
-
-/// When to give up. Starts at construction.
-class Deadline {
- public:
-  /// @param seconds  0 = never
-  explicit Deadline(double seconds) : seconds_(seconds) {}
-  bool passed() const { return seconds_ > 0 && watch_.seconds() >= seconds_; }
-
- private:
-  Stopwatch watch_;
-  double seconds_;
-};
 
 /// The symmetric N x N matrix of the values that pairs of matches have, in [0, 1], zero on the diagonal.
 ///

@@ -21,7 +21,8 @@ namespace core {
 ///  - Constructors throw std::invalid_argument for options out of range, naming option, value and range.
 ///
 /// To write one: derive, implement name(), options() and run(), and override missingInput() if a column
-/// beyond the coordinates is needed.
+/// beyond the coordinates is needed. Those of other packages are made by their default constructor and given
+/// their options by configure(): see docs/selectors.md.
 class Selector {
  public:
   virtual ~Selector() = default;
@@ -29,10 +30,16 @@ class Selector {
   /// @return the mask (as long as `matches`), status, counts, wall time. Cost: see the algorithm's header.
   Selection select(const Correspondences& matches) const;
 
-  /// Lower-case name as in the factory, without preset.
+  /// Lower-case name as in the factory, without preset; "package/Class" of a selector of another package.
   virtual std::string name() const = 0;
 
   virtual const OptionSet& options() const = 0;
+
+  /// Takes over the options of a selector of another package: called once, after its construction and before
+  /// anything but options(), with the values that the user gave and those common ones (seed, threads...)
+  /// whose names are in options(). Override it where there are options: setOptions() and check() do the work.
+  /// Throws std::invalid_argument; unless overridden for every option.
+  virtual void configure(const OptionMap& options);
 
  protected:
   /// A sentence naming the missing column or image size, or empty when the input will do.

@@ -36,9 +36,9 @@ struct StOptions : OptionSet {
 /// Preset: `leordeanu_hebert` = difference, conflicts one-to-one only. No two matches with a positive
 /// affinity, and so one match alone: nothing selected. All matches equal: the rule applies, by default all
 /// are selected, degenerate. Limits: beyond memory_limit the affinities are not stored, same answer, slower.
-/// At max_seconds the greedy step works on the best vector so far, time_limit; too_large with nothing
-/// selected where not even one product was done. score = v_i / max v. O(N^2) time per product, usually 5 to
-/// 8, N^2 bytes.
+/// Short of max_seconds, by the time that the first product took, the greedy step works on the best vector so
+/// far, time_limit; too_large with nothing selected where not even one product was done in time. score = v_i
+/// / max v. O(N^2) time per product, usually 5 to 8, N^2 bytes.
 class StSelector : public Selector {
  public:
   explicit StSelector(StOptions options = {});

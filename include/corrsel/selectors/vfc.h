@@ -18,6 +18,7 @@ struct VfcOptions : OptionSet {
   double kernel_tolerance = 1e-5;  ///< largest error of an element of the factored K, as a share of lambda s2
   int control_points = 0;          ///< 0 = all points; else that many drawn points carry the field
   int seed = 0;                    ///< of the drawn control points
+  double max_seconds = 0;          ///< time limit, s; 0 = none
 
   void visit(OptionVisitor& visitor) override;
 };
@@ -39,8 +40,9 @@ struct VfcOptions : OptionSet {
 /// Made for one motion that varies smoothly over the image; large rotations need inlier ratios above about
 /// 0.2, jumps of depth cost recall. Fewer than 5 matches: too_few; all left or all right points equal:
 /// degenerate. score = posterior. iterations = EM steps. The answer does not depend on the order of the
-/// matches. O(N (log N + rank^2 steps)) time and O(N rank) memory, rank 15 to 40 for points spread over an
-/// image.
+/// matches. At max_seconds the posteriors under the last field that was fitted decide, time_limit; too_large
+/// with nothing selected where not even one was. O(N (log N + rank^2 steps)) time and O(N rank) memory, rank
+/// 15 to 40 for points spread over an image.
 class VfcSelector : public Selector {
  public:
   explicit VfcSelector(VfcOptions options = {});

@@ -13,6 +13,7 @@
 #include "corrsel/datasets/reader.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/features/matcher.h"
+#include "corrsel/ros/selector_plugins.h"
 #include "corrsel/selectors/factory.h"
 #include "corrsel/text.h"
 
@@ -45,7 +46,9 @@ constexpr Argument kArguments[] = {
      "preset: overall, per_pair, preselected, features, robustness, efficiency, visual, guide, paper"},
     {"features", "", "detector+descriptor combinations, comma-separated, or all [sift+sift,orb+orb]"},
     {"preselection", "", "what reduces the putative matches first: none, nnsr [none,nnsr]"},
-    {"selectors", "", "selectors, comma-separated, each optionally with a preset (lpm:v2), or all [all]"},
+    {"selectors", "",
+     "selectors, comma-separated, each optionally with a preset (lpm:v2), or all, or package/Class of other "
+     "packages [all]"},
     {"options", "", "options, comma-separated: gms.alpha=6,ransac.threshold=3,sift.max_features=2000"},
     {"tolerances", "1,2,3,4,5,6,7,8,9,10", "evaluation tolerances tau, px, comma-separated"},
     {"ground_truth_tolerance", "10", "error up to which a match is a ground-truth inlier, px"},
@@ -231,6 +234,22 @@ void printOptions(const std::string& algorithm, const core::OptionSet& options) 
   }
 }
 
+/// Those that cannot be made are shown with the reason.
+void printPlugins() {
+  const std::vector<std::string> names = selectorPlugins(), problems = selectorPluginProblems();
+  if (names.empty() && problems.empty()) return;
+  std::cout << "selectors of other packages:\n";
+  for (const std::string& name : names) {
+    std::cout << "  " << name << "\n";
+    try {
+      printOptions(name, core::createSelector(name)->options());
+    } catch (const std::invalid_argument& error) {
+      std::cout << "      cannot be used: " << error.what() << "\n";
+    }
+  }
+  for (const std::string& problem : problems) std::cout << "  note: " << problem << "\n";
+}
+
 }  // namespace
 
 Arguments parseArguments(int argc, char** argv) {
@@ -281,6 +300,7 @@ void printList() {
     std::cout << "\n";
     printOptions(name, core::createSelector(name)->options());
   }
+  printPlugins();
 }
 
 }  // namespace corrsel

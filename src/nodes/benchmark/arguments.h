@@ -35,7 +35,7 @@ Arguments parseArguments(int argc, char** argv);
 
 void printHelp();
 
-/// Datasets, features, selectors with presets, and all their options.
+/// Datasets, features, selectors with presets, those of other packages, and all their options.
 void printList();
 
 }  // namespace corrsel

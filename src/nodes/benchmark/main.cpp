@@ -25,6 +25,7 @@
 #include "corrsel/datasets/reader.h"
 #include "corrsel/datasets/sample.h"
 #include "corrsel/ros/bag_cache.h"
+#include "corrsel/ros/selector_plugins.h"
 #include "corrsel/stopwatch.h"
 #include "reporter.h"
 
@@ -216,6 +217,7 @@ void initRos(int argc, char** argv, const core::Shard& shard) {
 }
 
 int run(int argc, char** argv) {
+  enableSelectorPlugins();
   const Arguments arguments = parseArguments(argc, argv);
   initRos(argc, argv, arguments.shard);
   if (arguments.help) {

@@ -1,0 +1,186 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "corrsel/random.h"
+#include "corrsel/ros/conversions.h"
+#include "corrsel/ros/live_matcher.h"
+
+namespace corrsel {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240;
+
+/// A wide strip of corners; views are cut out of it.
+cv::Mat strip() {
+  core::Random random(3);
+  cv::Mat image(kHeight, 4 * kWidth, CV_8UC1, cv::Scalar(128));
+  for (int i = 0; i < 900; ++i) {
+    const cv::Point corner(static_cast<int>(random.index(4 * kWidth)),
+                           static_cast<int>(random.index(kHeight)));
+    const int size = 4 + static_cast<int>(random.index(20));
+    cv::rectangle(image, cv::Rect(corner, cv::Size(size, size)), cv::Scalar(random.index(256)), cv::FILLED);
+  }
+  return image;
+}
+
+sensor_msgs::ImageConstPtr message(const cv::Mat& image, double stamp, const std::string& frame = "camera") {
+  std_msgs::Header header;
+  header.stamp.fromSec(stamp);
+  header.frame_id = frame;
+  return cv_bridge::CvImage(header, image.channels() == 1 ? "mono8" : "bgr8", image).toImageMsg();
+}
+
+class LiveMatcherTest : public testing::Test {
+ protected:
+  LiveMatcherTest() {
+    settings_.extractor = core::createExtractor("orb+orb", {{"orb", {{"max_features", "300"}}}});
+  }
+
+  /// What the camera sees `shift` px along the strip.
+  cv::Mat view(int shift) const { return strip_(cv::Rect(shift, 0, kWidth, kHeight)).clone(); }
+
+  boost::shared_ptr<Correspondences> frame(int shift, double stamp) {
+    ImageSet images;
+    images.left = message(view(shift), stamp);
+    return matcher_.match(images, settings_);
+  }
+
+  const cv::Mat strip_ = strip();
+  LiveMatcher::Settings settings_;
+  LiveMatcher matcher_{2};
+};
+
+TEST_F(LiveMatcherTest, PairsAreMatchedAsTheCoreDoes) {
+  ImageSet images;
+  images.left = message(view(0), 10.0, "left_optical");
+  images.right = message(view(30), 10.001, "right_optical");
+  const auto answer = matcher_.match(images, settings_);
+  ASSERT_TRUE(answer);
+  const auto features = core::extractPair(*settings_.extractor, view(0), view(30), 1);
+  const core::Correspondences expected = core::matchFeatures(features.first, features.second, {});
+  ASSERT_GT(expected.size(), 100u);
+  const core::Correspondences actual = fromMsg(*answer);
+  EXPECT_EQ(actual.left_x, expected.left_x);
+  EXPECT_EQ(actual.right_y, expected.right_y);
+  EXPECT_EQ(actual.right_index, expected.right_index);
+  EXPECT_EQ(answer->header.stamp, ros::Time(10.0));
+  EXPECT_EQ(answer->header.frame_id, "left_optical");
+  EXPECT_EQ(answer->right_stamp, images.right->header.stamp);
+  EXPECT_EQ(answer->right_frame_id, "right_optical");
+  EXPECT_EQ(answer->features, "orb+orb");
+  EXPECT_EQ(answer->n_left_features, features.first.keypoints.size());
+  for (const double seconds : {answer->wait_seconds, answer->detect_seconds, answer->describe_seconds,
+                               answer->match_seconds, answer->publish_seconds}) {
+    EXPECT_GE(seconds, 0.0);
+    EXPECT_LT(seconds, 60.0);
+  }
+}
+
+TEST_F(LiveMatcherTest, SequencesMatchTheNewImageOnTheLeftWithTheOneBefore) {
+  EXPECT_FALSE(frame(0, 1.0));
+  for (const double stamp : {2.0, 3.0}) {
+    const auto answer = frame(static_cast<int>(stamp) * 20, stamp);
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->header.stamp, ros::Time(stamp));
+    EXPECT_EQ(answer->right_stamp, ros::Time(stamp - 1));
+    EXPECT_EQ(answer->right_frame_id, "camera");
+    ASSERT_GT(answer->left_x.size(), 100u);
+    std::size_t right = 0;  // the camera moves 20 px to the right: what it sees moves to the left
+    const int shift = stamp == 2.0 ? 40 : 20;
+    for (std::size_t i = 0; i < answer->left_x.size(); ++i) {
+      right += std::abs(answer->right_x[i] - answer->left_x[i] - static_cast<float>(shift)) < 2 ? 1 : 0;
+    }
+    EXPECT_GT(right, answer->left_x.size() / 2) << "at " << stamp;
+  }
+}
+
+TEST_F(LiveMatcherTest, SequencesMayLookFurtherBackOrAtKeyframes) {
+  settings_.sequence.step = 2;
+  EXPECT_FALSE(frame(0, 1.0));
+  EXPECT_FALSE(frame(10, 2.0));
+  EXPECT_EQ(frame(20, 3.0)->right_stamp, ros::Time(1.0));
+
+  LiveMatcher other(1);
+  matcher_.match({message(view(0), 4.0), nullptr, nullptr, nullptr, {}}, settings_);
+  settings_.sequence.reference = "keyframe";
+  settings_.sequence.min_overlap = 0.5;
+  const auto answer = [&](int shift, double stamp) {
+    return other.match({message(view(shift), stamp), nullptr, nullptr, nullptr, {}}, settings_);
+  };
+  EXPECT_FALSE(answer(0, 1.0));
+  EXPECT_EQ(answer(15, 2.0)->right_stamp, ros::Time(1.0));
+  EXPECT_EQ(answer(30, 3.0)->right_stamp, ros::Time(1.0));
+  EXPECT_EQ(answer(280, 4.0)->right_stamp, ros::Time(1.0));  // hardly anything is seen again
+  EXPECT_EQ(answer(290, 5.0)->right_stamp, ros::Time(4.0));
+}
+
+TEST_F(LiveMatcherTest, SequencesBeginAnewWhereTheyMust) {
+  EXPECT_FALSE(frame(0, 10.0));
+  EXPECT_TRUE(frame(5, 11.0));
+  EXPECT_FALSE(frame(10, 3.0));  // a bag that starts again
+  EXPECT_TRUE(frame(10, 4.0));
+  ImageSet larger;
+  larger.left = message(cv::Mat(strip_(cv::Rect(0, 0, 2 * kWidth, kHeight))), 5.0);
+  EXPECT_FALSE(matcher_.match(larger, settings_));  // another resolution
+  EXPECT_FALSE(frame(10, 6.0));
+  EXPECT_TRUE(frame(10, 7.0));
+  settings_.extractor = core::createExtractor("orb+brisk");
+  EXPECT_FALSE(frame(10, 8.0));  // descriptors of another kind
+  EXPECT_EQ(frame(10, 9.0)->features, "orb+brisk");
+}
+
+TEST_F(LiveMatcherTest, StampsThatStandStillAreNoReasonToStop) {
+  EXPECT_FALSE(frame(0, 0.0));
+  EXPECT_TRUE(frame(5, 0.0));
+  EXPECT_TRUE(frame(10, 0.0));
+}
+
+TEST_F(LiveMatcherTest, MasksAndAreaLimitWhereFeaturesAre) {
+  cv::Mat mask(kHeight, kWidth, CV_8UC1, cv::Scalar(255));
+  mask.colRange(0, 160).setTo(0);
+  ImageSet images;
+  images.left = message(view(0), 1.0);
+  images.right = message(view(0), 1.0);
+  images.left_mask = message(mask, 0.0);
+  cv::cvtColor(mask, mask, cv::COLOR_GRAY2BGR);  // as an image file may come
+  images.right_mask = message(255 - mask, 0.0);
+  settings_.area = cv::Rect(0, 60, 0, 100);  // all columns
+  const auto answer = matcher_.match(images, settings_);
+  ASSERT_GT(answer->left_x.size(), 10u);
+  for (std::size_t i = 0; i < answer->left_x.size(); ++i) {
+    EXPECT_GE(answer->left_x[i], 159.5F);
+    EXPECT_LE(answer->right_x[i], 159.5F);
+    for (const float y : {answer->left_y[i], answer->right_y[i]}) {
+      EXPECT_GE(y, 59.5F);
+      EXPECT_LE(y, 159.5F);
+    }
+  }
+}
+
+TEST_F(LiveMatcherTest, WhatCannotBeUsedIsNamed) {
+  const auto refused = [&](const ImageSet& images) {
+    try {
+      matcher_.match(images, settings_);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  ImageSet images;
+  images.left = message(view(0), 1.0);
+  images.right = message(view(0), 1.0);
+  images.left_mask = message(cv::Mat(10, 10, CV_8UC1, cv::Scalar(255)), 1.0);
+  EXPECT_NE(refused(images).find("10"), std::string::npos) << refused(images);
+  images.left_mask.reset();
+  settings_.area = cv::Rect(1000, 0, 50, 50);
+  EXPECT_NE(refused(images).find("1000"), std::string::npos) << refused(images);
+  settings_.area = cv::Rect();
+  EXPECT_TRUE(matcher_.match(images, settings_));
+}
+
+}  // namespace
+}  // namespace corrsel
