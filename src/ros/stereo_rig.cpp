@@ -203,12 +203,14 @@ std::vector<cv::Matx23d> StereoRig::Camera::rectify(const std::vector<cv::Point2
   }
   const std::vector<cv::Point2d> to = undistorted(around);
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  // image_geometry takes P's fourth column off a pixel before it makes a ray of it.
+  const cv::Point2d shift(model.Tx(), model.Ty());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Point2d* const at = &to[5 * i];
     const cv::Point2d position = at[0] - cv::Point2d(area.tl());
     const bool inside =
         position.x >= 0 && position.y >= 0 && position.x <= area.width - 1 && position.y <= area.height - 1;
-    if (!inside || !(cv::norm(model.unrectifyPoint(at[0]) - around[5 * i]) <= kInversionTolerance)) {
+    if (!inside || !(cv::norm(model.unrectifyPoint(at[0] + shift) - around[5 * i]) <= kInversionTolerance)) {
       maps.push_back(cv::Matx23d::all(kNaN));
       continue;
     }

@@ -201,7 +201,7 @@ TEST_F(RecordedBag, MatchesOfRawImagesAreUndistortedAndRectified) {
   writeMatches(bag_, kMatches, 1, matches);
   writeInfos(bag_);
   BagSource source = open();
-  EXPECT_TRUE(hasNote(source, "taken to be of raw images: 100 % of them"));
+  EXPECT_TRUE(hasNote(source, "taken to be of raw images: 100 % of them")) << source.notes()[1];
   core::ImagePair pair;
   ASSERT_TRUE(source.next(pair));
   ASSERT_TRUE(pair.given);
@@ -328,22 +328,29 @@ TEST_F(RecordedBag, ACutOffRecordingSaysWhatToDo) {
 
 TEST(StereoRigPoints, AreTheInverseOfTheLens) {
   const StereoRig raw = rig(false);
-  std::vector<cv::Point2f> points, expected;
-  for (double x = -0.4; x <= 0.4; x += 0.1) {
-    for (double y = -0.3; y <= 0.3; y += 0.1) {
-      points.push_back(seenBy(cameraInfo(false), {x, y, 1}));
-      expected.push_back(rectifiedBy(cameraInfo(false), {x, y, 1}) - cv::Point2f(raw.leftArea().tl()));
+  for (const bool right : {false, true}) {
+    const sensor_msgs::CameraInfo info = cameraInfo(right);
+    const cv::Point corner = (right ? raw.rightArea() : raw.leftArea()).tl();
+    const auto rectify = [&](const std::vector<cv::Point2f>& points) {
+      return right ? raw.rectifyRight(points) : raw.rectifyLeft(points);
+    };
+    std::vector<cv::Point2f> points, expected;
+    for (double x = -0.4; x <= 0.4; x += 0.1) {
+      for (double y = -0.3; y <= 0.3; y += 0.1) {
+        points.push_back(seenBy(info, {x, y, 1}));
+        expected.push_back(rectifiedBy(info, {x, y, 1}) - cv::Point2f(corner));
+      }
     }
-  }
-  const std::vector<cv::Matx23d> maps = raw.rectifyLeft(points);
-  ASSERT_EQ(maps.size(), points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    EXPECT_NEAR(maps[i](0, 2), expected[i].x, 0.02);
-    EXPECT_NEAR(maps[i](1, 2), expected[i].y, 0.02);
-    // The derivative tells where a point near by goes.
-    const std::vector<cv::Matx23d> beside = raw.rectifyLeft({points[i] + cv::Point2f(1, 2)});
-    EXPECT_NEAR(beside[0](0, 2), maps[i](0, 2) + maps[i](0, 0) + 2 * maps[i](0, 1), 0.03);
-    EXPECT_NEAR(beside[0](1, 2), maps[i](1, 2) + maps[i](1, 0) + 2 * maps[i](1, 1), 0.03);
+    const std::vector<cv::Matx23d> maps = rectify(points);
+    ASSERT_EQ(maps.size(), points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      EXPECT_NEAR(maps[i](0, 2), expected[i].x, 0.02);
+      EXPECT_NEAR(maps[i](1, 2), expected[i].y, 0.02);
+      // The derivative tells where a point near by goes.
+      const std::vector<cv::Matx23d> beside = rectify({points[i] + cv::Point2f(1, 2)});
+      EXPECT_NEAR(beside[0](0, 2), maps[i](0, 2) + maps[i](0, 0) + 2 * maps[i](0, 1), 0.03);
+      EXPECT_NEAR(beside[0](1, 2), maps[i](1, 2) + maps[i](1, 0) + 2 * maps[i](1, 1), 0.03);
+    }
   }
   EXPECT_TRUE(std::isnan(raw.rectifyLeft(std::vector<cv::Point2f>{{5000, 5000}})[0](0, 2)));
   EXPECT_TRUE(raw.rectifyLeft(std::vector<cv::Point2f>()).empty());
