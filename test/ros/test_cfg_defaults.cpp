@@ -153,7 +153,8 @@ TEST(Cfg, SelectorParametersEqualTheOptions) {
     compare(core::createSelector(name)->options(), open, all, name + "_", 2);
     EXPECT_NE(all.at("selector").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }
-  EXPECT_EQ(names(open), (std::vector<std::string>{"max_seconds", "plugin_options", "preset", "seed", "selector"}));
+  EXPECT_EQ(names(open),
+            (std::vector<std::string>{"max_seconds", "plugin_options", "preset", "seed", "selector"}));
 }
 
 TEST(Cfg, FeatureParametersEqualTheOptions) {
