@@ -123,12 +123,12 @@ class LiveLaunch(unittest.TestCase):
             process.send_signal(signal.SIGINT)
             process.wait(timeout=PATIENCE)
 
-    def live(self, namespace, *arguments):
-        """Starts live.launch and returns the process and its cameras; both end with the test."""
+    def live(self, namespace, *arguments, file="live.launch"):
+        """Starts a launch file and returns the process and its cameras; both end with the test."""
         launch = self.start(
             "roslaunch",
             "corrsel",
-            "live.launch",
+            file,
             "features:=orb+orb",
             "selector:=gms",
             *arguments,
@@ -197,6 +197,24 @@ class LiveLaunch(unittest.TestCase):
         for victim in ("selector", "feature_matcher"):
             self.kill(launch, victim)
             self.assertTrue(cameras.answered(), "after the death of %s: %s" % (victim, self.text()))
+
+    def test_a_sequence_is_matched_with_earlier_frames_and_drawn(self):
+        """sequence.launch: the newest frame is the left one; matches/image comes from the same launch file."""
+        _, cameras = self.live("walk", "image:=left/image_rect", "step:=2", file="sequence.launch")
+        pairs, drawn = [], []
+        topics = [
+            rospy.Subscriber("/walk/matches", Correspondences, pairs.append, queue_size=10),
+            rospy.Subscriber("/walk/matches/image", Image, drawn.append, queue_size=10),
+        ]
+        for topic in topics:
+            self.addCleanup(topic.unregister)
+        self.assertTrue(cameras.answered(), self.text())
+        self.assertTrue(all(pair.right_stamp < pair.header.stamp for pair in pairs))
+        deadline = time.monotonic() + PATIENCE
+        while not drawn and time.monotonic() < deadline:
+            cameras.play()
+        self.assertTrue(drawn, self.text())
+        self.assertEqual((drawn[0].width, drawn[0].height), (2 * WIDTH, HEIGHT))
 
     def record(self, namespace, prefix):
         """Records some frames with live.launch and returns the bag."""
