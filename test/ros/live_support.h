@@ -147,8 +147,7 @@ inline std::map<std::string, std::string> configure(const std::string& nodelet,
   for (const auto& [name, value] : numbers) ConfigTools::appendParameter(call.request.config, name, value);
   for (const auto& [name, value] : integers) ConfigTools::appendParameter(call.request.config, name, value);
   const std::string service = nodelet + "/set_parameters";
-  EXPECT_TRUE(ros::service::waitForService(service, ros::Duration(20)));
-  EXPECT_TRUE(ros::service::call(service, call));
+  EXPECT_TRUE(waitFor([&] { return ros::service::call(service, call); })) << service;
   std::map<std::string, std::string> answer;
   for (const auto& parameter : call.response.config.strs) answer[parameter.name] = parameter.value;
   return answer;

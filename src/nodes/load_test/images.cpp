@@ -42,7 +42,8 @@ std::vector<StereoImages> fromFiles(const std::vector<std::pair<std::string, std
   const std::string remedy = "Give --images LEFT,RIGHT or a folder of left_* and right_* images.";
   std::vector<StereoImages> pairs;
   for (const auto& [left, right] : files) {
-    pairs.push_back(toPair(core::readImageFile(left, remedy), core::readImageFile(right, remedy), arguments));
+    const cv::Mat left_image = core::readImageFile(left, remedy);
+    pairs.push_back(toPair(left_image, core::readImageFile(right, remedy), arguments));
   }
   return pairs;
 }
