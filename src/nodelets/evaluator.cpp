@@ -10,6 +10,7 @@
 
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/metrics.h"
+#include "corrsel/ros/callback_thread.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/stamp_cache.h"
 
@@ -18,6 +19,9 @@ namespace corrsel {
 /// Publishes a `score` for every `selection` whose `correspondences` and `ground_truth`, with the same stamp,
 /// are known. The three may come in any order.
 class EvaluatorNodelet : public nodelet::Nodelet {
+ public:
+  ~EvaluatorNodelet() override { thread_.stop(); }
+
  private:
   /// What has arrived for one stamp. Several selectors may answer the same correspondences.
   struct Pending {
@@ -44,8 +48,7 @@ class EvaluatorNodelet : public nodelet::Nodelet {
     }
     const auto queue = static_cast<std::uint32_t>(std::max(1, pnh.param("subscriber_queue_size", 10)));
 
-    // One queue, one callback at a time: no locks.
-    ros::NodeHandle& nh = getNodeHandle();
+    ros::NodeHandle nh = thread_.handle(getNodeHandle());
     publisher_ = nh.advertise<Score>("score", kCapacity);
     subscribers_.push_back(nh.subscribe("ground_truth", queue, &EvaluatorNodelet::onTruth, this));
     subscribers_.push_back(
@@ -102,6 +105,7 @@ class EvaluatorNodelet : public nodelet::Nodelet {
 
   static constexpr std::size_t kCapacity = 100;  ///< stamps remembered
 
+  CallbackThread thread_;  ///< one callback at a time: no locks
   core::EvaluationOptions options_;
   StampCache<Pending> pending_{kCapacity};
   ros::Publisher publisher_;

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "corrsel/ros/callback_thread.h"
 #include "corrsel/ros/image_source.h"
 #include "corrsel/ros/live_diagnostics.h"
 #include "corrsel/ros/live_matcher.h"
@@ -26,8 +27,8 @@ namespace corrsel {
 class FeatureMatcherNodelet : public nodelet::Nodelet {
  public:
   ~FeatureMatcherNodelet() override {
-    if (queue_) queue_->stop();  // from here on nothing is published
-    publisher_.shutdown();       // and nobody asks for images
+    for (CallbackThread* thread : {&images_thread_, &server_thread_}) thread->stop();
+    if (queue_) queue_->stop();
   }
 
  private:
@@ -44,11 +45,10 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     demand_ = std::make_unique<OnDemand>(
         lazy, [this] { return publisher_.getNumSubscribers() > 0; }, [this] { images_->subscribe(); },
         [this] { images_->unsubscribe(); });
-    diagnostics_ = std::make_unique<LiveDiagnostics>(getMTNodeHandle(), getMTPrivateNodeHandle(), getName(),
+    diagnostics_ = std::make_unique<LiveDiagnostics>(server_thread_.handle(getNodeHandle()), pnh, getName(),
                                                      [this] { return flow(); });
 
-    // The server has threads of its own: a slow pair does not hold up set_parameters.
-    server_ = std::make_unique<Server>(server_mutex_, getMTPrivateNodeHandle());
+    server_ = std::make_unique<Server>(server_mutex_, server_thread_.handle(pnh));
     server_->setCallback(
         [this](FeatureMatcherConfig& config, std::uint32_t level) { reconfigure(config, level); });
 
@@ -56,8 +56,8 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     const auto on_change = [this](const ros::SingleSubscriberPublisher&) { demand_->update(); };
     {
       const auto lock = demand_->hold();
-      publisher_ = getNodeHandle().advertise<Correspondences>("correspondences", kPublisherQueue, on_change,
-                                                              on_change);
+      publisher_ = images_thread_.handle(getNodeHandle())
+                       .advertise<Correspondences>("correspondences", kPublisherQueue, on_change, on_change);
     }
     demand_->update();
     complaints_ = std::make_unique<Periodic>(kComplaintPeriod, [this] { complain(); });
@@ -66,11 +66,11 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   std::unique_ptr<ImageSource> openSource() {
     const auto hand_over = [this](ImageSet images) { queue_->put(std::move(images)); };
     try {
-      return openImageSource(getNodeHandle(), getPrivateNodeHandle(), hand_over);
+      return openImageSource(images_thread_.handle(getNodeHandle()), getPrivateNodeHandle(), hand_over);
     } catch (const std::invalid_argument& error) {
       NODELET_ERROR_STREAM(error.what() << "; pair is used");
       getPrivateNodeHandle().setParam("mode", "pair");
-      return openImageSource(getNodeHandle(), getPrivateNodeHandle(), hand_over);
+      return openImageSource(images_thread_.handle(getNodeHandle()), getPrivateNodeHandle(), hand_over);
     }
   }
 
@@ -165,6 +165,8 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   static constexpr double kComplaintPeriod = 15.0;  ///< s, wall time
 
   // Order of destruction: what calls goes before what is called.
+  CallbackThread images_thread_;  ///< images and who subscribes to the matches
+  CallbackThread server_thread_;  ///< reconfiguring: a slow pair does not hold it up
   ros::Publisher publisher_;
   std::unique_ptr<LiveMatcher> matcher_;  ///< used on the thread of queue_ only
   std::mutex settings_mutex_;             ///< guards settings_, which is written under server_mutex_ only

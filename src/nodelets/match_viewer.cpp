@@ -5,15 +5,16 @@
 
 #include <algorithm>
 #include <memory>
-#include <mutex>
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
 #include <vector>
 
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/match_drawing.h"
+#include "corrsel/ros/callback_thread.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/image_subscriber.h"
+#include "corrsel/ros/on_demand.h"
 #include "corrsel/ros/stamp_cache.h"
 #include "corrsel/ros/wall_throttle.h"
 
@@ -23,6 +24,9 @@ namespace corrsel {
 /// and `selection` are brought together by their stamps; `ground_truth`, where there is any, gives the
 /// colours.
 class MatchViewerNodelet : public nodelet::Nodelet {
+ public:
+  ~MatchViewerNodelet() override { thread_.stop(); }
+
  private:
   /// What has arrived for one pair, by the stamp of the left image.
   struct Pending {
@@ -34,46 +38,40 @@ class MatchViewerNodelet : public nodelet::Nodelet {
 
   void onInit() override {
     ros::NodeHandle& pnh = getPrivateNodeHandle();
-    lazy_ = pnh.param("lazy", true);
+    const bool lazy = pnh.param("lazy", true);
     tolerance_ = pnh.param("tolerance", tolerance_);
     max_lines_ = static_cast<std::size_t>(std::max(1, pnh.param("max_lines", 200)));
     queue_size_ = static_cast<std::uint32_t>(std::max(1, pnh.param("subscriber_queue_size", 5)));
     const auto cache_size = static_cast<std::size_t>(std::max(1, pnh.param("cache_size", 10)));
     pending_ = std::make_unique<StampCache<Pending>>(cache_size);
     right_images_ = std::make_unique<StampCache<sensor_msgs::ImageConstPtr>>(cache_size);
-    transport_ = std::make_unique<image_transport::ImageTransport>(getNodeHandle());
-    left_ = std::make_unique<ImageSubscriber>(getNodeHandle(), pnh, "left/image", queue_size_,
+    ros::NodeHandle nh = thread_.handle(getNodeHandle());
+    transport_ = std::make_unique<image_transport::ImageTransport>(nh);
+    left_ = std::make_unique<ImageSubscriber>(nh, pnh, "left/image", queue_size_,
                                               [this](const sensor_msgs::ImageConstPtr& msg) { onLeft(msg); });
-    right_ =
-        std::make_unique<ImageSubscriber>(getNodeHandle(), pnh, "right/image", queue_size_,
-                                          [this](const sensor_msgs::ImageConstPtr& msg) { onRight(msg); });
+    right_ = std::make_unique<ImageSubscriber>(
+        nh, pnh, "right/image", queue_size_, [this](const sensor_msgs::ImageConstPtr& msg) { onRight(msg); });
 
-    if (lazy_)
-      NODELET_INFO("lazy: nothing is subscribed or drawn until somebody subscribes to matches/image");
-    const auto on_change = [this](const image_transport::SingleSubscriberPublisher&) {
-      updateSubscriptions();
-    };
-    const std::lock_guard<std::mutex> lock(connect_mutex_);  // callbacks wait until publisher_ is set
-    publisher_ = transport_->advertise("matches/image", 1, on_change, on_change);
-    if (!lazy_) subscribe();
+    if (lazy) NODELET_INFO("lazy: nothing is subscribed or drawn until somebody subscribes to matches/image");
+    demand_ = std::make_unique<OnDemand>(
+        lazy, [this] { return publisher_.getNumSubscribers() > 0; }, [this] { subscribe(); },
+        [this] { unsubscribe(); });
+    const auto on_change = [this](const image_transport::SingleSubscriberPublisher&) { demand_->update(); };
+    {
+      const auto lock = demand_->hold();
+      publisher_ = transport_->advertise("matches/image", 1, on_change, on_change);
+    }
+    demand_->update();
   }
 
-  void updateSubscriptions() {
-    const std::lock_guard<std::mutex> lock(connect_mutex_);
-    if (!lazy_) return;
-    if (publisher_.getNumSubscribers() > 0) {
-      subscribe();
-      return;
-    }
+  void unsubscribe() {
     left_->unsubscribe();
     right_->unsubscribe();
     subscribers_.clear();
   }
 
   void subscribe() {
-    if (!subscribers_.empty()) return;
-    // All on the queue that calls one at a time: no locks around the caches.
-    ros::NodeHandle& nh = getNodeHandle();
+    ros::NodeHandle nh = thread_.handle(getNodeHandle());
     subscribers_.push_back(nh.subscribe("ground_truth", queue_size_, &MatchViewerNodelet::onTruth, this));
     subscribers_.push_back(
         nh.subscribe("correspondences", queue_size_, &MatchViewerNodelet::onCorrespondences, this));
@@ -141,14 +139,14 @@ class MatchViewerNodelet : public nodelet::Nodelet {
     return core::groundTruthErrors(truth, matches);
   }
 
-  bool lazy_ = true;
+  CallbackThread thread_;   ///< one callback at a time: no locks around the caches
   double tolerance_ = 5.0;  ///< px, up to which a match counts as right
   std::size_t max_lines_ = 200;
   std::uint32_t queue_size_ = 5;
   std::unique_ptr<StampCache<Pending>> pending_;
   std::unique_ptr<StampCache<sensor_msgs::ImageConstPtr>> right_images_;
   std::unique_ptr<image_transport::ImageTransport> transport_;
-  std::mutex connect_mutex_;  ///< guards publisher_ and the subscribers
+  std::unique_ptr<OnDemand> demand_;
   image_transport::Publisher publisher_;
   WallThrottle warnings_{5.0};
   std::unique_ptr<ImageSubscriber> left_, right_;

@@ -10,6 +10,7 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
 
+#include "corrsel/ros/callback_thread.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/live_diagnostics.h"
 #include "corrsel/ros/on_demand.h"
@@ -28,9 +29,8 @@ namespace corrsel {
 class SelectorNodelet : public nodelet::Nodelet {
  public:
   ~SelectorNodelet() override {
-    if (queue_) queue_->stop();  // from here on nothing is published
-    matches_publisher_.shutdown();
-    selection_publisher_.shutdown();
+    for (CallbackThread* thread : {&matches_thread_, &server_thread_}) thread->stop();
+    if (queue_) queue_->stop();
   }
 
  private:
@@ -60,18 +60,17 @@ class SelectorNodelet : public nodelet::Nodelet {
           return matches_publisher_.getNumSubscribers() + selection_publisher_.getNumSubscribers() > 0;
         },
         [this] { subscribe(); }, [this] { subscriber_.shutdown(); });
-    diagnostics_ = std::make_unique<LiveDiagnostics>(getMTNodeHandle(), getMTPrivateNodeHandle(), getName(),
+    diagnostics_ = std::make_unique<LiveDiagnostics>(server_thread_.handle(getNodeHandle()), pnh, getName(),
                                                      [this] { return flow(); });
 
-    // The server has threads of its own: a slow selection does not hold up set_parameters.
-    server_ = std::make_unique<Server>(server_mutex_, getMTPrivateNodeHandle());
+    server_ = std::make_unique<Server>(server_mutex_, server_thread_.handle(pnh));
     server_->setCallback([this](SelectorConfig& config, std::uint32_t level) { reconfigure(config, level); });
 
     if (lazy) NODELET_INFO("lazy: correspondences are subscribed while somebody subscribes to the outcome");
     const auto on_change = [this](const ros::SingleSubscriberPublisher&) { demand_->update(); };
     {
       const auto lock = demand_->hold();
-      ros::NodeHandle& nh = getNodeHandle();
+      ros::NodeHandle nh = matches_thread_.handle(getNodeHandle());
       matches_publisher_ = nh.advertise<Correspondences>("matches", kPublisherQueue, on_change, on_change);
       selection_publisher_ = nh.advertise<Selection>("selection", kPublisherQueue, on_change, on_change);
     }
@@ -79,10 +78,11 @@ class SelectorNodelet : public nodelet::Nodelet {
   }
 
   void subscribe() {
-    subscriber_ = getNodeHandle().subscribe<Correspondences>("correspondences", queue_size_,
-                                                             [this](const CorrespondencesConstPtr& message) {
-                                                               queue_->put({message, core::Stopwatch()});
-                                                             });
+    subscriber_ = matches_thread_.handle(getNodeHandle())
+                      .subscribe<Correspondences>("correspondences", queue_size_,
+                                                  [this](const CorrespondencesConstPtr& message) {
+                                                    queue_->put({message, core::Stopwatch()});
+                                                  });
   }
 
   /// On the thread of the queue.
@@ -206,6 +206,8 @@ class SelectorNodelet : public nodelet::Nodelet {
   static constexpr std::uint32_t kLevelSelector = 2;
 
   // Order of destruction: what calls goes before what is called.
+  CallbackThread matches_thread_;  ///< matches and who subscribes to the outcome
+  CallbackThread server_thread_;   ///< reconfiguring: a slow selection does not hold it up
   ros::Publisher matches_publisher_, selection_publisher_;
   std::mutex active_mutex_;  ///< guards active_, which is written under server_mutex_ only
   Active active_;

@@ -86,7 +86,7 @@ class LiveFlow : public Live {
     startSelector();
     configure(selector(), {{"selector", "st"}});
     double taken = 0.0;
-    for (*n = 1000; *n < 20000; *n = *n * 3 / 2) {
+    for (*n = 1000; *n < 100000; *n = *n * 3 / 2) {
       const ros::Time stamp = nextStamp();
       correspondences_.publish(madeUpMatches(stamp, *n));
       const SelectionConstPtr selection = selections_->wait(stamp);
@@ -265,6 +265,23 @@ TEST_F(LiveFlow, UnloadingWhileFramesFlowIsClean) {
   }
   stop = true;
   camera.join();
+  EXPECT_TRUE(answers());
+}
+
+// While the first callbacks run: subscribers are coming, and the first images.
+TEST_F(LiveFlow, UnloadingRightAfterLoadingIsClean) {
+  setDefaults();
+  openCameras();
+  openInboxes();
+  for (int i = 0; i < 15; ++i) {
+    loadMatcher();
+    loadSelector();
+    send(nextStamp(), good_, good_);
+    EXPECT_TRUE(nodelets_->unload(matcher()));
+    EXPECT_TRUE(nodelets_->unload(selector()));
+  }
+  loadMatcher();
+  loadSelector();
   EXPECT_TRUE(answers());
 }
 
