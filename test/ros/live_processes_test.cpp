@@ -1,6 +1,7 @@
 // What only shows between processes: killed managers and masters, cameras that die, clocks that jump back,
 // full disks.
 
+#include <bond/Status.h>
 #include <gtest/gtest.h>
 #include <ros/network.h>
 #include <rosbag/bag.h>
@@ -9,7 +10,9 @@
 #include <xmlrpcpp/XmlRpc.h>
 
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
@@ -50,6 +53,36 @@ int pidOf(const std::string& node) {
   return answered ? static_cast<int>(answer[2]) : 0;
 }
 
+/// Waits until the loaders notice the death of their manager: bond_core starts to watch with the second
+/// heartbeat of the other side, a second after the first. One that dies in between is never missed.
+class BondWatch {
+ public:
+  explicit BondWatch(ros::NodeHandle& nh)
+      : subscriber_(nh.subscribe("/corrsel_manager/bond", 100, &BondWatch::receive, this)) {}
+
+  bool formed(std::size_t n_loaders) {
+    return waitFor(
+        [&] {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          return std::count_if(beats_.begin(), beats_.end(), [](const auto& bond) {
+                   return bond.second.size() == 2 && bond.second.begin()->second >= 3 &&
+                          bond.second.rbegin()->second >= 3;
+                 }) >= static_cast<std::ptrdiff_t>(n_loaders);
+        },
+        kProcessPatience);
+  }
+
+ private:
+  void receive(const bond::StatusConstPtr& msg) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++beats_[msg->id][msg->instance_id];
+  }
+
+  std::mutex mutex_;
+  std::map<std::string, std::map<std::string, int>> beats_;  ///< by bond and side
+  ros::Subscriber subscriber_;
+};
+
 std::vector<std::string> liveLaunch(const std::vector<std::string>& arguments) {
   std::vector<std::string> words = {"roslaunch",
                                     "corrsel",
@@ -63,9 +96,12 @@ std::vector<std::string> liveLaunch(const std::vector<std::string>& arguments) {
   return words;
 }
 
+/// load_test lies beside this program; rosrun would search the package for it every time.
+std::string loadTestProgram() { return fs::read_symlink("/proc/self/exe").replace_filename("load_test"); }
+
 /// load_test with the images of the test.
 std::vector<std::string> loadTest(const std::string& images, const std::vector<std::string>& arguments) {
-  std::vector<std::string> words = {"rosrun", "corrsel", "load_test", "--images", images, "--wait", "60"};
+  std::vector<std::string> words = {loadTestProgram(), "--images", images, "--wait", "60"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   return words;
 }
@@ -116,8 +152,10 @@ class LiveProcesses : public ::testing::Test {
 
 TEST_F(LiveProcesses, AKilledManagerComesBackWithItsNodelets) {
   openCameras();
+  BondWatch bonds(nh_);
   Child launch(liveLaunch({"respawn:=true"}));
   ASSERT_TRUE(answers());
+  ASSERT_TRUE(bonds.formed(2));
   const int before = pidOf("/corrsel_manager");
   ASSERT_GT(before, 0);
   ASSERT_EQ(kill(before, SIGKILL), 0);
@@ -258,7 +296,7 @@ TEST_F(LiveProcesses, AFullDiskEndsTheRecordingOnly) {
 
 TEST_F(LiveProcesses, LoadTestExplainsItself) {
   const auto outcome = [&](const std::vector<std::string>& arguments) {
-    std::vector<std::string> words = {"rosrun", "corrsel", "load_test"};
+    std::vector<std::string> words = {loadTestProgram()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     Child child(words, {}, log("load"));
     EXPECT_TRUE(child.wait(kProcessPatience));
