@@ -8,8 +8,8 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 case ${1:-} in
-  thread) sanitizer=thread flags="-O1 -g1" ;;
-  address) sanitizer=address,undefined flags="-O1 -g1" ;;
+  thread) sanitizer=thread ;;
+  address) sanitizer=address,undefined ;;
   *)
     echo "usage: sanitize_live.sh thread|address [GTEST_FILTER]" >&2
     exit 2
@@ -20,7 +20,7 @@ filter=${2:-*}
 
 install_packages "${build_packages[@]}" "${test_packages[@]}"
 build_dir=$build_dir/live_$kind
-build live_test -- -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="$flags" -Dcorrsel_SANITIZE="$sanitizer"
+build live_test -- -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -g1" -Dcorrsel_SANITIZE=$sanitizer
 use_workspace
 export ROS_HOME=$build_dir/ros_home
 program=$(find "$build_dir/devel" -name live_test -type f)
@@ -48,7 +48,7 @@ grep -aE '^\[ +(FAILED|PASSED|SKIPPED) +\]|^\[=+\].*ran' "$build_dir/live_test.l
 count=$(cat "$reports"/report* 2>/dev/null | grep -acE 'WARNING: ThreadSanitizer|ERROR: (Address|Leak)Sanitizer|runtime error:' || true)
 say "$count reports, exit code $code"
 cat "$reports"/report* 2>/dev/null | grep -aE 'SUMMARY|runtime error:' | sort | uniq -c | sort -rn | head -n 20 || true
-[ "$count" -eq 0 ] && [ "$code" -eq 0 ] || {
-  echo "FAILED: reports are in $reports" >&2
+if [ "$count" -ne 0 ] || [ "$code" -ne 0 ]; then
+  echo "FAILED: reports are in $reports, what the tests printed in $build_dir/live_test.log" >&2
   exit 1
-}
+fi
