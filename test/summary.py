@@ -1,8 +1,12 @@
 #!/usr/bin/env python3
-"""Adds up the JUnit files below a folder: names what failed and what was skipped and why, then prints the sums."""
+"""Adds up the JUnit files below a folder: names what failed and what was skipped and why, then prints the sums.
+
+A program may fail after its last test has passed (a crash when it ends): such ones are found in ctest's log.
+"""
 
 import collections
 import pathlib
+import re
 import sys
 import xml.etree.ElementTree as ElementTree
 
@@ -16,14 +20,30 @@ def reason(case):
     return ""
 
 
+def failed_programs(log):
+    """What ctest lists as failed: pairs of kind and name, and how each failed."""
+    line = re.compile(r"^\s*\d+ - _ctest_[^_]+_([^_]+)_(\S+) \((.+)\)\s*$")
+    _, _, listing = log.rpartition("The following tests FAILED:")
+    return [match.groups() for match in map(line.match, listing.splitlines()) if match]
+
+
+def is_known(kind, name, failed_files):
+    """Whether a failed program has a result file that says what failed."""
+    if kind == "rostest":  # the file is named like the test in the launch file
+        return any(stem.startswith(("rostest-", "rosunit-")) for stem in failed_files)
+    return any(stem.endswith(name) for stem in failed_files)
+
+
 def main():
-    """Prints the summary of the folder given as argument; exit code 1 where a test failed or none ran."""
+    """Prints the summary of a folder and a log of ctest; exit code 1 where a test failed or none ran."""
     counts = collections.Counter()
+    failed_files = set()
     for file in sorted(pathlib.Path(sys.argv[1]).rglob("*.xml")):
         try:
             root = ElementTree.parse(file).getroot()
         except ElementTree.ParseError as error:
             counts["failed"] += 1
+            failed_files.add(file.stem)
             print(f"FAILED {file.name}: not readable: {error}")
             continue
         for case in root.iter("testcase"):
@@ -31,12 +51,17 @@ def main():
             name = f"{file.stem}: {case.get('classname', '')}.{case.get('name', '')}"
             if tags & {"failure", "error"}:
                 counts["failed"] += 1
+                failed_files.add(file.stem)
                 print(f"FAILED {name}: {reason(case)}")
             elif "skipped" in tags or case.get("result") == "skipped" or case.get("status") == "notrun":
                 counts["skipped"] += 1
                 print(f"skipped {name}: {reason(case)}")
             else:
                 counts["passed"] += 1
+    for kind, name, how in failed_programs(pathlib.Path(sys.argv[2]).read_text(errors="replace")):
+        if not is_known(kind, name, failed_files):
+            counts["failed"] += 1
+            print(f"FAILED {kind} {name}: the program failed ({how}) though its tests did not: see {sys.argv[2]}")
     print(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
     return 0 if counts["passed"] and not counts["failed"] else 1
 

@@ -1,5 +1,6 @@
 #include "corrsel/ros/selector_plugins.h"
 
+#include <dlfcn.h>
 #include <ros/package.h>
 #include <tinyxml2.h>
 
@@ -129,7 +130,11 @@ class Registry {
     if (found == files_.end()) throw std::invalid_argument(unknown(name));
     try {
       // By the instance's own deleter a library could go while another one of its selectors is at work.
-      return std::unique_ptr<core::Selector>(loaderOf(found->second).createUnmanagedInstance(name));
+      Loader& loader = loaderOf(found->second);
+      std::unique_ptr<core::Selector> selector(loader.createUnmanagedInstance(name));
+      // class_loader closes its libraries when the process ends, before the last selectors may.
+      dlopen(loader.getClassLibraryPath(name).c_str(), RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE);
+      return selector;
     } catch (const pluginlib::LibraryLoadException& error) {
       throw std::invalid_argument("selector '" + name + "' is declared in " + found->second +
                                   ", but its library cannot be loaded: build that package and source the "
