@@ -1,0 +1,146 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "../core/test_support.h"
+#include "corrsel/ros/conversions.h"
+#include "corrsel/ros/live_selector.h"
+#include "corrsel/selectors/factory.h"
+
+namespace corrsel {
+namespace {
+
+/// A scene of n matches, 6 of 10 of them right.
+Correspondences message(std::size_t n) {
+  core::testing::SceneOptions options;
+  options.n = n;
+  PairInfo info;
+  info.header.stamp.fromSec(7.0);
+  info.header.frame_id = "left_optical";
+  info.features = "given";
+  return toMsg(core::testing::homographyScene(options).matches, info);
+}
+
+SelectorConfig config(const std::string& selector) {
+  SelectorConfig config = SelectorConfig::__getDefault__();
+  config.selector = selector;
+  return config;
+}
+
+TEST(LiveSelector, SelectsAsTheCoreDoes) {
+  LiveSelector selector;
+  SelectorConfig asked = config("lpm");
+  asked.lpm_k = 8;
+  const LiveSelector::Change change = selector.configure(asked);
+  EXPECT_EQ(change.error, "");
+  EXPECT_EQ(change.spec, "lpm");
+
+  const Correspondences input = message(250);
+  const LiveSelector::Answer answer = selector.select(input, 0.25);
+  const core::Selection expected = core::createSelector("lpm", {{"k", "8"}})->select(fromMsg(input));
+  EXPECT_EQ(fromMsg(*answer.selection).mask, expected.mask);
+  EXPECT_EQ(answer.matches->left_x.size(), expected.n_selected);
+  EXPECT_EQ(answer.matches->header.stamp, input.header.stamp);
+  EXPECT_EQ(answer.selection->header.frame_id, "left_optical");
+  EXPECT_EQ(answer.selection->selector, "lpm");
+  EXPECT_DOUBLE_EQ(answer.selection->wait_seconds, 0.25);
+  EXPECT_GE(answer.selection->publish_seconds, 0.0);
+  EXPECT_EQ(answer.warning, "");
+}
+
+TEST(LiveSelector, WhatDoesNotWorkLeavesTheSelectorBeforeInForce) {
+  LiveSelector selector;
+  SelectorConfig good = config("vfc");
+  good.vfc_beta = 0.2;
+  ASSERT_EQ(selector.configure(good).error, "");
+  for (const char* name : {"nonsense", "", "no_such_package/Class"}) {
+    SelectorConfig bad = config(name);
+    const LiveSelector::Change change = selector.configure(bad);
+    EXPECT_NE(change.error.find("selector not changed: "), std::string::npos) << name;
+    EXPECT_NE(change.error.find("'vfc' stays in force"), std::string::npos) << change.error;
+    EXPECT_EQ(change.spec, "vfc");
+    EXPECT_EQ(bad.selector, "vfc") << "the configuration is written back as it is in force";
+    EXPECT_EQ(bad.vfc_beta, 0.2);
+  }
+  EXPECT_EQ(selector.select(message(70), 0.0).selection->selector, "vfc");
+}
+
+TEST(LiveSelector, StartsWithTheDefaultWhereTheFirstConfigurationDoesNotWork) {
+  LiveSelector selector;
+  SelectorConfig bad = config("nonsense");
+  const LiveSelector::Change change = selector.configure(bad);
+  const std::string standard = SelectorConfig::__getDefault__().selector;
+  EXPECT_NE(change.error.find("nonsense"), std::string::npos);
+  EXPECT_EQ(change.spec, standard);
+  EXPECT_EQ(bad.selector, standard);
+  EXPECT_EQ(selector.select(message(70), 0.0).selection->selector, standard);
+}
+
+TEST(LiveSelector, APresetGoesWithItsSelector) {
+  LiveSelector selector;
+  SelectorConfig changing = config("usac");
+  changing.preset = core::selectorPresets("usac").front();
+  ASSERT_EQ(selector.configure(changing).error, "");
+  EXPECT_EQ(changing.preset, core::selectorPresets("usac").front());
+
+  changing.selector = "nnsr";
+  const LiveSelector::Change change = selector.configure(changing);
+  EXPECT_EQ(change.error, "");
+  ASSERT_EQ(change.warnings.size(), 1u);
+  EXPECT_NE(change.warnings[0].find("is not one of nnsr's and is cleared"), std::string::npos);
+  EXPECT_EQ(changing.preset, "");
+
+  changing.preset = "nonsense";  // asked for by name: an error, not a leftover
+  EXPECT_NE(selector.configure(changing).error.find("nonsense"), std::string::npos);
+}
+
+TEST(LiveSelector, TheStricterLimitCounts) {
+  const Correspondences input = message(4000);
+  for (const auto& [own, common] : {std::pair(1e-6, 5.0), std::pair(5.0, 1e-6), std::pair(0.0, 1e-6)}) {
+    LiveSelector selector;
+    SelectorConfig limited = config("ransac");
+    limited.ransac_max_seconds = own;
+    limited.max_seconds = common;
+    ASSERT_EQ(selector.configure(limited).error, "");
+    const LiveSelector::Answer answer = selector.select(input, 0.0);
+    EXPECT_NE(answer.selection->status, Selection::STATUS_OK) << own << " " << common;
+    EXPECT_NE(answer.warning.find("max_seconds"), std::string::npos) << answer.warning;
+  }
+}
+
+TEST(LiveSelector, SaysWhenThereIsNothingToSelectAndWhenAMessageIsMalformed) {
+  LiveSelector selector;
+  SelectorConfig standard = config("gms");
+  selector.configure(standard);
+  EXPECT_NE(selector.select(message(0), 0.0).warning.find("no putative matches"), std::string::npos);
+  Correspondences broken = message(20);
+  broken.right_y.pop_back();
+  EXPECT_THROW(selector.select(broken, 0.0), std::invalid_argument);
+}
+
+TEST(LiveSelector, ConfiguresWhileItSelects) {
+  LiveSelector selector;
+  SelectorConfig standard = config("gms");
+  selector.configure(standard);
+  std::atomic<bool> over{false};
+  std::thread storm([&] {
+    for (int i = 0; i < 200; ++i) {
+      SelectorConfig next = config(i % 3 == 0 ? "lpm" : i % 3 == 1 ? "gms" : "nonsense");
+      selector.configure(next);
+    }
+    over = true;
+  });
+  const Correspondences input = message(120);
+  while (!over) {
+    const LiveSelector::Answer answer = selector.select(input, 0.0);
+    EXPECT_EQ(answer.matches->left_x.size(), answer.selection->n_selected);
+  }
+  storm.join();
+}
+
+}  // namespace
+}  // namespace corrsel
