@@ -132,7 +132,9 @@ class LiveLaunch(unittest.TestCase):
             "features:=orb+orb",
             "selector:=gms",
             *arguments,
-            env=dict(os.environ, ROS_NAMESPACE=namespace, PWD=str(self.root)),
+            env=dict(
+                os.environ, ROS_NAMESPACE=namespace, PWD=str(self.root), ROSCONSOLE_STDOUT_LINE_BUFFERED="1"
+            ),
             cwd=self.root,
         )
         self.addCleanup(self.end, launch)
@@ -179,15 +181,36 @@ class LiveLaunch(unittest.TestCase):
                 pid, since = now, time.monotonic()
         self.assertLess(time.monotonic(), deadline, self.text())
 
-    def test_a_respawned_manager_gets_its_nodelets_back(self):
-        """Matches arrive again after the manager, and after a loader, was killed."""
-        launch, cameras = self.live("managed", "respawn:=true")
+    def test_a_killed_process_comes_back_with_its_nodelets(self):
+        """Matches arrive again, also when it dies at once after its first answer."""
+        launch, cameras = self.live("together", "respawn:=true")
+        for _ in range(3):
+            self.assertTrue(cameras.answered(), self.text())
+            self.kill(launch, "corrsel_manager")
         self.assertTrue(cameras.answered(), self.text())
-        for victim in ("corrsel_manager", "corrsel_manager", "selector", "feature_matcher"):
-            self.kill(launch, victim)
-            if victim != "corrsel_manager":
-                self.settle(launch, victim, cameras)
-            self.assertTrue(cameras.answered(), "after the death of %s: %s" % (victim, self.text()))
+        self.assertIsNone(launch.poll())
+
+    def test_another_manager_gets_its_nodelets_back(self):
+        """Matches arrive again after the manager, and after a loader, was killed."""
+
+        def manager():
+            process = self.start(
+                "rosrun", "nodelet", "nodelet", "manager", "__name:=cameras", "__ns:=managed"
+            )
+            self.addCleanup(self.end, process)
+            return process
+
+        robot = manager()
+        launch, cameras = self.live("managed", "respawn:=true", "load_manager:=false", "manager:=cameras")
+        self.assertTrue(cameras.answered(), self.text())
+        self.settle(launch, "feature_matcher", cameras)  # the bond is watched from its second heartbeat on
+        robot.kill()
+        robot.wait()
+        manager()
+        self.assertTrue(cameras.answered(), self.text())
+        self.kill(launch, "selector")
+        self.settle(launch, "selector", cameras)
+        self.assertTrue(cameras.answered(), self.text())
         self.assertIsNone(launch.poll())
 
     def test_standalone_nodelets_respawn(self):
