@@ -3,17 +3,38 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <functional>
 #include <future>
 #include <vector>
 
 namespace corrsel::core {
 
+/// Threads beside the calling one. They are kept for its next Crew and end with it: OpenCV keeps almost a
+/// kilobyte for every thread that has ever called it, so that new ones for every image would add up. Crews of
+/// a thread may be nested, and belong to it alone.
+class Crew {
+ public:
+  Crew();
+  /// Waits until everything that was started has ended.
+  ~Crew();
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+
+  /// Calls work() on a thread of its own. Exceptions come with the future. Throws std::system_error where
+  /// there can be no more threads.
+  std::future<void> start(std::function<void()> work);
+
+ private:
+  std::size_t first_;  ///< of this crew among the kept threads
+};
+
 /// Calls work() on `threads` threads, the caller's included, and passes on the first exception once all have
 /// stopped.
 template <class Work>
 void onThreads(std::size_t threads, const Work& work) {
+  Crew crew;
   std::vector<std::future<void>> others;
-  for (std::size_t i = 1; i < threads; ++i) others.push_back(std::async(std::launch::async, work));
+  for (std::size_t i = 1; i < threads; ++i) others.push_back(crew.start(std::cref(work)));
   work();
   for (std::future<void>& other : others) other.get();
 }

@@ -2,19 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
 #include <cstdint>
-#include <functional>
 #include <future>
-#include <mutex>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
-#include <thread>
 #include <tuple>
 #include <utility>
 
 #include "corrsel/features/cap.h"
+#include "corrsel/parallel.h"
 #include "corrsel/stopwatch.h"
 
 namespace corrsel::core {
@@ -149,55 +146,6 @@ PlaceFilter unmasked(const cv::Mat& mask, const ToWhole& to_whole) {
   };
 }
 
-/// A thread beside the calling one that is kept until that one ends. A new thread for every pair would not
-/// do: OpenCV keeps almost a kilobyte for every thread that has ever called it.
-class Companion {
- public:
-  Companion() : thread_([this] { run(); }) {}
-  Companion(const Companion&) = delete;
-  Companion& operator=(const Companion&) = delete;
-
-  ~Companion() {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      stopped_ = true;
-    }
-    changed_.notify_one();
-    thread_.join();
-  }
-
-  /// One task at a time: the one before must have ended.
-  std::future<Features> start(std::function<Features()> work) {
-    std::packaged_task<Features()> task(std::move(work));
-    std::future<Features> result = task.get_future();
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      task_ = std::move(task);
-    }
-    changed_.notify_one();
-    return result;
-  }
-
- private:
-  void run() {
-    std::unique_lock<std::mutex> lock(mutex_);
-    while (true) {
-      changed_.wait(lock, [this] { return stopped_ || task_.valid(); });
-      if (stopped_) return;
-      std::packaged_task<Features()> task = std::move(task_);
-      lock.unlock();
-      task();
-      lock.lock();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::packaged_task<Features()> task_;
-  bool stopped_ = false;
-  std::thread thread_;  // last: it uses all of the above
-};
-
 }  // namespace
 
 FeatureExtractor::FeatureExtractor(std::string name, std::unique_ptr<Detector> detector,
@@ -249,17 +197,12 @@ std::pair<Features, Features> extractPair(const FeatureExtractor& extractor, con
   if (threads <= 1)
     return {extractor.extract(left, 1, left_region), extractor.extract(right, 1, right_region)};
   const int each = threads / 2;
-  static thread_local Companion companion;
-  std::future<Features> other = companion.start(
-      [&extractor, &right, &right_region, each] { return extractor.extract(right, each, right_region); });
-  Features first;
-  try {
-    first = extractor.extract(left, threads - each, left_region);
-  } catch (...) {
-    other.wait();  // it works with the arguments
-    throw;
-  }
-  return {std::move(first), other.get()};
+  Features first, second;
+  Crew crew;
+  std::future<void> other = crew.start([&] { second = extractor.extract(right, each, right_region); });
+  first = extractor.extract(left, threads - each, left_region);
+  other.get();
+  return {std::move(first), std::move(second)};
 }
 
 }  // namespace corrsel::core
