@@ -122,8 +122,9 @@ std::string usage() {
          "one core; only where they run on this machine); at the end where the time went, from the\n"
          "selections' own figures: wait (in queues), detect, describe, match, select, publish, and the rest\n"
          "(transport and scheduling). Detect and describe add up both images: where these are worked on\n"
-         "side by side, the rest is the smaller by it, even below zero. A pair is dropped where no matches\n"
-         "came for it. Answers twice, out of order or for stamps never sent are counted and are a failure.\n"
+         "side by side, the rest is the smaller by it, below zero (less). A pair is dropped where\n"
+         "no matches came for it. Answers twice, out of order or for stamps never sent are counted and\n"
+         "are a failure.\n"
          "\n"
          "Exit code: 0 = ok, 1 = a limit exceeded, no answer, a process that ended, 2 = wrong usage, 130 =\n"
          "interrupted.\n";
