@@ -12,6 +12,7 @@ from rosunit.xmlrunner import XMLTestRunner
 def main():
     """Exit code 1 where a test failed."""
     source, results = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    sys.path.insert(0, str(source.parent))  # as if it were run itself
     spec = importlib.util.spec_from_file_location(source.stem, source)
     module = importlib.util.module_from_spec(spec)
     sys.modules[source.stem] = module

@@ -61,7 +61,9 @@ def main():
     for kind, name, how in failed_programs(pathlib.Path(sys.argv[2]).read_text(errors="replace")):
         if not is_known(kind, name, failed_files):
             counts["failed"] += 1
-            print(f"FAILED {kind} {name}: the program failed ({how}) though its tests did not: see {sys.argv[2]}")
+            print(
+                f"FAILED {kind} {name}: the program failed ({how}) though its tests did not: see {sys.argv[2]}"
+            )
     print(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
     return 0 if counts["passed"] and not counts["failed"] else 1
 

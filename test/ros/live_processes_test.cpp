@@ -205,17 +205,14 @@ TEST_F(LiveProcesses, FramesFlowWhileTheMasterIsAway) {
     caller[0] = "/live_processes_test";
     return client.execute("getPid", caller, answer);
   };
+  const auto answers_load = [&] {
+    Child probe(loadTest(folder_.string(), {"--seconds", "0.1", "--wait", "20"}), environment, log("probe"));
+    return probe.wait(60s) && probe.code() == 0;
+  };
   auto first = std::make_unique<Child>(master, environment, log("master"));
   ASSERT_TRUE(waitFor(answers_at_port)) << logText("master");
   auto launch = std::make_unique<Child>(liveLaunch({}), environment);
-  ASSERT_TRUE(waitFor(
-      [&] {
-        Child probe(loadTest(folder_.string(), {"--seconds", "0.1", "--wait", "20"}), environment,
-                    log("probe"));
-        return probe.wait(60s) && probe.code() == 0;
-      },
-      kProcessPatience))
-      << logText("probe");
+  ASSERT_TRUE(waitFor(answers_load, kProcessPatience)) << logText("probe");
   {
     Child load(loadTest(folder_.string(),
                         {"--seconds", "12", "--rate", "10", "--interval", "2", "--max-drop-ratio", "0.2"}),
@@ -232,14 +229,7 @@ TEST_F(LiveProcesses, FramesFlowWhileTheMasterIsAway) {
   // A new master knows nobody: what was launched is launched again, as ROS wants it.
   launch.reset();
   launch = std::make_unique<Child>(liveLaunch({}), environment);
-  EXPECT_TRUE(waitFor(
-      [&] {
-        Child probe(loadTest(folder_.string(), {"--seconds", "0.1", "--wait", "20"}), environment,
-                    log("probe"));
-        return probe.wait(60s) && probe.code() == 0;
-      },
-      kProcessPatience))
-      << logText("probe");
+  EXPECT_TRUE(waitFor(answers_load, kProcessPatience)) << logText("probe");
 }
 
 TEST_F(LiveProcesses, AFullDiskEndsTheRecordingOnly) {

@@ -5,25 +5,16 @@ import csv
 import os
 import pathlib
 import shutil
-import socket
-import subprocess
 import tempfile
-import time
 import unittest
 
 import numpy as np
 from catkin_pkg.packages import find_packages
+from ros_shell import RosShell
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 DEVEL = pathlib.Path(os.environ["CORRSEL_DEVEL_DIR"])
 SELECTOR = "corrsel_example_selector/NormalizedMedian"
-
-
-def free_port():
-    """A TCP port that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        return probe.getsockname()[1]
 
 
 def write_scene(folder):
@@ -49,51 +40,23 @@ class ExampleSelector(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.root = pathlib.Path(tempfile.mkdtemp(prefix="corrsel_example_"))
-        cls.port = free_port()
+        cls.shell = RosShell(DEVEL / "setup.bash", cls.root)
         shutil.copytree(SOURCE / "examples" / "corrsel_example_selector", cls.root / "src")
-        cls.setup = DEVEL / "setup.bash"
         configure = f"cmake -S {cls.root}/src -B {cls.root}/build -DCATKIN_DEVEL_PREFIX={cls.root}/devel"
-        cls.build_log = cls.output_of(
+        cls.build_log = cls.shell.output_of(
             f"{configure} -DCMAKE_CXX_FLAGS=-Werror && cmake --build {cls.root}/build --target all tests"
         )
-        cls.setup = cls.root / "devel" / "setup.bash"
+        cls.shell.setup = cls.root / "devel" / "setup.bash"
         write_scene(cls.root / "data" / "vgg" / "shifts")
 
     @classmethod
     def tearDownClass(cls):
         shutil.rmtree(cls.root)
 
-    @classmethod
-    def shell(cls, command, **kwargs):
-        """Starts a bash command in the environment of the workspace `setup`."""
-        environment = {
-            key: value
-            for key, value in os.environ.items()
-            if key in ("HOME", "LANG", "TMPDIR", "ROS_HOSTNAME") or key.startswith("CCACHE")
-        }
-        environment["PATH"] = "/usr/bin:/bin:/usr/sbin:/sbin"
-        environment["ROS_MASTER_URI"] = f"http://localhost:{cls.port}"
-        environment["ROS_HOME"] = str(cls.root / "ros_home")
-        environment["XDG_CACHE_HOME"] = str(cls.root / "cache")
-        return subprocess.Popen(
-            ["bash", "-c", f"source {cls.setup} && {command}"], env=environment, text=True, **kwargs
-        )
-
-    @classmethod
-    def output_of(cls, command, timeout=900):
-        """Exit code and output of a command, both streams together."""
-        process = cls.shell(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-        try:
-            text, _ = process.communicate(timeout=timeout)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            text, _ = process.communicate()
-        return process.returncode, text
-
     def benchmark(self, arguments):
         """Runs the benchmark on the scene, without a master."""
         data = f"--dataset vgg --data_root {self.root}/data --features orb+orb"
-        return self.output_of(f"rosrun corrsel benchmark {data} {arguments}")
+        return self.shell.output_of(f"rosrun corrsel benchmark {data} {arguments}")
 
     def test_is_not_built_unasked(self):
         """A workspace that holds corrsel itself does not see the example."""
@@ -106,12 +69,12 @@ class ExampleSelector(unittest.TestCase):
         self.assertEqual(self.build_log[0], 0, self.build_log[1])
         tests = list((self.root / "devel").rglob("test_normalized_median"))
         self.assertEqual(len(tests), 1)
-        code, text = self.output_of(str(tests[0]))
+        code, text = self.shell.output_of(str(tests[0]))
         self.assertEqual(code, 0, text)
 
     def test_benchmark_lists_and_runs_it(self):
         """--list, options, results, report, resume, merge and compare_runs know its name."""
-        code, text = self.output_of("rosrun corrsel benchmark --list")
+        code, text = self.shell.output_of("rosrun corrsel benchmark --list")
         self.assertEqual(code, 0, text)
         self.assertIn(f"{SELECTOR}.threshold = 2  [0, 1000]", text)
 
@@ -120,7 +83,9 @@ class ExampleSelector(unittest.TestCase):
         self.assertIn(f"unknown option {SELECTOR}.treshold; valid: neighbours, threshold, noise", text)
 
         # As if nobody had sourced a workspace.
-        code, text = self.output_of(f"ROS_PACKAGE_PATH= {DEVEL}/lib/corrsel/benchmark --selectors {SELECTOR}")
+        code, text = self.shell.output_of(
+            f"ROS_PACKAGE_PATH= {DEVEL}/lib/corrsel/benchmark --selectors {SELECTOR}"
+        )
         self.assertEqual(code, 2, text)
         self.assertIn(f"unknown selector '{SELECTOR}'; selectors of other packages: none", text)
         self.assertIn("source the setup.bash of the workspace", text)
@@ -158,63 +123,40 @@ class ExampleSelector(unittest.TestCase):
             f"{arguments} --output_dir {merged} --merge {','.join(parts)} --report false"
         )
         self.assertEqual(code, 0, text)
-        code, text = self.output_of(f"rosrun corrsel compare_runs {run} {merged}")
+        code, text = self.shell.output_of(f"rosrun corrsel compare_runs {run} {merged}")
         self.assertEqual(code, 0, text)
 
     def test_nodelet_runs_it(self):
         """Chosen by start parameters, changed by dynamic_reconfigure; a refused change leaves it in force."""
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        processes = [self.shell(f"exec roscore -p {self.port}", **quiet)]
-        self.addCleanup(self.end, processes)
-        self.wait_for("rosnode list", "/rosout")
-        processes.append(
-            self.shell(
-                f"exec rosrun nodelet nodelet standalone corrsel/Selector __name:=filter --no-bond "
-                f"_selector:={SELECTOR} _plugin_options:=neighbours=4,threshold=3",
-                **quiet,
-            )
+        self.addCleanup(self.shell.end)
+        self.shell.start_master()
+        self.shell.run_beside(
+            f"rosrun nodelet nodelet standalone corrsel/Selector __name:=filter --no-bond "
+            f"_selector:={SELECTOR} _plugin_options:=neighbours=4,threshold=3"
         )
-        self.wait_for("rostopic list", "/selection")
+        self.shell.wait_for("rostopic list", "/selection")
         left = ",".join(str(10 * k) for k in range(20))
         right = ",".join(str(10 * k + (300 if k == 7 else 5)) for k in range(20))
         zeros = ",".join(["0"] * 20)
         message = f"{{left_x: [{left}], left_y: [{zeros}], right_x: [{right}], right_y: [{zeros}]}}"
-        command = f'exec rostopic pub -r 10 /correspondences corrsel/Correspondences "{message}"'
-        processes.append(self.shell(command, **quiet))
-        self.wait_for("timeout 20 rostopic echo -n 1 /selection", f'selector: "{SELECTOR}"')
+        self.shell.run_beside(f'rostopic pub -r 10 /correspondences corrsel/Correspondences "{message}"')
+        self.shell.wait_for("timeout 20 rostopic echo -n 1 /selection", f'selector: "{SELECTOR}"')
         # Every match but the one that goes elsewhere.
-        self.wait_for("timeout 20 rostopic echo -n 1 /selection/n_selected", "19")
+        self.shell.wait_for("timeout 20 rostopic echo -n 1 /selection/n_selected", "19")
 
         set_parameter = "rosrun dynamic_reconfigure dynparam set /filter"
-        self.output_of(f"{set_parameter} plugin_options threshold=1000,noise=1")
-        self.wait_for("timeout 20 rostopic echo -n 1 /selection/n_selected", "20")
+        self.shell.output_of(f"{set_parameter} plugin_options threshold=1000,noise=1")
+        self.shell.wait_for("timeout 20 rostopic echo -n 1 /selection/n_selected", "20")
         for name, value in (
             ("plugin_options", "threshold=-1"),
             ("selector", "corrsel_example_selector/Typo"),
         ):
-            self.output_of(f"{set_parameter} {name} {value}")
-            text = self.output_of("timeout 20 rostopic echo -n 1 /selection")[1]
+            self.shell.output_of(f"{set_parameter} {name} {value}")
+            text = self.shell.output_of("timeout 20 rostopic echo -n 1 /selection")[1]
             self.assertIn(f'selector: "{SELECTOR}"', text)
             self.assertIn("n_selected: 20", text)
-        text = self.output_of("rosrun dynamic_reconfigure dynparam get /filter")[1]
+        text = self.shell.output_of("rosrun dynamic_reconfigure dynparam get /filter")[1]
         self.assertIn("'threshold=1000,noise=1'", text)
-
-    @staticmethod
-    def end(processes):
-        """Ends what the test has started, the newest first."""
-        for process in reversed(processes):
-            process.terminate()
-            process.wait(timeout=60)
-
-    def wait_for(self, command, part, seconds=90):
-        """Repeats a command until its output holds `part`."""
-        deadline = time.monotonic() + seconds
-        while time.monotonic() < deadline:
-            text = self.output_of(command)[1]
-            if part in text:
-                return
-            time.sleep(0.5)
-        self.fail(f"'{command}' did not show '{part}': {text}")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ import os
 import pathlib
 import shutil
 import signal
-import socket
 import subprocess
 import tempfile
 import time
@@ -15,18 +14,12 @@ import numpy as np
 import rosbag
 import rospy
 from corrsel.msg import Correspondences
+from ros_shell import free_port
 from sensor_msgs.msg import CameraInfo, Image
 
 PATIENCE = 90  # s; generous: the machine may be busy
 WIDTH, HEIGHT, SHIFT = 320, 240, 12  # px
 RATE = 10  # Hz
-
-
-def free_port():
-    """A TCP port that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        return probe.getsockname()[1]
 
 
 def scene(seed):
