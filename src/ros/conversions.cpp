@@ -125,7 +125,7 @@ bool isCutOffJpeg(const std::vector<std::uint8_t>& data) {
 
 }  // namespace
 
-Correspondences toMsg(const core::Correspondences& matches, const PairInfo& info) {
+Correspondences toMsg(core::Correspondences matches, const PairInfo& info) {
   Correspondences msg;
   msg.header = info.header;
   msg.right_stamp = info.right_stamp;
@@ -138,16 +138,16 @@ Correspondences toMsg(const core::Correspondences& matches, const PairInfo& info
   msg.left_height = static_cast<std::uint32_t>(matches.left_size.height);
   msg.right_width = static_cast<std::uint32_t>(matches.right_size.width);
   msg.right_height = static_cast<std::uint32_t>(matches.right_size.height);
-  msg.left_x = matches.left_x;
-  msg.left_y = matches.left_y;
-  msg.right_x = matches.right_x;
-  msg.right_y = matches.right_y;
-  msg.distance = matches.distance;
-  msg.second_distance = matches.second_distance;
+  msg.left_x = std::move(matches.left_x);
+  msg.left_y = std::move(matches.left_y);
+  msg.right_x = std::move(matches.right_x);
+  msg.right_y = std::move(matches.right_y);
+  msg.distance = std::move(matches.distance);
+  msg.second_distance = std::move(matches.second_distance);
   msg.left_frame = flatten(matches.left_frame);
   msg.right_frame = flatten(matches.right_frame);
-  msg.left_index = matches.left_index;
-  msg.right_index = matches.right_index;
+  msg.left_index = std::move(matches.left_index);
+  msg.right_index = std::move(matches.right_index);
   msg.n_left_features = info.n_left_features;
   msg.n_right_features = info.n_right_features;
   msg.wait_seconds = info.wait_seconds;

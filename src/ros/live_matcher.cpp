@@ -39,16 +39,18 @@ PairInfo infoOf(const ImageSet& images, const LiveMatcher::Settings& settings, d
 
 /// Matches the features and makes the message.
 /// @param conversion_seconds  spent on the images
+/// @param kept  filled with the matches where not null
 boost::shared_ptr<Correspondences> finish(const core::Features& left, const core::Features& right,
                                           const core::MatchOptions& options, int threads,
                                           double conversion_seconds, PairInfo info,
-                                          core::Correspondences& matches) {
+                                          core::Correspondences* kept = nullptr) {
   core::Stopwatch watch;
-  matches = core::matchFeatures(left, right, options, threads);
+  core::Correspondences matches = core::matchFeatures(left, right, options, threads);
   info.match_seconds = watch.restart();
   info.n_left_features = static_cast<std::uint32_t>(left.keypoints.size());
   info.n_right_features = static_cast<std::uint32_t>(right.keypoints.size());
-  auto message = boost::make_shared<Correspondences>(toMsg(matches, info));
+  if (kept != nullptr) *kept = matches;
+  auto message = boost::make_shared<Correspondences>(toMsg(std::move(matches), info));
   message->publish_seconds = conversion_seconds + watch.seconds();
   return message;
 }
@@ -72,8 +74,7 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
       core::extractPair(*settings.extractor, left->image, right->image, threads_, left_region, right_region);
   info.detect_seconds = features.first.detect_seconds + features.second.detect_seconds;
   info.describe_seconds = features.first.describe_seconds + features.second.describe_seconds;
-  core::Correspondences matches;
-  return finish(features.first, features.second, settings.match, threads_, conversion_seconds, info, matches);
+  return finish(features.first, features.second, settings.match, threads_, conversion_seconds, info);
 }
 
 boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& images,
@@ -106,7 +107,7 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
     info.right_stamp.fromNSec(reference->id);
     info.right_frame_id = info.header.frame_id;
     message =
-        finish(*features, *reference->features, settings.match, threads_, conversion_seconds, info, matches);
+        finish(*features, *reference->features, settings.match, threads_, conversion_seconds, info, &matches);
   }
   sequence_.add({id, std::move(features)}, matches);
   return message;

@@ -49,7 +49,7 @@ struct ScoreLabels {
 };
 
 /// Core type to message. The message has as many matches as `matches`; optional columns stay optional.
-Correspondences toMsg(const core::Correspondences& matches, const PairInfo& info);
+Correspondences toMsg(core::Correspondences matches, const PairInfo& info);
 
 /// Message to core type. Throws std::invalid_argument naming the field that makes no sense: array lengths
 /// that disagree, frames that are not six numbers a match, sizes beyond what an image can have.
