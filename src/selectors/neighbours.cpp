@@ -127,10 +127,11 @@ void PlanarNeighbours::layOut(const float* x, const float* y, std::size_t count)
     const Bounds bx = bulkBounds(x, count), by = bulkBounds(y, count);
     const double width = static_cast<double>(bx.high) - bx.low,
                  height = static_cast<double>(by.high) - by.low;
-    // Points on a line still get cells along the line.
-    const double area = std::max(width * height, std::max(width, height) * std::max(width, height) * 1e-6);
-    cell_ = std::sqrt(area * kPointsPerNeighbour * max_k_ / static_cast<double>(count));
-    cell_ = std::max({cell_, width / kMaxCellsPerSide, height / kMaxCellsPerSide, 1e-6});
+    // Points on a line get cells along the line: by area alone they would get far more cells than there are
+    // points.
+    const double cells = static_cast<double>(count) / (kPointsPerNeighbour * max_k_);
+    cell_ = std::max({std::sqrt(width * height / cells), width / cells, height / cells,
+                      width / kMaxCellsPerSide, height / kMaxCellsPerSide, 1e-6});
     origin_x_ = bx.low;
     origin_y_ = by.low;
     cells_per_px_ = static_cast<float>(1.0 / cell_);
@@ -203,14 +204,14 @@ int PlanarNeighbours::nearest(float x, float y, int k, std::uint32_t* out) const
   const int row = static_cast<int>(cell) / columns_, column = static_cast<int>(cell) % columns_;
   for (int ring = 0;; ++ring) {
     const int left = column - ring, right = column + ring, top = row - ring, bottom = row + ring;
-    for (int r = std::max(top, 0); r <= std::min(bottom, rows_ - 1); ++r) {
-      if (r == top || r == bottom) {
-        visitCells(std::max(left, 0), std::min(right, columns_ - 1), r);
-      } else {
-        if (left >= 0) visitCells(left, left, r);
-        if (right < columns_) visitCells(right, right, r);
-      }
+    // Only what exists of the ring: the whole search visits every cell at most once.
+    const int first = std::max(left, 0), last = std::min(right, columns_ - 1);
+    if (top >= 0) visitCells(first, last, top);
+    for (const int side : {left, right}) {
+      if (side < 0 || side >= columns_) continue;
+      for (int r = std::max(top + 1, 0); r <= std::min(bottom - 1, rows_ - 1); ++r) visitCells(side, side, r);
     }
+    if (ring > 0 && bottom < rows_) visitCells(first, last, bottom);
     // Distance to the nearest side of the block behind which there still are cells; cells are assigned in
     // single precision, so a point may lie beyond its cell's side by a rounding error, which the margin
     // covers.

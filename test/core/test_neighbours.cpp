@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <limits>
+
 #include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/neighbours.h"
 #include "test_support.h"
@@ -178,6 +181,42 @@ TEST(Neighbours, MorePointsInABlockThanKeysCanTell) {
   Points points = scattered(2300, 15, 1, 1);
   for (const cv::Point2f& p : scattered(300, 16, 4000, 4000)) points.push_back(p);
   expectExact(points, 5);
+}
+
+/// Least time of three to ask for the k nearest of all points among the members, seconds.
+double secondsForAll(const Points& points, const Indices& members, int k) {
+  std::vector<float> x, y;
+  for (const cv::Point2f& p : points) {
+    x.push_back(p.x);
+    y.push_back(p.y);
+  }
+  double least = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < 3; ++run) {
+    const auto start = std::chrono::steady_clock::now();
+    PlanarNeighbours neighbours;
+    neighbours.build(x.data(), y.data(), members.size(), k, members.data());
+    Indices found(points.size() * std::size_t(k));
+    neighbours.nearestToAll(x.data(), y.data(), points.size(), k, found.data());
+    least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  return least;
+}
+
+TEST(Neighbours, LinesAmongScatteredPointsCostNoMoreThanTheirCells) {
+  // The members of a match filter's second pass can be few and on one line, while the queries are everywhere:
+  // thin grids once took the square of their cells for each query (found by the fuzzer: 22 s for 218
+  // matches).
+  constexpr std::size_t kPoints = 2000;
+  Points points = scattered(kPoints, 17, 200, 200);
+  Indices some;
+  for (std::uint32_t i = 0; i < kPoints; i += 20) some.push_back(i);
+  const double scattered_seconds = secondsForAll(points, some, 14);
+  for (const std::uint32_t i : some) points[i].x = 120;
+  EXPECT_LT(secondsForAll(points, some, 14), 20 * scattered_seconds)
+      << "against " << scattered_seconds << " s";
+  for (const std::uint32_t i : some) std::swap(points[i].x, points[i].y);
+  EXPECT_LT(secondsForAll(points, some, 14), 20 * scattered_seconds)
+      << "against " << scattered_seconds << " s";
 }
 
 }  // namespace
