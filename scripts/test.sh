@@ -12,5 +12,5 @@ export ROS_HOME=$build_dir/ros_home
 results=$build_dir/test_results
 rm -rf "$results"
 say "running the tests (log: $build_dir/tests.log)"
-(cd "$build_dir" && ctest --verbose) >"$build_dir/tests.log" 2>&1 || true
+(cd "$build_dir" && ctest --verbose --parallel "$(nproc)") >"$build_dir/tests.log" 2>&1 || true
 python3 "$package_dir/test/summary.py" "$results" "$build_dir/tests.log"
