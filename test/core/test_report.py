@@ -13,12 +13,14 @@ import tempfile
 import unittest
 from html.parser import HTMLParser
 from pathlib import Path
+from unittest import mock
 
 SCRIPT = Path(__file__).resolve().parents[2] / "scripts" / "report.py"
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(SCRIPT.parent))
 import report  # noqa: E402  (found through the path above)
 from corrsel_report import reading  # noqa: E402
+from corrsel_report.figures import FigureWriter  # noqa: E402
 
 EVIL = '<script>alert("x")</script>&\'$a$'
 JPEG = b"\xff\xd8\xff\xe0 stands for a picture \xff\xd9"
@@ -143,6 +145,13 @@ def write_run(folder, name="sample"):
     (folder / "images" / "a.jpg").write_bytes(JPEG)
 
 
+def figure_files(wanted):
+    """Return a context in which reports write figures as files, which takes more than half of their time, or not."""
+    if wanted:
+        return contextlib.nullcontext()
+    return mock.patch.object(FigureWriter, "write", lambda *_: "")
+
+
 class ReportTest(unittest.TestCase):
     """Each test has a run folder of its own."""
 
@@ -160,16 +169,17 @@ class ReportTest(unittest.TestCase):
             status = report.main([str(a) for a in arguments or (self.folder,)])
         return status, out.getvalue(), err.getvalue()
 
-    def make(self):
+    def make(self, files=False):
         """Write the report of the run folder and return its text."""
-        status, out, err = self.call()
+        with figure_files(files):
+            status, out, err = self.call()
         self.assertEqual((status, err), (0, ""))
         self.assertEqual(out.strip(), str(self.folder / "report.html"))
         return (self.folder / "report.html").read_text(encoding="utf-8")
 
     def test_writes_the_file_and_nothing_else(self):
         before = {p.name for p in self.folder.iterdir()}
-        text = self.make()
+        text = self.make(files=True)
         self.assertEqual({p.name for p in self.folder.iterdir()} - before, {"report.html", "figures"})
         self.assertTrue(text.startswith("<!DOCTYPE html>"))
         self.assertIn('<html lang="en">', text)
@@ -193,7 +203,7 @@ class ReportTest(unittest.TestCase):
         self.assertIn("Remedy", err)
 
     def test_is_self_contained(self):
-        text = self.make()
+        text = self.make(files=True)
         page = Page(text)
         self.assertNotIn("script", {tag for tag, _ in page.tags})
         self.assertNotIn("link", {tag for tag, _ in page.tags})
@@ -444,12 +454,12 @@ class ReportTest(unittest.TestCase):
 
     def test_figures_that_cannot_be_written_are_noted(self):
         (self.folder / "figures").write_text("in the way")
-        text = self.make()
+        text = self.make(files=True)
         self.assertIn("The figures were not written as files", text)
         self.assertNotIn("figures/", text)
 
     def test_same_folder_same_bytes(self):
-        first = self.make()
+        first = self.make(files=True)
         files = {p.name: p.read_bytes() for p in (self.folder / "figures").iterdir()}
         environment = dict(os.environ, PYTHONHASHSEED="12345", LC_ALL="C", SOURCE_DATE_EPOCH="1")
         command = [sys.executable, "-B", str(SCRIPT), str(self.folder)]

@@ -16,7 +16,7 @@ import report  # noqa: E402  (found through the path above)
 from corrsel_report import compared, paper, per_pair, reading, stages, visual  # noqa: E402
 from corrsel_report.figures import safe_name  # noqa: E402
 from corrsel_report.words import data_kind  # noqa: E402
-from test_report import JPEG, Page, pair_row, read_csv, summary_row, write_csv  # noqa: E402
+from test_report import JPEG, Page, figure_files, pair_row, read_csv, summary_row, write_csv  # noqa: E402
 
 SECTIONS = "overall per_pair preselected features robustness efficiency visual guide".split()
 CELLS = ("hessian_affine+sift/none", "hessian_affine+sift/nnsr", "orb+orb/none")
@@ -110,7 +110,7 @@ class ExperimentsTest(unittest.TestCase):
         cls.folder = Path(cls.temporary.name) / "run"
         cls.folder.mkdir()
         write_run(cls.folder)
-        cls.text = cls.make(cls.folder)
+        cls.text = cls.make(cls.folder, files=True)
         cls.page = Page(cls.text)
 
     @classmethod
@@ -118,10 +118,11 @@ class ExperimentsTest(unittest.TestCase):
         cls.temporary.cleanup()
 
     @staticmethod
-    def make(folder):
+    def make(folder, files=False):
         """Write the report of a folder and return its text."""
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as errors:
-            status = report.main([str(folder)])
+            with figure_files(files):
+                status = report.main([str(folder)])
         assert status == 0, errors.getvalue()
         return (folder / "report.html").read_text(encoding="utf-8")
 
@@ -384,7 +385,7 @@ class ExperimentsTest(unittest.TestCase):
             EVIL.replace('"', '\\"'),
         )
         (folder / "config.yaml").write_text(config + "cells: [hessian_affine+sift/none]\n")
-        text = self.make(folder)
+        text = self.make(folder, files=True)
         self.assertNotIn("<b>vil", text)
         self.assert_text(text, "&lt;b&gt;vil&lt;/b&gt;, &quot;x&quot;")
         names = [p.name for p in (folder / "figures").iterdir()]
