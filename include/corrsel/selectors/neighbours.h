@@ -27,7 +27,8 @@ class PlanarNeighbours {
              const std::uint32_t* members = nullptr);
 
   /// Writes the min(k, count) nearest numbers to `out`, nearest first; a query that is itself in the set
-  /// finds itself. About O(k) for evenly spread points. @return how many were written. Re-entrant.
+  /// finds itself. About O(k) for evenly spread points, O(count) at worst. @return how many were written.
+  /// Re-entrant.
   int nearest(float x, float y, int k, std::uint32_t* out) const;
 
   /// Writes the k nearest numbers of every position of the columns to out[position * k ..]: nearest() for
