@@ -12,7 +12,7 @@ shift || true
 install_packages "${build_packages[@]}" "${test_packages[@]}" clang libclang-rt-14-dev
 
 build_dir=$build_dir/fuzz
-# Without tracing of comparisons, which takes as long as all the rest: the bytes are drawn from, seldom compared.
+# Without tracing of comparisons, which takes twice as long as all the rest: the bytes are drawn from, seldom compared.
 build fuzz_select -- -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=None -Dcorrsel_FUZZ=ON \
   -Dcorrsel_SANITIZE=fuzzer-no-link,address,undefined -DCMAKE_CXX_FLAGS="-O2 -g1 -fno-sanitize-coverage=trace-cmp"
 program=$(find "$build_dir/devel" -name fuzz_select)
