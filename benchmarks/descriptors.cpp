@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/nearest.h"
+#include "matching/nearest.h"
 
 namespace corrsel::performance {
 namespace {

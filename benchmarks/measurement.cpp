@@ -8,9 +8,9 @@
 #include <opencv2/calib3d.hpp>
 #include <stdexcept>
 
+#include "base/stopwatch.h"
 #include "corrsel/evaluation/statistics.h"
 #include "corrsel/selectors/factory.h"
-#include "corrsel/stopwatch.h"
 
 namespace corrsel::performance {
 namespace {

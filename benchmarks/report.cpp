@@ -10,9 +10,9 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "corrsel/benchmark/environment.h"
-#include "corrsel/kernels/kernels.h"
-#include "corrsel/text.h"
+#include "base/text.h"
+#include "benchmark/environment.h"
+#include "kernels/kernels.h"
 
 namespace corrsel::performance {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
+#include "base/text.h"
 #include "baselines/baselines.h"
-#include "corrsel/text.h"
 #include "descriptors.h"
 
 namespace corrsel::performance {

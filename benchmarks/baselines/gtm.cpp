@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "baselines.h"
-#include "corrsel/selectors/otsu.h"
+#include "selectors/parts/otsu.h"
 
 namespace corrsel::baselines {
 namespace {

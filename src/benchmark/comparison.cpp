@@ -11,8 +11,8 @@
 #include <tuple>
 #include <utility>
 
+#include "base/text.h"
 #include "corrsel/benchmark/config.h"
-#include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {

@@ -6,11 +6,11 @@
 #include <set>
 #include <stdexcept>
 
+#include "base/text.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
 #include "corrsel/image_pair.h"
+#include "corrsel/matching/matcher.h"
 #include "corrsel/selectors/factory.h"
-#include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {

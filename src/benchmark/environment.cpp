@@ -1,4 +1,4 @@
-#include "corrsel/benchmark/environment.h"
+#include "benchmark/environment.h"
 
 #include <sys/utsname.h>
 #include <unistd.h>
@@ -9,7 +9,7 @@
 #include <opencv2/core/version.hpp>
 #include <thread>
 
-#include "corrsel/kernels/kernels.h"
+#include "kernels/kernels.h"
 
 #ifndef CORRSEL_VERSION
 #define CORRSEL_VERSION "unknown"

@@ -1,4 +1,4 @@
-#include "corrsel/benchmark/examples.h"
+#include "benchmark/examples.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "corrsel/text.h"
+#include "base/text.h"
 
 namespace corrsel::core {
 namespace {

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "base/text.h"
 #include "corrsel/evaluation/statistics.h"
-#include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {

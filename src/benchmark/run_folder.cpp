@@ -10,8 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
-#include "corrsel/benchmark/environment.h"
-#include "corrsel/text.h"
+#include "base/text.h"
+#include "benchmark/environment.h"
 
 namespace corrsel::core {
 namespace {

@@ -8,17 +8,18 @@
 #include <set>
 #include <stdexcept>
 
-#include "corrsel/benchmark/examples.h"
+#include "base/stopwatch.h"
+#include "benchmark/examples.h"
+#include "benchmark/progress_meter.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/datasets/scene.h"
 #include "corrsel/evaluation/errors.h"
-#include "corrsel/evaluation/match_drawing.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/feature_cache.h"
-#include "corrsel/features/matcher.h"
+#include "corrsel/matching/match_drawing.h"
+#include "corrsel/matching/matcher.h"
 #include "corrsel/random.h"
 #include "corrsel/selectors/factory.h"
-#include "corrsel/stopwatch.h"
+#include "features/feature_cache.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "corrsel/benchmark/scaling.h"
+#include "benchmark/scaling.h"
 
 #include <memory>
 #include <set>

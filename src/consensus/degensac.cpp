@@ -1,12 +1,12 @@
-#include "corrsel/consensus/degensac.h"
+#include "consensus/degensac.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
-#include "corrsel/geometry/fundamental.h"
-#include "corrsel/geometry/homography.h"
-#include "corrsel/geometry/residual.h"
+#include "geometry/fundamental.h"
+#include "geometry/homography.h"
+#include "geometry/residual.h"
 
 namespace corrsel::core {
 namespace {

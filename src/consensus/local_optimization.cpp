@@ -1,4 +1,4 @@
-#include "corrsel/consensus/local_optimization.h"
+#include "consensus/local_optimization.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "corrsel/consensus/ordering.h"
+#include "consensus/ordering.h"
 
 #include <limits>
 #include <utility>

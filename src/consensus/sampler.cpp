@@ -1,4 +1,4 @@
-#include "corrsel/consensus/sampler.h"
+#include "consensus/sampler.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "corrsel/consensus/search.h"
+#include "consensus/search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,17 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "corrsel/consensus/degensac.h"
-#include "corrsel/consensus/local_optimization.h"
-#include "corrsel/consensus/ordering.h"
-#include "corrsel/consensus/sampler.h"
-#include "corrsel/consensus/sprt.h"
-#include "corrsel/consensus/stopping.h"
-#include "corrsel/consensus/two_view.h"
-#include "corrsel/consensus/verifier.h"
-#include "corrsel/deadline.h"
-#include "corrsel/geometry/residual.h"
-#include "corrsel/text.h"
+#include "base/deadline.h"
+#include "base/text.h"
+#include "consensus/degensac.h"
+#include "consensus/local_optimization.h"
+#include "consensus/ordering.h"
+#include "consensus/sampler.h"
+#include "consensus/sprt.h"
+#include "consensus/stopping.h"
+#include "consensus/two_view.h"
+#include "consensus/verifier.h"
+#include "geometry/residual.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "corrsel/consensus/sprt.h"
+#include "consensus/sprt.h"
 
 #include <algorithm>
 #include <cmath>

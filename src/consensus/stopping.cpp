@@ -1,4 +1,4 @@
-#include "corrsel/consensus/stopping.h"
+#include "consensus/stopping.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
-#include "corrsel/consensus/two_view.h"
+#include "consensus/two_view.h"
 
-#include "corrsel/geometry/fundamental.h"
-#include "corrsel/geometry/homography.h"
+#include "geometry/fundamental.h"
+#include "geometry/homography.h"
 
 namespace corrsel::core {
 namespace {

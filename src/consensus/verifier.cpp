@@ -1,8 +1,8 @@
-#include "corrsel/consensus/verifier.h"
+#include "consensus/verifier.h"
 
 #include <algorithm>
 
-#include "corrsel/geometry/residual.h"
+#include "geometry/residual.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "corrsel/datasets/adelaide_rmf.h"
+#include "datasets/adelaide_rmf.h"
 
 #include <matio.h>
 
@@ -11,7 +11,7 @@
 #include <limits>
 #include <memory>
 
-#include "corrsel/datasets/files.h"
+#include "datasets/files.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,9 +1,9 @@
-#include "corrsel/datasets/dataset_report.h"
+#include "datasets/dataset_report.h"
 
 #include <algorithm>
 #include <set>
 
-#include "corrsel/text.h"
+#include "base/text.h"
 
 namespace corrsel::core {
 namespace {

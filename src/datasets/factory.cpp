@@ -1,13 +1,13 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "corrsel/datasets/adelaide_rmf.h"
-#include "corrsel/datasets/files.h"
-#include "corrsel/datasets/heinly_generated.h"
-#include "corrsel/datasets/homography_pairs.h"
+#include "base/text.h"
 #include "corrsel/datasets/reader.h"
-#include "corrsel/datasets/sample.h"
-#include "corrsel/text.h"
+#include "datasets/adelaide_rmf.h"
+#include "datasets/files.h"
+#include "datasets/heinly_generated.h"
+#include "datasets/homography_pairs.h"
+#include "datasets/sample.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "corrsel/datasets/files.h"
+#include "datasets/files.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
+#include "base/text.h"
 #include "corrsel/datasets/reader.h"
-#include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "generator.h"
+#include "datasets/generator.h"
 
 #include <cmath>
 #include <cstdint>

@@ -1,11 +1,11 @@
-#include "corrsel/datasets/heinly_generated.h"
+#include "datasets/heinly_generated.h"
 
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
-#include "corrsel/datasets/files.h"
-#include "generator.h"
+#include "datasets/files.h"
+#include "datasets/generator.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,10 +1,10 @@
-#include "corrsel/datasets/homography_pairs.h"
+#include "datasets/homography_pairs.h"
 
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
 
-#include "corrsel/datasets/files.h"
+#include "datasets/files.h"
 
 namespace corrsel::core {
 namespace {

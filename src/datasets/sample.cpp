@@ -1,4 +1,4 @@
-#include "corrsel/datasets/sample.h"
+#include "datasets/sample.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +10,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "corrsel/datasets/files.h"
 #include "corrsel/random.h"
-#include "generator.h"
+#include "datasets/files.h"
+#include "datasets/generator.h"
 
 namespace corrsel::core {
 namespace {

@@ -4,8 +4,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "corrsel/geometry/fundamental.h"
-#include "corrsel/geometry/homography.h"
+#include "geometry/fundamental.h"
+#include "geometry/homography.h"
 
 namespace corrsel::core {
 namespace {

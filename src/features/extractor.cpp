@@ -10,9 +10,11 @@
 #include <tuple>
 #include <utility>
 
-#include "corrsel/features/cap.h"
-#include "corrsel/parallel.h"
-#include "corrsel/stopwatch.h"
+#include "base/parallel.h"
+#include "base/stopwatch.h"
+#include "features/descriptors/descriptor.h"
+#include "features/detectors/detector.h"
+#include "features/parts/cap.h"
 
 namespace corrsel::core {
 namespace {
@@ -151,6 +153,8 @@ PlaceFilter unmasked(const cv::Mat& mask, const ToWhole& to_whole) {
 FeatureExtractor::FeatureExtractor(std::string name, std::unique_ptr<Detector> detector,
                                    std::unique_ptr<Descriptor> descriptor)
     : name_(std::move(name)), detector_(std::move(detector)), descriptor_(std::move(descriptor)) {}
+
+FeatureExtractor::~FeatureExtractor() = default;
 
 Features FeatureExtractor::extract(const cv::Mat& image, int threads, const FeatureRegion& region) const {
   Features features;

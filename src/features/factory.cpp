@@ -1,17 +1,17 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "corrsel/features/akaze.h"
-#include "corrsel/features/asift.h"
-#include "corrsel/features/blob.h"
-#include "corrsel/features/brisk.h"
+#include "base/text.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/freak.h"
-#include "corrsel/features/hessian_affine.h"
-#include "corrsel/features/orb.h"
-#include "corrsel/features/patch_sift.h"
-#include "corrsel/features/sift.h"
-#include "corrsel/text.h"
+#include "features/descriptors/freak.h"
+#include "features/descriptors/patch_sift.h"
+#include "features/detectors/akaze.h"
+#include "features/detectors/asift.h"
+#include "features/detectors/blob.h"
+#include "features/detectors/brisk.h"
+#include "features/detectors/hessian_affine.h"
+#include "features/detectors/orb.h"
+#include "features/detectors/sift.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "corrsel/features/feature_cache.h"
+#include "features/feature_cache.h"
 
 #include <cstring>
 #include <iterator>

@@ -1,12 +1,12 @@
-#include "corrsel/geometry/fundamental.h"
+#include "geometry/fundamental.h"
 
 #include <Eigen/Dense>
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "corrsel/geometry/homography.h"
-#include "corrsel/geometry/residual.h"
+#include "geometry/homography.h"
+#include "geometry/residual.h"
 
 namespace corrsel::core {
 namespace {

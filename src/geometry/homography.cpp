@@ -1,10 +1,10 @@
-#include "corrsel/geometry/homography.h"
+#include "geometry/homography.h"
 
 #include <Eigen/Dense>
 #include <cmath>
 #include <limits>
 
-#include "corrsel/geometry/residual.h"
+#include "geometry/residual.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,4 +1,4 @@
-#include "corrsel/geometry/normalization.h"
+#include "geometry/normalization.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
-#include "corrsel/geometry/residual.h"
+#include "geometry/residual.h"
 
-#include "corrsel/geometry/fundamental.h"
-#include "corrsel/geometry/homography.h"
+#include "geometry/fundamental.h"
+#include "geometry/homography.h"
 
 namespace corrsel::core {
 namespace {

@@ -3,8 +3,8 @@
 // Nearest and second nearest descriptors. Every lane is a train and every word of a query is broadcast to all
 // lanes, so that nothing is added across lanes.
 
-#include "corrsel/kernels/kernels.h"
-#include "simd.h"
+#include "kernels/kernels.h"
+#include "kernels/simd.h"
 
 namespace corrsel::core {
 namespace {

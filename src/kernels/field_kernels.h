@@ -4,8 +4,8 @@
 // last one filled up by the caller; group lane k of every group adds up into lane k of a sum, and lanes are
 // added in a fixed order, so that all levels round alike.
 
-#include "corrsel/kernels/kernels.h"
-#include "simd.h"
+#include "kernels/kernels.h"
+#include "kernels/simd.h"
 
 namespace corrsel::core {
 namespace {

@@ -3,8 +3,8 @@
 // Points in the cells of a grid: the counts of GMS, and nearest neighbours with the comparison of their
 // lists.
 
-#include "corrsel/kernels/kernels.h"
-#include "simd.h"
+#include "kernels/kernels.h"
+#include "kernels/simd.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,11 +1,11 @@
-#include "corrsel/kernels/kernels.h"
+#include "kernels/kernels.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <stdexcept>
 
-#include "corrsel/text.h"
+#include "base/text.h"
 
 namespace corrsel::core {
 

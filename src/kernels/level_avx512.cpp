@@ -1,4 +1,4 @@
-#include "table.h"
+#include "kernels/table.h"
 
 namespace corrsel::core {
 

@@ -2,9 +2,9 @@
 
 // Normal equations of the least-squares problems that refine two-view models, over the inliers only.
 
-#include "corrsel/kernels/kernels.h"
-#include "residual_kernels.h"
-#include "simd.h"
+#include "kernels/kernels.h"
+#include "kernels/residual_kernels.h"
+#include "kernels/simd.h"
 
 namespace corrsel::core {
 namespace {

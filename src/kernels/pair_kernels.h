@@ -2,8 +2,8 @@
 
 // Values of pairs of matches, and products with the symmetric matrix that they form.
 
-#include "corrsel/kernels/kernels.h"
-#include "simd.h"
+#include "kernels/kernels.h"
+#include "kernels/simd.h"
 
 namespace corrsel::core {
 namespace {

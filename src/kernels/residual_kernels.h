@@ -2,8 +2,8 @@
 
 // Errors and scores of two-view models. T is float or FloatV throughout: both round alike.
 
-#include "corrsel/kernels/kernels.h"
-#include "simd.h"
+#include "kernels/kernels.h"
+#include "kernels/simd.h"
 
 namespace corrsel::core {
 namespace {

@@ -2,13 +2,13 @@
 
 // The kernels of one level, as the level_*.cpp files compile them.
 
-#include "corrsel/kernels/kernels.h"
-#include "descriptor_kernels.h"
-#include "field_kernels.h"
-#include "grid_kernels.h"
-#include "normal_kernels.h"
-#include "pair_kernels.h"
-#include "residual_kernels.h"
+#include "kernels/descriptor_kernels.h"
+#include "kernels/field_kernels.h"
+#include "kernels/grid_kernels.h"
+#include "kernels/kernels.h"
+#include "kernels/normal_kernels.h"
+#include "kernels/pair_kernels.h"
+#include "kernels/residual_kernels.h"
 
 namespace corrsel::core {
 

@@ -10,9 +10,9 @@
 
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/metrics.h"
-#include "corrsel/ros/callback_thread.h"
 #include "corrsel/ros/conversions.h"
-#include "corrsel/ros/stamp_cache.h"
+#include "ros/live/callback_thread.h"
+#include "ros/live/stamp_cache.h"
 
 namespace corrsel {
 

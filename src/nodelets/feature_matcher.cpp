@@ -10,15 +10,15 @@
 #include <stdexcept>
 #include <string>
 
-#include "corrsel/ros/callback_thread.h"
-#include "corrsel/ros/image_source.h"
-#include "corrsel/ros/live_diagnostics.h"
-#include "corrsel/ros/live_matcher.h"
-#include "corrsel/ros/on_demand.h"
-#include "corrsel/ros/parameters.h"
-#include "corrsel/ros/periodic.h"
-#include "corrsel/ros/wall_throttle.h"
-#include "corrsel/ros/work_queue.h"
+#include "ros/live/callback_thread.h"
+#include "ros/live/image_source.h"
+#include "ros/live/live_diagnostics.h"
+#include "ros/live/live_matcher.h"
+#include "ros/live/on_demand.h"
+#include "ros/live/parameters.h"
+#include "ros/live/periodic.h"
+#include "ros/live/wall_throttle.h"
+#include "ros/live/work_queue.h"
 
 namespace corrsel {
 

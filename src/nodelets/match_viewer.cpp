@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "corrsel/evaluation/errors.h"
-#include "corrsel/evaluation/match_drawing.h"
-#include "corrsel/ros/callback_thread.h"
+#include "corrsel/matching/match_drawing.h"
 #include "corrsel/ros/conversions.h"
-#include "corrsel/ros/image_subscriber.h"
-#include "corrsel/ros/on_demand.h"
-#include "corrsel/ros/stamp_cache.h"
-#include "corrsel/ros/wall_throttle.h"
+#include "ros/live/callback_thread.h"
+#include "ros/live/image_subscriber.h"
+#include "ros/live/on_demand.h"
+#include "ros/live/stamp_cache.h"
+#include "ros/live/wall_throttle.h"
 
 namespace corrsel {
 

@@ -9,15 +9,15 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 
-#include "corrsel/ros/callback_thread.h"
-#include "corrsel/ros/live_diagnostics.h"
-#include "corrsel/ros/live_selector.h"
-#include "corrsel/ros/on_demand.h"
-#include "corrsel/ros/parameters.h"
+#include "base/stopwatch.h"
 #include "corrsel/ros/selector_plugins.h"
-#include "corrsel/ros/wall_throttle.h"
-#include "corrsel/ros/work_queue.h"
-#include "corrsel/stopwatch.h"
+#include "ros/live/callback_thread.h"
+#include "ros/live/live_diagnostics.h"
+#include "ros/live/live_selector.h"
+#include "ros/live/on_demand.h"
+#include "ros/live/parameters.h"
+#include "ros/live/wall_throttle.h"
+#include "ros/live/work_queue.h"
 
 namespace corrsel {
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "corrsel/benchmark/comparison.h"
-#include "corrsel/text.h"
 
 namespace {
 

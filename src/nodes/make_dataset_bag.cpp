@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "corrsel/datasets/dataset_report.h"
+#include "base/text.h"
 #include "corrsel/datasets/reader.h"
-#include "corrsel/ros/dataset_bag.h"
-#include "corrsel/text.h"
+#include "datasets/dataset_report.h"
+#include "ros/bags/dataset_bag.h"
 
 namespace {
 

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "corrsel/datasets/sample.h"
-#include "corrsel/features/blob.h"
-#include "corrsel/features/freak_pattern.h"
+#include "datasets/sample.h"
+#include "features/descriptors/freak_pattern.h"
+#include "features/detectors/blob.h"
 
 namespace {
 

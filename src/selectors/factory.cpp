@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/text.h"
 #include "corrsel/selectors/gms.h"
 #include "corrsel/selectors/gtm.h"
 #include "corrsel/selectors/keep_all.h"
@@ -14,7 +15,6 @@
 #include "corrsel/selectors/st.h"
 #include "corrsel/selectors/usac.h"
 #include "corrsel/selectors/vfc.h"
-#include "corrsel/text.h"
 
 namespace corrsel::core {
 namespace {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "corrsel/kernels/kernels.h"
-#include "corrsel/text.h"
+#include "base/text.h"
+#include "kernels/kernels.h"
 
 namespace corrsel::core {
 namespace {

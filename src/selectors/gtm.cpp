@@ -8,9 +8,9 @@
 #include <optional>
 #include <utility>
 
-#include "corrsel/selectors/otsu.h"
-#include "corrsel/selectors/pair_matrix.h"
-#include "corrsel/text.h"
+#include "base/text.h"
+#include "selectors/parts/otsu.h"
+#include "selectors/parts/pair_matrix.h"
 
 namespace corrsel::core {
 namespace {

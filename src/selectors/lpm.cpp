@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "corrsel/coordinate_order.h"
-#include "corrsel/kernels/kernels.h"
+#include "base/coordinate_order.h"
 #include "corrsel/selectors/neighbours.h"
+#include "kernels/kernels.h"
 
 namespace corrsel::core {
 namespace {

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "corrsel/selectors/otsu.h"
-#include "corrsel/text.h"
+#include "base/text.h"
+#include "selectors/parts/otsu.h"
 
 namespace corrsel::core {
 

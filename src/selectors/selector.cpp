@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <stdexcept>
 
-#include "corrsel/stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace corrsel::core {
 namespace {

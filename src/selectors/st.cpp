@@ -7,8 +7,8 @@
 #include <numeric>
 #include <utility>
 
-#include "corrsel/selectors/pair_matrix.h"
-#include "corrsel/text.h"
+#include "base/text.h"
+#include "selectors/parts/pair_matrix.h"
 
 namespace corrsel::core {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "corrsel/consensus/search.h"
+#include "consensus/search.h"
 
 namespace corrsel::core {
 

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "corrsel/coordinate_order.h"
-#include "corrsel/deadline.h"
-#include "corrsel/kernels/kernels.h"
+#include "base/coordinate_order.h"
+#include "base/deadline.h"
+#include "base/text.h"
 #include "corrsel/random.h"
-#include "corrsel/text.h"
+#include "kernels/kernels.h"
 
 namespace corrsel::core {
 namespace {

@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/options.h"
 #include "corrsel/random.h"
 #include "corrsel/selection.h"
 #include "corrsel/selectors/selector.h"
-#include "corrsel/text.h"
 
 // Input of every kind for selectors, made from bytes, and what must hold for the answers. Used by the fuzzer
 // and by the tests of all selectors.

@@ -9,7 +9,7 @@
 #include <map>
 #include <vector>
 
-#include "corrsel/datasets/adelaide_rmf.h"
+#include "datasets/adelaide_rmf.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -6,9 +6,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "corrsel/features/asift.h"
-#include "corrsel/features/matcher.h"
+#include "corrsel/matching/matcher.h"
 #include "feature_checks.h"
+#include "features/detectors/asift.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -3,8 +3,8 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "corrsel/features/blob.h"
 #include "feature_checks.h"
+#include "features/detectors/blob.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "corrsel/features/cap.h"
+#include "features/parts/cap.h"
 #include "test_support.h"
 
 namespace corrsel::core {

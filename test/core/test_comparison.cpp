@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "corrsel/benchmark/comparison.h"
 #include "corrsel/benchmark/run_folder.h"
 #include "corrsel/random.h"
-#include "corrsel/text.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "corrsel/coordinate_order.h"
+#include "base/coordinate_order.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "corrsel/datasets/dataset_report.h"
 #include "dataset_folder.h"
+#include "datasets/dataset_report.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "corrsel/consensus/degensac.h"
-#include "corrsel/geometry/fundamental.h"
-#include "corrsel/geometry/residual.h"
+#include "consensus/degensac.h"
 #include "corrsel/selectors/usac.h"
+#include "geometry/fundamental.h"
+#include "geometry/residual.h"
 #include "test_support.h"
 
 namespace corrsel::core {

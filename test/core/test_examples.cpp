@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "corrsel/benchmark/examples.h"
+#include "benchmark/examples.h"
 #include "corrsel/random.h"
 
 namespace corrsel::core {

@@ -4,9 +4,9 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
+#include "base/text.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
-#include "corrsel/text.h"
+#include "corrsel/matching/matcher.h"
 #include "feature_checks.h"
 #include "test_support.h"
 

@@ -4,10 +4,10 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
-#include "corrsel/features/blob.h"
-#include "corrsel/features/freak.h"
-#include "corrsel/features/freak_pattern.h"
-#include "corrsel/features/matcher.h"
+#include "corrsel/matching/matcher.h"
+#include "features/descriptors/freak.h"
+#include "features/descriptors/freak_pattern.h"
+#include "features/detectors/blob.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -3,9 +3,9 @@
 #include <fstream>
 #include <map>
 
-#include "corrsel/kernels/kernels.h"
+#include "base/text.h"
 #include "corrsel/selectors/gms.h"
-#include "corrsel/text.h"
+#include "kernels/kernels.h"
 #include "test_support.h"
 
 namespace corrsel::core {

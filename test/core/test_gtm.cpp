@@ -3,9 +3,9 @@
 #include <Eigen/Dense>
 #include <limits>
 
-#include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/gtm.h"
-#include "corrsel/selectors/otsu.h"
+#include "kernels/kernels.h"
+#include "selectors/parts/otsu.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "corrsel/datasets/heinly_generated.h"
 #include "dataset_folder.h"
+#include "datasets/heinly_generated.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -4,9 +4,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "corrsel/datasets/reader.h"
-#include "corrsel/features/hessian_affine.h"
-#include "corrsel/features/matcher.h"
-#include "corrsel/features/patch_sift.h"
+#include "corrsel/matching/matcher.h"
+#include "features/descriptors/patch_sift.h"
+#include "features/detectors/hessian_affine.h"
 #include "test_support.h"
 
 namespace corrsel::core {

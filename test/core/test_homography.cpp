@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "corrsel/geometry/homography.h"
-#include "corrsel/geometry/residual.h"
+#include "geometry/homography.h"
+#include "geometry/residual.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "corrsel/datasets/homography_pairs.h"
 #include "dataset_folder.h"
+#include "datasets/homography_pairs.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "corrsel/geometry/residual.h"
-#include "corrsel/kernels/kernels.h"
+#include "geometry/residual.h"
+#include "kernels/kernels.h"
 #include "test_support.h"
 
 namespace corrsel::core {

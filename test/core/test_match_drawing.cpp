@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "corrsel/evaluation/match_drawing.h"
+#include "corrsel/matching/match_drawing.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "corrsel/features/matcher.h"
-#include "corrsel/features/nearest.h"
-#include "corrsel/kernels/descriptor.h"
+#include "corrsel/matching/matcher.h"
+#include "kernels/descriptor.h"
+#include "matching/nearest.h"
 #include "test_support.h"
 
 namespace corrsel::core {

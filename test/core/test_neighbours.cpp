@@ -3,8 +3,8 @@
 #include <chrono>
 #include <limits>
 
-#include "corrsel/kernels/kernels.h"
 #include "corrsel/selectors/neighbours.h"
+#include "kernels/kernels.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -2,7 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "corrsel/selectors/otsu.h"
+#include "selectors/parts/otsu.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "corrsel/kernels/kernels.h"
-#include "corrsel/selectors/pair_matrix.h"
+#include "kernels/kernels.h"
+#include "selectors/parts/pair_matrix.h"
 #include "test_support.h"
 
 namespace corrsel::core {

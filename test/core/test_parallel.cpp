@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "corrsel/parallel.h"
+#include "base/parallel.h"
 
 namespace corrsel::core {
 namespace {

@@ -3,8 +3,8 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "corrsel/features/affine_patch.h"
-#include "corrsel/features/patch_sift.h"
+#include "features/descriptors/patch_sift.h"
+#include "features/parts/affine_patch.h"
 #include "test_support.h"
 
 namespace corrsel::core {

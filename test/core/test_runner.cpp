@@ -7,10 +7,10 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "base/text.h"
 #include "corrsel/benchmark/runner.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/random.h"
-#include "corrsel/text.h"
 #include "test_support.h"
 
 namespace corrsel::core {

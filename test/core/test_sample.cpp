@@ -12,8 +12,8 @@
 #include <set>
 #include <sstream>
 
-#include "corrsel/datasets/sample.h"
 #include "dataset_folder.h"
+#include "datasets/sample.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "corrsel/consensus/sampler.h"
+#include "consensus/sampler.h"
 #include "test_support.h"
 
 namespace corrsel::core {

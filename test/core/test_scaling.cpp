@@ -5,7 +5,7 @@
 #include <iterator>
 #include <set>
 
-#include "corrsel/benchmark/scaling.h"
+#include "benchmark/scaling.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "corrsel/datasets/scene.h"
-#include "corrsel/geometry/homography.h"
+#include "geometry/homography.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -8,9 +8,9 @@
 #include <thread>
 
 #include "arbitrary.h"
-#include "corrsel/kernels/kernels.h"
+#include "base/text.h"
 #include "corrsel/selectors/factory.h"
-#include "corrsel/text.h"
+#include "kernels/kernels.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
-#include "corrsel/features/sequence.h"
+#include "corrsel/matching/matcher.h"
+#include "corrsel/matching/sequence.h"
 #include "feature_checks.h"
 #include "test_support.h"
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "corrsel/consensus/stopping.h"
+#include "consensus/stopping.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -17,13 +17,10 @@
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/evaluation/statistics.h"
-#include "corrsel/kernels/kernels.h"
 #include "corrsel/random.h"
 #include "corrsel/selectors/factory.h"
-
-#ifndef CORRSEL_SHARED_DATA_DIR
-#define CORRSEL_SHARED_DATA_DIR ""
-#endif
+#include "kernels/kernels.h"
+#include "test_paths.h"
 
 namespace corrsel::core::testing {
 
@@ -60,8 +57,7 @@ class LevelGuard {
 
 /// Folder of a real dataset; empty where it does not exist: the test must then be skipped.
 inline std::string sharedData(const std::string& name) {
-  const char* const set = std::getenv("CORRSEL_TEST_DATA");
-  const std::string path = std::string(set ? set : CORRSEL_SHARED_DATA_DIR) + "/" + name;
+  const std::string path = corrsel::testing::realDataDir() + "/" + name;
   return std::filesystem::is_directory(path) ? path : "";
 }
 

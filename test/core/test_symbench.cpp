@@ -6,9 +6,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "corrsel/datasets/homography_pairs.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
+#include "corrsel/matching/matcher.h"
+#include "datasets/homography_pairs.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "corrsel/text.h"
+#include "base/text.h"
 #include "test_support.h"
 
 namespace corrsel::core {

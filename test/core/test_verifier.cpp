@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "corrsel/consensus/local_optimization.h"
-#include "corrsel/consensus/verifier.h"
-#include "corrsel/geometry/homography.h"
+#include "consensus/local_optimization.h"
+#include "consensus/verifier.h"
+#include "geometry/homography.h"
 #include "test_support.h"
 
 namespace corrsel::core {

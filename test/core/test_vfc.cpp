@@ -3,9 +3,9 @@
 #include <Eigen/Dense>
 #include <limits>
 
-#include "corrsel/kernels/kernels.h"
+#include "base/text.h"
 #include "corrsel/selectors/vfc.h"
-#include "corrsel/text.h"
+#include "kernels/kernels.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
-#include "corrsel/datasets/homography_pairs.h"
+#include "datasets/homography_pairs.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -13,8 +13,9 @@
 
 #include "../ros/shell.h"
 #include "corrsel/benchmark/results.h"
-#include "corrsel/datasets/sample.h"
-#include "corrsel/ros/bag_cache.h"
+#include "datasets/sample.h"
+#include "ros/bags/bag_cache.h"
+#include "test_paths.h"
 
 namespace corrsel {
 namespace {
@@ -24,7 +25,7 @@ using testing::shell;
 
 namespace fs = std::filesystem;
 
-const fs::path kFolder = CORRSEL_REGRESSION_DIR;
+const fs::path kFolder = testing::sourceDir() + "/test/regression";
 const fs::path kExpected = kFolder / "expected";
 
 Output compare(const fs::path& before, const fs::path& after) {

@@ -20,9 +20,9 @@
 #include "corrsel/Score.h"
 #include "corrsel/Selection.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
-#include "corrsel/ros/dataset_bag.h"
+#include "corrsel/matching/matcher.h"
 #include "corrsel/selectors/factory.h"
+#include "ros/bags/dataset_bag.h"
 
 namespace corrsel {
 namespace {

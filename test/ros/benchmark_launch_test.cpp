@@ -17,11 +17,12 @@
 #include <thread>
 #include <vector>
 
+#include "base/text.h"
 #include "corrsel/Progress.h"
 #include "corrsel/Score.h"
 #include "corrsel/random.h"
-#include "corrsel/text.h"
 #include "shell.h"
+#include "test_paths.h"
 
 namespace corrsel {
 namespace {
@@ -373,8 +374,7 @@ TEST_F(BenchmarkLaunch, OwnBagWithoutTheNamedTopicsListsWhatItHas) {
 }
 
 TEST_F(BenchmarkLaunch, OwnStereoBagIsRankedByItsCalibration) {
-  const char* const set = std::getenv("CORRSEL_TEST_DATA");
-  const std::string data = std::string(set ? set : CORRSEL_SHARED_DATA_DIR) + "/kitti_stereo";
+  const std::string data = testing::realDataDir() + "/kitti_stereo";
   if (!fs::is_directory(data)) GTEST_SKIP() << "no data in " << data;
   const fs::path bag = root_ / "kitti.bag", run = root_ / "kitti_run";
   const Output made =

@@ -1,7 +1,7 @@
 // Image sources between cameras that this test plays: what pairs, what does not, what is said about it, and
 // that everything recovers.
 
-#include "corrsel/ros/image_source.h"
+#include "ros/live/image_source.h"
 
 #include <cv_bridge/cv_bridge.h>
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ double gap(const ImageSet& set) {
 
 /// A source in a namespace of its own, and the publishers of its cameras. Callbacks are called by this
 /// thread, within waitFor().
-class ImageSourceTest : public testing::Test {
+class ImageSourceTest : public ::testing::Test {
  protected:
   ImageSourceTest()
       : name_(testing::UnitTest::GetInstance()->current_test_info()->name()),

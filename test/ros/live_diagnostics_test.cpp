@@ -1,6 +1,6 @@
 // What LiveDiagnostics says on /diagnostics about flows that the tests make up.
 
-#include "corrsel/ros/live_diagnostics.h"
+#include "ros/live/live_diagnostics.h"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ class Reader {
 };
 
 /// A made-up node: its counts are polled twenty times a second.
-class LiveDiagnosticsTest : public testing::Test {
+class LiveDiagnosticsTest : public ::testing::Test {
  protected:
   std::unique_ptr<LiveDiagnostics> make(const std::string& node,
                                         const std::map<std::string, double>& parameters = {}) {

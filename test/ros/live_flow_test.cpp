@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "../core/test_support.h"
+#include "base/stopwatch.h"
 #include "corrsel/evaluation/statistics.h"
-#include "corrsel/stopwatch.h"
 #include "live_fixture.h"
 
 namespace corrsel {

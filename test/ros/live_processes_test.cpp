@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "child.h"
-#include "corrsel/text.h"
 #include "live_support.h"
 
 namespace corrsel {

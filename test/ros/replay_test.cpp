@@ -18,7 +18,7 @@
 
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
+#include "corrsel/matching/matcher.h"
 #include "corrsel/random.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/selectors/factory.h"

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <opencv2/core.hpp>
 
-#include "corrsel/ros/bag_cache.h"
+#include "ros/bags/bag_cache.h"
 
 namespace corrsel {
 namespace {
@@ -34,7 +34,7 @@ class TinyReader : public core::DatasetReader {
   std::string file_;
 };
 
-class BagCache : public testing::Test {
+class BagCache : public ::testing::Test {
  protected:
   void SetUp() override {
     folder_ = fs::temp_directory_path() / ("corrsel_bag_cache_" + std::to_string(::getpid()));

@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
-#include "corrsel/features/sequence.h"
-#include "corrsel/ros/parameters.h"
+#include "corrsel/matching/matcher.h"
+#include "corrsel/matching/sequence.h"
 #include "corrsel/selectors/factory.h"
-#include "corrsel/text.h"
+#include "ros/live/parameters.h"
 
 namespace corrsel {
 namespace {

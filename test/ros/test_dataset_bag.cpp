@@ -18,7 +18,7 @@
 #include "corrsel/datasets/reader.h"
 #include "corrsel/random.h"
 #include "corrsel/ros/conversions.h"
-#include "corrsel/ros/dataset_bag.h"
+#include "ros/bags/dataset_bag.h"
 
 namespace corrsel {
 namespace {
@@ -80,7 +80,7 @@ class BrokenMiddle : public core::DatasetReader {
   std::vector<std::string> files() const override { return {}; }
 };
 
-class DatasetBag : public testing::Test {
+class DatasetBag : public ::testing::Test {
  protected:
   void SetUp() override {
     folder_ = fs::temp_directory_path() / ("corrsel_test_dataset_bag_" + std::to_string(getpid()));

@@ -7,7 +7,7 @@
 
 #include "corrsel/random.h"
 #include "corrsel/ros/conversions.h"
-#include "corrsel/ros/live_matcher.h"
+#include "ros/live/live_matcher.h"
 
 namespace corrsel {
 namespace {
@@ -34,7 +34,7 @@ sensor_msgs::ImageConstPtr message(const cv::Mat& image, double stamp, const std
   return cv_bridge::CvImage(header, image.channels() == 1 ? "mono8" : "bgr8", image).toImageMsg();
 }
 
-class LiveMatcherTest : public testing::Test {
+class LiveMatcherTest : public ::testing::Test {
  protected:
   LiveMatcherTest() {
     settings_.extractor = core::createExtractor("orb+orb", {{"orb", {{"max_features", "300"}}}});

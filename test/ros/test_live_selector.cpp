@@ -8,8 +8,8 @@
 
 #include "../core/test_support.h"
 #include "corrsel/ros/conversions.h"
-#include "corrsel/ros/live_selector.h"
 #include "corrsel/selectors/factory.h"
+#include "ros/live/live_selector.h"
 
 namespace corrsel {
 namespace {

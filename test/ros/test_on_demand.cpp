@@ -3,7 +3,7 @@
 #include <future>
 #include <string>
 
-#include "corrsel/ros/on_demand.h"
+#include "ros/live/on_demand.h"
 
 namespace corrsel {
 namespace {

@@ -20,10 +20,11 @@
 #include "corrsel/datasets/reader.h"
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
+#include "corrsel/matching/matcher.h"
 #include "corrsel/ros/conversions.h"
-#include "corrsel/ros/dataset_bag.h"
-#include "corrsel/ros/stereo_rig.h"
+#include "ros/bags/dataset_bag.h"
+#include "ros/bags/stereo_rig.h"
+#include "test_paths.h"
 
 namespace corrsel {
 namespace {
@@ -87,7 +88,7 @@ BagTopics stereoTopics() {
   return topics;
 }
 
-class OwnBag : public testing::Test {
+class OwnBag : public ::testing::Test {
  protected:
   void SetUp() override {
     folder_ = fs::temp_directory_path() / ("corrsel_test_own_bag_" + std::to_string(getpid()));
@@ -601,11 +602,10 @@ class KittiBag : public OwnBag {
 };
 
 TEST_F(KittiBag, MatchesLieOnTheEpipolarLinesOfTheRectifiedFrames) {
-  const char* const set = std::getenv("CORRSEL_TEST_DATA");
-  const std::string data = std::string(set ? set : CORRSEL_SHARED_DATA_DIR) + "/kitti_stereo";
+  const std::string data = testing::realDataDir() + "/kitti_stereo";
   if (!fs::is_directory(data)) GTEST_SKIP() << "no data in " << data;
-  const std::string command = std::string("PATH=/usr/bin:/bin:$PATH ") + CORRSEL_SCRIPTS_DIR +
-                              "/kitti_to_bag.py '" + data + "' --every 9 --output '" + path_ + "'";
+  const std::string command = std::string("PATH=/usr/bin:/bin:$PATH ") + testing::sourceDir() +
+                              "/scripts/kitti_to_bag.py '" + data + "' --every 9 --output '" + path_ + "'";
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
 
   Share rectified, raw;

@@ -5,7 +5,7 @@
 #include <future>
 #include <memory>
 
-#include "corrsel/ros/periodic.h"
+#include "ros/live/periodic.h"
 
 namespace corrsel {
 namespace {

@@ -15,8 +15,8 @@
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/random.h"
 #include "corrsel/ros/conversions.h"
-#include "corrsel/ros/dataset_bag.h"
-#include "corrsel/ros/stereo_rig.h"
+#include "ros/bags/dataset_bag.h"
+#include "ros/bags/stereo_rig.h"
 
 namespace corrsel {
 namespace {
@@ -107,7 +107,7 @@ bool hasNote(const BagSource& source, const std::string& part) {
   return false;
 }
 
-class RecordedBag : public testing::Test {
+class RecordedBag : public ::testing::Test {
  protected:
   RecordedBag() : folder_(fs::temp_directory_path() / ("corrsel_recorded_" + std::to_string(::getpid()))) {
     fs::create_directories(folder_);

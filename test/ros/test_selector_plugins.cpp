@@ -13,6 +13,7 @@
 
 #include "corrsel/ros/selector_plugins.h"
 #include "corrsel/selectors/factory.h"
+#include "test_paths.h"
 
 namespace corrsel {
 namespace {
@@ -51,8 +52,8 @@ class SelectorPlugins : public ::testing::Test {
     fs::remove_all(root_);
     fs::create_directories(root_);
     setenv("ROS_HOME", (root_ / "ros_home").c_str(), 1);
-    setenv("ROS_PACKAGE_PATH", (root_.string() + ":" + CORRSEL_SOURCE_DIR).c_str(), 1);
-    setenv("CMAKE_PREFIX_PATH", CORRSEL_DEVEL_DIR, 1);
+    setenv("ROS_PACKAGE_PATH", (root_.string() + ":" + testing::sourceDir()).c_str(), 1);
+    setenv("CMAKE_PREFIX_PATH", testing::develDir().c_str(), 1);
     std::string classes;
     for (const char* name : {"All", "Wrapping", "ThrowsError", "ThrowsNumber"}) {
       classes +=
@@ -132,7 +133,7 @@ TEST_F(SelectorPlugins, SaysWhatIsMissing) {
   text = refusal("bad/A");
   EXPECT_TRUE(contains(text, no_library) && contains(text, "libbad_file.so")) << text;
 
-  setenv("CMAKE_PREFIX_PATH", CORRSEL_DEVEL_DIR, 1);
+  setenv("CMAKE_PREFIX_PATH", testing::develDir().c_str(), 1);
   addPackage("other_type", library(kLibrary, entry("name=\"other_type/A\" type=\"corrsel::testing::Any\"")));
   text = refusal("other_type/A");
   EXPECT_TRUE(contains(text, "PLUGINLIB_EXPORT_CLASS") && contains(text, "corrsel::testing::Any")) << text;

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "corrsel/geometry/fundamental.h"
-#include "corrsel/ros/stereo_rig.h"
+#include "geometry/fundamental.h"
+#include "ros/bags/stereo_rig.h"
 
 namespace corrsel {
 namespace {

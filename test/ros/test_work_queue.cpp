@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "corrsel/ros/work_queue.h"
+#include "ros/live/work_queue.h"
 
 namespace corrsel {
 namespace {

@@ -1,10 +1,7 @@
 #pragma once
 
 #include <cstddef>
-#include <iosfwd>
 #include <string>
-
-#include "corrsel/stopwatch.h"
 
 namespace corrsel::core {
 
@@ -14,37 +11,6 @@ struct Progress {
   std::string current;              ///< what is being worked on
   double rate = 0;                  ///< pairs per second of this session; NaN before the first
   double remaining = 0;             ///< s; NaN before the first
-};
-
-/// Works out rate and time left from the pairs done in this session.
-class ProgressMeter {
- public:
-  /// @param done_before  pairs that an earlier session finished
-  ProgressMeter(std::size_t total, std::size_t done_before) : total_(total), done_before_(done_before) {}
-
-  Progress at(std::size_t done, const std::string& current) const;
-
- private:
-  std::size_t total_, done_before_;
-  Stopwatch watch_;
-};
-
-/// Shows progress: a bar that is redrawn in place on a terminal, a line every few seconds elsewhere.
-class ProgressPrinter {
- public:
-  /// @param interval  least time between two lines where `out` is not a terminal, s
-  ProgressPrinter(std::ostream& out, bool terminal, double interval = 5.0);
-
-  void show(const Progress& progress);
-
-  /// Ends the bar's line, so that what follows starts on a fresh one.
-  void finish();
-
- private:
-  std::ostream& out_;
-  bool terminal_, bar_shown_ = false, first_ = true;
-  double interval_;
-  Stopwatch since_line_;
 };
 
 }  // namespace corrsel::core

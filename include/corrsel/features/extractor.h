@@ -7,13 +7,14 @@
 #include <utility>
 #include <vector>
 
-#include "corrsel/features/descriptor.h"
-#include "corrsel/features/detector.h"
 #include "corrsel/features/features.h"
 #include "corrsel/features/region.h"
 #include "corrsel/options.h"
 
 namespace corrsel::core {
+
+class Descriptor;
+class Detector;
 
 /// Options by the name of the algorithm they belong to: {"orb": {"levels": "4"}}.
 using AlgorithmOptions = std::map<std::string, OptionMap>;
@@ -24,6 +25,7 @@ class FeatureExtractor {
   /// @param descriptor  null: the detector describes its keypoints itself (a SelfDescribingDetector)
   FeatureExtractor(std::string name, std::unique_ptr<Detector> detector,
                    std::unique_ptr<Descriptor> descriptor);
+  ~FeatureExtractor();
 
   /// @param image    8-bit, 1, 3 (BGR) or 4 (BGRA) channels. A blank or tiny image gives zero features.
   /// @param threads  threads that may be used; the result does not depend on it

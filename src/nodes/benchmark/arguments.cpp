@@ -9,13 +9,13 @@
 #include <map>
 #include <thread>
 
+#include "base/text.h"
 #include "corrsel/benchmark/experiments.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/features/extractor.h"
-#include "corrsel/features/matcher.h"
+#include "corrsel/matching/matcher.h"
 #include "corrsel/ros/selector_plugins.h"
 #include "corrsel/selectors/factory.h"
-#include "corrsel/text.h"
 
 namespace corrsel {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "corrsel/benchmark/config.h"
 #include "corrsel/benchmark/run_folder.h"
-#include "corrsel/ros/dataset_bag.h"
+#include "ros/bags/dataset_bag.h"
 
 namespace corrsel {
 

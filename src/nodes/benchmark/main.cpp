@@ -20,14 +20,14 @@
 #include <vector>
 
 #include "arguments.h"
+#include "base/stopwatch.h"
+#include "benchmark/scaling.h"
 #include "corrsel/benchmark/runner.h"
-#include "corrsel/benchmark/scaling.h"
 #include "corrsel/datasets/reader.h"
-#include "corrsel/datasets/sample.h"
-#include "corrsel/ros/bag_cache.h"
 #include "corrsel/ros/selector_plugins.h"
-#include "corrsel/stopwatch.h"
+#include "datasets/sample.h"
 #include "reporter.h"
+#include "ros/bags/bag_cache.h"
 
 namespace corrsel {
 namespace {

@@ -8,10 +8,10 @@
 #include <cstdio>
 #include <iostream>
 
+#include "base/text.h"
 #include "corrsel/Progress.h"
 #include "corrsel/Score.h"
 #include "corrsel/ros/conversions.h"
-#include "corrsel/text.h"
 
 namespace corrsel {
 namespace {

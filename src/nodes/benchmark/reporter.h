@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "corrsel/benchmark/progress.h"
+#include "benchmark/progress_meter.h"
 #include "corrsel/benchmark/run_folder.h"
 #include "corrsel/benchmark/runner.h"
 

@@ -6,8 +6,8 @@
 #include <map>
 #include <stdexcept>
 
+#include "base/text.h"
 #include "corrsel/selectors/factory.h"
-#include "corrsel/text.h"
 
 namespace corrsel::load_test {
 namespace {

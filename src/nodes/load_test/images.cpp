@@ -7,10 +7,10 @@
 #include <string>
 #include <utility>
 
-#include "corrsel/datasets/files.h"
-#include "corrsel/datasets/sample.h"
-#include "corrsel/ros/bag_cache.h"
-#include "corrsel/text.h"
+#include "base/text.h"
+#include "datasets/files.h"
+#include "datasets/sample.h"
+#include "ros/bags/bag_cache.h"
 
 namespace corrsel::load_test {
 namespace {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "arguments.h"
+#include "base/stopwatch.h"
 #include "corrsel/evaluation/statistics.h"
-#include "corrsel/stopwatch.h"
 #include "images.h"
 #include "process_meter.h"
 #include "reconfigurer.h"

@@ -10,7 +10,7 @@
 #include <set>
 #include <sstream>
 
-#include "corrsel/text.h"
+#include "base/text.h"
 
 namespace corrsel::load_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "corrsel/stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace corrsel::load_test {
 namespace {

@@ -7,8 +7,8 @@
 #include <opencv2/core/utility.hpp>
 #include <stdexcept>
 
+#include "base/text.h"
 #include "corrsel/evaluation/statistics.h"
-#include "corrsel/text.h"
 
 namespace corrsel::load_test {
 namespace {

@@ -1,0 +1,207 @@
+#include "features/descriptors/patch_sift.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+#include "base/parallel.h"
+#include "features/parts/affine_patch.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr int kCells = 4, kDirections = 8, kLength = kCells * kCells * kDirections;
+constexpr double kSpacing = 0.5;  // of the samples, in units of the frame
+constexpr int kCellSamples = 6;   // samples along one side of a cell
+constexpr int kHalf = 15;         // samples on each side of the centre
+constexpr int kSide = 2 * kHalf + 1;
+constexpr int kInner = kSide - 2;  // samples that have a gradient, and a weight in a cell
+constexpr int kMiddle = kInner / 2;
+constexpr std::size_t kInnerCount = std::size_t{kInner} * kInner;
+constexpr double kWindow = 2.0 * kCellSamples;  // sigma of the Gaussian weight, samples
+
+/// Blurred copies of an image, each half as fine as the one before once the blur allows.
+struct Pyramid {
+  std::vector<cv::Mat> images;
+  std::vector<ScaleLevel> levels;
+
+  void add(const cv::Mat& image, double step, double sigma) {
+    images.push_back(image);
+    levels.push_back({image.ptr<float>(), image.cols, image.rows, step, sigma});
+  }
+};
+
+constexpr double kCameraBlur = 0.5;  // of the image as it comes, px (Lowe 2004, section 3.3)
+
+/// Levels a factor of sqrt(2) apart, for blurs from `smallest` to `largest`, px.
+Pyramid pyramidOf(const cv::Mat& grey, double smallest, double largest) {
+  Pyramid pyramid;
+  cv::Mat image;
+  grey.convertTo(image, CV_32F);
+  pyramid.add(image, 1, kCameraBlur);
+  double step = 1, sigma = kCameraBlur;
+  for (int k = 0; std::exp2(0.5 * k) <= largest; ++k) {
+    const double next = std::exp2(0.5 * k);
+    // Blurred by two pixels, every other one is enough.
+    if (sigma / step >= 1.99 && std::min(image.cols, image.rows) >= 4) {
+      cv::Mat half((image.rows + 1) / 2, (image.cols + 1) / 2, CV_32F);
+      for (int r = 0; r < half.rows; ++r) {
+        const float* const from = image.ptr<float>(2 * r);
+        float* const to = half.ptr<float>(r);
+        for (int c = 0; c < half.cols; ++c) to[c] = from[std::ptrdiff_t{2} * c];
+      }
+      image = half;
+      step *= 2;
+    }
+    cv::Mat blurred;
+    cv::GaussianBlur(image, blurred, {}, std::sqrt(next * next - sigma * sigma) / step, 0,
+                     cv::BORDER_REPLICATE);
+    image = blurred;
+    sigma = next;
+    if (sigma <= smallest) pyramid = {};
+    pyramid.add(image, step, sigma);
+  }
+  return pyramid;
+}
+
+/// Where the samples of one row or column go: to cell `first` by 1 - share and to the next one by share.
+struct Cell {
+  int first;  // -1 .. 3; -1 and 4 are outside the descriptor
+  float share;
+};
+
+struct Tables {
+  std::array<Cell, kInner> cells;
+  std::array<float, kInnerCount> window;
+
+  Tables() {
+    float* weight = window.data();
+    for (int i = 0; i < kInner; ++i) {
+      // Cell 0 has its middle a cell and a half, cell -1 two and a half cells (kHalf) before the centre.
+      const int sample = i - kMiddle + kHalf;
+      cells[static_cast<std::size_t>(i)] = {sample / kCellSamples - 1,
+                                            static_cast<float>(sample % kCellSamples) / kCellSamples};
+      for (int j = 0; j < kInner; ++j) {
+        const double x = j - kMiddle, y = i - kMiddle;
+        *weight++ = static_cast<float>(std::exp(-(x * x + y * y) / (2 * kWindow * kWindow)));
+      }
+    }
+  }
+};
+
+/// The histogram of a patch, not normalised.
+void histogramOf(const float* patch, const Tables& tables, float* histogram) {
+  std::array<float, kInnerCount> dx, dy, length, direction;
+  for (int r = 0; r < kInner; ++r) {
+    const float* const row = patch + (std::ptrdiff_t{r} + 1) * kSide + 1;
+    const std::size_t start = static_cast<std::size_t>(r) * kInner;
+    for (int c = 0; c < kInner; ++c) {
+      dx[start + static_cast<std::size_t>(c)] = row[c + 1] - row[c - 1];
+      dy[start + static_cast<std::size_t>(c)] = row[c + kSide] - row[c - kSide];
+    }
+  }
+  polarGradients(dx.data(), dy.data(), kInnerCount, kDirections, length.data(), direction.data());
+  for (std::size_t i = 0; i < kInnerCount; ++i) length[i] *= tables.window[i];
+
+  std::fill(histogram, histogram + kLength, 0.0F);
+  for (int r = 0; r < kInner; ++r) {
+    // One row of cells, with a cell outside on either side.
+    float line[(kCells + 2) * kDirections] = {};
+    for (int c = 0; c < kInner; ++c) {
+      const auto i = static_cast<std::size_t>(r) * kInner + static_cast<std::size_t>(c);
+      const Cell cell = tables.cells[static_cast<std::size_t>(c)];
+      float* const left = line + (std::ptrdiff_t{cell.first} + 1) * kDirections;
+      float* const right = left + kDirections;
+      const int bin = static_cast<int>(direction[i]), low = bin % kDirections, high = (bin + 1) % kDirections;
+      const float to_high = (direction[i] - static_cast<float>(bin)) * length[i],
+                  to_low = length[i] - to_high;
+      left[low] += to_low * (1 - cell.share);
+      left[high] += to_high * (1 - cell.share);
+      right[low] += to_low * cell.share;
+      right[high] += to_high * cell.share;
+    }
+    const Cell cell = tables.cells[static_cast<std::size_t>(r)];
+    for (int side = 0; side < 2; ++side) {
+      const int target = cell.first + side;
+      if (target < 0 || target >= kCells) continue;
+      const float share = side == 0 ? 1 - cell.share : cell.share;
+      float* const to = histogram + std::ptrdiff_t{target} * kCells * kDirections;
+      for (int k = 0; k < kCells * kDirections; ++k) to[k] += share * line[kDirections + k];
+    }
+  }
+}
+
+/// Normalises a histogram in place to what describe() promises. False where it is empty.
+bool normalize(float* v) {
+  const auto scaleToLength = [v](double length) {
+    double sum = 0;
+    for (int i = 0; i < kLength; ++i) sum += double{v[i]} * v[i];
+    if (!(sum > 0)) return false;
+    const auto factor = static_cast<float>(length / std::sqrt(sum));
+    for (int i = 0; i < kLength; ++i) v[i] *= factor;
+    return true;
+  };
+  if (!scaleToLength(1)) return false;
+  for (int i = 0; i < kLength; ++i) v[i] = std::min(v[i], 0.2F);
+  scaleToLength(512);
+  for (int i = 0; i < kLength; ++i) v[i] = std::min(255.0F, std::floor(v[i] + 0.5F));
+  return true;
+}
+
+bool describable(const AffineFrame& frame, const cv::Size& size) {
+  for (const float value : frame) {
+    if (!std::isfinite(value)) return false;
+  }
+  return size.width > 1 && size.height > 1 && frame[2] >= 0 && frame[5] >= 0 &&
+         frame[2] <= static_cast<float>(size.width - 1) && frame[5] <= static_cast<float>(size.height - 1) &&
+         halfAxes(frame).smaller > 0;
+}
+
+}  // namespace
+
+PatchSift::PatchSift(const SiftOptions& options) : options_(options) { options_.check(); }
+
+void PatchSift::describe(const cv::Mat& grey, int threads, Features& features) const {
+  static const Tables tables;
+  const std::size_t n = features.keypoints.size();
+  std::vector<double> blur(n, 0.0);
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!describable(features.frames[i], grey.size())) continue;
+    blur[i] = halfAxes(features.frames[i]).smaller;
+    smallest = std::min(smallest, blur[i]);
+    largest = std::max(largest, blur[i]);
+  }
+  // Blurred by more than its own height or width an image hardly changes.
+  const Pyramid pyramid =
+      pyramidOf(grey, smallest, std::min<double>(largest, std::min(grey.cols, grey.rows)));
+
+  cv::Mat descriptors(static_cast<int>(n), kLength, CV_32F);
+  std::vector<char> keep(n, 0);
+  forEachBlock(n, 64, threads, [&](std::size_t begin, std::size_t end) {
+    std::array<float, std::size_t{kSide} * kSide> patch;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!(blur[i] > 0)) continue;
+      const std::size_t outside =
+          samplePatch(levelFor(pyramid.levels, blur[i]), features.frames[i], kHalf, kSpacing, patch.data());
+      if (2 * outside > patch.size()) continue;
+      float* const descriptor = descriptors.ptr<float>(static_cast<int>(i));
+      histogramOf(patch.data(), tables, descriptor);
+      keep[i] = normalize(descriptor) ? 1 : 0;
+    }
+  });
+
+  int kept = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!keep[i]) continue;
+    if (kept != static_cast<int>(i)) descriptors.row(static_cast<int>(i)).copyTo(descriptors.row(kept));
+    ++kept;
+  }
+  keepFeatures(keep, features);
+  features.descriptors = kept == static_cast<int>(n) ? descriptors : descriptors.rowRange(0, kept).clone();
+  if (options_.root) toRootSift(features.descriptors);
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,79 @@
+#include "features/detectors/orb.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace corrsel::core {
+
+void OrbOptions::visit(OptionVisitor& visitor) {
+  visitCap(visitor);
+  visitor.number({"scale_factor", 1.05, 3, "-", "ORB: scale between pyramid levels"}, scale_factor);
+  visitor.integer({"levels", 1, 16, "-", "ORB: levels of the pyramid"}, levels);
+  visitor.integer({"fast_threshold", 0, 255, "grey levels", "ORB: smallest corner contrast"}, fast_threshold);
+  visitor.integer({"patch_size", 5, 127, "px",
+                   "ORB: side of the described patch; features nearer to the border are lost"},
+                  patch_size);
+}
+
+namespace {
+
+/// Diameter of the circle of pixels that FAST looks at.
+constexpr double kFastDiameter = 7;
+/// OpenCV's ORB has no "no cap" and hands its number out over the levels.
+constexpr int kNoCap = 1000000;
+
+/// Levels on which a patch still fits: OpenCV fails on a pyramid that shrinks to nothing.
+int usableLevels(const OrbOptions& options, const cv::Size& size) {
+  const double smallest = options.patch_size + 1.0;
+  int levels = 1;
+  for (double side = std::min(size.width, size.height) / options.scale_factor;
+       levels < options.levels && side > smallest; side /= options.scale_factor) {
+    ++levels;
+  }
+  return levels;
+}
+
+OpenCvDetector::Create create(const OrbOptions& options) {
+  return [options](const cv::Size& size, int most) {
+    return cv::ORB::create(most > 0 ? most : kNoCap, static_cast<float>(options.scale_factor),
+                           usableLevels(options, size), options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
+                           options.patch_size, options.fast_threshold);
+  };
+}
+
+}  // namespace
+
+OrbDetector::OrbDetector(const OrbOptions& options)
+    : OpenCvDetector("orb", create(options), options.patch_size, kFastDiameter / options.patch_size),
+      options_(options) {
+  options_.check();
+}
+
+std::vector<int> OrbDetector::shares(const cv::Size& image_size, int most) const {
+  const int levels = usableLevels(options_, image_size);
+  const double factor = 1 / options_.scale_factor;
+  double share = most * (1 - factor) / (1 - std::pow(factor, levels));
+  std::vector<int> result;
+  int left = most;
+  for (int level = 1; level < levels; ++level, share *= factor) {
+    result.push_back(std::min(cvRound(share), left));
+    left -= result.back();
+  }
+  result.push_back(left);
+  return result;
+}
+
+OrbDescriptor::OrbDescriptor(const OrbOptions& options)
+    : OpenCvDescriptor(
+          "orb", create(options), options.patch_size,
+          [options](const cv::Size& size, cv::KeyPoint& keypoint) {
+            const double level = std::log(keypoint.size / kFastDiameter) / std::log(options.scale_factor);
+            keypoint.octave =
+                static_cast<int>(std::clamp(std::round(level), 0.0, usableLevels(options, size) - 1.0));
+          }),
+      options_(options) {
+  options_.check();
+}
+
+}  // namespace corrsel::core

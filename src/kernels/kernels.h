@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kernels/descriptor.h"
+#include "kernels/field.h"
+#include "kernels/grid.h"
+#include "kernels/pair.h"
+#include "kernels/residual.h"
+
+namespace corrsel::core {
+
+/// Instruction sets that the kernels are compiled for: the baseline is SSE2 on x86-64 and NEON on ARM;
+/// kAvx512 is F, BW, DQ and VL, kAvx512Vnni that with VNNI and VPOPCNTDQ.
+enum class KernelLevel : std::uint8_t { kBaseline, kAvx2, kAvx512, kAvx512Vnni };
+
+std::string toString(KernelLevel level);
+
+/// The levels that this build and this processor offer, lowest first.
+std::vector<KernelLevel> supportedKernelLevels();
+
+/// The level in use: the highest supported one, unless the environment variable CORRSEL_KERNELS (baseline,
+/// avx2, avx512 or avx512vnni) or setKernelLevel() says otherwise. Throws std::invalid_argument where the
+/// variable names a level that does not exist or that the processor lacks.
+KernelLevel kernelLevel();
+
+/// For tests and measurements. Throws std::invalid_argument for a level that is not supported.
+void setKernelLevel(KernelLevel level);
+
+/// The hot loops, one set per level. All levels give bit-identical results: they run the same operations in
+/// the same order, without contraction, on vectors of different width.
+struct Kernels {
+  ResidualKernels residuals;
+  FieldKernels field;
+  GmsKernels gms;
+  NeighbourKernels neighbours;
+  PairKernels pairs;
+  DescriptorKernels descriptors;
+};
+
+/// The kernels of the level in use. Throws like kernelLevel().
+const Kernels& kernels();
+
+}  // namespace corrsel::core

@@ -1,0 +1,86 @@
+#include "corrsel/matching/match_drawing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace corrsel::core {
+namespace {
+
+cv::Mat toColour(const cv::Mat& image) {
+  cv::Mat colour;
+  if (image.channels() == 1) {
+    cv::cvtColor(image, colour, cv::COLOR_GRAY2BGR);
+  } else if (image.channels() == 4) {
+    cv::cvtColor(image, colour, cv::COLOR_BGRA2BGR);
+  } else {
+    colour = image;
+  }
+  return colour;
+}
+
+constexpr float kMaxCoordinate = 30000.0F;  // px
+
+bool drawable(float value) { return std::abs(value) < kMaxCoordinate; }
+
+/// The image, or black in its place.
+cv::Mat imageOrGround(const cv::Mat& image, cv::Size size, const std::vector<float>& x,
+                      const std::vector<float>& y) {
+  if (!image.empty()) return image;
+  if (size.empty()) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (!drawable(x[i]) || !drawable(y[i])) continue;
+      size.width = std::max(size.width, cvCeil(x[i]) + 1);
+      size.height = std::max(size.height, cvCeil(y[i]) + 1);
+    }
+  }
+  return cv::Mat::zeros(std::max(size.height, 1), std::max(size.width, 1), CV_8UC1);
+}
+
+}  // namespace
+
+cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const Correspondences& matches,
+                    const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,
+                    double tolerance, std::size_t max_lines) {
+  const cv::Mat left = imageOrGround(left_image, matches.left_size, matches.left_x, matches.left_y);
+  const cv::Mat right = imageOrGround(right_image, matches.right_size, matches.right_x, matches.right_y);
+  const MatchColours colours;
+  cv::Mat canvas(std::max(left.rows, right.rows), left.cols + right.cols, CV_8UC3, cv::Scalar::all(0));
+  // Paler images let the lines stand out.
+  toColour(left).convertTo(canvas(cv::Rect(0, 0, left.cols, left.rows)), CV_8U, 0.6, 60);
+  toColour(right).convertTo(canvas(cv::Rect(left.cols, 0, right.cols, right.rows)), CV_8U, 0.6, 60);
+
+  std::vector<std::size_t> missed, correct, wrong, unknown;
+  for (std::size_t i = 0; i < mask.size() && i < matches.size(); ++i) {
+    if (!drawable(matches.left_x[i]) || !drawable(matches.left_y[i]) || !drawable(matches.right_x[i]) ||
+        !drawable(matches.right_y[i])) {
+      continue;
+    }
+    const bool known = i < errors.size() && !std::isnan(errors[i]);
+    const bool right_match = known && errors[i] <= tolerance;
+    if (mask[i]) {
+      (!known ? unknown : right_match ? correct : wrong).push_back(i);
+    } else if (right_match) {
+      missed.push_back(i);
+    }
+  }
+  const int thickness = std::max(1, canvas.cols / 1600);
+  const auto draw = [&](const std::vector<std::size_t>& rows, const cv::Scalar& colour) {
+    const std::size_t count = std::min(rows.size(), max_lines);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = rows[k * rows.size() / count];
+      const cv::Point from(cvRound(matches.left_x[i]), cvRound(matches.left_y[i]));
+      const cv::Point to(cvRound(matches.right_x[i]) + left.cols, cvRound(matches.right_y[i]));
+      cv::line(canvas, from, to, colour, thickness, cv::LINE_AA);
+      cv::circle(canvas, from, 2 * thickness, colour, thickness, cv::LINE_AA);
+      cv::circle(canvas, to, 2 * thickness, colour, thickness, cv::LINE_AA);
+    }
+  };
+  draw(missed, colours.missed);
+  draw(unknown, colours.selected);
+  draw(correct, colours.correct);
+  draw(wrong, colours.wrong);
+  return canvas;
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,401 @@
+#include "matching/nearest.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+
+#include "base/parallel.h"
+#include "kernels/kernels.h"
+
+namespace corrsel::core {
+namespace {
+
+// Queries that are compared with all trains before the next ones: their words stay in the first cache.
+constexpr std::size_t kBlock = 64;
+// Up to here every whole number is a float, and so are its sums.
+constexpr double kLargestExact = 1 << 24;
+
+using Rows = std::vector<std::uint32_t>;
+
+std::size_t roundedUp(std::size_t n, std::size_t unit) { return (n + unit - 1) / unit * unit; }
+
+/// What the values of float descriptors are.
+struct Content {
+  Rows rows;                  ///< those without NaN
+  cv::Mat bytes;              ///< the same numbers, where all are whole and from 0 to 255; otherwise empty
+  int largest = 0;            ///< of bytes
+  double train_error = 0;     ///< largest length of what CoarseNumbers leave out of a train
+  std::uint32_t squares = 0;  ///< the largest sum of the squares of a descriptor's bytes
+};
+
+Content contentOf(const cv::Mat& descriptors) {
+  Content content;
+  cv::Mat bytes;
+  descriptors.convertTo(bytes, CV_8U);
+  bool whole = true;
+  int largest = 0, train_error = 0;
+  for (int r = 0; r < descriptors.rows; ++r) {
+    const float* const row = descriptors.ptr<float>(r);
+    const auto* const numbers = bytes.ptr<std::uint8_t>(r);
+    // Without branches, so that they are vectorised.
+    int other = 0, nan = 0;
+    for (int c = 0; c < descriptors.cols; ++c) {
+      other |= static_cast<float>(numbers[c]) != row[c];
+      nan |= row[c] != row[c];
+    }
+    if (!nan) content.rows.push_back(static_cast<std::uint32_t>(r));
+    whole = whole && !other;
+    if (!whole) continue;
+    int train_squares = 0, row_largest = 0;
+    std::uint32_t squares = 0;
+    for (int c = 0; c < descriptors.cols; ++c) {
+      const int number = numbers[c];
+      row_largest = std::max(row_largest, number);
+      squares += static_cast<std::uint32_t>(number * number);
+      // (number % 4 - 1)^2, which is 1, 0, 1 or 4.
+      train_squares += (~number & 1) + ((number & (number >> 1) & 1) << 2);
+    }
+    largest = std::max(largest, row_largest);
+    content.squares = std::max(content.squares, squares);
+    train_error = std::max(train_error, train_squares);
+  }
+  if (!whole) return content;
+  content.bytes = bytes;
+  content.largest = largest;
+  content.train_error = std::sqrt(static_cast<double>(train_error));
+  return content;
+}
+
+Rows allRows(const cv::Mat& descriptors) {
+  Rows rows(static_cast<std::size_t>(descriptors.rows));
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = static_cast<std::uint32_t>(i);
+  return rows;
+}
+
+// Metrics: how a row becomes the words and the offset of a kernel.
+
+/// Of bytes.
+struct WholeNumberRows {
+  using Distance = std::int32_t;
+  static std::size_t words(const cv::Mat& m) { return (static_cast<std::size_t>(m.cols) + 1) / 2; }
+  static Distance convert(const cv::Mat& m, int row, int factor, std::uint32_t* words) {
+    const auto* const values = m.ptr<std::uint8_t>(row);
+    auto* const numbers = reinterpret_cast<std::int16_t*>(words);
+    Distance squares = 0;
+    for (int c = 0; c < m.cols; ++c) {
+      numbers[c] = static_cast<std::int16_t>(factor * values[c]);
+      squares += values[c] * values[c];
+    }
+    return squares;
+  }
+  static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
+    return convert(m, row, -2, words);
+  }
+  static Distance train(const cv::Mat& m, int row, std::uint32_t* words) { return convert(m, row, 1, words); }
+  static void run(const NearestBlock<Distance>& block) { kernels().descriptors.whole_numbers(block); }
+  static float distance(Distance d) { return std::sqrt(static_cast<float>(d)); }
+};
+
+/// CoarseNumbers, of bytes.
+struct CoarseRows {
+  using Distance = std::int32_t;
+  static std::size_t words(const cv::Mat& m) {
+    return roundedUp(static_cast<std::size_t>(m.cols), 4 * CoarseNumbers::kWords) / 4;
+  }
+  static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
+    const auto* const values = m.ptr<std::uint8_t>(row);
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
+    const int columns = m.cols;  // not read anew after every byte that is written
+    Distance offset = 0;
+    for (int c = 0; c < columns; ++c) {
+      const int half = values[c] >> 1;
+      bytes[c] = static_cast<std::uint8_t>(half);
+      offset += 4 * half * half - 2 * half - 1;
+    }
+    return offset + (columns + 3) / 4;
+  }
+  static Distance train(const cv::Mat& m, int row, std::uint32_t* words) {
+    const auto* const values = m.ptr<std::uint8_t>(row);
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
+    const int columns = m.cols;
+    Distance offset = 0;
+    for (int c = 0; c < columns; ++c) {
+      const int quarter = values[c] >> 2;
+      bytes[c] = static_cast<std::uint8_t>(quarter);
+      offset += 16 * quarter * quarter + 4 * quarter + 1;
+    }
+    return offset;
+  }
+};
+
+/// Rows that are copied as they are, filled up with zeros.
+template <typename D>
+struct PlainRows {
+  using Distance = D;
+  static std::size_t words(const cv::Mat& m) {
+    return roundedUp(static_cast<std::size_t>(m.cols) * m.elemSize(), sizeof(std::uint32_t)) /
+           sizeof(std::uint32_t);
+  }
+  static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
+    std::memcpy(words, m.ptr(row), static_cast<std::size_t>(m.cols) * m.elemSize());
+    return 0;
+  }
+  static Distance train(const cv::Mat& m, int row, std::uint32_t* words) { return query(m, row, words); }
+};
+
+struct BitRows : PlainRows<std::int32_t> {
+  static void run(const NearestBlock<Distance>& block) { kernels().descriptors.bits(block); }
+  static float distance(Distance d) { return static_cast<float>(d); }
+};
+
+struct FloatRows : PlainRows<float> {
+  static void run(const NearestBlock<Distance>& block) { kernels().descriptors.floats(block); }
+  static float distance(Distance d) { return std::sqrt(d); }
+};
+
+/// Trains as the kernels want them.
+template <class Metric>
+struct PackedTrains {
+  using Distance = typename Metric::Distance;
+  static constexpr std::size_t kGroup = NearestBlock<Distance>::kTrains;
+
+  /// @param by_lane  [group][word][train of the group] instead of [train][word]
+  PackedTrains(const cv::Mat& descriptors, const Rows& rows, bool by_lane)
+      : word_count(Metric::words(descriptors)),
+        groups(roundedUp(rows.size(), kGroup) / kGroup),
+        words(groups * kGroup * word_count),
+        offsets(groups * kGroup, kFarDistance<Distance>) {
+    std::vector<std::uint32_t> row(word_count);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      std::uint32_t* const group = words.data() + i / kGroup * kGroup * word_count;
+      std::uint32_t* const own = by_lane ? row.data() : group + i % kGroup * word_count;
+      offsets[i] = Metric::train(descriptors, static_cast<int>(rows[i]), own);
+      for (std::size_t w = 0; by_lane && w < word_count; ++w) group[w * kGroup + i % kGroup] = row[w];
+    }
+  }
+
+  std::size_t word_count, groups;
+  std::vector<std::uint32_t> words;
+  std::vector<Distance> offsets;
+};
+
+/// Some queries as the kernels want them.
+template <class Metric>
+struct PackedQueries {
+  using Distance = typename Metric::Distance;
+
+  explicit PackedQueries(std::size_t word_count)
+      : word_count(word_count), words(kBlock * word_count), offsets(kBlock) {}
+
+  /// Rows [begin, end) of `rows`, at most kBlock.
+  void pack(const cv::Mat& descriptors, const Rows& rows, std::size_t begin, std::size_t end) {
+    std::fill(words.begin(), words.end(), 0U);
+    std::fill(offsets.begin(), offsets.end(), kFarDistance<Distance>);
+    for (std::size_t i = begin; i < end; ++i) {
+      offsets[i - begin] =
+          Metric::query(descriptors, static_cast<int>(rows[i]), words.data() + (i - begin) * word_count);
+    }
+  }
+
+  std::size_t word_count;
+  std::vector<std::uint32_t> words;
+  std::vector<Distance> offsets;
+};
+
+/// Trains with fewer bits.
+struct CoarseTrains {
+  PackedTrains<CoarseRows> packed;
+  double error;  ///< as in CoarseNumbers
+};
+
+/// The smallest distance of every train.
+template <typename Distance>
+struct TrainMinima {
+  explicit TrainMinima(std::size_t size)
+      : best(size, kFarDistance<Distance>), query(size, Neighbours::kNone) {}
+
+  /// Smaller distances win, of equal ones the lower query.
+  void merge(const TrainMinima& other) {
+    for (std::size_t i = 0; i < best.size(); ++i) {
+      if (other.best[i] < best[i] || (other.best[i] == best[i] && other.query[i] < query[i])) {
+        best[i] = other.best[i];
+        query[i] = other.query[i];
+      }
+    }
+  }
+
+  std::vector<Distance> best;
+  std::vector<std::uint32_t> query;
+};
+
+/// Two nearest trains of some queries; trains are numbered as they are packed.
+template <typename Distance>
+struct Nearest {
+  explicit Nearest(std::size_t size)
+      : best(size, kFarDistance<Distance>),
+        second(size, kFarDistance<Distance>),
+        best_train(size, Neighbours::kNone),
+        second_train(size, Neighbours::kNone) {}
+  std::vector<Distance> best, second;
+  std::vector<std::uint32_t> best_train, second_train;
+};
+
+/// Compares the queries `rows` with all trains.
+/// @param coarse   the trains once more, or null
+/// @param nearest  one entry per row and as many more as fill up a group
+/// @param minima   of the trains, or null
+/// @param near     what cannot be second, or null; per row of `rows`, filled up like `nearest`
+template <class Metric>
+void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric>& trains,
+             const CoarseTrains* coarse, const NearFeatures* near, std::size_t threads,
+             Nearest<typename Metric::Distance>& nearest, TrainMinima<typename Metric::Distance>* minima) {
+  using Distance = typename Metric::Distance;
+  const std::size_t blocks = roundedUp(rows.size(), kBlock) / kBlock;
+  std::atomic<std::size_t> next{0};
+  std::mutex merging;
+  onThreads(std::min(threads, std::max<std::size_t>(blocks, 1)), [&] {
+    PackedQueries<Metric> packed(trains.word_count);
+    PackedQueries<CoarseRows> coarse_packed(coarse ? coarse->packed.word_count : 0);
+    std::vector<std::int32_t> limits(kBlock);
+    TrainMinima<Distance> own(minima ? trains.offsets.size() : 0);
+    for (std::size_t begin; (begin = kBlock * next++) < rows.size();) {
+      const std::size_t end = std::min(begin + kBlock, rows.size());
+      packed.pack(queries, rows, begin, end);
+      NearestBlock<Distance> block{};
+      block.words = trains.word_count;
+      block.queries = packed.words.data();
+      block.query_offset = packed.offsets.data();
+      block.query_count = roundedUp(end - begin, NearestBlock<Distance>::kQueries);
+      block.trains = trains.words.data();
+      block.train_offset = trains.offsets.data();
+      block.groups = trains.groups;
+      block.best = nearest.best.data() + begin;
+      block.second = nearest.second.data() + begin;
+      block.best_train = nearest.best_train.data() + begin;
+      block.second_train = nearest.second_train.data() + begin;
+      block.first_query = static_cast<std::uint32_t>(begin);
+      if (minima) {
+        block.train_best = own.best.data();
+        block.train_best_query = own.query.data();
+      }
+      CoarseNumbers coarse_block{};
+      if (coarse != nullptr) {
+        coarse_packed.pack(queries, rows, begin, end);
+        coarse_block = {coarse->packed.word_count,
+                        coarse_packed.words.data(),
+                        coarse_packed.offsets.data(),
+                        coarse->packed.words.data(),
+                        coarse->packed.offsets.data(),
+                        coarse->error,
+                        limits.data()};
+        block.coarse = &coarse_block;
+      }
+      NearFeatures block_near{};
+      if (near != nullptr) {
+        block_near = *near;
+        block_near.centre_x += begin;
+        block_near.centre_y += begin;
+        block.near = &block_near;
+      }
+      Metric::run(block);
+    }
+    if (!minima) return;
+    const std::lock_guard<std::mutex> lock(merging);
+    minima->merge(own);
+  });
+}
+
+/// Second neighbours once more, of the queries whose second is too near to the first.
+template <class Metric>
+void findFarSeconds(const cv::Mat& queries, const Rows& query_rows, const PackedTrains<Metric>& trains,
+                    const CoarseTrains* coarse, const Rows& train_rows, const NeighbourSearch& search,
+                    std::size_t threads, Nearest<typename Metric::Distance>& nearest) {
+  using Distance = typename Metric::Distance;
+  std::vector<double> x, y, centre_x, centre_y;
+  for (const std::uint32_t row : train_rows) {
+    x.push_back((*search.train_keypoints)[row].pt.x);
+    y.push_back((*search.train_keypoints)[row].pt.y);
+  }
+  Rows rows, numbers;
+  for (std::size_t i = 0; i < query_rows.size(); ++i) {
+    const std::uint32_t first = nearest.best_train[i], second = nearest.second_train[i];
+    if (second == Neighbours::kNone) continue;
+    const double dx = x[second] - x[first], dy = y[second] - y[first];
+    if (!(dx * dx + dy * dy < search.second_radius * search.second_radius)) continue;
+    rows.push_back(query_rows[i]);
+    numbers.push_back(static_cast<std::uint32_t>(i));
+    centre_x.push_back(x[first]);
+    centre_y.push_back(y[first]);
+  }
+  Nearest<Distance> far(roundedUp(rows.size(), NearestBlock<Distance>::kQueries));
+  // Nothing is nearer than that: all compete to be second.
+  std::fill(far.best.begin(), far.best.end(), Distance{-1});
+  const NearFeatures near{x.data(), y.data(), centre_x.data(), centre_y.data(), search.second_radius};
+  compare<Metric>(queries, rows, trains, coarse, &near, threads, far, nullptr);
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    nearest.second[numbers[k]] = far.second[k];
+    nearest.second_train[numbers[k]] = far.second_train[k];
+  }
+}
+
+template <class Metric>
+Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& trains, const Rows& train_rows,
+                const NeighbourSearch& search, const CoarseTrains* coarse = nullptr) {
+  using Distance = typename Metric::Distance;
+  const PackedTrains<Metric> packed(trains, train_rows, coarse == nullptr);
+  const auto threads = static_cast<std::size_t>(std::max(search.threads, 1));
+  Nearest<Distance> nearest(roundedUp(query_rows.size(), NearestBlock<Distance>::kQueries));
+  TrainMinima<Distance> minima(search.nearest_query ? packed.offsets.size() : 0);
+  compare<Metric>(queries, query_rows, packed, coarse, nullptr, threads, nearest,
+                  search.nearest_query ? &minima : nullptr);
+  if (search.second_radius > 0) {
+    findFarSeconds<Metric>(queries, query_rows, packed, coarse, train_rows, search, threads, nearest);
+  }
+  Neighbours result;
+  const auto query_count = static_cast<std::size_t>(queries.rows);
+  result.train.assign(query_count, Neighbours::kNone);
+  result.distance.assign(query_count, std::numeric_limits<float>::quiet_NaN());
+  result.second_distance = result.distance;
+  for (std::size_t i = 0; i < query_rows.size(); ++i) {
+    const std::uint32_t row = query_rows[i], train = nearest.best_train[i];
+    if (train == Neighbours::kNone) continue;
+    result.train[row] = train_rows[train];
+    result.distance[row] = Metric::distance(nearest.best[i]);
+    if (nearest.second_train[i] == Neighbours::kNone) continue;
+    result.second_distance[row] = Metric::distance(nearest.second[i]);
+  }
+  if (search.nearest_query) {
+    result.query.assign(static_cast<std::size_t>(trains.rows), Neighbours::kNone);
+    for (std::size_t i = 0; i < train_rows.size(); ++i) {
+      if (minima.query[i] != Neighbours::kNone) result.query[train_rows[i]] = query_rows[minima.query[i]];
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const NeighbourSearch& search) {
+  if (queries.type() == CV_8U)
+    return find<BitRows>(queries, allRows(queries), trains, allRows(trains), search);
+  Content left, right;
+  forEachBlock(2, 1, search.threads, [&](std::size_t side, std::size_t) {
+    (side == 0 ? left : right) = contentOf(side == 0 ? queries : trains);
+  });
+  const double largest = std::max(left.largest, right.largest);
+  if (left.bytes.empty() || right.bytes.empty() || queries.cols * largest * largest > kLargestExact) {
+    return find<FloatRows>(queries, left.rows, trains, right.rows, search);
+  }
+  const double longest = std::max(std::sqrt(static_cast<double>(left.squares)),
+                                  std::sqrt(static_cast<double>(right.squares)) + right.train_error);
+  if (!kernels().descriptors.uses_coarse_numbers || longest * longest > CoarseNumbers::kLargestSquares) {
+    return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search);
+  }
+  const CoarseTrains coarse{PackedTrains<CoarseRows>(right.bytes, right.rows, true),
+                            std::sqrt(queries.cols) / 2 + right.train_error};
+  return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,93 @@
+#include "ros/bags/bag_cache.h"
+
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "base/text.h"
+
+namespace corrsel {
+namespace {
+
+namespace fs = std::filesystem;
+
+// To be raised when what is written into bags changes.
+constexpr char kFormat[] = "3";
+
+/// FNV-1a, 64 bits.
+class Fingerprint {
+ public:
+  void add(const std::string& text) {
+    for (const char c : text + '\n') hash_ = (hash_ ^ static_cast<std::uint8_t>(c)) * 0x100000001b3ULL;
+  }
+  std::string text() const {
+    char buffer[17];
+    std::snprintf(buffer, sizeof(buffer), "%016llx", static_cast<unsigned long long>(hash_));
+    return buffer;
+  }
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
+};
+
+/// Whether a file is prefix + fingerprint + ".bag", with or without a further ending: the bags of "set-2"
+/// must not be taken for those of "set".
+bool isBagOf(const std::string& prefix, const std::string& name) {
+  constexpr std::size_t kDigits = 16;
+  const std::size_t end = prefix.size() + kDigits;
+  return name.compare(0, prefix.size(), prefix) == 0 &&
+         name.compare(end < name.size() ? end : 0, 4, ".bag") == 0 &&
+         name.find_first_not_of("0123456789abcdef", prefix.size()) == end;
+}
+
+}  // namespace
+
+std::string cacheFolder() {
+  const char* const cache = std::getenv("XDG_CACHE_HOME");
+  if (cache && *cache) return (fs::path(cache) / "corrsel").string();
+  const char* const home = std::getenv("HOME");
+  return (fs::path(home && *home ? home : ".") / ".cache" / "corrsel").string();
+}
+
+CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset,
+                           const core::DatasetReader& reader, int seed, const BagProgress& progress) {
+  Fingerprint fingerprint;
+  fingerprint.add(kFormat);
+  fingerprint.add(dataset);
+  fingerprint.add(std::to_string(seed));
+  for (const std::string& file : reader.files()) {
+    std::error_code error;
+    fingerprint.add(fs::absolute(file).string());
+    fingerprint.add(std::to_string(fs::file_size(file, error)));
+    fingerprint.add(std::to_string(fs::last_write_time(file, error).time_since_epoch().count()));
+  }
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw core::DatasetError("cannot create the cache folder " + folder + ": " + error.message());
+  const std::string prefix = core::safeFileName(dataset) + "-";
+  CachedBag bag;
+  bag.path = (fs::path(folder) / (prefix + fingerprint.text() + ".bag")).string();
+  const fs::path incomplete = bag.path + ".incomplete";
+  if (fs::exists(bag.path) && !fs::exists(incomplete)) {
+    bag.reused = true;
+    return bag;
+  }
+  const std::string own = fs::path(bag.path).filename().string();
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    // Another process may be writing the very same bag.
+    if (isBagOf(prefix, name) && name.compare(0, own.size(), own) != 0) fs::remove(entry.path(), error);
+  }
+  // Other processes may be about the same: each writes a file of its own, the last one's stays.
+  const std::string written = bag.path + "-" + std::to_string(::getpid());
+  if (writeDatasetBag(reader, written, {}, progress, &bag.problems) > 0) fs::rename(written, bag.path);
+  fs::remove(incomplete, error);
+  if (!bag.problems.empty()) std::ofstream(incomplete) << core::joinList(bag.problems, "\n") << "\n";
+  return bag;
+}
+
+}  // namespace corrsel

@@ -1,0 +1,341 @@
+#include "ros/bags/own_bag.h"
+
+#include <rosbag/view.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "base/text.h"
+#include "corrsel/ros/conversions.h"
+#include "ros/bags/bag_messages.h"
+#include "ros/bags/stereo_rig.h"
+
+namespace corrsel {
+namespace {
+
+constexpr char kImageType[] = "sensor_msgs/Image";
+constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
+constexpr char kCompressedSuffix[] = "/compressed";
+
+[[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
+
+std::string withoutCompressed(const std::string& topic) {
+  const std::string suffix = kCompressedSuffix;
+  const bool ends =
+      topic.size() > suffix.size() && topic.compare(topic.size() - suffix.size(), suffix.size(), suffix) == 0;
+  return ends ? topic.substr(0, topic.size() - suffix.size()) : topic;
+}
+
+/// "/stereo/left/image_raw" and its compressed form give "/stereo/left/camera_info".
+std::string besideImage(const std::string& topic) {
+  const std::string base = withoutCompressed(topic);
+  const std::size_t slash = base.rfind('/');
+  return (slash == std::string::npos ? "" : base.substr(0, slash + 1)) + "camera_info";
+}
+
+/// The topic, raw or compressed, with the images that the name stands for; empty where there are none.
+std::string imageTopic(const Types& types, const std::string& given) {
+  const std::string base = withoutCompressed(given);
+  for (const std::string& name : {given, base, base + kCompressedSuffix}) {
+    std::string topic = nameInBag(types, name);
+    if (!topic.empty() && (types.at(topic) == kImageType || types.at(topic) == kCompressedType)) return topic;
+  }
+  return "";
+}
+
+bool isRectified(const std::string& images, const std::string& topic) {
+  return images == "auto" ? topic.find("image_rect") != std::string::npos : images == "rectified";
+}
+
+/// What a bag says about one camera.
+struct Camera {
+  std::string topic;  ///< of the images
+  bool rectified = false;
+  std::vector<Stamped> images;
+  Calibration calibration;
+};
+
+}  // namespace
+
+struct OwnBagSource::Impl {
+  struct Pair {
+    Stamped left, right;
+    std::optional<Stamped> truth;
+  };
+
+  std::unique_ptr<rosbag::Bag> bag;
+  std::string path;
+  BagTopics options;
+  Types types;
+  Camera left, right;
+  std::string truth_topic;  ///< empty: none
+  std::vector<Stamped> truths;
+  std::optional<StereoRig> rig;
+  std::string rig_problem;  ///< why there is no rig
+  std::vector<Pair> pairs;
+  std::size_t position = 0;
+  std::vector<std::string> notes;
+  ScanProblems problems;
+
+  void findTopics();
+  Camera findCamera(const std::string& side, const std::string& images, const std::string& info) const;
+  void scan();
+  void add(const rosbag::MessageInstance& message);
+  void makeRig();
+  void makePairs();
+  void checkSizes() const;
+  [[noreturn]] void failUnpaired(const Partners& found) const;
+  [[noreturn]] void failUnjudged(const Partners& found) const;
+  cv::Mat image(const Camera& camera, const Stamped& message) const;
+  void read(const Pair& from, core::ImagePair& pair) const;
+};
+
+Camera OwnBagSource::Impl::findCamera(const std::string& side, const std::string& images,
+                                      const std::string& info) const {
+  Camera camera;
+  camera.topic = imageTopic(types, images);
+  if (camera.topic.empty()) {
+    fail("bag " + path + " has no images for " + side + " on " + images + ", raw or " + kCompressedSuffix +
+         "; it has " + describeTopics(types));
+  }
+  camera.rectified = isRectified(options.images, camera.topic);
+  const bool named = !info.empty();
+  const std::string wanted = named ? info : besideImage(camera.topic);
+  const std::string found = nameInBag(types, wanted);
+  const bool usable = !found.empty() && types.at(found) == kInfoType;
+  if (named && !usable) {
+    fail("bag " + path + " has no " + kInfoType + " for " + side + " on " + info + "; it has " +
+         describeTopics(types));
+  }
+  camera.calibration.topic = usable ? found : wanted;
+  return camera;
+}
+
+void OwnBagSource::Impl::findTopics() {
+  left = findCamera("left", options.left.empty() ? bag_topics::kLeft : options.left, options.left_info);
+  right = findCamera("right", options.right.empty() ? bag_topics::kRight : options.right, options.right_info);
+  if (withoutCompressed(left.topic) == withoutCompressed(right.topic)) {
+    fail("left and right are both " + withoutCompressed(left.topic) + ": a pair needs two cameras; bag " +
+         path + " has " + describeTopics(types));
+  }
+  truth_topic = truthTopic(types, options.ground_truth, path, notes);
+}
+
+void OwnBagSource::Impl::add(const rosbag::MessageInstance& message) {
+  const std::string& topic = message.getTopic();
+  try {
+    for (Camera* camera : {&left, &right}) {
+      if (topic == camera->calibration.topic) camera->calibration.add(message);
+    }
+    std::vector<Stamped>* list = topic == left.topic    ? &left.images
+                                 : topic == right.topic ? &right.images
+                                 : topic == truth_topic ? &truths
+                                                        : nullptr;
+    if (list != nullptr) addStamped(message, *list, problems);
+  } catch (const std::exception&) {  // a damaged chunk
+    ++problems.unreadable[topic];
+  }
+}
+
+void OwnBagSource::Impl::scan() {
+  std::vector<std::string> wanted = {left.topic, right.topic, left.calibration.topic,
+                                     right.calibration.topic};
+  if (!truth_topic.empty()) wanted.push_back(truth_topic);
+  rosbag::View view(*bag, rosbag::TopicQuery(wanted));
+  for (const rosbag::MessageInstance& message : view) add(message);
+  for (std::vector<Stamped>* list : {&left.images, &right.images, &truths}) sortByStamp(*list);
+  problems.describe(notes);
+}
+
+void OwnBagSource::Impl::makeRig() {
+  std::vector<std::string> missing, present;
+  for (const Camera* camera : {&left, &right}) {
+    (camera->calibration.info ? present : missing).push_back(camera->calibration.topic);
+    camera->calibration.describe(notes);
+  }
+  if (!missing.empty()) {
+    rig_problem = "there is no camera_info on " + core::joinList(missing, " and ");
+    if (!present.empty()) {
+      rig_problem += ", while " + present.front() +
+                     " has one, and one camera alone does not give the geometry of the pair";
+    }
+    return;
+  }
+  try {
+    rig.emplace(RigCamera{*left.calibration.info, left.rectified, left.calibration.topic},
+                RigCamera{*right.calibration.info, right.rectified, right.calibration.topic});
+  } catch (const std::invalid_argument& error) {
+    rig_problem = error.what();
+  }
+}
+
+void OwnBagSource::Impl::failUnpaired(const Partners& found) const {
+  for (const Camera* camera : {&left, &right}) {
+    if (camera->images.empty()) fail("bag " + path + " has no readable image on " + camera->topic);
+  }
+  fail("bag " + path + ": no image on " + right.topic + " comes within " +
+       core::formatNumber(options.max_stamp_difference) + " s of one on " + left.topic +
+       "; the smallest difference of stamps is " + secondsText(found.least_difference) +
+       (found.least_difference > static_cast<std::int64_t>(kLongestStampDifference * 1e9)
+            ? ": are the clocks of the cameras set?"
+            : ": set max_stamp_difference to at least that"));
+}
+
+void OwnBagSource::Impl::failUnjudged(const Partners& found) const {
+  std::string truth_problem =
+      "there is no " + std::string(kTruthType) + " on " +
+      (options.ground_truth.empty() ? bag_topics::kGroundTruth : options.ground_truth);
+  if (!truths.empty()) {
+    truth_problem = "no message on " + truth_topic +
+                    " has the stamp of a left image (the smallest difference is " +
+                    secondsText(found.least_difference) + ")";
+  }
+  fail("bag " + path + " has nothing to judge by: " + rig_problem + "; and " + truth_problem + "; it has " +
+       describeTopics(types));
+}
+
+void OwnBagSource::Impl::makePairs() {
+  const auto tolerance = static_cast<std::int64_t>(std::llround(options.max_stamp_difference * 1e9));
+  const Partners rights = partners(stampsOf(left.images), stampsOf(right.images), tolerance);
+  if (rights.size() == 0) failUnpaired(rights);
+  std::vector<std::int64_t> paired;
+  for (std::size_t i = 0; i < left.images.size(); ++i) {
+    if (rights.of[i]) paired.push_back(left.images[i].stamp);
+  }
+  const Partners judged = partners(paired, stampsOf(truths), tolerance);
+  if (!rig && judged.size() == 0) failUnjudged(judged);
+
+  std::size_t k = 0, unjudged = 0;
+  for (std::size_t i = 0; i < left.images.size(); ++i) {
+    if (!rights.of[i]) continue;
+    const std::optional<std::size_t> truth = judged.of[k++];
+    if (!truth && !rig) {
+      ++unjudged;
+      continue;
+    }
+    pairs.push_back({left.images[i], right.images[*rights.of[i]], std::nullopt});
+    if (truth) pairs.back().truth.emplace(truths[*truth]);
+  }
+  if (paired.size() < left.images.size()) {
+    notes.push_back(std::to_string(left.images.size() - paired.size()) + " of " +
+                    count(left.images.size(), "left image") + " have no right image within " +
+                    core::formatNumber(options.max_stamp_difference) + " s and are left out");
+  }
+  if (unjudged > 0) {
+    notes.push_back(std::to_string(unjudged) + " of " + count(paired.size(), "pair") +
+                    " have no message on " + truth_topic + " and are left out, since " + rig_problem);
+  } else if (judged.size() > 0 && judged.size() < paired.size()) {
+    notes.push_back(std::to_string(judged.size()) + " of " + count(paired.size(), "pair") +
+                    " are judged by " + truth_topic + ", the others by camera_info");
+  }
+  if (judged.size() < truths.size()) {
+    notes.push_back(std::to_string(truths.size() - judged.size()) + " of " + count(truths.size(), "message") +
+                    " on " + truth_topic + " belong to no pair");
+  }
+}
+
+/// The first pair that the rig judges tells whether camera_info is that of the images.
+void OwnBagSource::Impl::checkSizes() const {
+  const auto first =
+      std::find_if(pairs.begin(), pairs.end(), [](const Pair& pair) { return !pair.truth.has_value(); });
+  if (first == pairs.end()) return;
+  cv::Mat left_image, right_image;
+  try {
+    left_image = image(left, first->left);
+    right_image = image(right, first->right);
+  } catch (const std::exception&) {  // next() says so
+    return;
+  }
+  const auto check = [this](const Camera& camera, const auto& rectify) {
+    try {
+      rectify();
+    } catch (const std::invalid_argument& error) {
+      fail("bag " + path + ": " + camera.topic + ": " + error.what());
+    }
+  };
+  check(left, [&] { rig->rectifyLeft(left_image); });
+  check(right, [&] { rig->rectifyRight(right_image); });
+}
+
+/// Throws std::invalid_argument or an exception of rosbag.
+cv::Mat OwnBagSource::Impl::image(const Camera& camera, const Stamped& message) const {
+  if (types.at(camera.topic) == kImageType) {
+    const auto raw = message.message.instantiate<sensor_msgs::Image>();
+    if (raw != nullptr) return fromMsg(sensor_msgs::ImageConstPtr(raw))->image.clone();
+  } else {
+    const auto compressed = message.message.instantiate<sensor_msgs::CompressedImage>();
+    if (compressed != nullptr) return fromMsg(*compressed);
+  }
+  throw std::invalid_argument("has type " + message.message.getDataType() + " with checksum " +
+                              message.message.getMD5Sum());
+}
+
+void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
+  pair = {};
+  pair.id = idInBag(path, from.left.stamp);
+  const std::string* topic = &left.topic;
+  try {
+    pair.left = image(left, from.left);
+    if (!from.truth) pair.left = rig->rectifyLeft(pair.left);
+    topic = &right.topic;
+    pair.right = image(right, from.right);
+    if (!from.truth) pair.right = rig->rectifyRight(pair.right);
+    if (!from.truth) {
+      pair.truth.kind = core::TruthKind::kFundamental;
+      pair.truth.matrix = rig->fundamental();
+      return;
+    }
+    topic = &truth_topic;
+    pair.truth = readTruth(from.truth->message);
+  } catch (const std::exception& error) {  // also a damaged chunk
+    fail(pair.id.text() + ": " + *topic + ": " + error.what());
+  }
+}
+
+OwnBagSource::OwnBagSource(std::unique_ptr<rosbag::Bag> bag, const std::string& path, const BagTopics& topics)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->bag = std::move(bag);
+  impl_->path = path;
+  impl_->options = topics;
+  checkOptions(topics);
+  try {
+    impl_->types = topicTypes(*impl_->bag);
+    impl_->findTopics();
+    impl_->scan();
+  } catch (const rosbag::BagException& error) {
+    fail(damagedBagText(path, error.what()));
+  }
+  impl_->makeRig();
+  impl_->makePairs();
+  impl_->checkSizes();
+}
+
+OwnBagSource::~OwnBagSource() = default;
+
+bool OwnBagSource::recognises(const std::map<std::string, std::string>& types) {
+  for (const char* const topic : {bag_topics::kGroundTruth, bag_topics::kCorrespondences}) {
+    if (types.count(topic) != 0) return false;
+  }
+  for (const char* const topic : {bag_topics::kLeft, bag_topics::kRight}) {
+    const auto info = types.find(besideImage(topic));
+    if (imageTopic(types, topic).empty() || info == types.end() || info->second != kInfoType) return false;
+  }
+  return true;
+}
+
+std::size_t OwnBagSource::size() const { return impl_->pairs.size(); }
+
+bool OwnBagSource::next(core::ImagePair& pair) {
+  if (impl_->position == impl_->pairs.size()) return false;
+  impl_->read(impl_->pairs[impl_->position++], pair);
+  return true;
+}
+
+const std::vector<std::string>& OwnBagSource::notes() const { return impl_->notes; }
+
+}  // namespace corrsel

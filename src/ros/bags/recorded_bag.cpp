@@ -1,0 +1,453 @@
+#include "ros/bags/recorded_bag.h"
+
+#include <rosbag/view.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "base/text.h"
+#include "corrsel/evaluation/errors.h"
+#include "corrsel/ros/conversions.h"
+#include "ros/bags/bag_messages.h"
+#include "ros/bags/stereo_rig.h"
+
+namespace corrsel {
+namespace {
+
+/// The beginning of Correspondences: of which images they are.
+struct PairHeader {
+  std_msgs::Header header;
+  ros::Time right_stamp;
+  std::string right_frame_id;
+};
+
+}  // namespace
+}  // namespace corrsel
+
+namespace ros::message_traits {
+template <>
+struct MD5Sum<corrsel::PairHeader> {
+  static const char* value() { return MD5Sum<corrsel::Correspondences>::value(); }
+};
+}  // namespace ros::message_traits
+
+namespace ros::serialization {
+template <>
+struct Serializer<corrsel::PairHeader> {
+  template <typename Stream>
+  static void read(Stream& stream, corrsel::PairHeader& message) {
+    stream.next(message.header);
+    stream.next(message.right_stamp);
+    stream.next(message.right_frame_id);
+  }
+};
+}  // namespace ros::serialization
+
+namespace corrsel {
+namespace {
+
+constexpr char kMatchesType[] = "corrsel/Correspondences";
+constexpr char kPutativeName[] = "correspondences";
+// Matches of this many messages tell raw images from rectified ones, by how many are this near their lines.
+constexpr std::size_t kProbes = 20;
+constexpr double kProbeTolerance = 2.0;  // px
+
+[[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
+
+std::vector<std::string> topicsOfType(const Types& types, const std::string& type) {
+  std::vector<std::string> topics;
+  for (const auto& [topic, its_type] : types) {
+    if (its_type == type) topics.push_back(topic);
+  }
+  return topics;
+}
+
+std::string lastPart(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// The only element that the predicate holds for; null where there is none or several.
+template <class Range, class Predicate>
+auto only(Range& range, const Predicate& predicate) -> decltype(&*range.begin()) {
+  const auto found = std::find_if(range.begin(), range.end(), predicate);
+  if (found == range.end() || std::find_if(std::next(found), range.end(), predicate) != range.end()) {
+    return nullptr;
+  }
+  return &*found;
+}
+
+/// Frames follow their points: A becomes J A, the position J's third column.
+void moveFrame(core::AffineFrame& frame, const cv::Matx23d& map) {
+  const cv::Matx22d a(frame[0], frame[1], frame[3], frame[4]);
+  const cv::Matx22d moved = map.get_minor<2, 2>(0, 0) * a;
+  frame = {static_cast<float>(moved(0, 0)), static_cast<float>(moved(0, 1)), static_cast<float>(map(0, 2)),
+           static_cast<float>(moved(1, 0)), static_cast<float>(moved(1, 1)), static_cast<float>(map(1, 2))};
+}
+
+void moveSide(const std::vector<cv::Matx23d>& maps, std::vector<float>& x, std::vector<float>& y,
+              std::vector<core::AffineFrame>& frames) {
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    x[i] = static_cast<float>(maps[i](0, 2));
+    y[i] = static_cast<float>(maps[i](1, 2));
+    if (!frames.empty()) moveFrame(frames[i], maps[i]);
+  }
+}
+
+std::vector<cv::Point2f> pointsOf(const std::vector<float>& x, const std::vector<float>& y) {
+  std::vector<cv::Point2f> points;
+  points.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) points.emplace_back(x[i], y[i]);
+  return points;
+}
+
+void requireSize(const cv::Size& images, const cv::Size& calibrated, const std::string& info_topic) {
+  if (images.empty() || images == calibrated) return;
+  throw std::invalid_argument(
+      "the matches are of images of " + std::to_string(images.width) + "x" + std::to_string(images.height) +
+      " px, camera_info on " + info_topic + " is for " + std::to_string(calibrated.width) + "x" +
+      std::to_string(calibrated.height) + " px; record the camera_info that belongs to the images");
+}
+
+/// Matches of a rig's images between its rectified images; those that are not in both are left out.
+core::Correspondences rectified(const StereoRig& rig, core::Correspondences matches) {
+  const std::vector<cv::Matx23d> left = rig.rectifyLeft(pointsOf(matches.left_x, matches.left_y));
+  const std::vector<cv::Matx23d> right = rig.rectifyRight(pointsOf(matches.right_x, matches.right_y));
+  std::vector<std::uint32_t> kept;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (!std::isnan(left[i](0, 0)) && !std::isnan(right[i](0, 0)))
+      kept.push_back(static_cast<std::uint32_t>(i));
+  }
+  moveSide(left, matches.left_x, matches.left_y, matches.left_frame);
+  moveSide(right, matches.right_x, matches.right_y, matches.right_frame);
+  matches.left_size = rig.leftArea().size();
+  matches.right_size = rig.rightArea().size();
+  return kept.size() == matches.size() ? matches : matches.subset(kept);
+}
+
+core::GroundTruth truthOf(const StereoRig& rig) {
+  core::GroundTruth truth;
+  truth.kind = core::TruthKind::kFundamental;
+  truth.matrix = rig.fundamental();
+  return truth;
+}
+
+}  // namespace
+
+struct RecordedMatchesSource::Impl {
+  struct Pair {
+    Stamped matches;
+    std::optional<Stamped> truth;
+    bool by_rig;
+  };
+
+  std::unique_ptr<rosbag::Bag> bag;
+  std::string path;
+  BagTopics options;
+  Types types;
+  std::string topic, truth_topic;  ///< of the matches; of the truth, empty: none
+  std::vector<Stamped> matches, truths;
+  std::string left_frame, right_frame;  ///< of the first matches
+  std::vector<Calibration> calibrations;
+  Calibration left, right;
+  std::optional<StereoRig> rig;
+  std::string rig_problem;  ///< why there is no rig
+  std::vector<Pair> pairs;
+  std::size_t position = 0;
+  std::vector<std::string> notes;
+
+  void findTopics();
+  void scan();
+  void findCameras();
+  const Calibration* findCamera(const std::string& named, const std::string& side, const std::string& other,
+                                const std::string& frame) const;
+  void makeRig();
+  std::optional<StereoRig> makeRig(bool is_rectified);
+  double shareNearLines(const StereoRig& candidate) const;
+  bool simultaneous(const Stamped& message) const;
+  void makePairs();
+  core::Correspondences read(const Stamped& message, core::PairId& id) const;
+  core::Correspondences read(const Stamped& message) const {
+    core::PairId ignored;
+    return read(message, ignored);
+  }
+};
+
+void RecordedMatchesSource::Impl::findTopics() {
+  const std::vector<std::string> found = topicsOfType(types, kMatchesType);
+  if (!options.correspondences.empty()) {
+    topic = nameInBag(types, options.correspondences);
+    if (topic.empty() || types.at(topic) != kMatchesType) {
+      fail("bag " + path + " has no " + kMatchesType + " on " + options.correspondences + "; it has " +
+           describeTopics(types));
+    }
+  } else if (found.size() == 1) {
+    topic = found.front();
+  } else {
+    const auto is_putative = [](const std::string& name) { return lastPart(name) == kPutativeName; };
+    const std::string* const putative = only(found, is_putative);
+    if (putative == nullptr) {
+      fail("bag " + path + " has matches on " + core::joinList(found, ", ") +
+           ": say which ones by correspondences");
+    }
+    topic = *putative;
+  }
+  notes.push_back("the matches are those on " + topic);
+  truth_topic = truthTopic(types, options.ground_truth, path, notes);
+  for (const std::string& info : topicsOfType(types, kInfoType)) {
+    calibrations.emplace_back();
+    calibrations.back().topic = info;
+  }
+}
+
+void RecordedMatchesSource::Impl::scan() {
+  std::vector<std::string> wanted = {topic};
+  if (!truth_topic.empty()) wanted.push_back(truth_topic);
+  for (const Calibration& calibration : calibrations) wanted.push_back(calibration.topic);
+  ScanProblems problems;
+  rosbag::View view(*bag, rosbag::TopicQuery(wanted));
+  for (const rosbag::MessageInstance& message : view) {
+    const std::string& its_topic = message.getTopic();
+    try {
+      if (its_topic == topic) {
+        const auto header = message.instantiate<PairHeader>();
+        if (header == nullptr) throw std::invalid_argument("another version of the message type");
+        if (matches.empty()) {
+          left_frame = header->header.frame_id;
+          right_frame = header->right_frame_id;
+        }
+        addStamped(message, matches, problems);
+      } else if (its_topic == truth_topic) {
+        addStamped(message, truths, problems);
+      } else {
+        only(calibrations, [&](const Calibration& entry) { return entry.topic == its_topic; })->add(message);
+      }
+    } catch (const std::exception&) {  // a damaged chunk, another version
+      ++problems.unreadable[its_topic];
+    }
+  }
+  sortByStamp(matches);
+  sortByStamp(truths);
+  problems.describe(notes);
+  if (matches.empty()) {
+    fail("bag " + path + " has no message on " + topic + " that can be read" +
+         (problems.unreadable.count(topic) != 0
+              ? ": " + count(problems.unreadable[topic], "message") + " of another version of " +
+                    kMatchesType + ", or damaged"
+              : ""));
+  }
+}
+
+/// Null where it is not clear. @param other  what is in the name of the other camera's topic
+const Calibration* RecordedMatchesSource::Impl::findCamera(const std::string& named, const std::string& side,
+                                                           const std::string& other,
+                                                           const std::string& frame) const {
+  if (!named.empty()) {
+    const std::string found = nameInBag(types, named);
+    if (found.empty() || types.at(found) != kInfoType) {
+      fail("bag " + path + " has no " + kInfoType + " for " + side + " on " + named + "; it has " +
+           describeTopics(types));
+    }
+    return only(calibrations, [&](const Calibration& entry) { return entry.topic == found; });
+  }
+  const Calibration* const by_name = only(calibrations, [&](const Calibration& entry) {
+    return contains(entry.topic, side) && !contains(entry.topic, other);
+  });
+  if (by_name != nullptr || left_frame == right_frame) return by_name;
+  return only(calibrations,
+              [&](const Calibration& entry) { return entry.info && entry.info->header.frame_id == frame; });
+}
+
+void RecordedMatchesSource::Impl::findCameras() {
+  const Calibration* const found_left = findCamera(options.left_info, "left", "right", left_frame);
+  const Calibration* const found_right = findCamera(options.right_info, "right", "left", right_frame);
+  if (calibrations.empty()) {
+    rig_problem = "there is no camera_info";
+  } else if (found_left == nullptr || found_right == nullptr || found_left == found_right) {
+    std::vector<std::string> topics;
+    for (const Calibration& calibration : calibrations) topics.push_back(calibration.topic);
+    rig_problem = "it is not clear which camera_info is of the left and which of the right camera (" +
+                  core::joinList(topics, ", ") + "): name them by left_info and right_info";
+  } else {
+    left = *found_left;
+    right = *found_right;
+  }
+}
+
+std::optional<StereoRig> RecordedMatchesSource::Impl::makeRig(bool is_rectified) {
+  try {
+    return StereoRig(RigCamera{*left.info, is_rectified, left.topic},
+                     RigCamera{*right.info, is_rectified, right.topic});
+  } catch (const std::invalid_argument& error) {
+    rig_problem = error.what();
+    return std::nullopt;
+  }
+}
+
+/// Of the matches of some messages, spread over the bag.
+double RecordedMatchesSource::Impl::shareNearLines(const StereoRig& candidate) const {
+  std::size_t near = 0, all = 0;
+  const std::size_t probes = std::min(kProbes, matches.size());
+  for (std::size_t k = 0; k < probes; ++k) {
+    const Stamped& message = matches[k * matches.size() / probes];
+    try {
+      const core::Correspondences seen = rectified(candidate, read(message));
+      for (const double error : core::groundTruthErrors(truthOf(candidate), seen)) {
+        ++all;
+        near += error <= kProbeTolerance ? 1 : 0;
+      }
+    } catch (const std::exception&) {  // next() says so
+    }
+  }
+  return all == 0 ? 0.0 : static_cast<double>(near) / static_cast<double>(all);
+}
+
+void RecordedMatchesSource::Impl::makeRig() {
+  if (!rig_problem.empty()) return;
+  for (const Calibration* camera : {&left, &right}) {
+    camera->describe(notes);
+    if (!camera->info) rig_problem = "no message on " + camera->topic + " can be read";
+  }
+  if (!rig_problem.empty()) return;
+  if (options.images != "auto") {
+    rig = makeRig(options.images == "rectified");
+  } else {
+    rig = makeRig(false);
+    std::optional<StereoRig> other = makeRig(true);
+    if (rig && other) {
+      const double raw = shareNearLines(*rig), is_rectified = shareNearLines(*other);
+      const bool take_raw = raw > is_rectified;
+      const auto percent = [](double share) { return std::to_string(std::lround(100 * share)) + " %"; };
+      notes.push_back(std::string("the matches are taken to be of ") + (take_raw ? "raw" : "rectified") +
+                      " images: " + percent(std::max(raw, is_rectified)) + " of them are within " +
+                      core::formatNumber(kProbeTolerance) + " px of their epipolar lines, " +
+                      percent(std::min(raw, is_rectified)) +
+                      " otherwise; images:=raw and images:=rectified "
+                      "decide it");
+      if (!take_raw) rig = std::move(other);
+    } else if (other) {
+      rig = std::move(other);
+    }
+  }
+  if (!rig) return;
+  rig_problem.clear();
+  // The first matches tell whether camera_info is that of their images.
+  try {
+    const core::Correspondences first = read(matches.front());
+    requireSize(first.left_size, rig->leftSize(), left.topic);
+    requireSize(first.right_size, rig->rightSize(), right.topic);
+  } catch (const std::invalid_argument& error) {
+    rig.reset();
+    rig_problem = error.what();
+  }
+}
+
+bool RecordedMatchesSource::Impl::simultaneous(const Stamped& message) const {
+  const auto header = message.message.instantiate<PairHeader>();
+  const double difference = (header->right_stamp - header->header.stamp).toSec();
+  return std::abs(difference) <= options.max_stamp_difference;
+}
+
+void RecordedMatchesSource::Impl::makePairs() {
+  const auto tolerance = static_cast<std::int64_t>(std::llround(options.max_stamp_difference * 1e9));
+  const Partners judged = partners(stampsOf(matches), stampsOf(truths), tolerance);
+  std::size_t by_rig = 0, apart = 0;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    pairs.push_back({matches[i], std::nullopt, false});
+    if (judged.of[i]) {
+      pairs.back().truth.emplace(truths[*judged.of[i]]);
+    } else if (rig && simultaneous(matches[i])) {
+      pairs.back().by_rig = true;
+      ++by_rig;
+    } else if (rig) {
+      ++apart;
+    }
+  }
+  if (judged.size() > 0) {
+    notes.push_back(std::to_string(judged.size()) + " of " + count(pairs.size(), "pair") + " are judged by " +
+                    truth_topic);
+  }
+  if (by_rig > 0) {
+    notes.push_back(std::to_string(by_rig) + " of " + count(pairs.size(), "pair") +
+                    " are judged by camera_info on " + left.topic + " and " + right.topic);
+  }
+  if (judged.size() + by_rig == pairs.size()) return;
+  notes.push_back(std::to_string(pairs.size() - judged.size() - by_rig) + " of " +
+                  count(pairs.size(), "pair") +
+                  " are not judged: numbers of matches and times are given, but no precision and no recall, "
+                  "since there is no truth for their stamps and " +
+                  (apart > 0 ? "their images were not taken at the same time (within " +
+                                   core::formatNumber(options.max_stamp_difference) + " s)"
+                             : rig_problem));
+}
+
+/// Throws std::invalid_argument, or an exception of rosbag.
+core::Correspondences RecordedMatchesSource::Impl::read(const Stamped& message, core::PairId& id) const {
+  const auto msg = message.message.instantiate<Correspondences>();
+  PairInfo info;
+  core::Correspondences result = fromMsg(*msg, &info);
+  id = info.id.pair.empty() ? idInBag(path, message.stamp) : info.id;
+  return result;
+}
+
+RecordedMatchesSource::RecordedMatchesSource(std::unique_ptr<rosbag::Bag> bag, const std::string& path,
+                                             const BagTopics& topics)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->bag = std::move(bag);
+  impl_->path = path;
+  impl_->options = topics;
+  checkOptions(topics);
+  try {
+    impl_->types = topicTypes(*impl_->bag);
+    impl_->findTopics();
+    impl_->scan();
+  } catch (const rosbag::BagException& error) {
+    fail(damagedBagText(path, error.what()));
+  }
+  impl_->findCameras();
+  impl_->makeRig();
+  impl_->makePairs();
+}
+
+RecordedMatchesSource::~RecordedMatchesSource() = default;
+
+bool RecordedMatchesSource::recognises(const std::map<std::string, std::string>& types) {
+  return !topicsOfType(types, kMatchesType).empty() && topicsOfType(types, "sensor_msgs/Image").empty() &&
+         topicsOfType(types, "sensor_msgs/CompressedImage").empty();
+}
+
+std::size_t RecordedMatchesSource::size() const { return impl_->pairs.size(); }
+
+bool RecordedMatchesSource::next(core::ImagePair& pair) {
+  if (impl_->position == impl_->pairs.size()) return false;
+  const Impl::Pair& from = impl_->pairs[impl_->position++];
+  pair = {};
+  pair.id = idInBag(impl_->path, from.matches.stamp);
+  const std::string* topic = &impl_->topic;
+  try {
+    core::Correspondences matches = impl_->read(from.matches, pair.id);
+    if (from.truth) {
+      topic = &impl_->truth_topic;
+      pair.truth = readTruth(from.truth->message);
+    } else if (from.by_rig) {
+      requireSize(matches.left_size, impl_->rig->leftSize(), impl_->left.topic);
+      requireSize(matches.right_size, impl_->rig->rightSize(), impl_->right.topic);
+      matches = rectified(*impl_->rig, std::move(matches));
+      pair.truth = truthOf(*impl_->rig);
+    }
+    pair.given = std::move(matches);
+  } catch (const std::exception& error) {  // also a damaged chunk
+    fail(pair.id.text() + ": " + *topic + ": " + error.what());
+  }
+  return true;
+}
+
+const std::vector<std::string>& RecordedMatchesSource::notes() const { return impl_->notes; }
+
+}  // namespace corrsel

@@ -1,0 +1,103 @@
+#include "ros/live/image_subscriber.h"
+
+#include <cv_bridge/cv_bridge.h>
+#include <ros/console.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <exception>
+#include <utility>
+
+#include "corrsel/ros/conversions.h"
+
+namespace corrsel {
+namespace {
+
+constexpr double kWarningPeriod = 5.0;  // s
+const char* const kPackage = "image_transport/";
+
+/// The transport to use: what the parameter names, or raw where there is no such transport.
+std::string chooseTransport(image_transport::ImageTransport& transport, const ros::NodeHandle& pnh) {
+  const auto wanted = pnh.param<std::string>("image_transport", "raw");
+  if (wanted == "raw" || wanted == "compressed") return wanted;
+  std::string known = "raw, compressed";
+  for (std::string name : transport.getLoadableTransports()) {
+    if (name.rfind(kPackage, 0) == 0) name.erase(0, std::string(kPackage).size());
+    if (name == wanted) return wanted;
+    if (name != "raw" && name != "compressed") known += ", " + name;
+  }
+  ROS_ERROR_STREAM("parameter " << pnh.resolveName("image_transport") << " = '" << wanted
+                                << "' is unknown; there are: " << known << ". raw is used.");
+  pnh.setParam("image_transport", "raw");
+  return "raw";
+}
+
+}  // namespace
+
+ImageSubscriber::ImageSubscriber(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
+                                 const std::string& topic, std::uint32_t queue_size, Callback on_image)
+    : nh_(nh),
+      transport_(nh),
+      transport_name_(chooseTransport(transport_, pnh)),
+      hints_(transport_name_, ros::TransportHints(), pnh),
+      base_topic_(topic),
+      topic_(nh_.resolveName(topic)),
+      queue_size_(queue_size),
+      on_image_(std::move(on_image)),
+      warnings_(kWarningPeriod) {
+  if (transport_name_ != "raw") topic_ += "/" + transport_name_;
+}
+
+void ImageSubscriber::subscribe() {
+  if (subscribed_) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (transport_name_ == "compressed") {
+    compressed_images_ = nh_.subscribe<sensor_msgs::CompressedImage>(
+        topic_, queue_size_, [this](const sensor_msgs::CompressedImageConstPtr& msg) { decode(msg); });
+  } else {
+    images_ = transport_.subscribe(
+        base_topic_, queue_size_, [this](const sensor_msgs::ImageConstPtr& msg) { on_image_(msg); }, {},
+        hints_);
+  }
+  subscribed_ = true;
+}
+
+void ImageSubscriber::unsubscribe() {
+  image_transport::Subscriber images;
+  ros::Subscriber compressed_images;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::swap(images, images_);
+    std::swap(compressed_images, compressed_images_);
+  }
+  images.shutdown();
+  compressed_images.shutdown();
+  subscribed_ = false;
+}
+
+std::uint32_t ImageSubscriber::publishers() const {
+  image_transport::Subscriber images;
+  ros::Subscriber compressed_images;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    images = images_;
+    compressed_images = compressed_images_;
+  }
+  return images ? images.getNumPublishers() : compressed_images ? compressed_images.getNumPublishers() : 0;
+}
+
+void ImageSubscriber::decode(const sensor_msgs::CompressedImageConstPtr& msg) {
+  namespace enc = sensor_msgs::image_encodings;
+  sensor_msgs::ImageConstPtr image;
+  try {
+    const cv::Mat pixels = fromMsg(*msg);
+    const std::string& encoding = pixels.channels() == 1 ? enc::MONO8 : enc::BGR8;
+    image = cv_bridge::CvImage(msg->header, encoding, pixels).toImageMsg();
+  } catch (const std::exception& error) {
+    const std::size_t n = ++undecodable_;
+    if (warnings_.due()) ROS_WARN_STREAM(topic_ << ": dropped, " << n << " so far: " << error.what());
+    return;
+  }
+  on_image_(image);
+}
+
+}  // namespace corrsel

@@ -1,0 +1,116 @@
+#include "ros/live/live_matcher.h"
+
+#include <algorithm>
+#include <boost/make_shared.hpp>
+#include <opencv2/core.hpp>
+#include <utility>
+
+#include "base/stopwatch.h"
+#include "corrsel/ros/conversions.h"
+
+namespace corrsel {
+namespace {
+
+core::FeatureRegion region(const sensor_msgs::ImageConstPtr& mask, cv::Rect area, const cv::Size& size) {
+  core::FeatureRegion result;
+  if (area != cv::Rect()) {
+    if (area.width == 0) area.width = std::max(1, size.width - area.x);
+    if (area.height == 0) area.height = std::max(1, size.height - area.y);
+    result.area = area;
+  }
+  if (!mask) return result;
+  const cv::Mat image = fromMsg(mask)->image;
+  if (image.channels() == 1) {
+    result.mask = image;
+  } else {
+    cv::extractChannel(image, result.mask, 0);
+  }
+  return result;
+}
+
+/// Times and names of a pair whose features are known.
+PairInfo infoOf(const ImageSet& images, const LiveMatcher::Settings& settings, double wait_seconds) {
+  PairInfo info;
+  info.header = images.left->header;
+  info.features = settings.extractor->name();
+  info.wait_seconds = wait_seconds;
+  return info;
+}
+
+/// Matches the features and makes the message.
+/// @param conversion_seconds  spent on the images
+/// @param kept  filled with the matches where not null
+boost::shared_ptr<Correspondences> finish(const core::Features& left, const core::Features& right,
+                                          const core::MatchOptions& options, int threads,
+                                          double conversion_seconds, PairInfo info,
+                                          core::Correspondences* kept = nullptr) {
+  core::Stopwatch watch;
+  core::Correspondences matches = core::matchFeatures(left, right, options, threads);
+  info.match_seconds = watch.restart();
+  info.n_left_features = static_cast<std::uint32_t>(left.keypoints.size());
+  info.n_right_features = static_cast<std::uint32_t>(right.keypoints.size());
+  if (kept != nullptr) *kept = matches;
+  auto message = boost::make_shared<Correspondences>(toMsg(std::move(matches), info));
+  message->publish_seconds = conversion_seconds + watch.seconds();
+  return message;
+}
+
+}  // namespace
+
+boost::shared_ptr<Correspondences> LiveMatcher::match(const ImageSet& images, const Settings& settings) {
+  return images.right ? matchPair(images, settings) : matchSequence(images, settings);
+}
+
+boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images, const Settings& settings) {
+  PairInfo info = infoOf(images, settings, images.waiting.seconds());
+  info.right_stamp = images.right->header.stamp;
+  info.right_frame_id = images.right->header.frame_id;
+  const core::Stopwatch watch;
+  const cv_bridge::CvImageConstPtr left = fromMsg(images.left), right = fromMsg(images.right);
+  const core::FeatureRegion left_region = region(images.left_mask, settings.area, left->image.size()),
+                            right_region = region(images.right_mask, settings.area, right->image.size());
+  const double conversion_seconds = watch.seconds();
+  const auto features =
+      core::extractPair(*settings.extractor, left->image, right->image, threads_, left_region, right_region);
+  info.detect_seconds = features.first.detect_seconds + features.second.detect_seconds;
+  info.describe_seconds = features.first.describe_seconds + features.second.describe_seconds;
+  return finish(features.first, features.second, settings.match, threads_, conversion_seconds, info);
+}
+
+boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& images,
+                                                              const Settings& settings) {
+  PairInfo info = infoOf(images, settings, images.waiting.seconds());
+  const core::Stopwatch watch;
+  const cv_bridge::CvImageConstPtr image = fromMsg(images.left);
+  const core::FeatureRegion where = region(images.left_mask, settings.area, image->image.size());
+  const double conversion_seconds = watch.seconds();
+  auto features =
+      std::make_shared<core::Features>(settings.extractor->extract(image->image, threads_, where));
+  info.detect_seconds = features->detect_seconds;
+  info.describe_seconds = features->describe_seconds;
+
+  const std::uint64_t id = info.header.stamp.toNSec();
+  sequence_.setOptions(settings.sequence);
+  const core::Sequence::Frame* reference = sequence_.reference();
+  // Features of another kind or size, or of a time that has not come yet (a bag that starts again).
+  if (sequence_extractor_ != settings.extractor ||
+      (reference != nullptr &&
+       (reference->features->image_size != features->image_size || reference->id > id))) {
+    sequence_.reset();
+    reference = nullptr;
+  }
+  sequence_extractor_ = settings.extractor;
+
+  boost::shared_ptr<Correspondences> message;
+  core::Correspondences matches;
+  if (reference != nullptr) {
+    info.right_stamp.fromNSec(reference->id);
+    info.right_frame_id = info.header.frame_id;
+    message =
+        finish(*features, *reference->features, settings.match, threads_, conversion_seconds, info, &matches);
+  }
+  sequence_.add({id, std::move(features)}, matches);
+  return message;
+}
+
+}  // namespace corrsel

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <boost/shared_ptr.hpp>
+#include <memory>
+#include <opencv2/core/types.hpp>
+
+#include "corrsel/Correspondences.h"
+#include "corrsel/features/extractor.h"
+#include "corrsel/matching/matcher.h"
+#include "corrsel/matching/sequence.h"
+#include "ros/live/image_source.h"
+
+namespace corrsel {
+
+/// From the images of live cameras to messages with putative matches. An image without a partner is matched
+/// with an earlier one of the same camera: the message's left side is the newer image, its right side the
+/// earlier one. Not thread-safe.
+class LiveMatcher {
+ public:
+  struct Settings {
+    std::shared_ptr<const core::FeatureExtractor> extractor;
+    core::MatchOptions match;
+    core::SequenceOptions sequence;
+    cv::Rect area;  ///< part of both images in which features are looked for, px; no width or height = up to
+                    ///< the edge
+  };
+
+  /// @param threads  that may be used; the result does not depend on it
+  explicit LiveMatcher(int threads) : threads_(threads) {}
+
+  /// @return null where there is no earlier image yet. Throws std::exception for images and masks that cannot
+  /// be used, naming encoding or size.
+  boost::shared_ptr<Correspondences> match(const ImageSet& images, const Settings& settings);
+
+ private:
+  boost::shared_ptr<Correspondences> matchPair(const ImageSet& images, const Settings& settings);
+  boost::shared_ptr<Correspondences> matchSequence(const ImageSet& images, const Settings& settings);
+
+  const int threads_;
+  core::Sequence sequence_;
+  std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_
+};
+
+}  // namespace corrsel

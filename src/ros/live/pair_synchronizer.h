@@ -1,0 +1,63 @@
+#pragma once
+
+#include <ros/node_handle.h>
+#include <sensor_msgs/Image.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ros/live/camera_input.h"
+#include "ros/live/image_source.h"
+
+namespace corrsel {
+
+/// Brings `left/image` and `right/image` together by their stamps, with the newest `left/mask` and
+/// `right/mask`. Private parameters: `approximate_sync` (false), `approximate_sync_max_interval` (s, 0 = no
+/// limit), `queue_size` (5, images of each camera that wait for the other one's), and those of CameraInput.
+///
+/// When a camera's stamps go backwards (a bag that is played in a loop, a clock that was set), all images
+/// that wait are dropped: message_filters would keep them as the newest ones, and pairs would never form
+/// again (exact), or only after a queue's length (approximate).
+///
+/// Approximate pairs are handed over as soon as no nearer stamp can come, which takes the cameras' periods
+/// from the stamps seen; message_filters alone waits for the next image.
+class PairSynchronizer : public ImageSource {
+ public:
+  PairSynchronizer(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, Callback on_set);
+  ~PairSynchronizer() override;
+
+  void subscribe() override;
+  void unsubscribe() override;
+  std::vector<std::string> topics() const override { return {left_.topic(), right_.topic()}; }
+  Counts counts() const override;
+  std::string complaint() override;
+
+ private:
+  using ImagePair = std::pair<sensor_msgs::ImageConstPtr, sensor_msgs::ImageConstPtr>;
+  class Synchronizer;  // hides message_filters, which takes long to compile
+  enum Side { kLeft, kRight };
+
+  void receive(Side side, const sensor_msgs::ImageConstPtr& msg, bool backwards);
+  void makeSynchronizer();
+  std::string mismatch(std::size_t n_sets) const;
+
+  Callback on_set_;
+  std::uint32_t queue_size_;
+  bool approximate_sync_;
+  double max_interval_;               ///< s, 0 = no limit
+  std::atomic<bool> restart_{false};  ///< before the next image
+  std::atomic<std::size_t> n_sets_{0};
+  std::mutex period_mutex_;          ///< one complaint() at a time
+  std::size_t n_sets_before_ = 0;    ///< up to the period's begin
+  std::vector<ImagePair> complete_;  ///< by the image that is being received
+  std::unique_ptr<Synchronizer> synchronizer_;
+  CameraInput left_, right_;  // last: no callback comes once they are gone
+};
+
+}  // namespace corrsel

@@ -1,0 +1,30 @@
+#include "ros/live/sequence_input.h"
+
+#include <utility>
+
+namespace corrsel {
+
+SequenceInput::SequenceInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, Callback on_set)
+    : on_set_(std::move(on_set)),
+      camera_(nh, pnh, "image", "mask", [this](const sensor_msgs::ImageConstPtr& msg, bool) {
+        ImageSet set;
+        set.left = msg;
+        set.left_mask = camera_.mask();
+        ++n_sets_;
+        on_set_(std::move(set));
+      }) {}
+
+ImageSource::Counts SequenceInput::counts() const {
+  Counts counts;
+  counts.left = camera_.count();
+  counts.sets = n_sets_;
+  return counts;
+}
+
+std::string SequenceInput::complaint() {
+  const std::string text = camera_.complaint();
+  camera_.newPeriod();
+  return text;
+}
+
+}  // namespace corrsel

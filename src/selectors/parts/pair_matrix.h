@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/deadline.h"
+#include "kernels/kernels.h"
+#include "selectors/parts/distinct_matches.h"
+
+namespace corrsel::core {
+
+/// The symmetric N x N matrix of the values that pairs of matches have, in [0, 1], zero on the diagonal.
+///
+/// Values are rounded to 16 bits, an error of at most 2^-17 (7.7e-6) each. The upper half is computed
+/// together with the first product and kept, N^2 bytes, unless that exceeds the memory limit: then every
+/// product computes it anew. Both ways, on any kernel level, all products are bit-identical. Sums run in
+/// single precision over at most 256 terms and in double precision beyond. One object is
+/// used by one thread at a time; memory up to kKeptBytes stays with it from one assign() to the next.
+class PairMatrix {
+ public:
+  static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
+
+  /// @param columns       N matches, kept by reference
+  /// @param memory_limit  bytes that may be stored
+  void assign(PairValue value, const PairRule& rule, const PairColumns& columns, std::size_t n,
+              std::size_t memory_limit);
+
+  /// y = A v for N values; v is rounded to single precision. O(N^2). @return false where the deadline passed
+  /// before the end: y is then meaningless.
+  bool multiply(const double* v, double* y, const Deadline& deadline);
+
+  bool isStored() const { return stored_bytes_ > 0; }
+
+  /// Bytes that the stored form of N matches takes.
+  static std::size_t bytesFor(std::size_t n);
+
+  /// Gives back what exceeds kKeptBytes.
+  void release();
+
+ private:
+  PairValue value_ = PairValue::kRatio;
+  PairRule rule_;
+  PairColumns columns_{};
+  std::size_t n_ = 0, stored_bytes_ = 0, capacity_ = 0;
+  bool filled_ = false;
+  std::unique_ptr<std::uint16_t[]> blocks_;
+  std::vector<std::uint16_t> scratch_;
+  std::vector<float> v_, partial_;
+  std::vector<double> y_;
+};
+
+/// What the selectors that compare all pairs keep from call to call.
+struct PairWorkspace {
+  DistinctMatches distinct;
+  PairMatrix matrix;
+
+  /// The calling thread's own.
+  static PairWorkspace& ofThread();
+};
+
+}  // namespace corrsel::core

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+namespace corrsel::testing {
+
+/// Folder of the package's sources.
+std::string sourceDir();
+
+/// Root of catkin's devel space; empty in a build without ROS.
+std::string develDir();
+
+/// Folder of the real datasets, whether it exists or not. The environment variable CORRSEL_TEST_DATA wins
+/// over the folder that CMake was told.
+std::string realDataDir();
+
+}  // namespace corrsel::testing
