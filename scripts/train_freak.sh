@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Chooses the 512 tests of the FREAK descriptor by the paper's procedure on the sample images and writes them to
-# src/features/freak_pairs.cpp. The same images give the same table. Takes a few seconds beside the build.
+# src/features/descriptors/freak_pairs.cpp. The same images give the same table. Takes a few seconds beside the build.
 #   scripts/train_freak.sh           train and replace the table
 #   scripts/train_freak.sh --check   train and compare: exit code 1 where the table in the repository differs
 set -euo pipefail
@@ -13,7 +13,7 @@ case ${1:-} in
   *) sed -n '2,5s/^# //p' "${BASH_SOURCE[0]}" && exit 2 ;;
 esac
 
-table=$package_dir/src/features/freak_pairs.cpp
+table=$package_dir/src/features/descriptors/freak_pairs.cpp
 samples=$cache_dir/sample
 trained=$(mktemp)
 trap 'rm -f "$trained"' EXIT
