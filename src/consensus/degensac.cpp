@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "geometry/cross_matrix.h"
 #include "geometry/fundamental.h"
 #include "geometry/homography.h"
 #include "geometry/residual.h"
@@ -19,8 +20,6 @@ constexpr double kConfidence = 0.99;
 
 cv::Vec3d leftPoint(const NormalizedMatches& m, std::uint32_t i) { return {m.left_x[i], m.left_y[i], 1}; }
 cv::Vec3d rightPoint(const NormalizedMatches& m, std::uint32_t i) { return {m.right_x[i], m.right_y[i], 1}; }
-
-cv::Matx33d crossMatrix(const cv::Vec3d& v) { return {0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0}; }
 
 /// The homography of the plane through three matches that is compatible with F: H = A - e' (M^-1 b)^T,
 /// A = [e']_x F, rows of M = x_i, b_i = (x'_i x A x_i) . (x'_i x e') / |x'_i x e'|^2 (Hartley and

@@ -168,17 +168,28 @@ TEST(Gtm, FollowsTheDefinitionForManySteps) {
 TEST(Gtm, StopsAtTheTimeLimit) {
   const Correspondences m = manyToOne(1500, 9);
   for (const char* spec : {"gtm", "gtm:equilibrium"}) {
-    const Selection none = createSelector(spec, {{"max_seconds", "1e-9"}})->select(m);
+    SCOPED_TRACE(spec);
+    const TickingClock clock(1);
+    const Selection none = createSelector(spec, {{"max_seconds", "0.5"}})->select(m);
     EXPECT_EQ(none.status, Status::kTooLarge);
-    EXPECT_EQ(none.message, "stopped after 0 steps, max_seconds = 1e-09");
+    EXPECT_EQ(none.message, "stopped after 0 steps, max_seconds = 0.5");
     EXPECT_EQ(none.mask, Mask(1500, 0));
+    EXPECT_EQ(clock.looks(), 2);
   }
-  const Selection stopped = createSelector("gtm", {{"steps", "100000"}, {"max_seconds", "0.5"}})->select(m);
+  // Stops where the limit says, and selects as that many steps do.
+  const TickingClock clock(1);
+  const OptionMap limited = {{"steps", "100000"}, {"max_seconds", "100.5"}};
+  const Selection stopped = createSelector("gtm", limited)->select(m);
   EXPECT_EQ(stopped.status, Status::kTimeLimit);
-  EXPECT_TRUE(stopped.iterations > 1 && stopped.iterations < 100000) << stopped.iterations;
+  EXPECT_EQ(clock.looks(), 102);
+  EXPECT_TRUE(stopped.iterations > 1 && stopped.iterations < 100) << stopped.iterations;
   EXPECT_GT(stopped.n_selected, 0u);
-  EXPECT_LT(stopped.seconds, 5);
-  EXPECT_EQ(createSelector("gtm", {{"max_seconds", "0"}})->select(m).status, Status::kOk);
+  const OptionMap counted = {{"steps", std::to_string(stopped.iterations)}, {"max_seconds", "0"}};
+  const Selection same = createSelector("gtm", counted)->select(m);
+  EXPECT_EQ(same.status, Status::kOk);
+  EXPECT_EQ(same.mask, stopped.mask);
+  EXPECT_EQ(same.score, stopped.score);
+  EXPECT_EQ(clock.looks(), 103) << "without a limit the clock is read at the beginning only";
 }
 
 TEST(Gtm, NamesTheMissingInput) {

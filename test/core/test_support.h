@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -12,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/deadline.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/evaluation/errors.h"
@@ -53,6 +55,26 @@ class LevelGuard {
 
  private:
   KernelLevel before_ = kernelLevel();
+};
+
+/// A clock for deadlines, in place of the system's while the object lives: it moves on by the same time
+/// whenever it is read, and by nothing else. What a time limit allows then does not depend on the machine.
+class TickingClock : private Clock {
+ public:
+  explicit TickingClock(double seconds_per_look) : tick_(seconds_per_look) {}
+  ~TickingClock() override { setDeadlineClock(before_); }
+  TickingClock(const TickingClock&) = delete;
+  TickingClock& operator=(const TickingClock&) = delete;
+
+  /// How often the clock has been read.
+  int looks() const { return looks_; }
+
+ private:
+  double seconds() override { return tick_ * looks_++; }
+
+  double tick_;
+  std::atomic<int> looks_{0};
+  Clock* before_ = setDeadlineClock(this);
 };
 
 /// Folder of a real dataset; empty where it does not exist: the test must then be skipped.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "geometry/cross_matrix.h"
 
 namespace corrsel {
 namespace {
@@ -98,8 +99,6 @@ sensor_msgs::CameraInfo withMaps(sensor_msgs::CameraInfo info) {
 cv::Matx33d shiftBy(const cv::Point& by) {
   return {1, 0, static_cast<double>(by.x), 0, 1, static_cast<double>(by.y), 0, 0, 1};
 }
-
-cv::Matx33d crossMatrix(const cv::Vec3d& v) { return {0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0}; }
 
 /// The largest rectangle without a zero; of several, the first found. For every row, the columns' runs of
 /// non-zeros that end there are the bars of a histogram, whose largest rectangle one pass with a stack finds.
@@ -260,8 +259,8 @@ StereoRig::StereoRig(const RigCamera& left, const RigCamera& right) : left_(left
         kCalibrate);
   }
   chooseAreas();
-  const cv::Matx33d f = (right_.ray() * shiftBy(right_.area.tl())).t() * crossMatrix(shift) * left_.ray() *
-                        shiftBy(left_.area.tl());
+  const cv::Matx33d f = (right_.ray() * shiftBy(right_.area.tl())).t() * core::crossMatrix(shift) *
+                        left_.ray() * shiftBy(left_.area.tl());
   fundamental_ = f * (1.0 / cv::norm(f));
 }
 
