@@ -1,1 +1,77 @@
-"""Selecting the correct ones among putative feature matches: see corrsel.matches and corrsel.msg."""
+"""Selection of the correct ones among putative 2D feature matches, over numpy arrays.
+
+    matches = corrsel.match(image_left, image_right, features="orb+orb")
+    selection = matches.select("gms", rotation=True)
+    good_left, good_right = matches.left[selection.mask], matches.right[selection.mask]
+
+Matches of another matcher: corrsel.select(left, right, "gms", left_size=(640, 480), right_size=(640, 480)).
+
+    select, Selector, Selection        decide which matches are correct
+    selector_names, selector_presets   what there is to choose from
+    options, Option                    options of selectors, features and matching, with ranges and meanings
+    Matches                            putative matches with all their columns
+    match, match_features              putative matches of two images, or of their features
+    extract, Extractor, Features       keypoints, affine frames and descriptors
+    extractor_names, detector_names, descriptor_names
+    ground_truth_errors, evaluate, Evaluation   precision, recall and F against ground truth
+
+The module corrsel.matches serves programs that use the ROS messages of corrsel.msg; nothing else needs ROS.
+The modules in C++ are loaded on first use: `import corrsel.msg` works where they are not built.
+"""
+
+import importlib as _importlib
+import importlib.util as _importlib_util
+
+#: Public names by the module that defines them, and the module in C++ that this one needs.
+_HOMES = {
+    ("_options", "_core"): ("Option", "options"),
+    ("selectors", "_core"): (
+        "Matches",
+        "Selection",
+        "Selector",
+        "select",
+        "selector_names",
+        "selector_presets",
+    ),
+    ("evaluation", "_core"): ("Evaluation", "evaluate", "ground_truth_errors"),
+    ("features", "_features"): (
+        "Extractor",
+        "Features",
+        "descriptor_names",
+        "detector_names",
+        "extract",
+        "extractor_names",
+        "match",
+        "match_features",
+    ),
+    ("_core", "_core"): ("__version__",),
+}
+
+__all__ = [
+    _name
+    for (_, _built), _names in _HOMES.items()
+    if _importlib_util.find_spec(__name__ + "." + _built)
+    for _name in _names
+    if not _name.startswith("_")
+]
+
+
+def __getattr__(name):
+    for (home, built), names in _HOMES.items():
+        if name in names:
+            try:
+                _importlib.import_module(__name__ + "." + built)
+            except ImportError as error:
+                raise ImportError(
+                    "corrsel.%s needs the module corrsel.%s, which cannot be loaded (%s). It is built where pybind11 "
+                    "and Python's development files are found, for the Python that CMake reports; corrsel._features "
+                    "also needs -Dcorrsel_FEATURES=ON" % (name, built, error)
+                ) from error
+            value = getattr(_importlib.import_module(__name__ + "." + home), name)
+            globals()[name] = value
+            return value
+    raise AttributeError("module %r has no attribute %r" % (__name__, name))
+
+
+def __dir__():
+    return sorted(set(globals()) | set(__all__))

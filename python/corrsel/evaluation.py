@@ -1,0 +1,161 @@
+"""Precision, recall and F of selections against ground truth."""
+
+import numpy as np
+
+from . import _arrays, _core
+from .selectors import Matches
+
+
+class Evaluation:
+    """How right a selection is. Matches whose truth is unknown take part in no count.
+
+    n_putative       matches
+    n_ground_truth   ground-truth inliers: matches with an error of at most ground_truth_tolerance
+    n_selected       selected matches
+
+    One element per tolerance tau, a single one for labels:
+
+    tolerance        tau, px; NaN for labels
+    n_correct        selected matches with an error of at most tau
+    precision        n_correct / n_selected; NaN where nothing is selected
+    recall_paper     n_correct / n_ground_truth, the paper's recall; NaN where there is no inlier
+    recall_same_tau  n_correct / matches with an error of at most tau; NaN where there is none
+    f_paper, f_same_tau   harmonic mean of precision and that recall: 0 where nothing correct is selected, NaN where
+                     the recall is undefined
+    """
+
+    __slots__ = (
+        "n_putative",
+        "n_ground_truth",
+        "n_selected",
+        "tolerance",
+        "n_correct",
+        "precision",
+        "recall_paper",
+        "recall_same_tau",
+        "f_paper",
+        "f_same_tau",
+    )
+
+    def __init__(self, **values):
+        for name in self.__slots__:
+            setattr(self, name, values[name])
+
+    def __repr__(self):
+        rows = "; ".join(
+            "tolerance %g: P %.3f, R %.3f, F %.3f" % row
+            for row in zip(self.tolerance, self.precision, self.recall_paper, self.f_paper)
+        )
+        return "<corrsel.Evaluation: %d of %d matches selected, %d inliers; %s>" % (
+            self.n_selected,
+            self.n_putative,
+            self.n_ground_truth,
+            rows,
+        )
+
+
+def ground_truth_errors(matches, *, homography=None, fundamental=None, labels=None, disparity=None):
+    """Return the ground-truth error of every match: N, float64, px. Give exactly one kind of ground truth.
+
+    matches       Matches
+    homography    3 x 3, x' ~ H x: the error is the forward transfer distance. The sign of the matrix is chosen so that
+                  the centre of the left image (of the matches, where left_size is None) lies before the camera; points
+                  behind it have the error infinity
+    fundamental   3 x 3, x'^T F x = 0: distance of the right point to its epipolar line
+    labels        N integers, 0 = wrong: the error is 0, or infinity where the label is 0
+    disparity     height x width of the left image, left x minus right x, px, NaN = unknown: distance to the predicted
+                  point; NaN where the disparity is unknown
+
+    Matches with a coordinate that is not finite have the error infinity.
+
+    Raises TypeError or ValueError for arrays of another dtype or shape, naming the argument.
+    """
+    return _errors(matches, _truth(homography, fundamental, labels, disparity))
+
+
+def evaluate(
+    matches,
+    mask,
+    *,
+    homography=None,
+    fundamental=None,
+    labels=None,
+    disparity=None,
+    tolerances=None,
+    ground_truth_tolerance=None
+):
+    """Return the Evaluation of a selection: precision, recall and F. Give exactly one kind of ground truth.
+
+    matches       Matches
+    mask          the selected ones: N, bool or uint8, e.g. the mask of a Selection
+    homography, fundamental, labels, disparity    see ground_truth_errors()
+    tolerances    errors up to which a selected match is correct, px; None = 1, 2, ..., 10
+    ground_truth_tolerance   error up to which a match is a ground-truth inlier, px; None = 10
+
+    Raises TypeError or ValueError for arrays of another dtype or shape, naming the argument.
+    """
+    truth = _truth(homography, fundamental, labels, disparity)
+    errors = _errors(matches, truth)
+    return Evaluation(
+        **_core.evaluate(
+            truth[0],
+            errors,
+            _arrays.mask("mask", mask, len(matches)),
+            None if tolerances is None else _tolerances(tolerances),
+            None if ground_truth_tolerance is None else float(ground_truth_tolerance),
+        )
+    )
+
+
+def _truth(homography, fundamental, labels, disparity):
+    """Return the kind and the value of what is given."""
+    values = {
+        "homography": homography,
+        "fundamental": fundamental,
+        "labels": labels,
+        "disparity": disparity,
+    }
+    given = [kind for kind, value in values.items() if value is not None]
+    if len(given) != 1:
+        raise TypeError(
+            "needed: exactly one of homography, fundamental, labels and disparity; given: %s"
+            % (", ".join(given) or "none")
+        )
+    return given[0], values[given[0]]
+
+
+def _errors(matches, truth):
+    if not isinstance(matches, Matches):
+        raise TypeError(
+            "matches is %s; needed: corrsel.Matches, e.g. corrsel.Matches(left, right)"
+            % type(matches).__name__
+        )
+    kind, value = truth
+    if kind == "labels":
+        value = _arrays.numbers(kind, value, "one label per match", len(matches))
+    elif kind == "disparity":
+        value = _arrays.floats(kind, value, (None, None), "height and width of the left image")
+    else:
+        value = _matrix(kind, value)
+    return _core.ground_truth_errors(matches, kind, value)
+
+
+def _matrix(name, values):
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiu":
+        raise TypeError("%s has dtype %s; needed: real numbers" % (name, array.dtype))
+    if array.shape != (3, 3):
+        raise ValueError("%s has shape %s; needed: (3, 3)" % (name, array.shape))
+    array = array.astype(np.float64)
+    if not np.isfinite(array).all():
+        raise ValueError("%s holds a number that is not finite" % name)
+    return array
+
+
+def _tolerances(values):
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiu":
+        raise TypeError("tolerances has dtype %s; needed: real numbers" % array.dtype)
+    if array.ndim != 1 or not (array >= 0).all():
+        raise ValueError("tolerances is %r; needed: a list of numbers from 0, px" % (values,))
+    return array.astype(np.float64)

@@ -1,0 +1,279 @@
+"""From images to features and to putative matches."""
+
+import numpy as np
+
+from . import _arrays, _features, _options
+from .selectors import Matches
+
+
+class Features:
+    """Features of one image. Row i of every array belongs to feature i.
+
+    points        positions, px, (x, y) with the origin at the centre of the first pixel: N x 2, float32
+    descriptors   N x D; float32 is compared by L2, uint8 by Hamming distance
+    frame         local affine frames [[a11, a12, x], [a21, a22, y]], which map the unit disc to the feature's ellipse,
+                  px: N x 2 x 3, float32, or None
+    size          diameter, px: N, float32, or None
+    angle         degrees as in OpenCV: N, float32, or None
+    response      strength, the detector's own measure: N, float32, or None
+    octave        N, int32, or None
+    image_size    (width, height), px, or None where unknown
+    detect_seconds, describe_seconds   wall times, s; describe_seconds is 0 where one pass does both
+
+    extract() makes them; make them yourself to match features of another source with match_features(). Raises
+    TypeError for arrays of another dtype and ValueError for another shape or length, naming the argument.
+    """
+
+    __slots__ = (
+        "points",
+        "descriptors",
+        "frame",
+        "size",
+        "angle",
+        "response",
+        "octave",
+        "image_size",
+        "detect_seconds",
+        "describe_seconds",
+    )
+
+    def __init__(
+        self,
+        points,
+        descriptors,
+        *,
+        frame=None,
+        size=None,
+        angle=None,
+        response=None,
+        octave=None,
+        image_size=None,
+        detect_seconds=0.0,
+        describe_seconds=0.0
+    ):
+        one = "one element per feature"
+        self.points = _arrays.floats("points", points, (None, 2), "one row (x, y) per feature")
+        rows = len(self.points)
+
+        def column(name, values, shape=(None,), meaning=one):
+            return None if values is None else _arrays.floats(name, values, shape, meaning, rows)
+
+        descriptors = np.asarray(descriptors)
+        if descriptors.dtype == np.uint8:
+            if descriptors.ndim != 2 or len(descriptors) != rows:
+                raise ValueError(
+                    "descriptors has shape %s; needed: (%d, D), one row per feature"
+                    % (descriptors.shape, rows)
+                )
+            self.descriptors = descriptors
+        else:
+            self.descriptors = column("descriptors", descriptors, (None, None), "one row per feature")
+        self.frame = column(
+            "frame", frame, (None, 2, 3), "one frame [[a11, a12, x], [a21, a22, y]] per feature"
+        )
+        self.size = column("size", size)
+        self.angle = column("angle", angle)
+        self.response = column("response", response)
+        self.octave = None if octave is None else np.asarray(octave)
+        self.image_size = _arrays.size("image_size", image_size)
+        self.detect_seconds = detect_seconds
+        self.describe_seconds = describe_seconds
+
+    def __len__(self):
+        return len(self.points)
+
+    def __repr__(self):
+        return "<corrsel.Features: %d features with %d-dimensional descriptors of type %s, image_size=%s>" % (
+            len(self),
+            self.descriptors.shape[1],
+            self.descriptors.dtype,
+            self.image_size,
+        )
+
+
+class Extractor:
+    """A detector with a descriptor and their options, for use on many images, from any thread.
+
+    features     "detector+descriptor", e.g. "orb+orb" or "hessian_affine+sift": see extractor_names()
+    algorithms   options as dictionaries, by the name of the algorithm: sift={"max_features": 2000}
+
+    Raises ValueError for names that do not exist, listing those that do, for pairings that cannot work, for options of
+    an algorithm that is not part of the pairing, and for options that are unknown or out of their range.
+    """
+
+    def __init__(self, features="orb+orb", **algorithms):
+        texts = {}
+        for name, options in algorithms.items():
+            if not isinstance(options, dict):
+                raise TypeError(
+                    '%s is %r; needed: a dictionary, e.g. {"max_features": 1000}' % (name, options)
+                )
+            texts[name] = _options.to_text(name, options)
+        self._extractor = _features.Extractor(features, texts)
+        parts = _features.algorithms_of(features)
+        for name in algorithms:
+            if name not in parts:
+                raise ValueError(
+                    "options of '%s', but %s is made of %s" % (name, features, " and ".join(parts))
+                )
+
+    @property
+    def name(self):
+        """The pairing: "detector+descriptor"."""
+        return self._extractor.name()
+
+    @property
+    def options(self):
+        """The options in force: lists of Option by the name of the algorithm."""
+        return {
+            name: [_options.Option(*row) for row in rows] for name, rows in self._extractor.options().items()
+        }
+
+    def extract(self, image, *, mask=None, area=None, threads=1):
+        """Return the Features of an image. See corrsel.extract()."""
+        return Features(
+            **self._extractor.extract(
+                _arrays.image("image", image),
+                _arrays.image_mask("mask", mask),
+                _arrays.area("area", area),
+                _arrays.threads(threads),
+            )
+        )
+
+    def match(
+        self,
+        image_left,
+        image_right,
+        *,
+        left_mask=None,
+        right_mask=None,
+        left_area=None,
+        right_area=None,
+        threads=1,
+        **options
+    ):
+        """Return the Matches of two images. See corrsel.match()."""
+        return Matches(
+            **self._extractor.match(
+                _arrays.image("image_left", image_left),
+                _arrays.image("image_right", image_right),
+                _arrays.image_mask("left_mask", left_mask),
+                _arrays.image_mask("right_mask", right_mask),
+                _arrays.area("left_area", left_area),
+                _arrays.area("right_area", right_area),
+                _options.to_text("match", options),
+                _arrays.threads(threads),
+            )
+        )
+
+    def __repr__(self):
+        return "<corrsel.Extractor %s>" % self.name
+
+
+def extract(image, features="orb+orb", *, mask=None, area=None, threads=1, **algorithms):
+    """Return the Features of an image: points, frames, descriptors; the strongest feature comes first.
+
+    image        uint8: height x width (grey), height x width x 3 (BGR, as OpenCV reads it) or x 4 (BGRA)
+    features     "detector+descriptor", e.g. "orb+orb" or "hessian_affine+sift": see extractor_names()
+    mask         height x width, bool or uint8: features whose centre lies on a zero are dropped
+    area         (x, y, width, height), px: only this part is looked at; what reaches over the image is cut off
+    threads      threads that may be used; the result does not depend on it. Threads are kept for the next call; a
+                 process that was forked after a call with more than one thread must not use more than one
+    algorithms   options as dictionaries, by the name of the algorithm: sift={"max_features": 2000}; options("sift")
+                 lists them
+
+    An image without texture gives no features. Other Python threads run in the meantime.
+
+    Raises TypeError for arrays of another dtype; ValueError for arrays of another shape, for names that do not exist,
+    for pairings that cannot work, and for options that are unknown or out of their range.
+    """
+    return Extractor(features, **algorithms).extract(image, mask=mask, area=area, threads=threads)
+
+
+def match(
+    image_left,
+    image_right,
+    features="orb+orb",
+    *,
+    left_mask=None,
+    right_mask=None,
+    left_area=None,
+    right_area=None,
+    threads=1,
+    **options
+):
+    """Return the putative Matches of two images, with all columns: for every left feature the nearest right one.
+
+    image_left, image_right   uint8: height x width (grey), height x width x 3 (BGR, as OpenCV reads it) or x 4 (BGRA)
+    features     "detector+descriptor", e.g. "orb+orb" or "hessian_affine+sift": see extractor_names()
+    left_mask, right_mask     height x width, bool or uint8: features whose centre lies on a zero are dropped
+    left_area, right_area     (x, y, width, height), px: only this part is looked at
+    threads      threads that may be used; the result does not depend on it. Threads are kept for the next call; a
+                 process that was forked after a call with more than one thread must not use more than one
+    options      of the matching, by keyword; and, as dictionaries, of the algorithms that make the features:
+                 mutual=True, sift={"max_features": 2000}; options("sift") lists the latter
+
+    The search is exact, O(N_left N_right), without a ratio test: several left features may have the same right one.
+    Other Python threads run in the meantime.
+
+    Raises TypeError for arrays of another dtype; ValueError for arrays of another shape, for names that do not exist,
+    for pairings that cannot work, and for options that are unknown or out of their range.
+
+    Options of the matching, with defaults and ranges:
+    """
+    algorithms = {name: value for name, value in options.items() if isinstance(value, dict)}
+    return Extractor(features, **algorithms).match(
+        image_left,
+        image_right,
+        left_mask=left_mask,
+        right_mask=right_mask,
+        left_area=left_area,
+        right_area=right_area,
+        threads=threads,
+        **{name: value for name, value in options.items() if name not in algorithms}
+    )
+
+
+def match_features(left, right, *, threads=1, **options):
+    """Return the putative Matches between two Features: for every left feature the nearest right one.
+
+    left, right   Features with descriptors of the same type and length; several left features may have the same right
+                  one. Descriptors that hold NaN are in no match
+    threads       threads that may be used; the result does not depend on it
+    options       of the matching, by keyword: see help(corrsel.match)
+
+    The matches have frames where both sides have them. The search is exact, O(N_left N_right). Other Python threads run
+    in the meantime.
+
+    Raises TypeError for anything but Features, ValueError for descriptors that differ in type or length and for options
+    that are unknown or out of their range.
+    """
+    for name, value in (("left", left), ("right", right)):
+        if not isinstance(value, Features):
+            raise TypeError("%s is %s; needed: corrsel.Features" % (name, type(value).__name__))
+    return Matches(
+        **_features.match_features(left, right, _options.to_text("match", options), _arrays.threads(threads))
+    )
+
+
+def extractor_names():
+    """Return pairings "detector+descriptor", the default first. Other pairings of detector_names() and
+    descriptor_names() work too, unless extract() tells why not."""
+    return _features.extractor_names()
+
+
+def detector_names():
+    """Return the names of all detectors."""
+    return _features.detector_names()
+
+
+def descriptor_names():
+    """Return the names of all descriptors."""
+    return _features.descriptor_names()
+
+
+if match.__doc__:  # there is none under python3 -OO
+    match.__doc__ = "%s\n%s\n    " % (
+        match.__doc__.rstrip(),
+        _options.describe(_options.options("match"), " " * 8),
+    )

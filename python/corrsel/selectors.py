@@ -1,0 +1,299 @@
+"""Putative matches, selectors and their results."""
+
+import numpy as np
+
+from . import _arrays, _core, _options
+
+_COLUMNS = (
+    "left",
+    "right",
+    "distance",
+    "second_distance",
+    "left_frame",
+    "right_frame",
+    "left_index",
+    "right_index",
+)
+
+
+class Matches:
+    """Putative matches between two images. Row i of every array belongs to match i.
+
+    left, right       positions, px, (x, y) with the origin at the centre of the first pixel: N x 2
+    distance          descriptor distance to the nearest neighbour, in the metric's unit: N, or None
+    second_distance   distance to the second-nearest neighbour, NaN where there is none: N, or None
+    left_frame, right_frame   local affine frames [[a11, a12, x], [a21, a22, y]], which map the unit disc to the
+                      feature's ellipse, px: N x 2 x 3, or None
+    left_index, right_index   numbers of the features in their images: N, or None
+    left_size, right_size     image sizes (width, height), px, or None where unknown
+
+    Real numbers are kept as float32 (float64 is converted), feature numbers as uint32. Arrays of those types are not
+    copied. `matches[rows]` has the rows that a mask, a slice or an array of row numbers names. Attributes cannot be
+    replaced.
+
+    Raises TypeError for arrays of another dtype and ValueError for another shape or length, naming the argument.
+    """
+
+    __slots__ = _COLUMNS + ("left_size", "right_size")
+
+    def __init__(
+        self,
+        left,
+        right,
+        *,
+        distance=None,
+        second_distance=None,
+        left_frame=None,
+        right_frame=None,
+        left_index=None,
+        right_index=None,
+        left_size=None,
+        right_size=None
+    ):
+        point, one = "one row (x, y) per match", "one element per match"
+        frame = "one frame [[a11, a12, x], [a21, a22, y]] per match"
+        left = _arrays.floats("left", left, (None, 2), point)
+        rows = len(left)
+
+        def column(name, values, shape, meaning):
+            return None if values is None else _arrays.floats(name, values, shape, meaning, rows)
+
+        def index(name, values):
+            return None if values is None else _arrays.numbers(name, values, one, rows)
+
+        for name, value in (
+            ("left", left),
+            ("right", _arrays.floats("right", right, (None, 2), point, rows)),
+            ("distance", column("distance", distance, (None,), one)),
+            ("second_distance", column("second_distance", second_distance, (None,), one)),
+            ("left_frame", column("left_frame", left_frame, (None, 2, 3), frame)),
+            ("right_frame", column("right_frame", right_frame, (None, 2, 3), frame)),
+            ("left_index", index("left_index", left_index)),
+            ("right_index", index("right_index", right_index)),
+            ("left_size", _arrays.size("left_size", left_size)),
+            ("right_size", _arrays.size("right_size", right_size)),
+        ):
+            object.__setattr__(self, name, value)
+
+    def select(self, selector, **options):
+        """Return the Selection of a selector, e.g. matches.select("gms", alpha=6). See corrsel.select()."""
+        return Selector(selector, **options).select(self)
+
+    def __setattr__(self, name, value):
+        raise AttributeError("attributes of Matches cannot be replaced; make new Matches")
+
+    def __len__(self):
+        return len(self.left)
+
+    def __getitem__(self, rows):
+        if not isinstance(rows, slice):
+            rows = np.asarray(rows)
+            if rows.size == 0 and rows.dtype.kind != "b":
+                rows = rows.astype(np.intp)
+            if rows.ndim != 1:
+                raise TypeError("matches[...] needs a slice, a mask or an array of row numbers")
+        columns = {name: getattr(self, name) for name in _COLUMNS}
+        return Matches(
+            left_size=self.left_size,
+            right_size=self.right_size,
+            **{name: None if column is None else column[rows] for name, column in columns.items()}
+        )
+
+    def __reduce__(self):
+        return _matches_from, ({name: getattr(self, name) for name in self.__slots__},)
+
+    def __repr__(self):
+        columns = [name for name in _COLUMNS[2:] if getattr(self, name) is not None]
+        return "<corrsel.Matches: %d matches with %s, %s and %s>" % (
+            len(self),
+            ", ".join(columns) or "positions only",
+            "left_size=%s" % (self.left_size,),
+            "right_size=%s" % (self.right_size,),
+        )
+
+
+def _matches_from(columns):
+    return Matches(**columns)
+
+
+class Selection:
+    """The result of a selector.
+
+    mask         True where the match is selected: N, bool
+    score        per match, higher is better, its meaning given by the selector; NaN = none: N, float32, or None
+    model        left to right, 3 x 3, float64, or None: x' ~ H x of a homography, x'^T F x = 0 of a fundamental matrix
+    model_kind   "none", "homography" or "fundamental"
+    status       "ok"; "too_few", "degenerate", "no_model", "unsupported_input" (a column or an image size is missing)
+                 "too_large", "time_limit" (stopped at max_seconds: the best result so far) or "failed"
+    message      one sentence that explains the status; may be empty
+    seconds      wall time, s
+    iterations   hypotheses, EM steps or passes: the selector's own count
+    n_input, n_ignored, n_selected   number of matches given, of those ignored beforehand because a coordinate is NaN,
+                 infinite or beyond 1e6 px, and of those selected
+    """
+
+    __slots__ = (
+        "mask",
+        "score",
+        "model",
+        "model_kind",
+        "status",
+        "message",
+        "seconds",
+        "iterations",
+        "n_input",
+        "n_ignored",
+        "n_selected",
+    )
+
+    def __init__(self, **values):
+        for name in self.__slots__:
+            setattr(self, name, values[name])
+
+    def __repr__(self):
+        return "<corrsel.Selection: %s, %d of %d matches selected, model %s, %.3g ms%s>" % (
+            self.status,
+            self.n_selected,
+            self.n_input,
+            self.model_kind,
+            1000 * self.seconds,
+            ": " + self.message if self.message else "",
+        )
+
+
+class Selector:
+    """A selector with its options, for use on many sets of matches, from any thread.
+
+    name      a selector of selector_names(), optionally with a preset of selector_presets(): "gms", "lpm:v2"
+    options   by keyword, on top of those of the preset; see options(name) or help(corrsel.select)
+
+    Raises ValueError for an unknown name, preset or option, listing the valid ones, and for an option that is out of
+    its range.
+    """
+
+    def __init__(self, name, **options):
+        self._selector = _core.Selector(name, _options.to_text(name, options))
+
+    @property
+    def name(self):
+        """Name without preset."""
+        return self._selector.name()
+
+    @property
+    def options(self):
+        """The options in force: a list of Option."""
+        return [_options.Option(*row) for row in self._selector.options()]
+
+    def select(self, matches):
+        """Return the Selection for Matches. It never raises on data: the status of the Selection tells what is wrong.
+
+        Other Python threads run while the selector works. The same matches and options give the same mask, score and
+        model, bit for bit, whatever the thread. KeyboardInterrupt comes after the selector has ended; give
+        max_seconds where that matters.
+        """
+        if not isinstance(matches, Matches):
+            raise TypeError(
+                "matches is %s; needed: corrsel.Matches, e.g. corrsel.Matches(left, right)"
+                % type(matches).__name__
+            )
+        return Selection(**self._selector.select(matches))
+
+    def __repr__(self):
+        values = ", ".join("%s=%s" % (option.name, option.value) for option in self.options)
+        return "<corrsel.Selector %s: %s>" % (self.name, values)
+
+
+def select(
+    left,
+    right,
+    selector,
+    *,
+    left_size=None,
+    right_size=None,
+    distance=None,
+    second_distance=None,
+    left_frame=None,
+    right_frame=None,
+    left_index=None,
+    right_index=None,
+    **options
+):
+    """Decide which of N putative matches are correct. Return a Selection with mask, score, model, status and message.
+
+    left, right       positions, px, (x, y) with the origin at the centre of the first pixel: N x 2, float32 or float64
+                      (kept in single precision)
+    selector          a name of selector_names(), optionally with a preset: "gms", "lpm:v2", "ransac:f"
+    left_size, right_size       image sizes (width, height), px
+    distance, second_distance   descriptor distances to the nearest and to the second-nearest neighbour: N
+    left_frame, right_frame     local affine frames [[a11, a12, x], [a21, a22, y]], px: N x 2 x 3
+    left_index, right_index     numbers of the features in their images: N
+    options           of the selector, by keyword; the option lambda is written lambda_
+
+    Matches with a coordinate that is NaN, infinite or beyond 1e6 px are not selected and do not influence the others.
+    A column that the selector needs and does not get gives the status "unsupported_input".
+
+    This is Selector(selector, **options).select(Matches(left, right, ...)). Results are reproducible bit for bit:
+    random numbers come from the option seed. Other Python threads run in the meantime.
+
+    Raises TypeError for arrays of another dtype; ValueError for arrays of another shape or length, naming the argument,
+    and for an unknown selector, preset or option or an option out of its range.
+
+    Selectors with their options, defaults and ranges:
+    """
+    return Matches(
+        left,
+        right,
+        distance=distance,
+        second_distance=second_distance,
+        left_frame=left_frame,
+        right_frame=right_frame,
+        left_index=left_index,
+        right_index=right_index,
+        left_size=left_size,
+        right_size=right_size,
+    ).select(selector, **options)
+
+
+def selector_names():
+    """Return the names of all selectors; keep_all, the baseline that selects every match, comes last."""
+    return _core.selector_names()
+
+
+def selector_presets(name):
+    """Return the presets of a selector, to be used as "name:preset". Raises ValueError for an unknown name."""
+    return _core.selector_presets(name)
+
+
+def _needed_columns(selector):
+    """Return the names of the optional columns and sizes without which the selector does nothing."""
+    complete = {
+        "left": np.zeros((1, 2)),
+        "right": np.zeros((1, 2)),
+        "left_size": (1, 1),
+        "right_size": (1, 1),
+    }
+    complete.update({name: np.ones(1) for name in ("distance", "second_distance")})
+    complete.update({name: np.ones((1, 2, 3)) for name in ("left_frame", "right_frame")})
+    complete.update({name: np.zeros(1, np.uint32) for name in ("left_index", "right_index")})
+
+    def does_without(name):
+        matches = Matches(**{other: value for other, value in complete.items() if other != name})
+        return selector.select(matches).status != "unsupported_input"
+
+    return [name for name in complete if name not in ("left", "right") and not does_without(name)]
+
+
+def _selectors_text():
+    parts = []
+    for name in selector_names():
+        presets = ", ".join("%s:%s" % (name, preset) for preset in selector_presets(name))
+        needs = ", ".join(_needed_columns(Selector(name)))
+        remarks = ["presets: " + presets] if presets else []
+        remarks += ["needs " + needs] if needs else []
+        parts.append("    %s%s" % (name, " (%s)" % "; ".join(remarks) if remarks else ""))
+        parts.append(_options.describe(_options.options(name), " " * 8))
+    return "\n".join(part for part in parts if part)
+
+
+if select.__doc__:  # there is none under python3 -OO
+    select.__doc__ = "%s\n%s\n    " % (select.__doc__.rstrip(), _selectors_text())

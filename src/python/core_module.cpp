@@ -1,0 +1,152 @@
+// The Python module corrsel._core: selectors, ground-truth errors and metrics over numpy arrays.
+// Documentation for users is in the Python package, which wraps it.
+
+#include <pybind11/stl.h>
+
+#include <cstdint>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "corrsel/evaluation/errors.h"
+#include "corrsel/evaluation/metrics.h"
+#include "corrsel/selectors/factory.h"
+#include "python/arrays.h"
+
+namespace corrsel::python {
+namespace {
+
+py::array matrix(const cv::Matx33d& values) {
+  py::array_t<double> result({3, 3});
+  auto elements = result.mutable_unchecked<2>();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) elements(row, column) = values(row, column);
+  }
+  return result;
+}
+
+cv::Matx33d matrixFrom(const py::handle& object) {
+  const py::array_t<double> array(py::reinterpret_borrow<py::object>(object));
+  const auto elements = array.unchecked<2>();
+  if (elements.shape(0) != 3 || elements.shape(1) != 3) throw std::invalid_argument("a matrix is not 3 x 3");
+  cv::Matx33d result;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) result(row, column) = elements(row, column);
+  }
+  return result;
+}
+
+/// Keyword arguments for corrsel.Selection.
+py::dict selectMatches(const core::Selector& selector, const py::object& matches) {
+  const core::Correspondences input = correspondencesFrom(matches);
+  core::Selection selection;
+  {
+    const py::gil_scoped_release released;
+    selection = selector.select(input);
+  }
+  py::dict result;
+  result["mask"] = arrayFrom<bool>(std::move(selection.mask), {static_cast<py::ssize_t>(input.size())});
+  const bool scored = !selection.score.empty();
+  result["score"] = scored ? py::object(arrayFrom(std::move(selection.score))) : py::none();
+  const bool modelled = selection.model_kind != core::ModelKind::kNone;
+  result["model"] = modelled ? py::object(matrix(selection.model)) : py::none();
+  result["model_kind"] = core::toString(selection.model_kind);
+  result["status"] = core::toString(selection.status);
+  result["message"] = selection.message;
+  result["seconds"] = selection.seconds;
+  result["iterations"] = selection.iterations;
+  result["n_input"] = selection.n_input;
+  result["n_ignored"] = selection.n_ignored;
+  result["n_selected"] = selection.n_selected;
+  return result;
+}
+
+core::TruthKind kindFrom(const std::string& text) {
+  for (const core::TruthKind kind : {core::TruthKind::kHomography, core::TruthKind::kFundamental,
+                                     core::TruthKind::kLabels, core::TruthKind::kDisparity}) {
+    if (core::toString(kind) == text) return kind;
+  }
+  throw std::invalid_argument("unknown kind of ground truth '" + text + "'");
+}
+
+py::array groundTruthErrors(const py::object& matches, const std::string& kind, const py::object& value) {
+  const core::Correspondences input = correspondencesFrom(matches);
+  core::GroundTruth truth;
+  truth.kind = kindFrom(kind);
+  py::array_t<float, py::array::c_style | py::array::forcecast> disparity;
+  if (truth.kind == core::TruthKind::kLabels) {
+    truth.labels = vectorFrom<std::uint32_t>(value);
+  } else if (truth.kind == core::TruthKind::kDisparity) {
+    disparity = py::array_t<float, py::array::c_style | py::array::forcecast>(value);
+    if (disparity.ndim() != 2) throw std::invalid_argument("the disparity is not two-dimensional");
+    truth.disparity = cv::Mat(static_cast<int>(disparity.shape(0)), static_cast<int>(disparity.shape(1)),
+                              CV_32F, const_cast<float*>(disparity.data()));
+  } else {
+    truth.matrix = matrixFrom(value);
+  }
+  std::vector<double> errors;
+  {
+    const py::gil_scoped_release released;
+    errors = core::groundTruthErrors(truth, input);
+  }
+  return arrayFrom(std::move(errors));
+}
+
+/// One column of the metrics of all tolerances.
+template <class Value>
+py::array column(const std::vector<core::Metrics>& metrics, Value core::Metrics::*member) {
+  std::vector<Value> values;
+  for (const core::Metrics& row : metrics) values.push_back(row.*member);
+  return arrayFrom(std::move(values));
+}
+
+/// Keyword arguments for corrsel.Evaluation.
+py::dict evaluate(const std::string& kind, const py::object& errors, const py::object& mask,
+                  const std::optional<std::vector<double>>& tolerances,
+                  const std::optional<double>& ground_truth_tolerance) {
+  core::EvaluationOptions options;
+  if (tolerances) options.tolerances = *tolerances;
+  if (ground_truth_tolerance) options.ground_truth_tolerance = *ground_truth_tolerance;
+  const std::vector<double> error_values = vectorFrom<double>(errors);
+  const std::vector<std::uint8_t> mask_values = vectorFrom<std::uint8_t>(mask);
+  core::Evaluation evaluation;
+  {
+    const py::gil_scoped_release released;
+    evaluation = core::evaluate(kindFrom(kind), error_values, mask_values, options);
+  }
+  py::dict result;
+  result["n_putative"] = evaluation.n_putative;
+  result["n_ground_truth"] = evaluation.n_ground_truth;
+  result["n_selected"] = evaluation.n_selected;
+  result["tolerance"] = column(evaluation.metrics, &core::Metrics::tau);
+  result["n_correct"] = column(evaluation.metrics, &core::Metrics::n_correct);
+  result["precision"] = column(evaluation.metrics, &core::Metrics::precision);
+  result["recall_paper"] = column(evaluation.metrics, &core::Metrics::recall_paper);
+  result["recall_same_tau"] = column(evaluation.metrics, &core::Metrics::recall_same_tau);
+  result["f_paper"] = column(evaluation.metrics, &core::Metrics::f_paper);
+  result["f_same_tau"] = column(evaluation.metrics, &core::Metrics::f_same_tau);
+  return result;
+}
+
+}  // namespace
+}  // namespace corrsel::python
+
+PYBIND11_MODULE(_core, module) {
+  using namespace corrsel;
+  using namespace corrsel::python;
+  module.attr("__version__") = CORRSEL_VERSION;
+  module.def("selector_names", &core::selectorNames);
+  module.def("selector_presets", &core::selectorPresets);
+  module.def("ground_truth_errors", &groundTruthErrors);
+  module.def("evaluate", &evaluate);
+  py::class_<core::Selector>(module, "Selector")
+      .def(py::init([](const std::string& spec, const core::OptionMap& options) {
+        return core::createSelector(spec, options);
+      }))
+      .def("name", &core::Selector::name)
+      .def("options", [](const core::Selector& selector) { return toRows(selector.options()); })
+      .def("select", &selectMatches);
+}

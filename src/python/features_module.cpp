@@ -1,0 +1,192 @@
+// The Python module corrsel._features: extraction and matching over numpy arrays. Documentation for users is
+// in the Python package, which wraps it.
+
+#include <pybind11/stl.h>
+
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "corrsel/features/extractor.h"
+#include "corrsel/matching/matcher.h"
+#include "python/arrays.h"
+
+namespace corrsel::python {
+namespace {
+
+using Bytes = py::array_t<std::uint8_t, py::array::c_style>;
+
+/// Rows x columns, or rows x columns x channels, as a matrix that shares the array's memory.
+cv::Mat imageFrom(const Bytes& array) {
+  if (array.ndim() < 2 || array.ndim() > 3) throw std::invalid_argument("an image has the wrong shape");
+  const int channels = array.ndim() == 3 ? static_cast<int>(array.shape(2)) : 1;
+  return cv::Mat(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), CV_8UC(channels),
+                 const_cast<std::uint8_t*>(array.data()));
+}
+
+/// Where features are looked for: None or an array, None or (x, y, width, height).
+struct Region {
+  Region(const py::object& mask, const py::object& area) {
+    if (!mask.is_none()) {
+      mask_ = Bytes(mask);
+      region.mask = imageFrom(mask_);
+    }
+    if (!area.is_none()) {
+      const auto sides = py::cast<std::vector<int>>(area);
+      if (sides.size() != 4) throw std::invalid_argument("an area has not four numbers");
+      region.area = {sides[0], sides[1], sides[2], sides[3]};
+    }
+  }
+  core::FeatureRegion region;
+
+ private:
+  Bytes mask_;  ///< keeps the memory
+};
+
+/// An array that shares the matrix's memory.
+py::array arrayFrom(const cv::Mat& descriptors) {
+  auto* kept = new cv::Mat(descriptors.isContinuous() ? descriptors : descriptors.clone());
+  const py::capsule owner(kept, [](void* matrix) { delete static_cast<cv::Mat*>(matrix); });
+  const py::dtype type = kept->depth() == CV_8U ? py::dtype::of<std::uint8_t>() : py::dtype::of<float>();
+  return py::array(type, {kept->rows, kept->cols}, kept->data, owner);
+}
+
+/// Keyword arguments for corrsel.Features.
+py::dict toDict(core::Features&& features) {
+  std::vector<float> x, y, size, angle, response;
+  std::vector<std::int32_t> octave;
+  for (const cv::KeyPoint& keypoint : features.keypoints) {
+    x.push_back(keypoint.pt.x);
+    y.push_back(keypoint.pt.y);
+    size.push_back(keypoint.size);
+    angle.push_back(keypoint.angle);
+    response.push_back(keypoint.response);
+    octave.push_back(keypoint.octave);
+  }
+  py::dict result;
+  result["points"] = positions(x, y);
+  result["descriptors"] = arrayFrom(features.descriptors);
+  result["frame"] = python::arrayFrom(std::move(features.frames));
+  result["size"] = python::arrayFrom(std::move(size));
+  result["angle"] = python::arrayFrom(std::move(angle));
+  result["response"] = python::arrayFrom(std::move(response));
+  result["octave"] = python::arrayFrom(std::move(octave));
+  result["image_size"] = py::make_tuple(features.image_size.width, features.image_size.height);
+  result["detect_seconds"] = features.detect_seconds;
+  result["describe_seconds"] = features.describe_seconds;
+  return result;
+}
+
+/// What matching needs of a corrsel.Features.
+core::Features featuresFrom(const py::object& object) {
+  core::Features features;
+  const auto [x, y] = coordinates(object.attr("points"));
+  for (std::size_t i = 0; i < x.size(); ++i) features.keypoints.emplace_back(x[i], y[i], 0.0F);
+  features.frames = framesFrom(object.attr("frame"));
+  if (!features.frames.empty() && features.frames.size() != features.keypoints.size()) {
+    throw std::invalid_argument("points and frame differ in length");
+  }
+  const py::array descriptors = object.attr("descriptors");
+  if (descriptors.ndim() != 2) throw std::invalid_argument("descriptors is not two-dimensional");
+  const bool binary = py::isinstance<py::array_t<std::uint8_t>>(descriptors);
+  if (!binary && !py::isinstance<py::array_t<float>>(descriptors)) {
+    throw std::invalid_argument("descriptors is neither uint8 nor float32");
+  }
+  features.descriptors.create(static_cast<int>(descriptors.shape(0)), static_cast<int>(descriptors.shape(1)),
+                              binary ? CV_8U : CV_32F);
+  const auto contiguous = py::array::ensure(descriptors, py::array::c_style);
+  if (!features.descriptors.empty()) {
+    std::memcpy(features.descriptors.data, contiguous.data(), static_cast<std::size_t>(contiguous.nbytes()));
+  }
+  const py::object size = object.attr("image_size");
+  if (!size.is_none()) features.image_size = sizeFrom(size);
+  return features;
+}
+
+core::MatchOptions matchOptions(const core::OptionMap& values) {
+  core::MatchOptions options;
+  core::setOptions(options, values, "match");
+  options.check();
+  return options;
+}
+
+py::dict extract(const core::FeatureExtractor& extractor, const Bytes& image, const py::object& mask,
+                 const py::object& area, int threads) {
+  const cv::Mat pixels = imageFrom(image);
+  const Region region(mask, area);
+  core::Features features;
+  {
+    const py::gil_scoped_release released;
+    features = extractor.extract(pixels, threads, region.region);
+  }
+  return toDict(std::move(features));
+}
+
+py::dict match(const core::FeatureExtractor& extractor, const Bytes& left, const Bytes& right,
+               const py::object& left_mask, const py::object& right_mask, const py::object& left_area,
+               const py::object& right_area, const core::OptionMap& options, int threads) {
+  const cv::Mat left_pixels = imageFrom(left), right_pixels = imageFrom(right);
+  const Region left_region(left_mask, left_area), right_region(right_mask, right_area);
+  const core::MatchOptions match_options = matchOptions(options);
+  core::Correspondences matches;
+  {
+    const py::gil_scoped_release released;
+    const auto [left_features, right_features] = core::extractPair(
+        extractor, left_pixels, right_pixels, threads, left_region.region, right_region.region);
+    matches = core::matchFeatures(left_features, right_features, match_options, threads);
+  }
+  return python::toDict(std::move(matches));
+}
+
+py::dict matchFeatures(const py::object& left, const py::object& right, const core::OptionMap& options,
+                       int threads) {
+  const core::Features left_features = featuresFrom(left), right_features = featuresFrom(right);
+  const core::MatchOptions match_options = matchOptions(options);
+  core::Correspondences matches;
+  {
+    const py::gil_scoped_release released;
+    matches = core::matchFeatures(left_features, right_features, match_options, threads);
+  }
+  return python::toDict(std::move(matches));
+}
+
+/// Rows as from toRows() by the name of the algorithm, and those of the matching under "match".
+py::dict algorithmOptions() {
+  py::dict result;
+  for (const auto& [name, options] : core::featureAlgorithms()) result[py::str(name)] = toRows(*options);
+  result["match"] = toRows(core::MatchOptions());
+  return result;
+}
+
+py::dict extractorOptions(const core::FeatureExtractor& extractor) {
+  py::dict result;
+  for (const auto& [name, options] : extractor.options()) result[py::str(name)] = toRows(*options);
+  return result;
+}
+
+}  // namespace
+}  // namespace corrsel::python
+
+PYBIND11_MODULE(_features, module) {
+  using namespace corrsel;
+  using namespace corrsel::python;
+  module.def("extractor_names", &core::extractorNames);
+  module.def("detector_names", &core::detectorNames);
+  module.def("descriptor_names", &core::descriptorNames);
+  module.def("algorithms_of", &core::algorithmsOf);
+  module.def("algorithm_options", &algorithmOptions);
+  module.def("match_features", &matchFeatures);
+  py::class_<core::FeatureExtractor>(module, "Extractor")
+      .def(py::init([](const std::string& name, const core::AlgorithmOptions& options) {
+        return core::createExtractor(name, options);
+      }))
+      .def("name", &core::FeatureExtractor::name)
+      .def("options", &extractorOptions)
+      .def("extract", &extract)
+      .def("match", &match);
+}
