@@ -199,9 +199,8 @@ def draw_pair(axes, images, matches, shown, errors, title):
     offset = images[0].shape[1] + GAP
     canvas = np.full((height, offset + images[1].shape[1]), 255, np.uint8)
     for image, left in zip(images, (0, offset)):  # pale, so that the lines stand out
-        canvas[: image.shape[0], left : left + image.shape[1]] = (
-            255 - (255 - image) * 0.6
-        )  # pale, for the lines
+        grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+        canvas[: image.shape[0], left : left + image.shape[1]] = 255 - (255 - grey) * 0.6
     axes.imshow(canvas, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
     lines = np.stack([matches.left[shown], matches.right[shown] + (offset, 0)], axis=1)
     colours = [GREEN if error <= TOLERANCE else VERMILLION for error in errors[shown]]
