@@ -10,6 +10,7 @@
 
 #include "base/stopwatch.h"
 #include "benchmark/examples.h"
+#include "benchmark/feature_cache.h"
 #include "benchmark/progress_meter.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/datasets/scene.h"
@@ -19,7 +20,6 @@
 #include "corrsel/matching/matcher.h"
 #include "corrsel/random.h"
 #include "corrsel/selectors/factory.h"
-#include "features/feature_cache.h"
 
 namespace corrsel::core {
 namespace {

@@ -5,6 +5,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "base/checksum.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -14,13 +16,10 @@ cv::Matx33d translation(double x, double y) { return {1, 0, x, 0, 1, y, 0, 0, 1}
 
 }  // namespace
 
-// FNV-1a.
 Random engineOf(std::int64_t seed, const std::string& sequence, int strength) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  for (const char c : std::to_string(seed) + "/" + sequence + "/" + std::to_string(strength)) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
-  }
-  return Random(hash);
+  Checksum checksum;
+  checksum.add(std::to_string(seed) + "/" + sequence + "/" + std::to_string(strength));
+  return Random(checksum.value());
 }
 
 cv::Matx33d aboutCentre(const cv::Matx33d& map, const cv::Size& size) {

@@ -14,7 +14,7 @@
 #include "base/stopwatch.h"
 #include "features/descriptors/descriptor.h"
 #include "features/detectors/detector.h"
-#include "features/parts/cap.h"
+#include "features/parts/spread.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
+#include "benchmark/feature_cache.h"
 #include "feature_checks.h"
-#include "features/feature_cache.h"
 #include "test_support.h"
 
 namespace corrsel::core {

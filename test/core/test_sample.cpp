@@ -12,6 +12,7 @@
 #include <set>
 #include <sstream>
 
+#include "base/checksum.h"
 #include "dataset_folder.h"
 #include "datasets/sample.h"
 #include "test_support.h"
@@ -56,21 +57,19 @@ double agreement(const ImagePair& pair, const std::vector<Match>& matches, doubl
   return double(std::count_if(matches.begin(), matches.end(), agrees)) / double(matches.size());
 }
 
-/// FNV-1a over all pairs: homography or disparity, left image, right image.
+/// Checksum over all pairs: homography or disparity, left image, right image.
 std::uint64_t fingerprint(const DatasetReader& reader) {
-  std::uint64_t hash = 0xcbf29ce484222325ULL;
-  const auto add = [&hash](const void* data, std::size_t size) {
-    const auto* const bytes = static_cast<const std::uint8_t*>(data);
-    for (std::size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 0x100000001b3ULL;
-  };
+  Checksum checksum;
   for (std::size_t i = 0; i < reader.size(); ++i) {
     const ImagePair pair = reader.read(i);
-    add(pair.truth.matrix.val, sizeof(pair.truth.matrix.val));
+    checksum.add(pair.truth.matrix.val, sizeof(pair.truth.matrix.val));
     for (const cv::Mat& image : {pair.truth.disparity, pair.left, pair.right}) {
-      for (int y = 0; y < image.rows; ++y) add(image.ptr(y), image.elemSize() * std::size_t(image.cols));
+      for (int y = 0; y < image.rows; ++y) {
+        checksum.add(image.ptr(y), image.elemSize() * std::size_t(image.cols));
+      }
     }
   }
-  return hash;
+  return checksum.value();
 }
 
 class SampleImages : public ::testing::Test {

@@ -2,12 +2,11 @@
 
 #include <unistd.h>
 
-#include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
+#include "base/checksum.h"
 #include "base/text.h"
 
 namespace corrsel {
@@ -17,22 +16,6 @@ namespace fs = std::filesystem;
 
 // To be raised when what is written into bags changes.
 constexpr char kFormat[] = "3";
-
-/// FNV-1a, 64 bits.
-class Fingerprint {
- public:
-  void add(const std::string& text) {
-    for (const char c : text + '\n') hash_ = (hash_ ^ static_cast<std::uint8_t>(c)) * 0x100000001b3ULL;
-  }
-  std::string text() const {
-    char buffer[17];
-    std::snprintf(buffer, sizeof(buffer), "%016llx", static_cast<unsigned long long>(hash_));
-    return buffer;
-  }
-
- private:
-  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
-};
 
 /// Whether a file is prefix + fingerprint + ".bag", with or without a further ending: the bags of "set-2"
 /// must not be taken for those of "set".
@@ -55,15 +38,16 @@ std::string cacheFolder() {
 
 CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset,
                            const core::DatasetReader& reader, int seed, const BagProgress& progress) {
-  Fingerprint fingerprint;
-  fingerprint.add(kFormat);
-  fingerprint.add(dataset);
-  fingerprint.add(std::to_string(seed));
+  core::Checksum fingerprint;
+  const auto addLine = [&fingerprint](const std::string& text) { fingerprint.add(text + '\n'); };
+  addLine(kFormat);
+  addLine(dataset);
+  addLine(std::to_string(seed));
   for (const std::string& file : reader.files()) {
     std::error_code error;
-    fingerprint.add(fs::absolute(file).string());
-    fingerprint.add(std::to_string(fs::file_size(file, error)));
-    fingerprint.add(std::to_string(fs::last_write_time(file, error).time_since_epoch().count()));
+    addLine(fs::absolute(file).string());
+    addLine(std::to_string(fs::file_size(file, error)));
+    addLine(std::to_string(fs::last_write_time(file, error).time_since_epoch().count()));
   }
   std::error_code error;
   fs::create_directories(folder, error);

@@ -11,24 +11,24 @@
 
 namespace corrsel::core {
 
-/// Remembers the features of images that come again, such as a sequence's first image. Images are told apart
-/// by their pixels, compared bit by bit, so that nothing can be mistaken; features that come from the cache
-/// equal those of a new extraction and carry the seconds that theirs took. Nothing is kept on disk. Safe to
-/// use from several threads.
+/// Keeps the features of images that occur in several pairs, such as a sequence's first image. Images are
+/// compared pixel by pixel, so features are never taken for those of another image. Cached features equal
+/// those of a new extraction, and their times are those of the extraction that made them. Nothing is kept on
+/// disk. All members may be called from several threads.
 class FeatureCache {
  public:
-  /// @param max_bytes  of pixels and features together; the image used longest ago goes first, and one that
-  /// is larger alone is not kept. 0 = nothing is kept.
+  /// @param max_bytes  bound on pixels and features together. When it is exceeded, the least recently used
+  /// image is dropped first. An image that exceeds it alone is not kept. 0 = nothing is kept.
   explicit FeatureCache(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 
-  /// The features of both images: those that are not remembered are extracted, side by side where threads > 1
-  /// and both are new. Throws what extract() throws.
-  /// @param extractor  told apart by its address: must outlive the cache
+  /// Returns the features of both images and extracts those that are not cached; both are extracted at the
+  /// same time where threads > 1. Throws what extract() throws.
+  /// @param extractor  identified by its address, so it must outlive the cache
   std::pair<std::shared_ptr<const Features>, std::shared_ptr<const Features>> extractPair(
       const FeatureExtractor& extractor, const cv::Mat& left, const cv::Mat& right, int threads);
 
   std::size_t bytes() const;
-  /// How many images were found, and how many had to be extracted.
+  /// How many images were found in the cache, and how many had to be extracted.
   std::size_t hits() const;
   std::size_t misses() const;
 
@@ -47,8 +47,8 @@ class FeatureCache {
            const std::shared_ptr<const Features>& features);
 
   const std::size_t max_bytes_;
-  mutable std::mutex mutex_;  ///< guards all below
-  std::list<Entry> entries_;  ///< last used first
+  mutable std::mutex mutex_;  ///< guards the members below
+  std::list<Entry> entries_;  ///< most recently used first
   std::size_t bytes_ = 0, hits_ = 0, misses_ = 0;
 };
 

@@ -1,4 +1,4 @@
-#include "features/parts/cap.h"
+#include "features/parts/spread.h"
 
 #include <algorithm>
 #include <cmath>

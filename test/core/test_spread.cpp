@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "features/parts/cap.h"
+#include "features/parts/spread.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -18,7 +18,7 @@ std::vector<cv::Point2f> randomPoints(int n, const cv::Rect2f& area, std::uint64
   return points;
 }
 
-TEST(Cap, KeepsAsManyAsAskedForInOrder) {
+TEST(Spread, KeepsAsManyAsAskedForInOrder) {
   const auto points = randomPoints(1000, {0, 0, 640, 480}, 1);
   for (const std::size_t most : {1, 2, 10, 999, 1000, 5000}) {
     const auto kept = spreadOverImage(points, {640, 480}, most);
@@ -30,7 +30,7 @@ TEST(Cap, KeepsAsManyAsAskedForInOrder) {
   EXPECT_TRUE(spreadOverImage({}, {640, 480}, 10).empty());
 }
 
-TEST(Cap, WeakPartsOfTheImageKeepTheirStrongest) {
+TEST(Spread, WeakPartsOfTheImageKeepTheirStrongest) {
   // The 900 strongest points are in one corner, 100 weak ones everywhere.
   auto points = randomPoints(900, {0, 0, 100, 100}, 1);
   const auto others = randomPoints(100, {0, 0, 640, 480}, 2);
@@ -41,7 +41,7 @@ TEST(Cap, WeakPartsOfTheImageKeepTheirStrongest) {
   EXPECT_EQ(kept.front(), 0u);
 }
 
-TEST(Cap, PointsOutsideTheImageAreOfItsBorder) {
+TEST(Spread, PointsOutsideTheImageAreOfItsBorder) {
   EXPECT_EQ(spreadOverImage({{-5, -5}, {1000, 1000}, {3, 1e6F}}, {640, 480}, 3).size(), 3u);
 }
 
