@@ -8,108 +8,125 @@
 namespace corrsel::core {
 namespace {
 
-std::string rangeText(const NumberInfo& info) {
-  return "[" + formatNumber(info.min) + ", " + formatNumber(info.max) + "]";
+class Collector : public OptionVisitor {
+ public:
+  void field(OptionField field) override { fields.push_back(std::move(field)); }
+  std::vector<OptionField> fields;
+};
+
+std::vector<std::string> choiceNames(const OptionField& field) {
+  std::vector<std::string> names;
+  for (const OptionField::Named& choice : field.choices) names.push_back(choice.name);
+  return names;
 }
 
-class Checker : public OptionVisitor {
- public:
-  void number(const NumberInfo& info, double& value) override {
-    // Written so that NaN fails.
-    if (!(value >= info.min && value <= info.max)) {
-      throw std::invalid_argument("option " + std::string(info.name) + " = " + formatNumber(value) +
-                                  " is outside " + rangeText(info));
-    }
-  }
-  void integer(const NumberInfo& info, int& value) override {
-    double as_number = value;
-    number(info, as_number);
-  }
-  void flag(const char*, const char*, bool&) override {}
-  void choice(const char* name, const std::vector<std::string>& choices, const char*,
-              std::string& value) override {
-    if (std::find(choices.begin(), choices.end(), value) == choices.end()) {
-      throw std::invalid_argument("option " + std::string(name) + " = '" + value + "' is not one of " +
-                                  joinList(choices));
-    }
-  }
-};
+/// Whether `name` is one of the field's choices; always for other types.
+bool valid(const OptionField& field, const std::string& name) {
+  return field.type != OptionType::kChoice ||
+         std::any_of(field.choices.begin(), field.choices.end(),
+                     [&name](const OptionField::Named& choice) { return choice.name == name; });
+}
 
-class Lister : public OptionVisitor {
- public:
-  void number(const NumberInfo& info, double& value) override { add(info, formatNumber(value)); }
-  void integer(const NumberInfo& info, int& value) override { add(info, std::to_string(value)); }
-  void flag(const char* name, const char* description, bool& value) override {
-    rows.push_back({name, value ? "true" : "false", "true, false", "-", description});
+OptionValue parse(const OptionField& field, const std::string& text, const std::string& label) {
+  switch (field.type) {
+    case OptionType::kNumber:
+      return parseNumber(text, label);
+    case OptionType::kInteger:
+      return parseInteger(text, label);
+    case OptionType::kFlag:
+      return parseFlag(text, label);
+    default:
+      if (valid(field, text)) return text;
+      throw std::invalid_argument(label + ": '" + text + "' is not one of " + field.range());
   }
-  void choice(const char* name, const std::vector<std::string>& choices, const char* description,
-              std::string& value) override {
-    rows.push_back({name, value, joinList(choices), "-", description});
-  }
-  std::vector<OptionText> rows;
+}
 
- private:
-  void add(const NumberInfo& info, const std::string& value) {
-    rows.push_back({info.name, value, rangeText(info), info.unit, info.description});
-  }
-};
-
-class Setter : public OptionVisitor {
- public:
-  Setter(const OptionMap& values, const std::string& context) : values_(values), context_(context) {}
-  void number(const NumberInfo& info, double& value) override {
-    if (const std::string* text = find(info.name)) value = parseNumber(*text, label(info.name));
-  }
-  void integer(const NumberInfo& info, int& value) override {
-    if (const std::string* text = find(info.name)) value = parseInteger(*text, label(info.name));
-  }
-  void flag(const char* name, const char*, bool& value) override {
-    if (const std::string* text = find(name)) value = parseFlag(*text, label(name));
-  }
-  void choice(const char* name, const std::vector<std::string>&, const char*, std::string& value) override {
-    if (const std::string* text = find(name)) value = *text;
-  }
-  std::vector<std::string> known;
-
- private:
-  std::string label(const char* name) const { return "option " + context_ + "." + name; }
-  const std::string* find(const char* name) {
-    known.push_back(name);
-    const auto found = values_.find(name);
-    return found == values_.end() ? nullptr : &found->second;
-  }
-  const OptionMap& values_;
-  const std::string& context_;
-};
+std::string label(const std::string& context, const OptionField& field) {
+  return "option " + context + "." + field.name;
+}
 
 }  // namespace
 
+std::string toString(OptionType type) {
+  constexpr const char* kNames[] = {"number", "integer", "flag", "choice", "text"};
+  return kNames[static_cast<std::size_t>(type)];
+}
+
+std::string OptionField::range() const {
+  switch (type) {
+    case OptionType::kFlag:
+      return "true, false";
+    case OptionType::kChoice:
+      return joinList(choiceNames(*this));
+    case OptionType::kText:
+      return "text";
+    default:
+      return "[" + formatNumber(min) + ", " + formatNumber(max) + "]";
+  }
+}
+
+std::string OptionField::text(const OptionSet& options) const {
+  const OptionValue value = get(options);
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
+  if (const auto* integer = std::get_if<int>(&value)) return std::to_string(*integer);
+  if (const auto* number = std::get_if<double>(&value)) return formatNumber(*number);
+  return std::get<std::string>(value);
+}
+
+void OptionField::setText(OptionSet& options, const std::string& text, const std::string& label) const {
+  set(options, parse(*this, text, label));
+}
+
+void OptionField::check(const OptionSet& options) const {
+  const OptionValue value = get(options);
+  const auto* integer = std::get_if<int>(&value);
+  const auto* number = std::get_if<double>(&value);
+  // Written so that NaN fails.
+  const auto within = [this](double v) { return v >= min && v <= max; };
+  if ((integer != nullptr && !within(*integer)) || (number != nullptr && !within(*number))) {
+    throw std::invalid_argument("option " + name + " = " + text(options) + " is outside " + range());
+  }
+  const auto* words = std::get_if<std::string>(&value);
+  if (words != nullptr && !valid(*this, *words)) {
+    throw std::invalid_argument("option " + name + " = '" + *words + "' is not one of " + range());
+  }
+}
+
 void OptionSet::check() const {
-  Checker checker;
-  // The checker only reads; visit() is shared with visitors that write.
-  const_cast<OptionSet*>(this)->visit(checker);
+  for (const OptionField& field : optionFields(*this)) field.check(*this);
+}
+
+std::vector<OptionField> optionFields(const OptionSet& options) {
+  Collector collector;
+  options.visit(collector);
+  return std::move(collector.fields);
 }
 
 std::vector<OptionText> listOptions(const OptionSet& options) {
-  Lister lister;
-  const_cast<OptionSet&>(options).visit(lister);
-  return lister.rows;
+  std::vector<OptionText> rows;
+  for (const OptionField& field : optionFields(options)) {
+    rows.push_back({field.name, field.text(options), field.range(), field.unit, field.description});
+  }
+  return rows;
 }
 
 void setOptions(OptionSet& options, const OptionMap& values, const std::string& context) {
-  Setter setter(values, context);
-  options.visit(setter);
+  setOptionsWherePresent(options, values, context);
+  std::vector<std::string> known;
+  for (const OptionField& field : optionFields(options)) known.push_back(field.name);
   for (const auto& [name, value] : values) {
-    if (std::find(setter.known.begin(), setter.known.end(), name) == setter.known.end()) {
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
       throw std::invalid_argument("unknown option " + context + "." + name +
-                                  "; valid: " + (setter.known.empty() ? "none" : joinList(setter.known)));
+                                  "; valid: " + (known.empty() ? "none" : joinList(known)));
     }
   }
 }
 
 void setOptionsWherePresent(OptionSet& options, const OptionMap& values, const std::string& context) {
-  Setter setter(values, context);
-  options.visit(setter);
+  for (const OptionField& field : optionFields(options)) {
+    const auto found = values.find(field.name);
+    if (found != values.end()) field.setText(options, found->second, label(context, field));
+  }
 }
 
 }  // namespace corrsel::core

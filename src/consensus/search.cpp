@@ -34,8 +34,10 @@ struct Workspace {
 };
 
 TwoViewProblem problemOf(const ConsensusOptions& options) {
-  if (options.model == "fundamental") return fundamentalProblem();
-  return homographyProblem(options.error == "transfer" ? Residual::kTransfer : Residual::kSymmetricTransfer);
+  if (options.model == ModelKind::kFundamental) return fundamentalProblem();
+  return homographyProblem(options.error == ConsensusOptions::Error::kTransfer
+                               ? Residual::kTransfer
+                               : Residual::kSymmetricTransfer);
 }
 
 class Search {
@@ -46,7 +48,8 @@ class Search {
         problem_(problem),
         deadline_(deadline),
         work_(work),
-        verifier_(work.matches, problem.residual, threshold * work.matches.scale, options.score == "msac"),
+        verifier_(work.matches, problem.residual, threshold * work.matches.scale,
+                  options.score == ConsensusOptions::Score::kMsac),
         sampler_(by_quality ? Sampler(work.best_first, problem.sample_size, seed())
                             : Sampler(work.matches.size(), problem.sample_size, seed())),
         by_quality_(by_quality),
@@ -221,9 +224,9 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
   thread_local Workspace work;
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
   normalizeMatches(matches, work.rows, work.matches);
-  const bool by_quality =
-      options.sampler == "prosac" && work.ordering.byQuality(matches, work.rows, work.best_first);
-  if (options.sampler == "prosac" && !by_quality)
+  const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;
+  const bool by_quality = prosac && work.ordering.byQuality(matches, work.rows, work.best_first);
+  if (prosac && !by_quality)
     result.message = "no descriptor distances: sampled uniformly instead of by PROSAC";
   Search search(options, problem, threshold, by_quality, deadline, work);
   const Candidate best = search.run(result.iterations);

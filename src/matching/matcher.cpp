@@ -35,12 +35,13 @@ void checkDescriptors(const Features& left, const Features& right) {
 
 }  // namespace
 
-void MatchOptions::visit(OptionVisitor& visitor) {
-  visitor.flag("mutual", "Matching: keep features that are nearest to each other only", mutual);
+void MatchOptions::visit(OptionVisitor& visitor) const {
+  visitor.flag("mutual", "Matching: keep features that are nearest to each other only",
+               &MatchOptions::mutual);
   visitor.number(
       {"second_distance_radius", 0, 1000, "px",
        "Matching: least distance of the second neighbour from the first, for features found twice"},
-      second_distance_radius);
+      &MatchOptions::second_distance_radius);
 }
 
 Correspondences matchFeatures(const Features& left, const Features& right, const MatchOptions& options,

@@ -9,35 +9,38 @@
 
 namespace corrsel::core {
 
-void SequenceOptions::visit(OptionVisitor& visitor) {
-  visitor.choice("reference", {"previous", "keyframe"}, "Sequence: the frame that new ones are compared with",
-                 reference);
-  visitor.integer({"step", 1, 100, "frames", "Sequence, previous: so many processed frames ago"}, step);
+void SequenceOptions::visit(OptionVisitor& visitor) const {
+  visitor.choice("reference",
+                 {{Reference::kPrevious, "previous", "The one sequence_step frames ago"},
+                  {Reference::kKeyframe, "keyframe", "One that stays until too little of it is seen again"}},
+                 "Sequence: the frame that new ones are compared with", &SequenceOptions::reference);
+  visitor.integer({"step", 1, 100, "frames", "Sequence, previous: so many processed frames ago"},
+                  &SequenceOptions::step);
   visitor.number(
       {"min_overlap", 0, 1, "-", "Sequence, keyframe: renewed when less than this share of it is seen again"},
-      min_overlap);
+      &SequenceOptions::min_overlap);
   visitor.number({"ratio", 0, 1, "-",
                   "Sequence, keyframe: matches with at most this ratio of distances show what is seen again"},
-                 ratio);
+                 &SequenceOptions::ratio);
 }
 
 Sequence::Sequence(const SequenceOptions& options) : options_(options) { options_.check(); }
 
 void Sequence::setOptions(const SequenceOptions& options) {
   options.check();
-  const bool keyframes = options.reference == "keyframe";
-  if (keyframes != (options_.reference == "keyframe")) {
+  const bool changes = options.reference != options_.reference;
+  options_ = options;
+  if (changes) {
     keyframe_.reset();
-    if (keyframes && !frames_.empty() && !frames_.back().features->keypoints.empty()) {
+    if (keyframes() && !frames_.empty() && !frames_.back().features->keypoints.empty()) {
       keyframe_ = frames_.back();
     }
   }
-  options_ = options;
   trim();
 }
 
 const Sequence::Frame* Sequence::reference() const {
-  if (options_.reference == "keyframe") return keyframe_ ? &*keyframe_ : nullptr;
+  if (keyframes()) return keyframe_ ? &*keyframe_ : nullptr;
   const auto step = static_cast<std::size_t>(options_.step);
   return frames_.size() < step ? nullptr : &frames_[frames_.size() - step];
 }
@@ -49,7 +52,7 @@ void Sequence::add(Frame frame, const Correspondences& matches) {
   const Frame* const compared = reference();
   last_overlap_ = compared ? overlap(matches, *compared->features, options_.ratio)
                            : std::numeric_limits<double>::quiet_NaN();
-  if (options_.reference == "keyframe" && !frame.features->keypoints.empty() &&
+  if (keyframes() && !frame.features->keypoints.empty() &&
       (!keyframe_ || last_overlap_ < options_.min_overlap)) {
     keyframe_ = frame;
   }
@@ -58,7 +61,7 @@ void Sequence::add(Frame frame, const Correspondences& matches) {
 }
 
 void Sequence::trim() {
-  const auto most = options_.reference == "keyframe" ? 1 : static_cast<std::size_t>(options_.step);
+  const auto most = keyframes() ? 1 : static_cast<std::size_t>(options_.step);
   while (frames_.size() > most) frames_.pop_front();
 }
 

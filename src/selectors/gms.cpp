@@ -246,14 +246,15 @@ class Workspace {
 
 }  // namespace
 
-void GmsOptions::visit(OptionVisitor& visitor) {
-  visitor.number({"alpha", 0, 100, "-", "Threshold factor; larger selects fewer and surer matches"}, alpha);
-  visitor.integer({"grid", 2, 100, "cells", "Cells per side of the left grid"}, grid);
-  visitor.flag("rotation", "Try 8 rotations of the neighbourhood, 45 degrees apart", rotation);
-  visitor.flag("scale", "Try 5 sizes of the right grid between 1/2 and 2", scale);
+void GmsOptions::visit(OptionVisitor& visitor) const {
+  visitor.number({"alpha", 0, 100, "-", "Threshold factor; larger selects fewer and surer matches"},
+                 &GmsOptions::alpha);
+  visitor.integer({"grid", 2, 100, "cells", "Cells per side of the left grid"}, &GmsOptions::grid);
+  visitor.flag("rotation", "Try 8 rotations of the neighbourhood, 45 degrees apart", &GmsOptions::rotation);
+  visitor.flag("scale", "Try 5 sizes of the right grid between 1/2 and 2", &GmsOptions::scale);
   visitor.flag("drop_first_cells",
                "Leave out the first half cells of shifted grids, as the authors' header does",
-               drop_first_cells);
+               &GmsOptions::drop_first_cells);
 }
 
 GmsSelector::GmsSelector(GmsOptions options) : options_(std::move(options)) { options_.check(); }

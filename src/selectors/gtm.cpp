@@ -205,23 +205,26 @@ class Game {
 
 }  // namespace
 
-void GtmOptions::visit(OptionVisitor& visitor) {
-  visitor.number({"lambda", 0, 1, "1/px", "Payoff of two matches = exp(-lambda * error)"}, lambda);
+void GtmOptions::visit(OptionVisitor& visitor) const {
+  visitor.number({"lambda", 0, 1, "1/px", "Payoff of two matches = exp(-lambda * error)"},
+                 &GtmOptions::lambda);
   visitor.flag("normalize_lambda",
                "Lambda is meant for right images with a diagonal of 1000 px and scaled for others",
-               normalize_lambda);
-  visitor.choice("dynamics", {"replicator", "equilibrium"},
-                 "A number of replicator steps, or the equilibrium of the game", dynamics);
-  visitor.integer({"steps", 1, 100000, "-", "Replicator: steps"}, steps);
+               &GtmOptions::normalize_lambda);
+  visitor.choice("dynamics",
+                 {{Dynamics::kReplicator, "replicator", "Replicator steps, threshold by Otsu"},
+                  {Dynamics::kEquilibrium, "equilibrium", "Equilibrium by infection and immunization"}},
+                 "A number of replicator steps, or the equilibrium of the game", &GtmOptions::dynamics);
+  visitor.integer({"steps", 1, 100000, "-", "Replicator: steps"}, &GtmOptions::steps);
   visitor.number({"min_share", 0, 1, "-",
                   "Equilibrium: matches above this share of the largest population are selected"},
-                 min_share);
+                 &GtmOptions::min_share);
   visitor.flag("one_to_one", "Matches that share a point in one of the images pay nothing to each other",
-               one_to_one);
+               &GtmOptions::one_to_one);
   visitor.integer({"memory_limit", 0, 1 << 20, "MiB",
                    "Payoffs that need more than this are computed anew in every step, same answer"},
-                  memory_limit);
-  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, max_seconds);
+                  &GtmOptions::memory_limit);
+  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &GtmOptions::max_seconds);
 }
 
 GtmSelector::GtmSelector(GtmOptions options) : options_(std::move(options)) { options_.check(); }
@@ -262,7 +265,7 @@ void GtmSelector::run(const Correspondences& matches, Selection& result) const {
   double lambda = options_.lambda;
   if (options_.normalize_lambda)
     lambda *= kReferenceDiagonal / std::hypot(matches.right_size.width, matches.right_size.height);
-  const bool replicator = options_.dynamics == "replicator";
+  const bool replicator = options_.dynamics == GtmOptions::Dynamics::kReplicator;
   // What an equilibrium tolerates shrinks with the number of its members.
   if (!replicator) lambda *= kReferenceMatches / static_cast<double>(space.distinct.size());
   PairRule rule;

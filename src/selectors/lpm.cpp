@@ -27,7 +27,7 @@ struct Layout {
 
 Layout layoutOf(const LpmOptions& options) {
   Layout layout;
-  if (options.cost == "count") {
+  if (options.cost == LpmOptions::Cost::kCount) {
     layout.windows[0] = {0, options.k};
   } else {
     // The authors' code slices its table anew at every scale and so loses one more of the nearest each time.
@@ -211,7 +211,7 @@ void findCosts(const std::vector<std::uint32_t>* members, const Layout& layout, 
   findNeighbours(members, layout, options.compat, work);
   work.cost.resize(work.size());
   const auto costs = layout.listed <= 8 ? costsOfShortLists : costsOfLongLists;
-  costs(layout, options.cost == "count", options.tau, work);
+  costs(layout, options.cost == LpmOptions::Cost::kCount, options.tau, work);
 }
 
 void acceptWithin(double lambda, Workspace& work) {
@@ -224,25 +224,28 @@ void acceptWithin(double lambda, Workspace& work) {
 
 }  // namespace
 
-void LpmOptions::visit(OptionVisitor& visitor) {
-  visitor.choice("cost", {"count", "multiscale"},
-                 "Common neighbours only (count), or also their motion at three scales (multiscale)", cost);
-  visitor.integer({"k", 1, 32, "-", "Neighbours of a match; multiscale uses k+2, k and k-2"}, k);
+void LpmOptions::visit(OptionVisitor& visitor) const {
+  visitor.choice("cost",
+                 {{Cost::kCount, "count", "Common neighbours"},
+                  {Cost::kMultiscale, "multiscale", "Common neighbours and their motion at three scales"}},
+                 "Common neighbours only (count), or also their motion at three scales (multiscale)",
+                 &LpmOptions::cost);
+  visitor.integer({"k", 1, 32, "-", "Neighbours of a match; multiscale uses k+2, k and k-2"}, &LpmOptions::k);
   visitor.number({"lambda_first", 0, 64, "-", "First pass accepts a match if its cost is at most this"},
-                 lambda_first);
+                 &LpmOptions::lambda_first);
   visitor.number({"lambda_second", 0, 64, "-", "Second pass accepts a match if its cost is at most this"},
-                 lambda_second);
+                 &LpmOptions::lambda_second);
   visitor.number(
       {"tau", -1, 1, "-", "Multiscale: common neighbours whose motion agrees less than this do not count"},
-      tau);
+      &LpmOptions::tau);
   visitor.flag("merge_duplicates", "Decide identical matches once, so that they cannot support themselves",
-               merge_duplicates);
-  visitor.flag("compat", "Take neighbours as the authors' code does", compat);
+               &LpmOptions::merge_duplicates);
+  visitor.flag("compat", "Take neighbours as the authors' code does", &LpmOptions::compat);
 }
 
 void LpmOptions::check() const {
   OptionSet::check();
-  if (cost == "multiscale" && k < 3) {
+  if (cost == Cost::kMultiscale && k < 3) {
     throw std::invalid_argument("option k = " + std::to_string(k) +
                                 " is too small for cost = multiscale: at least 3");
   }
@@ -276,7 +279,7 @@ void LpmSelector::run(const Correspondences& matches, Selection& result) const {
     result.message = "all points of one image are equal: neighbourhoods have no meaning";
     return;
   }
-  if (options_.cost != "count") findMotions(work);
+  if (options_.cost == LpmOptions::Cost::kMultiscale) findMotions(work);
   findCosts(nullptr, layout, options_, work);
   acceptWithin(options_.lambda_first, work);
   result.iterations = 1;

@@ -11,15 +11,16 @@
 
 namespace corrsel::core {
 
-void NnsrOptions::visit(OptionVisitor& visitor) {
+void NnsrOptions::visit(OptionVisitor& visitor) const {
   visitor.integer(
       {"bins", 0, 65536, "-", "Bins of Otsu's histogram over [0, 1]; 0 = exact split of the sorted ratios"},
-      bins);
-  visitor.number({"fallback", 0, 1, "-", "Ratio threshold where Otsu's method is undefined"}, fallback);
+      &NnsrOptions::bins);
+  visitor.number({"fallback", 0, 1, "-", "Ratio threshold where Otsu's method is undefined"},
+                 &NnsrOptions::fallback);
   visitor.number({"min_threshold", 0, 1, "-", "Otsu's threshold is raised to at least this ratio"},
-                 min_threshold);
+                 &NnsrOptions::min_threshold);
   visitor.number({"max_threshold", 0, 1, "-", "Otsu's threshold is lowered to at most this ratio"},
-                 max_threshold);
+                 &NnsrOptions::max_threshold);
 }
 
 void NnsrOptions::check() const {

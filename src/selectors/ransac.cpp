@@ -6,7 +6,7 @@
 
 namespace corrsel::core {
 
-void RansacOptions::visit(OptionVisitor& visitor) {
+void RansacOptions::visit(OptionVisitor& visitor) const {
   visitParts(visitor, 0.01, "Inlier threshold: transfer error (homography), Sampson distance (fundamental)");
 }
 

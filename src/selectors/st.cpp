@@ -145,25 +145,29 @@ PairRule ruleOf(const StOptions& options) {
 
 }  // namespace
 
-void StOptions::visit(OptionVisitor& visitor) {
-  visitor.choice("affinity", {"ratio", "difference"},
-                 "Affinity of two matches: ratio or difference of their distances in the two images",
-                 affinity);
+void StOptions::visit(OptionVisitor& visitor) const {
+  visitor.choice(
+      "affinity",
+      {{Affinity::kRatio, "ratio", "Smaller distance / larger distance"},
+       {Affinity::kDifference, "difference", "Falls with the squared difference of the distances"}},
+      "Affinity of two matches: ratio or difference of their distances in the two images",
+      &StOptions::affinity);
   visitor.number(
       {"threshold", -1, 1, "-", "Matches whose affinity is at most this are in conflict; negative: none are"},
-      threshold);
+      &StOptions::threshold);
   visitor.number({"sigma", 0.01, 1000, "px", "Difference: the affinity is zero from three times this on"},
-                 sigma);
+                 &StOptions::sigma);
   visitor.number({"duplicate_affinity", 0, 1, "-", "Ratio: affinity of two equal matches"},
-                 duplicate_affinity);
+                 &StOptions::duplicate_affinity);
   visitor.number({"noise_floor", 0, 1000, "px",
                   "Matches whose distances differ by no more than this are never in conflict; 0 = off"},
-                 noise_floor);
-  visitor.flag("one_to_one", "Matches that share a point in one image only are in conflict", one_to_one);
+                 &StOptions::noise_floor);
+  visitor.flag("one_to_one", "Matches that share a point in one image only are in conflict",
+               &StOptions::one_to_one);
   visitor.integer({"memory_limit", 0, 1 << 20, "MiB",
                    "Affinities that need more than this are computed anew in every step, same answer"},
-                  memory_limit);
-  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, max_seconds);
+                  &StOptions::memory_limit);
+  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &StOptions::max_seconds);
 }
 
 StSelector::StSelector(StOptions options) : options_(std::move(options)) { options_.check(); }
@@ -181,7 +185,7 @@ void StSelector::run(const Correspondences& matches, Selection& result) const {
   std::iota(rows.begin(), rows.end(), 0U);
   space.distinct.assign(matches, {}, rows);
 
-  const bool ratio = options_.affinity == "ratio";
+  const bool ratio = options_.affinity == StOptions::Affinity::kRatio;
   const PairValue value = ratio ? PairValue::kRatio : PairValue::kDifference;
   const PairRule rule = ruleOf(options_);
   space.matrix.assign(value, rule, space.distinct.columns(), space.distinct.size(),

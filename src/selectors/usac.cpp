@@ -7,15 +7,15 @@
 namespace corrsel::core {
 
 UsacOptions::UsacOptions() {
-  error = "symmetric_transfer";
+  error = Error::kSymmetricTransfer;
   threshold = 0;
   max_iterations = 850000;
   confidence = 0.999;
-  sampler = "prosac";
+  sampler = Sampler::kProsac;
   sprt = degensac = local_optimization = true;
 }
 
-void UsacOptions::visit(OptionVisitor& visitor) {
+void UsacOptions::visit(OptionVisitor& visitor) const {
   visitParts(visitor, 0,
              "Inlier threshold; 0 = the paper's: 10 for a homography, 1.5 for a fundamental matrix");
 }
@@ -30,7 +30,8 @@ Presets UsacSelector::presets() {
 
 void UsacSelector::run(const Correspondences& matches, Selection& result) const {
   constexpr double kHomographyThreshold = 10.0, kFundamentalThreshold = 1.5;
-  const double standard = options_.model == "homography" ? kHomographyThreshold : kFundamentalThreshold;
+  const double standard =
+      options_.model == ModelKind::kHomography ? kHomographyThreshold : kFundamentalThreshold;
   searchConsensus(matches, options_, options_.threshold > 0 ? options_.threshold : standard, result);
 }
 

@@ -310,27 +310,29 @@ int estimate(std::size_t n, const VfcOptions& options, double variance, const De
 
 }  // namespace
 
-void VfcOptions::visit(OptionVisitor& visitor) {
+void VfcOptions::visit(OptionVisitor& visitor) const {
   visitor.number(
       {"beta", 0.001, 10, "-", "Kernel exp(-beta d^2), d in normalised units; larger allows finer motion"},
-      beta);
-  visitor.number({"lambda", 0.001, 1000, "-", "Weight of the smoothness of the field"}, lambda);
-  visitor.number({"threshold", 0, 1, "-", "A match is accepted if its posterior is above this"}, threshold);
+      &VfcOptions::beta);
+  visitor.number({"lambda", 0.001, 1000, "-", "Weight of the smoothness of the field"}, &VfcOptions::lambda);
+  visitor.number({"threshold", 0, 1, "-", "A match is accepted if its posterior is above this"},
+                 &VfcOptions::threshold);
   visitor.number({"inlier_ratio", 0.05, 0.95, "-", "Share of right matches that the iteration starts from"},
-                 inlier_ratio);
+                 &VfcOptions::inlier_ratio);
   visitor.number(
       {"outlier_area", 0.01, 10000, "-", "Area over which wrong matches spread, in normalised units"},
-      outlier_area);
+      &VfcOptions::outlier_area);
   visitor.number({"energy_change", 0, 0.1, "-", "Stop once the energy changes by less than this share"},
-                 energy_change);
-  visitor.integer({"max_iterations", 1, 10000, "-", "Steps of the iteration at most"}, max_iterations);
+                 &VfcOptions::energy_change);
+  visitor.integer({"max_iterations", 1, 10000, "-", "Steps of the iteration at most"},
+                  &VfcOptions::max_iterations);
   visitor.number({"kernel_tolerance", 0, 0.1, "-",
                   "Largest error of the factored kernel matrix, as a share of lambda s2"},
-                 kernel_tolerance);
+                 &VfcOptions::kernel_tolerance);
   visitor.integer({"control_points", 0, 200, "-", "Points that carry the field, drawn at random; 0 = all"},
-                  control_points);
-  visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers"}, seed);
-  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, max_seconds);
+                  &VfcOptions::control_points);
+  visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers"}, &VfcOptions::seed);
+  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &VfcOptions::max_seconds);
 }
 
 VfcSelector::VfcSelector(VfcOptions options) : options_(std::move(options)) { options_.check(); }

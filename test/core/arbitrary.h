@@ -240,40 +240,43 @@ class ArbitraryOptions : public OptionVisitor {
  public:
   explicit ArbitraryOptions(ByteSource& source) : source_(source) {}
 
-  void number(const NumberInfo& info, double&) override {
-    if (std::string(info.unit) == "s" || source_.oneIn(2)) return;
-    values[info.name] = formatNumber(between(info));
-  }
-  void integer(const NumberInfo& info, int&) override {
-    const std::string name = info.name;
-    const bool repeats = name.find("iterations") != std::string::npos;
-    if (std::string(info.unit) == "s" || (!repeats && source_.oneIn(2))) return;
-    const double largest = repeats ? 300 : 2000;
-    NumberInfo small = info;
-    small.max = std::max(info.min, std::min(info.max, largest));
-    values[info.name] = std::to_string(static_cast<int>(between(small)));
-  }
-  void flag(const char* name, const char*, bool&) override {
-    if (source_.oneIn(2)) values[name] = source_.oneIn(2) ? "true" : "false";
-  }
-  void choice(const char* name, const std::vector<std::string>& choices, const char*, std::string&) override {
-    if (source_.oneIn(2)) values[name] = choices[source_.below(static_cast<std::uint32_t>(choices.size()))];
+  void field(OptionField field) override {
+    const bool repeats = field.name.find("iterations") != std::string::npos;
+    if (field.unit == "s" || (!repeats && source_.oneIn(2))) return;
+    std::string& value = values[field.name];
+    switch (field.type) {
+      case OptionType::kNumber:
+        value = formatNumber(between(field.min, field.max));
+        break;
+      case OptionType::kInteger:
+        value = std::to_string(static_cast<int>(
+            between(field.min, std::max(field.min, std::min(field.max, repeats ? 300.0 : 2000.0)))));
+        break;
+      case OptionType::kFlag:
+        value = source_.oneIn(2) ? "true" : "false";
+        break;
+      case OptionType::kChoice:
+        value = field.choices[source_.below(static_cast<std::uint32_t>(field.choices.size()))].name;
+        break;
+      case OptionType::kText:
+        break;
+    }
   }
 
   OptionMap values;
 
  private:
-  double between(const NumberInfo& info) {
+  double between(double min, double max) {
     switch (source_.below(8)) {
       case 0:
-        return info.min;
+        return min;
       case 1:
-        return info.max;
+        return max;
       case 2:
       case 3:
-        return info.min + (info.max - info.min) * source_.share();
+        return min + (max - min) * source_.share();
       default:  // near the lower end, where most ranges have their usual values
-        return info.min + (info.max - info.min) * std::pow(source_.share(), 6);
+        return min + (max - min) * std::pow(source_.share(), 6);
     }
   }
 
@@ -282,8 +285,7 @@ class ArbitraryOptions : public OptionVisitor {
 
 inline OptionMap arbitraryOptions(ByteSource& source, const Selector& selector) {
   ArbitraryOptions drawn(source);
-  // The visitor only reads; visit() is shared with visitors that write.
-  const_cast<OptionSet&>(selector.options()).visit(drawn);
+  selector.options().visit(drawn);
   return drawn.values;
 }
 

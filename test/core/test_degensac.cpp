@@ -114,7 +114,7 @@ TEST(Degensac, UsacFindsTheEpipolarGeometryBehindADominantPlane) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Scene scene = planeAndMore(570, 30, 0.3, seed);
     UsacOptions options;
-    options.model = "fundamental";
+    options.model = ModelKind::kFundamental;
     options.local_optimization = false;
     const auto offPlane = [&scene](const Selection& s) {
       double selected = 0;

@@ -34,7 +34,7 @@ std::vector<std::uint32_t> neighbourhood(const Correspondences& m, const std::ve
 
 /// LPM as it is defined, with neighbours by sorting. @pre no two matches are equal
 std::pair<Mask, std::vector<double>> byDefinition(const Correspondences& m, const LpmOptions& o) {
-  const bool count = o.cost == "count";
+  const bool count = o.cost == LpmOptions::Cost::kCount;
   const int longest = count ? o.k : o.k + 2;
   std::vector<std::uint32_t> members(m.size());
   std::iota(members.begin(), members.end(), 0U);
@@ -92,18 +92,20 @@ TEST(Lpm, FollowsTheDefinition) {
       m.right_x[i] = m.left_x[i];
       m.right_y[i] = m.left_y[i];
     }
-    for (const std::string cost : {"count", "multiscale"}) {
+    for (const auto cost : {LpmOptions::Cost::kCount, LpmOptions::Cost::kMultiscale}) {
+      const bool count = cost == LpmOptions::Cost::kCount;
       for (const bool compat : {true, false}) {
         for (const int k : {3, 4, 6}) {
           LpmOptions options;
           options.cost = cost;
           options.compat = compat;
           options.k = k;
-          options.lambda_first = cost == "count" ? 2 * k - 2 : 0.8;
-          options.lambda_second = cost == "count" ? 2 * k - 4 : 0.5;
+          options.lambda_first = count ? 2 * k - 2 : 0.8;
+          options.lambda_second = count ? 2 * k - 4 : 0.5;
           const Selection s = LpmSelector(options).select(m);
           const auto [mask, costs] = byDefinition(m, options);
-          EXPECT_EQ(s.mask, mask) << "seed " << seed << " " << cost << " k " << k << " compat " << compat;
+          EXPECT_EQ(s.mask, mask) << "seed " << seed << " " << (count ? "count" : "multiscale") << " k " << k
+                                  << " compat " << compat;
           ASSERT_EQ(s.score.size(), m.size());
           for (std::size_t i = 0; i < m.size(); ++i) ASSERT_NEAR(s.score[i], -costs[i], 1e-6);
           EXPECT_EQ(s.iterations, 2);
@@ -124,21 +126,24 @@ TEST(Lpm, EveryKernelLevelSelectsTheSame) {
       m.left_x[i] = std::round(m.left_x[i]);
       m.left_y[i] = std::round(m.left_y[i]);
     }
-    for (const std::string cost : {"count", "multiscale"}) {
+    for (const auto cost : {LpmOptions::Cost::kCount, LpmOptions::Cost::kMultiscale}) {
+      const bool count = cost == LpmOptions::Cost::kCount;
       for (const int k : {4, 6, 9}) {
         LpmOptions options;
         options.cost = cost;
         options.k = k;
-        options.lambda_first = cost == "count" ? 6 : 0.8;
-        options.lambda_second = cost == "count" ? 2 * k - 4 : 0.5;
+        options.lambda_first = count ? 6 : 0.8;
+        options.lambda_second = count ? 2 * k - 4 : 0.5;
         setKernelLevel(KernelLevel::kBaseline);
         const Selection expected = LpmSelector(options).select(m);
         EXPECT_TRUE(expected.n_selected > 200 && expected.n_selected < 1200) << expected.n_selected;
         for (const KernelLevel level : supportedKernelLevels()) {
           setKernelLevel(level);
           const Selection s = LpmSelector(options).select(m);
-          EXPECT_EQ(s.mask, expected.mask) << toString(level) << " " << cost << " " << k;
-          EXPECT_EQ(s.score, expected.score) << toString(level) << " " << cost << " " << k;
+          EXPECT_EQ(s.mask, expected.mask)
+              << toString(level) << " " << (count ? "count" : "multiscale") << " " << k;
+          EXPECT_EQ(s.score, expected.score)
+              << toString(level) << " " << (count ? "count" : "multiscale") << " " << k;
         }
       }
     }
@@ -148,7 +153,7 @@ TEST(Lpm, EveryKernelLevelSelectsTheSame) {
 
 TEST(Lpm, RestingMatchesAgreeWithEachOther) {
   LpmOptions options;
-  options.cost = "multiscale";
+  options.cost = LpmOptions::Cost::kMultiscale;
   options.k = 4;
   Correspondences m;
   Random random(2);
@@ -171,7 +176,7 @@ TEST(Lpm, MotionMustAgreeInDirectionAndLength) {
       m.add(p, p + (i == 5 ? motion : cv::Point2f(10, 0)));
     }
     LpmOptions options;
-    options.cost = "multiscale";
+    options.cost = LpmOptions::Cost::kMultiscale;
     options.k = 4;
     options.lambda_first = 0;  // too few survive for a second pass
     options.compat = false;
@@ -253,7 +258,7 @@ TEST(Lpm, MultiscaleNeedsThreeNeighbours) {
   LpmOptions options;
   options.k = 2;
   EXPECT_NO_THROW(LpmSelector{options});
-  options.cost = "multiscale";
+  options.cost = LpmOptions::Cost::kMultiscale;
   EXPECT_EQ(errorOf<std::invalid_argument>([&options] { LpmSelector selector(options); }),
             "option k = 2 is too small for cost = multiscale: at least 3");
   options.k = 3;
@@ -334,7 +339,7 @@ TEST(Lpm, SelectsAsManyAsTheReferenceCodesPerPairWithinTies) {
   LpmOptions excluded, dropped, v2;
   excluded.merge_duplicates = dropped.merge_duplicates = v2.merge_duplicates = false;
   excluded.compat = false;
-  v2.cost = "multiscale";
+  v2.cost = LpmOptions::Cost::kMultiscale;
   v2.k = 6;
   v2.lambda_first = 0.8;
   v2.lambda_second = 0.5;

@@ -14,13 +14,17 @@ struct Sample : OptionSet {
   double size = 0.1;
   int count = 3;
   bool quick = true;
-  std::string mode = "one";
+  enum class Mode { kOne, kTwo };
+  Mode mode = Mode::kOne;
+  std::string note;
 
-  void visit(OptionVisitor& visitor) override {
-    visitor.number({"size", 0.1, 2.5, "px", "How large"}, size);
-    visitor.integer({"count", 1, 9, "-", "How many"}, count);
-    visitor.flag("quick", "Whether quick", quick);
-    visitor.choice("mode", {"one", "two"}, "Which", mode);
+  void visit(OptionVisitor& visitor) const override {
+    visitor.number({"size", 0.1, 2.5, "px", "How large"}, &Sample::size);
+    visitor.integer({"count", 1, 9, "-", "How many"}, &Sample::count);
+    visitor.flag("quick", "Whether quick", &Sample::quick);
+    visitor.choice("mode", {{Mode::kOne, "one", "The first"}, {Mode::kTwo, "two", "The second"}}, "Which",
+                   &Sample::mode);
+    visitor.text("note", "Anything", &Sample::note);
   }
 };
 
@@ -35,12 +39,13 @@ TEST(Options, AreListedInOrderOfDeclaration) {
   Sample options;
   options.quick = false;
   const std::vector<OptionText> rows = listOptions(options);
-  ASSERT_EQ(rows.size(), 4u);
+  ASSERT_EQ(rows.size(), 5u);
   const std::vector<std::vector<std::string>> expected = {
       {"size", "0.1", "[0.1, 2.5]", "px", "How large"},
       {"count", "3", "[1, 9]", "-", "How many"},
       {"quick", "false", "true, false", "-", "Whether quick"},
       {"mode", "one", "one, two", "-", "Which"},
+      {"note", "", "text", "-", "Anything"},
   };
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const OptionText& r = rows[i];
@@ -61,26 +66,47 @@ TEST(Options, ListedValuesReadBackIdentically) {
 
 TEST(Options, AreSetByName) {
   Sample options;
-  setOptions(options, {{"size", " 2.5 "}, {"count", "1"}, {"quick", "false"}, {"mode", "two"}}, "thing");
+  setOptions(options,
+             {{"size", " 2.5 "}, {"count", "1"}, {"quick", "false"}, {"mode", "two"}, {"note", " x"}},
+             "thing");
   EXPECT_EQ(options.size, 2.5);
   EXPECT_EQ(options.count, 1);
   EXPECT_FALSE(options.quick);
-  EXPECT_EQ(options.mode, "two");
+  EXPECT_EQ(options.mode, Sample::Mode::kTwo);
+  EXPECT_EQ(options.note, " x");
   setOptions(options, {{"count", "9"}}, "thing");
   EXPECT_EQ(options.count, 9);
-  EXPECT_EQ(options.mode, "two");
+  EXPECT_EQ(options.mode, Sample::Mode::kTwo);
   EXPECT_NO_THROW(options.check());
 }
 
+TEST(Options, AreDescribedWithTypeRangeAndMeaning) {
+  const Sample options;
+  const std::vector<OptionField> fields = optionFields(options);
+  ASSERT_EQ(fields.size(), 5u);
+  const std::vector<std::string> types = {"number", "integer", "flag", "choice", "text"};
+  for (std::size_t i = 0; i < fields.size(); ++i) EXPECT_EQ(toString(fields[i].type), types[i]);
+  EXPECT_EQ(fields[0].min, 0.1);
+  EXPECT_EQ(fields[0].max, 2.5);
+  EXPECT_EQ(fields[0].unit, "px");
+  EXPECT_EQ(fields[1].get(options), OptionValue(3));
+  EXPECT_EQ(fields[2].get(options), OptionValue(true));
+  ASSERT_EQ(fields[3].choices.size(), 2u);
+  EXPECT_EQ(fields[3].choices[1].name, "two");
+  EXPECT_EQ(fields[3].choices[1].meaning, "The second");
+}
+
 TEST(Options, RefusesUnknownNamesAndUnreadableValues) {
-  EXPECT_EQ(refusal({{"colour", "red"}}), "unknown option thing.colour; valid: size, count, quick, mode");
+  EXPECT_EQ(refusal({{"colour", "red"}}),
+            "unknown option thing.colour; valid: size, count, quick, mode, note");
   EXPECT_EQ(refusal({{"size", "big"}}), "option thing.size: 'big' is not a number");
   EXPECT_EQ(refusal({{"size", ""}}), "option thing.size: '' is not a number");
   EXPECT_EQ(refusal({{"count", "1.5"}}),
             "option thing.count: '1.5' is not a whole number in the range of int");
   EXPECT_EQ(refusal({{"quick", "maybe"}}), "option thing.quick: 'maybe' is neither true nor false");
+  EXPECT_EQ(refusal({{"mode", "three"}}), "option thing.mode: 'three' is not one of one, two");
   struct None : OptionSet {
-    void visit(OptionVisitor&) override {}
+    void visit(OptionVisitor&) const override {}
   } none;
   EXPECT_EQ(errorOf<std::invalid_argument>([&none] {
               setOptions(none, {{"a", "1"}}, "none");
@@ -99,7 +125,7 @@ TEST(Options, SkipsUnknownNamesOnlyWhereAsked) {
 }
 
 TEST(Options, CheckNamesOptionValueAndRange) {
-  const auto complaint = [](double size, int count, const std::string& mode) {
+  const auto complaint = [](double size, int count, Sample::Mode mode) {
     Sample options;
     options.size = size;
     options.count = count;
@@ -107,16 +133,16 @@ TEST(Options, CheckNamesOptionValueAndRange) {
     return errorOf<std::invalid_argument>([&options] { options.check(); });
   };
   // Both ends belong to the range.
-  EXPECT_EQ(complaint(0.1, 1, "one"), "");
-  EXPECT_EQ(complaint(2.5, 9, "two"), "");
-  EXPECT_EQ(complaint(std::nextafter(0.1, 0), 3, "one"),
+  EXPECT_EQ(complaint(0.1, 1, Sample::Mode::kOne), "");
+  EXPECT_EQ(complaint(2.5, 9, Sample::Mode::kTwo), "");
+  EXPECT_EQ(complaint(std::nextafter(0.1, 0), 3, Sample::Mode::kOne),
             "option size = 0.09999999999999999 is outside [0.1, 2.5]");
-  EXPECT_EQ(complaint(2.75, 3, "one"), "option size = 2.75 is outside [0.1, 2.5]");
-  EXPECT_EQ(complaint(std::nan(""), 3, "one"), "option size =  is outside [0.1, 2.5]");
-  EXPECT_EQ(complaint(INFINITY, 3, "one"), "option size = inf is outside [0.1, 2.5]");
-  EXPECT_EQ(complaint(1, 0, "one"), "option count = 0 is outside [1, 9]");
-  EXPECT_EQ(complaint(1, 10, "one"), "option count = 10 is outside [1, 9]");
-  EXPECT_EQ(complaint(1, 3, "three"), "option mode = 'three' is not one of one, two");
+  EXPECT_EQ(complaint(2.75, 3, Sample::Mode::kOne), "option size = 2.75 is outside [0.1, 2.5]");
+  EXPECT_EQ(complaint(std::nan(""), 3, Sample::Mode::kOne), "option size =  is outside [0.1, 2.5]");
+  EXPECT_EQ(complaint(INFINITY, 3, Sample::Mode::kOne), "option size = inf is outside [0.1, 2.5]");
+  EXPECT_EQ(complaint(1, 0, Sample::Mode::kOne), "option count = 0 is outside [1, 9]");
+  EXPECT_EQ(complaint(1, 10, Sample::Mode::kOne), "option count = 10 is outside [1, 9]");
+  EXPECT_EQ(complaint(1, 3, Sample::Mode{7}), "option mode = '7' is not one of one, two");
 }
 
 }  // namespace

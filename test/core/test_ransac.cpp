@@ -13,7 +13,7 @@ using Mask = std::vector<std::uint8_t>;
 
 RansacOptions fundamental(double threshold) {
   RansacOptions options;
-  options.model = "fundamental";
+  options.model = ModelKind::kFundamental;
   options.threshold = threshold;
   return options;
 }
@@ -46,19 +46,20 @@ void expectMaskOfModel(const Selection& s, const Correspondences& m, double thre
 
 TEST(Ransac, MaskBelongsToTheReturnedModel) {
   for (const bool refine : {true, false}) {
-    for (const std::string score : {"msac", "inlier_count"}) {
+    for (const auto score : {RansacOptions::Score::kMsac, RansacOptions::Score::kInlierCount}) {
       for (const double threshold : {1.0, 3.0, 10.0}) {
-        for (const std::string model : {"homography", "fundamental"}) {
+        for (const ModelKind model : {ModelKind::kHomography, ModelKind::kFundamental}) {
           RansacOptions options;
           options.model = model;
           options.threshold = threshold;
           options.refine = refine;
           options.score = score;
-          const Scene scene = model == "homography" ? homographyScene() : stereoScene();
+          const Scene scene = model == ModelKind::kHomography ? homographyScene() : stereoScene();
           const Selection s = RansacSelector(options).select(scene.matches);
-          SCOPED_TRACE(model + " " + score + " " + std::to_string(threshold));
+          SCOPED_TRACE(toString(model) + ", score " + std::to_string(int(score)) + ", " +
+                       std::to_string(threshold));
           EXPECT_EQ(s.status, Status::kOk);
-          EXPECT_EQ(toString(s.model_kind), model);
+          EXPECT_EQ(s.model_kind, model);
           EXPECT_GT(s.n_selected, 100u);
           EXPECT_LT(s.n_selected, 400u);
           expectMaskOfModel(s, scene.matches, threshold);
@@ -111,7 +112,7 @@ int hypotheses(double inliers, double n, int sample, double confidence) {
 }
 
 TEST(Ransac, StopsAfterTheSamplesThatTheInliersAskFor) {
-  for (const std::string score : {"msac", "inlier_count"}) {
+  for (const auto score : {RansacOptions::Score::kMsac, RansacOptions::Score::kInlierCount}) {
     for (const double confidence : {0.99, 0.995, 0.9999}) {
       for (const int seed : {0, 1, 2}) {
         RansacOptions options;
@@ -126,7 +127,7 @@ TEST(Ransac, StopsAfterTheSamplesThatTheInliersAskFor) {
         EXPECT_LT(tried, samples);
         EXPECT_GT(tried, samples / 20);
         // Nearly every sample of seven passes.
-        options.model = "fundamental";
+        options.model = ModelKind::kFundamental;
         options.threshold = 0.05;
         const Scene space = stereoScene({60, 0.7, 0.0, 21});
         const Selection s = RansacSelector(options).select(space.matches);

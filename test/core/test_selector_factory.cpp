@@ -67,7 +67,7 @@ TEST(SelectorFactory, NamesValuesOutOfRange) {
   EXPECT_EQ(refusal("gms", {{"alpha", "-0.5"}}), "gms: option alpha = -0.5 is outside [0, 100]");
   EXPECT_EQ(refusal("ransac", {{"threshold", "0"}}), "ransac: option threshold = 0 is outside [0.01, 1000]");
   EXPECT_EQ(refusal("ransac", {{"model", "affine"}}),
-            "ransac: option model = 'affine' is not one of homography, fundamental");
+            "option ransac.model: 'affine' is not one of homography, fundamental");
   EXPECT_EQ(refusal("ransac", {}, {{"seed", "-1"}}), "ransac: option seed = -1 is outside [0, 2147483647]");
   EXPECT_EQ(refusal("lpm", {{"k", "33"}}), "lpm: option k = 33 is outside [1, 32]");
   EXPECT_EQ(refusal("st", {{"threshold", "1.5"}}), "st: option threshold = 1.5 is outside [-1, 1]");
@@ -148,9 +148,9 @@ TEST(SelectorFactory, OptionsWinOverPresetAndPresetOverCommonValues) {
 struct StrangerOptions : OptionSet {
   double threshold = 1;
   int seed = 5;
-  void visit(OptionVisitor& visitor) override {
-    visitor.number({"threshold", 0, 10, "px", "-"}, threshold);
-    visitor.integer({"seed", 0, 100, "-", "-"}, seed);
+  void visit(OptionVisitor& visitor) const override {
+    visitor.number({"threshold", 0, 10, "px", "-"}, &StrangerOptions::threshold);
+    visitor.integer({"seed", 0, 100, "-", "-"}, &StrangerOptions::seed);
   }
 };
 

@@ -59,7 +59,7 @@ std::vector<int> firstCells(int n) {
 
 SequenceOptions keyframes(double min_overlap = 0.5) {
   SequenceOptions options;
-  options.reference = "keyframe";
+  options.reference = SequenceOptions::Reference::kKeyframe;
   options.min_overlap = min_overlap;
   return options;
 }
@@ -231,7 +231,7 @@ TEST(SequenceOfFrames, ForgetsEverything) {
     EXPECT_TRUE(std::isnan(sequence.lastOverlap()));
     EXPECT_EQ(features.use_count(), 1);
     // Ids may repeat or go back then, and the features may be of another kind.
-    const int first = options.reference == "keyframe" ? 1 : options.step;
+    const int first = options.reference == SequenceOptions::Reference::kKeyframe ? 1 : options.step;
     for (int i = 0; i < first; ++i) {
       EXPECT_EQ(sequence.reference(), nullptr);
       sequence.add({std::uint64_t(i), gridFeatures(3)}, {});
@@ -272,11 +272,11 @@ TEST(SequenceOfFrames, RefusesWithoutChangingAnything) {
   Sequence sequence(keyframes());
   sequence.add({1, gridFeatures(1)}, {});
   SequenceOptions bad = keyframes();
-  bad.reference = "next";
+  bad.reference = SequenceOptions::Reference{7};
   const auto refusal = [&sequence](const SequenceOptions& options) {
     return errorOf<std::invalid_argument>([&] { sequence.setOptions(options); });
   };
-  EXPECT_TRUE(contains(refusal(bad), "next"));
+  EXPECT_TRUE(contains(refusal(bad), "option reference = '7' is not one of previous, keyframe"));
   EXPECT_TRUE(contains(refusal(previous(0)), "option step = 0 is outside [1, 100]"));
   EXPECT_TRUE(contains(refusal(previous(101)), "option step = 101 is outside [1, 100]"));
   EXPECT_TRUE(contains(refusal(keyframes(1.5)), "option min_overlap = 1.5 is outside [0, 1]"));

@@ -19,7 +19,7 @@ double affinityOf(const Correspondences& m, std::size_t i, std::size_t j, const 
   const double left = std::hypot(double(m.left_x[i]) - m.left_x[j], double(m.left_y[i]) - m.left_y[j]);
   const double right = std::hypot(double(m.right_x[i]) - m.right_x[j], double(m.right_y[i]) - m.right_y[j]);
   if (i == j) return 0;
-  if (o.affinity == "ratio") {
+  if (o.affinity == StOptions::Affinity::kRatio) {
     if (left == 0 && right == 0) return o.duplicate_affinity;
     return std::min(left, right) / std::max(left, right);
   }
@@ -82,11 +82,11 @@ std::vector<std::pair<std::string, StOptions>> variants() {
   result[3].first = "noise floor, one to one";
   result[3].second.one_to_one = true;
   result[4].first = "leordeanu_hebert";
-  result[4].second.affinity = "difference";
+  result[4].second.affinity = StOptions::Affinity::kDifference;
   result[4].second.threshold = -1;
   result[4].second.one_to_one = true;
   result[5].first = "difference with conflicts";
-  result[5].second.affinity = "difference";
+  result[5].second.affinity = StOptions::Affinity::kDifference;
   result[5].second.threshold = 0;
   return result;
 }

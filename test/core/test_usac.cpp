@@ -30,7 +30,7 @@ TEST(Usac, FindsModelsAmongFewInliers) {
     EXPECT_GT(q.precision, 95);
   }
   UsacOptions options;
-  options.model = "fundamental";
+  options.model = ModelKind::kFundamental;
   const Scene space = withoutDistances(stereoScene({800, 0.35, 0.3, 3}));
   const Quality q = quality(UsacSelector(options).select(space.matches).mask, space.inlier);
   EXPECT_GT(q.recall, 95);

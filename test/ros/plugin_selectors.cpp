@@ -12,7 +12,9 @@ namespace corrsel::testing {
 
 struct SeedOptions : core::OptionSet {
   int seed = 0;
-  void visit(core::OptionVisitor& visitor) override { visitor.integer({"seed", 0, 100, "-", "-"}, seed); }
+  void visit(core::OptionVisitor& visitor) const override {
+    visitor.integer({"seed", 0, 100, "-", "-"}, &SeedOptions::seed);
+  }
 };
 
 /// Selects every match.

@@ -71,33 +71,35 @@ std::map<std::string, Parameter> parameters(const dynamic_reconfigure::ConfigDes
 /// Compares each field of an option struct with its parameter and strikes the parameter off the list.
 class Comparison : public core::OptionVisitor {
  public:
-  Comparison(std::map<std::string, Parameter>& open, const std::map<std::string, Parameter>& all,
-             const std::string& prefix, std::uint32_t level)
-      : open_(open), all_(all), prefix_(prefix), level_(level) {}
+  Comparison(const core::OptionSet& options, std::map<std::string, Parameter>& open,
+             const std::map<std::string, Parameter>& all, const std::string& prefix, std::uint32_t level)
+      : options_(options), open_(open), all_(all), prefix_(prefix), level_(level) {}
 
-  void number(const core::NumberInfo& info, double& value) override {
-    compareNumber(info, "double", core::formatNumber(value));
-  }
-  void integer(const core::NumberInfo& info, int& value) override {
-    compareNumber(info, "int", std::to_string(value));
-  }
-  void flag(const char* name, const char* description, bool& value) override {
-    compare(name, "bool", value ? "true" : "false", description);
-  }
-  void choice(const char* name, const std::vector<std::string>& choices, const char* description,
-              std::string& value) override {
-    const Parameter* found = compare(name, "str", value, description);
+  void field(core::OptionField field) override {
+    const std::string value = field.text(options_);
+    switch (field.type) {
+      case core::OptionType::kNumber:
+        return compareNumber(field, "double", value);
+      case core::OptionType::kInteger:
+        return compareNumber(field, "int", value);
+      case core::OptionType::kFlag:
+        compare(field.name, "bool", value, field.description);
+        return;
+      default:
+        break;
+    }
+    const Parameter* found = compare(field.name, "str", value, field.description);
     if (found == nullptr) return;
-    for (const std::string& choice : choices) {
-      EXPECT_NE(found->edit_method.find("'value': '" + choice + "'"), std::string::npos)
-          << prefix_ << name << " does not offer " << choice;
+    for (const auto& choice : field.choices) {
+      EXPECT_NE(found->edit_method.find("'value': '" + choice.name + "'"), std::string::npos)
+          << prefix_ << field.name << " does not offer " << choice.name;
     }
   }
 
  private:
-  void compareNumber(const core::NumberInfo& info, const char* type, const std::string& value) {
+  void compareNumber(const core::OptionField& info, const char* type, const std::string& value) {
     // The seed of every selector is the one parameter `seed`.
-    if (std::string(info.name) == "seed") {
+    if (info.name == "seed") {
       const auto found = all_.find("seed");
       ASSERT_NE(found, all_.end());
       EXPECT_EQ(found->second.standard, value);
@@ -105,9 +107,8 @@ class Comparison : public core::OptionVisitor {
       EXPECT_EQ(found->second.max, core::formatNumber(info.max));
       return;
     }
-    const std::string unit = info.unit;
     const Parameter* found =
-        compare(info.name, type, value, info.description + (unit == "-" ? "" : " [" + unit + "]"));
+        compare(info.name, type, value, info.description + (info.unit == "-" ? "" : " [" + info.unit + "]"));
     if (found == nullptr) return;
     EXPECT_EQ(found->min, core::formatNumber(info.min)) << prefix_ << info.name;
     EXPECT_EQ(found->max, core::formatNumber(info.max)) << prefix_ << info.name;
@@ -128,6 +129,7 @@ class Comparison : public core::OptionVisitor {
     return &found->second;
   }
 
+  const core::OptionSet& options_;
   std::map<std::string, Parameter>& open_;
   const std::map<std::string, Parameter>& all_;
   std::string prefix_;
@@ -136,8 +138,8 @@ class Comparison : public core::OptionVisitor {
 
 void compare(const core::OptionSet& options, std::map<std::string, Parameter>& open,
              const std::map<std::string, Parameter>& all, const std::string& prefix, std::uint32_t level) {
-  Comparison comparison(open, all, prefix, level);
-  const_cast<core::OptionSet&>(options).visit(comparison);  // which only reads
+  Comparison comparison(options, open, all, prefix, level);
+  options.visit(comparison);
 }
 
 std::vector<std::string> names(const std::map<std::string, Parameter>& parameters) {

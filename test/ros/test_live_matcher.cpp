@@ -106,7 +106,7 @@ TEST_F(LiveMatcherTest, SequencesMayLookFurtherBackOrAtKeyframes) {
 
   LiveMatcher other(1);
   matcher_.match({message(view(0), 4.0), nullptr, nullptr, nullptr, {}}, settings_);
-  settings_.sequence.reference = "keyframe";
+  settings_.sequence.reference = core::SequenceOptions::Reference::kKeyframe;
   settings_.sequence.min_overlap = 0.5;
   const auto answer = [&](int shift, double stamp) {
     return other.match({message(view(shift), stamp), nullptr, nullptr, nullptr, {}}, settings_);

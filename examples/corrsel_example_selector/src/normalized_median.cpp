@@ -26,11 +26,13 @@ float median(std::vector<float>& values) {
 
 }  // namespace
 
-void NormalizedMedianOptions::visit(OptionVisitor& visitor) {
-  visitor.integer({"neighbours", 3, 63, "-", "Neighbours that a match is compared with"}, neighbours);
+void NormalizedMedianOptions::visit(OptionVisitor& visitor) const {
+  visitor.integer({"neighbours", 3, 63, "-", "Neighbours that a match is compared with"},
+                  &NormalizedMedianOptions::neighbours);
   visitor.number({"threshold", 0, 1000, "-", "Largest deviation, as a multiple of the neighbours' own"},
-                 threshold);
-  visitor.number({"noise", 0.001, 1000, "px", "Deviation that neighbours have at least"}, noise);
+                 &NormalizedMedianOptions::threshold);
+  visitor.number({"noise", 0.001, 1000, "px", "Deviation that neighbours have at least"},
+                 &NormalizedMedianOptions::noise);
 }
 
 void NormalizedMedian::configure(const OptionMap& options) {

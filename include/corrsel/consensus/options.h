@@ -1,22 +1,28 @@
 #pragma once
 
-#include <string>
+#include <cstdint>
 
 #include "corrsel/options.h"
+#include "corrsel/selection.h"
 
 namespace corrsel::core {
 
-/// Which parts the search for a model is put together from. RANSAC and USAC are two choices of values.
+/// The parts of the search for a model. RANSAC and USAC are two sets of values of these options.
 struct ConsensusOptions : OptionSet {
-  std::string model = "homography";  ///< "homography" or "fundamental"
-  std::string error = "transfer";    ///< of a homography: "transfer" (left to right) or "symmetric_transfer";
-                                     ///< a fundamental matrix is judged by the Sampson distance
-  double threshold = 10.0;           ///< inlier threshold, px
-  int max_iterations = 2000;         ///< hypotheses at most
+  enum class Error : std::uint8_t { kTransfer, kSymmetricTransfer };
+  enum class Score : std::uint8_t { kMsac, kInlierCount };
+  enum class Sampler : std::uint8_t { kUniform, kProsac };
+
+  ModelKind model = ModelKind::kHomography;  ///< a homography or a fundamental matrix
+  /// Error of a homography: left to right only, or both ways. A fundamental matrix is judged by the Sampson
+  /// distance.
+  Error error = Error::kTransfer;
+  double threshold = 10.0;     ///< inlier threshold, px
+  int max_iterations = 2000;   ///< hypotheses at most
   double confidence = 0.995;   ///< probability of having drawn an all-inlier sample at which the search stops
-  std::string score = "msac";  ///< "msac" (sum of truncated squared errors) or "inlier_count"
-  std::string sampler = "uniform";  ///< "uniform", or "prosac": best descriptor ratios first
-  bool sprt = false;                ///< sequential probability ratio test: wrong models are given up early
+  Score score = Score::kMsac;  ///< sum of truncated squared errors, or number of inliers
+  Sampler sampler = Sampler::kUniform;  ///< uniform samples, or the best descriptor ratios first
+  bool sprt = false;  ///< sequential probability ratio test: wrong models are given up early
   double sprt_inlier_ratio =
       0;                  ///< smallest inlier ratio that the SPRT is designed to find; 0 = the model's own
   bool degensac = false;  ///< fundamental matrix: look for a dominant plane and get off it
@@ -27,7 +33,7 @@ struct ConsensusOptions : OptionSet {
 
  protected:
   /// Visits all fields; `lowest_threshold` and `threshold_text` differ between the selectors.
-  void visitParts(OptionVisitor& visitor, double lowest_threshold, const char* threshold_text);
+  void visitParts(OptionVisitor& visitor, double lowest_threshold, const char* threshold_text) const;
 };
 
 }  // namespace corrsel::core

@@ -10,7 +10,7 @@ struct MatchOptions : OptionSet {
   bool mutual = false;                ///< keep matches whose features are nearest to each other
   double second_distance_radius = 0;  ///< px; 0 = the second nearest, wherever it is
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// Putative matches: the nearest right feature of every left feature, exact brute force, no ratio test

@@ -5,7 +5,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "corrsel/correspondences.h"
 #include "corrsel/features/features.h"
@@ -14,12 +13,14 @@
 namespace corrsel::core {
 
 struct SequenceOptions : OptionSet {
-  std::string reference = "previous";  ///< "previous" (the frame `step` frames ago) or "keyframe"
-  int step = 1;                        ///< previous: how many processed frames ago
-  double min_overlap = 0.5;            ///< keyframe: renewed when overlap() falls below this
-  double ratio = 0.8;                  ///< see overlap()
+  enum class Reference : std::uint8_t { kPrevious, kKeyframe };
 
-  void visit(OptionVisitor& visitor) override;
+  Reference reference = Reference::kPrevious;  ///< the frame `step` frames ago, or a keyframe
+  int step = 1;                                ///< previous: how many processed frames ago
+  double min_overlap = 0.5;                    ///< keyframe: renewed when overlap() falls below this
+  double ratio = 0.8;                          ///< see overlap()
+
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// Which earlier frame each new one is compared with. Features are shared, never copied. Not thread-safe.
@@ -57,6 +58,7 @@ class Sequence {
   double lastOverlap() const { return last_overlap_; }
 
  private:
+  bool keyframes() const { return options_.reference == SequenceOptions::Reference::kKeyframe; }
   void trim();
 
   SequenceOptions options_;

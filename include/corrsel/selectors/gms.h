@@ -15,7 +15,7 @@ struct GmsOptions : OptionSet {
   bool drop_first_cells =
       false;  ///< leave out the first half cells of shifted grids, as the authors' header does
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// Grid-based motion statistics (Bian et al., CVPR 2017; the paper's section on GMS).

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "corrsel/selectors/presets.h"
@@ -8,16 +9,18 @@
 namespace corrsel::core {
 
 struct GtmOptions : OptionSet {
-  double lambda = 1e-4;                 ///< payoff = exp(-lambda * error), 1/px
-  bool normalize_lambda = false;        ///< lambda is meant for a right image with a diagonal of 1000 px
-  std::string dynamics = "replicator";  ///< "replicator" (the paper) or "equilibrium", see the class
-  int steps = 100;                      ///< replicator: steps
-  double min_share = 0.1;               ///< equilibrium: selected above this share of the largest population
-  bool one_to_one = true;               ///< payoff 0 for matches that share a point
-  int memory_limit = 2048;              ///< payoffs above this size are computed anew for every step, MiB
-  double max_seconds = 30.0;            ///< time limit, s; 0 = none
+  enum class Dynamics : std::uint8_t { kReplicator, kEquilibrium };
 
-  void visit(OptionVisitor& visitor) override;
+  double lambda = 1e-4;           ///< payoff = exp(-lambda * error), 1/px
+  bool normalize_lambda = false;  ///< lambda is meant for a right image with a diagonal of 1000 px
+  Dynamics dynamics = Dynamics::kReplicator;  ///< the paper uses replicator steps, see the class
+  int steps = 100;                            ///< replicator: steps
+  double min_share = 0.1;     ///< equilibrium: selected above this share of the largest population
+  bool one_to_one = true;     ///< payoff 0 for matches that share a point
+  int memory_limit = 2048;    ///< payoffs above this size are computed anew for every step, MiB
+  double max_seconds = 30.0;  ///< time limit, s; 0 = none
+
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// Game-theoretic matching (Albarelli et al., IJCV 2012; the paper's Eqs. 7-9).

@@ -9,7 +9,7 @@
 namespace corrsel::core {
 
 struct KeepAllOptions : OptionSet {
-  void visit(OptionVisitor&) override {}
+  void visit(OptionVisitor&) const override {}
 };
 
 /// Selects every match with finite coordinates: the baseline that every selector must beat. O(N).

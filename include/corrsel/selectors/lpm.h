@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "corrsel/selectors/presets.h"
@@ -8,9 +9,10 @@
 namespace corrsel::core {
 
 struct LpmOptions : OptionSet {
-  std::string cost =
-      "count";  ///< "count": common neighbours; "multiscale": also their motion, at three scales
-  int k = 4;    ///< neighbours; multiscale uses k+2, k and k-2
+  enum class Cost : std::uint8_t { kCount, kMultiscale };
+
+  Cost cost = Cost::kCount;   ///< common neighbours only, or also their motion, at three scales
+  int k = 4;                  ///< neighbours; multiscale uses k+2, k and k-2
   double lambda_first = 6.0;  ///< accept if cost <= lambda, first pass
   double lambda_second =
       6.0;           ///< the same for the second pass, whose neighbours are the survivors of the first
@@ -18,7 +20,7 @@ struct LpmOptions : OptionSet {
   bool merge_duplicates = true;  ///< decide identical matches once, so that they cannot support themselves
   bool compat = true;            ///< the authors' neighbour handling, see the class
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
   void check() const override;
 };
 

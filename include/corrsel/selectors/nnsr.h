@@ -13,7 +13,7 @@ struct NnsrOptions : OptionSet {
   double min_threshold = 0.0;  ///< Otsu's threshold is raised to at least this ratio
   double max_threshold = 1.0;  ///< Otsu's threshold is lowered to at most this ratio
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
   void check() const override;
 };
 

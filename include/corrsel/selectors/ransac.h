@@ -10,7 +10,7 @@ namespace corrsel::core {
 
 /// The defaults are those of ConsensusOptions: 10 px, 2000 hypotheses, the plain parts.
 struct RansacOptions : ConsensusOptions {
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// RANSAC (Fischler and Bolles, CACM 1981; the paper's Eqs. 2-4) for a homography or a fundamental matrix:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "corrsel/selectors/presets.h"
@@ -8,7 +9,10 @@
 namespace corrsel::core {
 
 struct StOptions : OptionSet {
-  std::string affinity = "ratio";   ///< "ratio" of distances (the paper) or their "difference", see the class
+  enum class Affinity : std::uint8_t { kRatio, kDifference };
+
+  Affinity affinity =
+      Affinity::kRatio;             ///< of distances: their ratio (the paper) or difference, see the class
   double threshold = 0.3;           ///< affinities up to this conflict; negative: none do
   double sigma = 5.0;               ///< difference: the affinity is zero from 3 sigma on, px
   double duplicate_affinity = 1.0;  ///< ratio: affinity of two equal matches, 0/0 by the formula
@@ -17,7 +21,7 @@ struct StOptions : OptionSet {
   int memory_limit = 2048;    ///< affinities above this size are computed anew for every product, MiB
   double max_seconds = 30.0;  ///< time limit, s; 0 = none
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// Spectral technique (Leordeanu and Hebert, ICCV 2005; the paper's section on ST).

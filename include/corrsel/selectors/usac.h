@@ -11,7 +11,7 @@ namespace corrsel::core {
 /// All parts of the search on, with the paper's 850000 hypotheses.
 struct UsacOptions : ConsensusOptions {
   UsacOptions();
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// USAC, the universal framework for random sample consensus (Raguram, Chum, Pollefeys, Matas and Frahm, PAMI

@@ -20,7 +20,7 @@ struct VfcOptions : OptionSet {
   int seed = 0;                    ///< of the drawn control points
   double max_seconds = 0;          ///< time limit, s; 0 = none
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// Vector field consensus (Ma et al., TIP 2014; the paper's Eqs. 11-16).

@@ -11,13 +11,14 @@
 
 namespace corrsel::core {
 
-void FreakOptions::visit(OptionVisitor& visitor) {
+void FreakOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"pattern_scale", 5, 100, "px",
                   "FREAK: scale of the pattern around a keypoint of 7 px; its radius is as long"},
-                 pattern_scale);
+                 &FreakOptions::pattern_scale);
   visitor.flag("orientation_normalized", "FREAK: turn the pattern with the image; otherwise it stays upright",
-               orientation_normalized);
-  visitor.flag("scale_normalized", "FREAK: let the pattern grow with the keypoint", scale_normalized);
+               &FreakOptions::orientation_normalized);
+  visitor.flag("scale_normalized", "FREAK: let the pattern grow with the keypoint",
+               &FreakOptions::scale_normalized);
 }
 
 namespace {

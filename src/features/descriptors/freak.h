@@ -11,7 +11,7 @@ struct FreakOptions : OptionSet {
   bool orientation_normalized = true;  ///< turn the pattern with the image; otherwise it stays upright
   bool scale_normalized = true;        ///< let the pattern grow with the keypoint
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// "freak": 512 comparisons of mean grey levels in 43 receptive fields laid out as in the retina, coarse to

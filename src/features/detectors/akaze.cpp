@@ -2,11 +2,12 @@
 
 namespace corrsel::core {
 
-void AkazeOptions::visit(OptionVisitor& visitor) {
+void AkazeOptions::visit(OptionVisitor& visitor) const {
   visitCap(visitor);
-  visitor.number({"threshold", 0, 1, "-", "AKAZE: smallest determinant of the Hessian"}, threshold);
-  visitor.integer({"octaves", 1, 8, "-", "AKAZE: octaves of the scale space"}, octaves);
-  visitor.integer({"octave_layers", 1, 8, "-", "AKAZE: layers per octave"}, octave_layers);
+  visitor.number({"threshold", 0, 1, "-", "AKAZE: smallest determinant of the Hessian"},
+                 &AkazeOptions::threshold);
+  visitor.integer({"octaves", 1, 8, "-", "AKAZE: octaves of the scale space"}, &AkazeOptions::octaves);
+  visitor.integer({"octave_layers", 1, 8, "-", "AKAZE: layers per octave"}, &AkazeOptions::octave_layers);
 }
 
 AkazeDetector::AkazeDetector(const AkazeOptions& options)

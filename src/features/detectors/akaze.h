@@ -10,7 +10,7 @@ struct AkazeOptions : DetectorOptions {
   int octaves = 4;           ///< of the non-linear scale space
   int octave_layers = 4;     ///< layers per octave
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// "akaze".

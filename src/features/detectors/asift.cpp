@@ -17,23 +17,24 @@
 
 namespace corrsel::core {
 
-void AsiftOptions::visit(OptionVisitor& visitor) {
+void AsiftOptions::visit(OptionVisitor& visitor) const {
   visitCap(visitor);
   visitor.integer({"tilts", 0, 8, "-", "ASIFT: simulated tilts sqrt(2)^k, k = 1 to this; 0 = plain SIFT"},
-                  tilts);
+                  &AsiftOptions::tilts);
   visitor.number({"rotation_step", 10, 180, "degrees", "ASIFT: between views of tilt t: this / t"},
-                 rotation_step);
-  visitor.number({"sigma", 0.8, 5, "px", "ASIFT: blur of the first octave"}, sigma);
-  visitor.integer({"octave_layers", 1, 10, "-", "ASIFT: layers per octave"}, octave_layers);
+                 &AsiftOptions::rotation_step);
+  visitor.number({"sigma", 0.8, 5, "px", "ASIFT: blur of the first octave"}, &AsiftOptions::sigma);
+  visitor.integer({"octave_layers", 1, 10, "-", "ASIFT: layers per octave"}, &AsiftOptions::octave_layers);
   visitor.number({"contrast_threshold", 0, 1, "-", "ASIFT: extrema weaker than this are dropped"},
-                 contrast_threshold);
+                 &AsiftOptions::contrast_threshold);
   visitor.number({"edge_threshold", 1, 100, "-", "ASIFT: edge-like extrema are dropped; larger keeps more"},
-                 edge_threshold);
+                 &AsiftOptions::edge_threshold);
   visitor.number({"margin", 0, 20, "radii", "ASIFT: simulated views: least distance from the image border"},
-                 margin);
+                 &AsiftOptions::margin);
   visitor.number({"merge_distance", 0, 5, "radii", "ASIFT: views of one keypoint are at most so far apart"},
-                 merge_distance);
-  visitor.number({"merge_shape", 0, 5, "-", "ASIFT: and their frames differ at most by this"}, merge_shape);
+                 &AsiftOptions::merge_distance);
+  visitor.number({"merge_shape", 0, 5, "-", "ASIFT: and their frames differ at most by this"},
+                 &AsiftOptions::merge_shape);
 }
 
 namespace {

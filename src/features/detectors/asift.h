@@ -18,7 +18,7 @@ struct AsiftOptions : DetectorOptions {
   double merge_shape = 0.4;     ///< see the class
 
   AsiftOptions() { max_megapixels = 4; }
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// Affine SIFT (Morel and Yu, SIAM J. Imaging Sciences 2009; Yu and Morel, IPOL 2011): SIFT in views of the

@@ -14,18 +14,18 @@
 
 namespace corrsel::core {
 
-void BlobOptions::visit(OptionVisitor& visitor) {
+void BlobOptions::visit(OptionVisitor& visitor) const {
   visitCap(visitor);
   visitor.number({"threshold", 0.1, 255, "grey levels",
                   "Blob: weaker extrema are dropped; a disc answers with 0.74 of its contrast"},
-                 threshold);
+                 &BlobOptions::threshold);
   visitor.number({"min_sigma", 1, 16, "px", "Blob: smallest scale; a disc of radius r has the scale 0.71 r"},
-                 min_sigma);
-  visitor.number({"max_sigma", 1, 1000, "px", "Blob: largest scale"}, max_sigma);
-  visitor.integer({"layers", 1, 10, "-", "Blob: scales per octave"}, layers);
+                 &BlobOptions::min_sigma);
+  visitor.number({"max_sigma", 1, 1000, "px", "Blob: largest scale"}, &BlobOptions::max_sigma);
+  visitor.integer({"layers", 1, 10, "-", "Blob: scales per octave"}, &BlobOptions::layers);
   visitor.number({"edge_ratio", 1, 1000, "-",
                   "Blob: extrema with a larger ratio of principal curvatures are dropped; larger keeps more"},
-                 edge_ratio);
+                 &BlobOptions::edge_ratio);
 }
 
 void BlobOptions::check() const {

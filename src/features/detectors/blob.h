@@ -13,7 +13,7 @@ struct BlobOptions : DetectorOptions {
   int layers = 3;            ///< scales per octave
   double edge_ratio = 10.0;  ///< extrema with a larger ratio of principal curvatures are dropped
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
   void check() const override;
 };
 

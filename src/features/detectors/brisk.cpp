@@ -4,11 +4,14 @@
 
 namespace corrsel::core {
 
-void BriskOptions::visit(OptionVisitor& visitor) {
+void BriskOptions::visit(OptionVisitor& visitor) const {
   visitCap(visitor);
-  visitor.integer({"threshold", 1, 255, "grey levels", "BRISK: smallest corner contrast"}, threshold);
-  visitor.integer({"octaves", 0, 8, "-", "BRISK: octaves of the pyramid; 0 = one scale"}, octaves);
-  visitor.number({"pattern_scale", 0.3, 3, "-", "BRISK: scale of the sampling pattern"}, pattern_scale);
+  visitor.integer({"threshold", 1, 255, "grey levels", "BRISK: smallest corner contrast"},
+                  &BriskOptions::threshold);
+  visitor.integer({"octaves", 0, 8, "-", "BRISK: octaves of the pyramid; 0 = one scale"},
+                  &BriskOptions::octaves);
+  visitor.number({"pattern_scale", 0.3, 3, "-", "BRISK: scale of the sampling pattern"},
+                 &BriskOptions::pattern_scale);
 }
 
 namespace {

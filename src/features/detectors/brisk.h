@@ -10,7 +10,7 @@ struct BriskOptions : DetectorOptions {
   int octaves = 3;             ///< of the pyramid
   double pattern_scale = 1.0;  ///< of the sampling pattern
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// "brisk".

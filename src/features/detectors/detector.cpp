@@ -6,11 +6,13 @@
 
 namespace corrsel::core {
 
-void DetectorOptions::visitCap(OptionVisitor& visitor) {
-  visitor.integer({"max_features", 0, 100000, "-", "Strongest features kept; 0 = no cap"}, max_features);
-  visitor.flag("spread", "With max_features: keep the strongest of every part of the image", spread);
+void DetectorOptions::visitCap(OptionVisitor& visitor) const {
+  visitor.integer({"max_features", 0, 100000, "-", "Strongest features kept; 0 = no cap"},
+                  &DetectorOptions::max_features);
+  visitor.flag("spread", "With max_features: keep the strongest of every part of the image",
+               &DetectorOptions::spread);
   visitor.number({"max_megapixels", 0.01, 1000, "10^6 px", "Larger images are reduced to this size first"},
-                 max_megapixels);
+                 &DetectorOptions::max_megapixels);
 }
 
 void Detector::detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,

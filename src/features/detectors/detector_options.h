@@ -14,7 +14,7 @@ struct DetectorOptions : OptionSet {
 
  protected:
   /// Call first in visit().
-  void visitCap(OptionVisitor& visitor);
+  void visitCap(OptionVisitor& visitor) const;
 };
 
 }  // namespace corrsel::core

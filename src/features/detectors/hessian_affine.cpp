@@ -441,24 +441,28 @@ std::vector<T> inOrder(std::size_t n, int threads, const Item& items) {
 
 }  // namespace
 
-void HessianAffineOptions::visit(OptionVisitor& visitor) {
+void HessianAffineOptions::visit(OptionVisitor& visitor) const {
   visitCap(visitor);
   visitor.number({"peak_threshold", 0, 1, "-", "Smallest determinant of the Hessian, of grey values 0 to 1"},
-                 peak_threshold);
+                 &HessianAffineOptions::peak_threshold);
   visitor.number(
       {"edge_threshold", 1, 100, "-", "Largest ratio of the principal curvatures; larger keeps more"},
-      edge_threshold);
+      &HessianAffineOptions::edge_threshold);
   visitor.number(
       {"scale_threshold", 0, 1, "-", "Smallest Laplacian at the chosen scale, of grey values 0 to 1"},
-      scale_threshold);
+      &HessianAffineOptions::scale_threshold);
   visitor.integer({"first_octave", -1, 3, "-", "-1 doubles the image: smaller features, 4 times the time"},
-                  first_octave);
-  visitor.integer({"octave_resolution", 2, 10, "-", "Levels per octave"}, octave_resolution);
-  visitor.flag("adapt", "Adapt frames to the affine shape; otherwise they are similarities", adapt);
-  visitor.integer({"max_orientations", 1, 4, "-", "Features with one position and shape"}, max_orientations);
+                  &HessianAffineOptions::first_octave);
+  visitor.integer({"octave_resolution", 2, 10, "-", "Levels per octave"},
+                  &HessianAffineOptions::octave_resolution);
+  visitor.flag("adapt", "Adapt frames to the affine shape; otherwise they are similarities",
+               &HessianAffineOptions::adapt);
+  visitor.integer({"max_orientations", 1, 4, "-", "Features with one position and shape"},
+                  &HessianAffineOptions::max_orientations);
   visitor.number({"overlap", 0, 1, "scale", "Drops features nearer than this to a stronger one; 0 = none"},
-                 overlap);
-  visitor.number({"margin", 0, 20, "scale", "Part of the frame that must be inside the image"}, margin);
+                 &HessianAffineOptions::overlap);
+  visitor.number({"margin", 0, 20, "scale", "Part of the frame that must be inside the image"},
+                 &HessianAffineOptions::margin);
 }
 
 HessianAffineDetector::HessianAffineDetector(const HessianAffineOptions& options) : options_(options) {

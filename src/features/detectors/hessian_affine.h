@@ -16,7 +16,7 @@ struct HessianAffineOptions : DetectorOptions {
   double overlap = 0.5;           ///< features nearer than this times the stronger one's scale are dropped
   double margin = 1.0;            ///< of the frame that must lie inside the image, in units of the frame
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// "hessian_affine" (Mikolajczyk and Schmid, IJCV 2004): extrema of the determinant of the Hessian in every

@@ -6,14 +6,16 @@
 
 namespace corrsel::core {
 
-void OrbOptions::visit(OptionVisitor& visitor) {
+void OrbOptions::visit(OptionVisitor& visitor) const {
   visitCap(visitor);
-  visitor.number({"scale_factor", 1.05, 3, "-", "ORB: scale between pyramid levels"}, scale_factor);
-  visitor.integer({"levels", 1, 16, "-", "ORB: levels of the pyramid"}, levels);
-  visitor.integer({"fast_threshold", 0, 255, "grey levels", "ORB: smallest corner contrast"}, fast_threshold);
+  visitor.number({"scale_factor", 1.05, 3, "-", "ORB: scale between pyramid levels"},
+                 &OrbOptions::scale_factor);
+  visitor.integer({"levels", 1, 16, "-", "ORB: levels of the pyramid"}, &OrbOptions::levels);
+  visitor.integer({"fast_threshold", 0, 255, "grey levels", "ORB: smallest corner contrast"},
+                  &OrbOptions::fast_threshold);
   visitor.integer({"patch_size", 5, 127, "px",
                    "ORB: side of the described patch; features nearer to the border are lost"},
-                  patch_size);
+                  &OrbOptions::patch_size);
 }
 
 namespace {

@@ -15,7 +15,7 @@ struct OrbOptions : DetectorOptions {
   int patch_size = 31;        ///< of the descriptor, px; features closer than this to the border are lost
 
   OrbOptions() { max_features = 5000; }
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// "orb". Hands max_features out over the levels of the pyramid in proportion to their sides, unless they are

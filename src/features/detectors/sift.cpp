@@ -6,15 +6,16 @@
 
 namespace corrsel::core {
 
-void SiftOptions::visit(OptionVisitor& visitor) {
+void SiftOptions::visit(OptionVisitor& visitor) const {
   visitCap(visitor);
-  visitor.integer({"octave_layers", 1, 10, "-", "SIFT: layers per octave"}, octave_layers);
+  visitor.integer({"octave_layers", 1, 10, "-", "SIFT: layers per octave"}, &SiftOptions::octave_layers);
   visitor.number({"contrast_threshold", 0, 1, "-", "SIFT: extrema weaker than this are dropped"},
-                 contrast_threshold);
+                 &SiftOptions::contrast_threshold);
   visitor.number({"edge_threshold", 1, 100, "-", "SIFT: edge-like extrema are dropped; larger keeps more"},
-                 edge_threshold);
-  visitor.number({"sigma", 0.5, 5, "px", "SIFT: blur of the first octave"}, sigma);
-  visitor.flag("root", "SIFT descriptor of any detector: RootSIFT, square roots of its values", root);
+                 &SiftOptions::edge_threshold);
+  visitor.number({"sigma", 0.5, 5, "px", "SIFT: blur of the first octave"}, &SiftOptions::sigma);
+  visitor.flag("root", "SIFT descriptor of any detector: RootSIFT, square roots of its values",
+               &SiftOptions::root);
 }
 
 SiftDetector::SiftDetector(const SiftOptions& options)

@@ -15,7 +15,7 @@ struct SiftOptions : DetectorOptions {
   double sigma = 1.6;                ///< blur of the first octave, px
   bool root = false;                 ///< RootSIFT; the one option that the descriptor alone uses
 
-  void visit(OptionVisitor& visitor) override;
+  void visit(OptionVisitor& visitor) const override;
 };
 
 /// "sift".

@@ -14,7 +14,7 @@ struct NormalizedMedianOptions : corrsel::core::OptionSet {
   double threshold = 2.0;
   double noise = 0.1;
 
-  void visit(corrsel::core::OptionVisitor& visitor) override;
+  void visit(corrsel::core::OptionVisitor& visitor) const override;
 };
 
 /// Compares the displacement of every match with those of its k nearest neighbours in the left image:
