@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree as ElementTree
 from urllib.parse import unquote
 
 PACKAGE = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -129,8 +130,15 @@ class Pictures(unittest.TestCase):
         self.assertEqual(made, (PACKAGE / "docs" / "images" / "live.svg").read_text(encoding="utf-8"))
 
 
-class Numbers(unittest.TestCase):
-    """What stands in two documents is the same in both."""
+class Copies(unittest.TestCase):
+    """What stands in two places is the same in both."""
+
+    def test_the_arguments_of_the_benchmark_are_those_of_its_launch_file(self):
+        launch = ElementTree.parse(str(PACKAGE / "launch" / "benchmark.launch")).getroot()
+        table = (PACKAGE / "docs" / "benchmark.md").read_text(encoding="utf-8").partition("## Arguments")[2]
+        cells = re.findall(r"^\| (`.*?) \|", table.partition("\n## ")[0], flags=re.M)
+        documented = [name for cell in cells for name in re.findall(r"`(\w+)`", cell)]
+        self.assertEqual(sorted(arg.get("name") for arg in launch.findall("arg")), sorted(documented))
 
     def test_the_table_of_the_readme_is_part_of_the_results(self):
         readme = (PACKAGE / "README.md").read_text(encoding="utf-8")
