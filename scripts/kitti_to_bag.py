@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Make a stereo bag of raw KITTI frames, such as a robot would record.
+"""Make a stereo bag from raw KITTI frames, as a robot would record it.
 
 Usage: kitti_to_bag.py FOLDER --output FILE [--rate HZ] [--every N]
 
@@ -27,7 +27,7 @@ MATRICES = (("K", 9, "K"), ("D", 5, "D"), ("R_rect", 9, "R"), ("P_rect", 12, "P"
 
 
 class InputError(Exception):
-    """Input that no bag can be made of; the message says which, why and what to do."""
+    """Input from which no bag can be made; the message names the input, the reason and the remedy."""
 
 
 def read_calibration(path):

@@ -2,8 +2,8 @@
 # Runs the nodelets inside a test program under a sanitizer: data races (thread) or memory errors, leaks and
 # undefined behaviour (address).
 #   scripts/sanitize_live.sh thread|address [GTEST_FILTER]
-# Fails where a test fails or there is a report. ROS and OpenCV are built without the sanitizer: ThreadSanitizer sees
-# their locks, but not what they read and write; test/ros/tsan.supp has what it takes for a race because of that.
+# Fails if a test fails or the sanitizer reports anything. ROS and OpenCV are built without the sanitizer, so
+# ThreadSanitizer sees their locks but not their memory accesses. test/ros/tsan.supp lists the false reports that follow.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
@@ -28,7 +28,7 @@ reports=$build_dir/reports
 rm -rf "$reports"
 mkdir -p "$reports"
 
-# A master of its own: any other one may be in use.
+# A separate master, because another one may be in use.
 port=$((20000 + $$ % 20000))
 export ROS_MASTER_URI=http://localhost:$port
 rosmaster --core -p "$port" >"$build_dir/master.log" 2>&1 &
@@ -49,6 +49,6 @@ count=$(cat "$reports"/report* 2>/dev/null | grep -acE 'WARNING: ThreadSanitizer
 say "$count reports, exit code $code"
 cat "$reports"/report* 2>/dev/null | grep -aE 'SUMMARY|runtime error:' | sort | uniq -c | sort -rn | head -n 20 || true
 if [ "$count" -ne 0 ] || [ "$code" -ne 0 ]; then
-  echo "FAILED: reports are in $reports, what the tests printed in $build_dir/live_test.log" >&2
+  echo "FAILED: reports are in $reports, the output of the tests is in $build_dir/live_test.log" >&2
   exit 1
 fi

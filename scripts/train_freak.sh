@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Chooses the 512 tests of the FREAK descriptor by the paper's procedure on the sample images and writes them to
-# src/features/descriptors/freak_pairs.cpp. The same images give the same table. Takes a few seconds beside the build.
+# src/features/descriptors/freak_pairs.cpp. The same images always give the same table. Training takes a few seconds.
 #   scripts/train_freak.sh           train and replace the table
-#   scripts/train_freak.sh --check   train and compare: exit code 1 where the table in the repository differs
+#   scripts/train_freak.sh --check   train and compare: exit code 1 if the table in the repository differs
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
@@ -27,9 +27,9 @@ if [ $check -eq 0 ]; then
   cat "$trained" >"$table"
   say "wrote $table"
 elif cmp -s "$trained" "$table"; then
-  say "the table in the repository is what training gives"
+  say "the table in the repository agrees with the training"
 else
   diff -u "$table" "$trained" | head -n 20 >&2
-  echo "the table in the repository is not what training gives: run scripts/train_freak.sh" >&2
+  echo "the table in the repository differs from the training: run scripts/train_freak.sh" >&2
   exit 1
 fi

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds, repeats the run of test/regression, shows what compare_runs says of the kept results against the new ones,
-# and then keeps the new ones in test/regression/expected. To be committed with the change that caused them.
+# Builds, repeats the run of test/regression, compares the stored results with the new ones, and stores the new ones
+# in test/regression/expected. Commit them together with the change that caused them.
 #   scripts/update_regression.sh            CMake arguments may follow
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
@@ -23,16 +23,16 @@ say "running the benchmark on the sample set"
   exit 1
 }
 
-# The four columns of times, the last ones, differ from run to run and from machine to machine.
+# The last four columns hold times, which differ from run to run.
 mkdir "$work/expected"
 cp "$work/run/config.yaml" "$work/expected/"
 sed -E '2,$s/(,[^,]*){4}$/,,,,/' "$work/run/pairs.csv" >"$work/expected/pairs.csv"
 
 if [ -f "$regression/expected/pairs.csv" ]; then
-  say "kept results against new ones"
+  say "comparing the stored results with the new ones"
   code=0
   "$regression/compare.sh" "$regression/expected" "$work/expected" || code=$?
-  [ "$code" -le 1 ] || say "the kept results cannot be compared (see above); they are replaced"
+  [ "$code" -le 1 ] || say "the stored results cannot be compared (see above); they are replaced"
 fi
 mkdir -p "$regression/expected"
 cp "$work/expected/config.yaml" "$work/expected/pairs.csv" "$regression/expected/"

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# compare.sh BEFORE AFTER: exit code 0 where no mean F moved by more than the tolerance (README.md says how it was
-# chosen), 1 where one did or values are missing, 2 where a folder is damaged.
+# Usage: compare.sh BEFORE AFTER. Exit code: 0 if no mean F moved by more than the tolerance (README.md explains how
+# it was chosen), 1 if one did or values are missing, 2 if a folder is damaged.
 set -euo pipefail
 
-# Dataset to number of ground-truth inliers: what the selectors were given.
+# The columns from the dataset to the number of ground-truth inliers describe the input of the selectors.
 given() { cut -d, -f1-11 "$1/pairs.csv"; }
 
 if cmp -s <(given "$1") <(given "$2"); then

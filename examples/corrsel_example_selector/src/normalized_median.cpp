@@ -45,10 +45,10 @@ void NormalizedMedian::run(const Correspondences& matches, Selection& result) co
   if (n <= k) {
     result.status = Status::kTooFew;
     result.message =
-        std::to_string(n) + " matches; needed are more than the neighbours, " + std::to_string(k);
+        std::to_string(n) + " matches; needed are more than the number of neighbours, " + std::to_string(k);
     return;
   }
-  // A match is among its own neighbours, unless k others lie at the very same point.
+  // A match is one of its own neighbours, unless k others lie at the same point.
   const int asked = options_.neighbours + 1;
   std::vector<std::uint32_t> nearest(n * (k + 1));
   const float *const x = matches.left_x.data(), *const y = matches.left_y.data();

@@ -7,8 +7,8 @@
 
 namespace corrsel_example_selector {
 
-/// Every option is named once, in visit(): corrsel takes range checks, command lines, listings and
-/// config.yaml from there.
+/// visit() describes every option once. corrsel derives range checks, command lines, listings and config.yaml
+/// from it.
 struct NormalizedMedianOptions : corrsel::core::OptionSet {
   int neighbours = 8;
   double threshold = 2.0;
@@ -17,13 +17,15 @@ struct NormalizedMedianOptions : corrsel::core::OptionSet {
   void visit(corrsel::core::OptionVisitor& visitor) const override;
 };
 
-/// Compares the displacement of every match with those of its k nearest neighbours in the left image:
-/// selected if |d - m| <= threshold * (r + noise), m being the median of the neighbours' displacements (of
-/// each component) and r the median of their distances from m. The score is -|d - m| / (r + noise).
-/// Westerweel and Scarano, "Universal outlier detection for PIV data", Experiments in Fluids 39 (2005).
+/// Normalized median test.
 ///
-/// Good where neighbours move alike and most of them are right: matches that have passed a ratio test. About
-/// O(N k).
+/// Idea: a correct match moves like its neighbours.
+/// Algorithm: d is the displacement of a match. m is the median, by component, of the displacements of its k
+/// nearest neighbours in the left image, and r is the median of their distances from m. The match is selected
+/// if |d - m| <= threshold * (r + noise). Its score is -|d - m| / (r + noise). Input: coordinates only.
+/// Neighbours should move alike and most of them should be correct, as after a ratio test. Failure: too_few
+/// for at most k matches. Cost: about O(N k). Source: Westerweel and Scarano, "Universal outlier detection
+/// for PIV data", Experiments in Fluids 39 (2005).
 class NormalizedMedian : public corrsel::Selector {
  public:
   std::string name() const override { return "corrsel_example_selector/NormalizedMedian"; }
