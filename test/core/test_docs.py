@@ -140,6 +140,26 @@ class Copies(unittest.TestCase):
         documented = [name for cell in cells for name in re.findall(r"`(\w+)`", cell)]
         self.assertEqual(sorted(arg.get("name") for arg in launch.findall("arg")), sorted(documented))
 
+    def test_the_times_of_the_readme_are_those_of_the_performance_suite(self):
+        readme = (PACKAGE / "README.md").read_text(encoding="utf-8")
+        suite = (PACKAGE / "docs" / "performance.md").read_text(encoding="utf-8")
+        measured = {}  # selector without model and threshold -> ms for N = 5000, in the suite's order
+        rows = re.findall(
+            r"^\| ([\w:]+)(?: [^|]*)? \| [^|]* \| 5000 \| 0.5 \| ([\d.]+) \|", suite, flags=re.M
+        )
+        for name, milliseconds in rows:
+            times = measured.setdefault(re.sub(":[hf]$|:paper$", "", name), [])
+            if float(milliseconds) not in times:
+                times.append(float(milliseconds))
+        table = re.findall(r"^\|.* \| ([\d., ms]+) ms \| `([\w:]+)` \|$", readme, flags=re.M)
+        self.assertGreater(len(table), 4)
+        for text, selector in table:
+            with self.subTest(selector=selector):
+                written = [float(number) for number in text.replace(" ms", "").split(", ")]
+                self.assertEqual(len(measured[selector]), len(written))
+                for one, other in zip(written, measured[selector]):
+                    self.assertLess(max(one / other, other / one), 1.5)  # rounded, and of one machine
+
     def test_the_table_of_the_readme_is_part_of_the_results(self):
         readme = (PACKAGE / "README.md").read_text(encoding="utf-8")
         results = (PACKAGE / "docs" / "results.md").read_text(encoding="utf-8").splitlines()
