@@ -3,6 +3,7 @@
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "base/text.h"
@@ -96,6 +97,49 @@ core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
   addChanged(config.bools, defaults.bools, prefix, options);
   addChanged(config.strs, defaults.strs, prefix, options);
   return options;
+}
+
+std::vector<std::string> readParameters(const ros::NodeHandle& nh, core::OptionSet& parameters) {
+  std::vector<std::string> complaints;
+  for (const core::OptionField& field : core::optionFields(parameters)) {
+    XmlRpc::XmlRpcValue value;
+    if (!nh.getParam(field.name, value)) continue;
+    const std::string what = "parameter " + nh.resolveName(field.name) + " = " + valueText(value) + " ";
+    const auto ignore = [&](const char* expected) {
+      complaints.push_back(what + "is ignored: expected " + expected);
+    };
+    const auto type = value.getType();
+    if (field.type == core::OptionType::kFlag) {
+      if (type != XmlRpc::XmlRpcValue::TypeBoolean) {
+        ignore("true or false");
+      } else {
+        field.set(parameters, static_cast<bool>(value));
+      }
+    } else if (field.type == core::OptionType::kText || field.type == core::OptionType::kChoice) {
+      if (type != XmlRpc::XmlRpcValue::TypeString) {
+        ignore("a text");
+      } else {
+        field.setText(parameters, static_cast<std::string>(value), "parameter " + nh.resolveName(field.name));
+      }
+    } else if (type != XmlRpc::XmlRpcValue::TypeInt && type != XmlRpc::XmlRpcValue::TypeDouble) {
+      ignore("a number");
+    } else {
+      const double number = type == XmlRpc::XmlRpcValue::TypeInt
+                                ? static_cast<double>(static_cast<int>(value))
+                                : static_cast<double>(value);
+      const double nearest = number >= field.min ? std::min(number, field.max) : field.min;
+      if (nearest != number)
+        complaints.push_back(what + "is outside " + field.range() + " and is set to the nearest limit");
+      if (field.type == core::OptionType::kNumber) {
+        field.set(parameters, nearest);
+      } else {
+        if (nearest != std::trunc(nearest))
+          complaints.push_back(what + "is rounded: expected a whole number in " + field.range());
+        field.set(parameters, static_cast<int>(nearest));
+      }
+    }
+  }
+  return complaints;
 }
 
 core::OptionMap parseOptions(const std::string& text) {

@@ -19,6 +19,13 @@ namespace corrsel {
 core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
                                const dynamic_reconfigure::Config& defaults, const std::string& prefix);
 
+/// Reads the parameters below `nh` that `parameters` describes; those that are not set keep their value.
+/// Numbers out of range become the nearest limit, and values of another type are ignored.
+/// @return one sentence for each value that was changed or ignored, with its name, value and range
+/// Throws std::invalid_argument for a choice that does not exist, naming parameter, value and valid names:
+/// what the user wanted cannot be guessed.
+std::vector<std::string> readParameters(const ros::NodeHandle& nh, core::OptionSet& parameters);
+
 /// "alpha=6,grid=10" as options. Throws std::invalid_argument naming the piece that does not read so.
 core::OptionMap parseOptions(const std::string& text);
 

@@ -1,0 +1,150 @@
+#include "ros/live/nodelet_parameters.h"
+
+namespace corrsel {
+
+using core::OptionVisitor;
+
+void LiveParameters::visitCommon(OptionVisitor& visitor, const char* lazy_text) const {
+  using P = LiveParameters;
+  visitor.flag("lazy", lazy_text, &P::lazy);
+  visitor.integer({"subscriber_queue_size", 1, 1000, "messages",
+                   "Messages of each topic that wait to be received; receiving is quick"},
+                  &P::subscriber_queue_size);
+  visitor.integer(
+      {"pending", 1, 1000, "items",
+       "Items that wait to be processed; when it is exceeded, the oldest is dropped, and a larger "
+       "number only adds delay"},
+      &P::pending);
+  visitor.number(
+      {"warn_drop_ratio", 0, 1, "-", "Share of dropped items beyond which /diagnostics warns; 0 = off"},
+      &P::warn_drop_ratio);
+  visitor.number({"error_drop_ratio", 0, 1, "-",
+                  "Share of dropped items beyond which /diagnostics reports an error; 0 = off"},
+                 &P::error_drop_ratio);
+  visitor.number(
+      {"warn_latency", 0, 1e6, "s",
+       "Age of the left image when its result is published, 95th percentile, beyond which /diagnostics "
+       "warns; 0 = off"},
+      &P::warn_latency);
+  visitor.number(
+      {"error_latency", 0, 1e6, "s", "The same age beyond which /diagnostics reports an error; 0 = off"},
+      &P::error_latency);
+  visitor.number({"warn_silence", 0, 1e6, "s", "Time without input after which /diagnostics warns; 0 = off"},
+                 &P::warn_silence);
+  visitor.number(
+      {"error_silence", 0, 1e6, "s", "Time without input after which /diagnostics reports an error; 0 = off"},
+      &P::error_silence);
+  visitor.number({"diagnostic_period", 0.05, 1e6, "s", "Time between two reports on /diagnostics"},
+                 &P::diagnostic_period);
+}
+
+void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
+  using P = FeatureMatcherParameters;
+  visitor.choice("mode",
+                 {{Mode::kPair, "pair", "Pairs of left/image and right/image"},
+                  {Mode::kSequence, "sequence", "Images of one camera, each with an earlier one"}},
+                 "The images that are matched", &P::mode);
+  visitor.text("image_transport",
+               "Transport of the images: raw, compressed, or the name of an installed plug-in",
+               &P::image_transport);
+  visitor.flag("use_mask", "Take masks from left/mask and right/mask, or from mask in sequence mode",
+               &P::use_mask);
+  visitor.flag("approximate_sync", "Pair images whose stamps are close instead of equal",
+               &P::approximate_sync);
+  visitor.number({"approximate_sync_max_interval", 0, 1e6, "s",
+                  "With approximate_sync: largest difference of the stamps of a pair; 0 = no limit"},
+                 &P::approximate_sync_max_interval);
+  visitor.integer({"queue_size", 1, 1000, "images",
+                   "Images of each camera that are kept until the image of the other one arrives"},
+                  &P::queue_size);
+  visitor.integer({"threads", 1, 1024, "-",
+                   "1 = the images of a pair one after the other, 2 = side by side; the result is the same"},
+                  &P::threads);
+  visitCommon(visitor, "Subscribe to the images only while somebody subscribes to the matches");
+}
+
+void SelectorParameters::visit(OptionVisitor& visitor) const {
+  visitCommon(visitor, "Subscribe to the correspondences only while somebody subscribes to the result");
+  visitor.number(
+      {"warn_inlier_ratio", 0, 1, "-", "Share of selected matches below which /diagnostics warns; 0 = off"},
+      &SelectorParameters::warn_inlier_ratio);
+  visitor.number({"error_inlier_ratio", 0, 1, "-",
+                  "Share of selected matches below which /diagnostics reports an error; 0 = off"},
+                 &SelectorParameters::error_inlier_ratio);
+}
+
+void MatchViewerParameters::visit(OptionVisitor& visitor) const {
+  using P = MatchViewerParameters;
+  visitor.flag("lazy", "Subscribe and draw only while somebody subscribes to the drawings", &P::lazy);
+  visitor.text("image_transport",
+               "Transport of the images: raw, compressed, or the name of an installed plug-in",
+               &P::image_transport);
+  visitor.integer({"subscriber_queue_size", 1, 1000, "messages",
+                   "Messages of each topic that wait to be received; receiving is quick"},
+                  &P::subscriber_queue_size);
+  visitor.integer({"cache_size", 1, 100000, "pairs",
+                   "Pairs that are kept until all messages with their stamp have arrived"},
+                  &P::cache_size);
+  visitor.number({"tolerance", 0, 1e6, "px", "Error up to which a match is drawn as correct"}, &P::tolerance);
+  visitor.integer({"max_lines", 1, 1000000, "-", "Largest number of lines that are drawn of each colour"},
+                  &P::max_lines);
+}
+
+void EvaluatorParameters::visit(OptionVisitor& visitor) const {
+  visitor.number({"ground_truth_tolerance", 1e-9, 1e6, "px",
+                  "Error up to which a putative match counts as an inlier of the ground truth"},
+                 &EvaluatorParameters::ground_truth_tolerance);
+  visitor.integer({"subscriber_queue_size", 1, 1000, "messages",
+                   "Messages of each topic that wait to be received; receiving is quick"},
+                  &EvaluatorParameters::subscriber_queue_size);
+}
+
+void FeatureChoice::visit(OptionVisitor& visitor) const {
+  visitor.text("features", "Detector+descriptor: one of these, or any other pairing",
+               &FeatureChoice::features);
+}
+
+void RegionParameters::visit(OptionVisitor& visitor) const {
+  using P = RegionParameters;
+  constexpr double kLargest = 100000;
+  visitor.integer(
+      {"x", 0, kLargest, "px", "Left edge of the part of the images in which features are looked for"},
+      &P::x);
+  visitor.integer({"y", 0, kLargest, "px", "Upper edge of this part"}, &P::y);
+  visitor.integer({"width", 0, kLargest, "px", "Width of this part; 0 = up to the right edge of the image"},
+                  &P::width);
+  visitor.integer(
+      {"height", 0, kLargest, "px", "Height of this part; 0 = down to the lower edge of the image"},
+      &P::height);
+}
+
+void SelectorChoice::visit(OptionVisitor& visitor) const {
+  using P = SelectorChoice;
+  visitor.text(
+      "selector",
+      "Algorithm that decides which matches are correct, or package/Class of a selector from another package",
+      &P::selector);
+  visitor.text(
+      "preset",
+      "Named set of option values of the chosen selector, empty for none; options that differ from their "
+      "default here win over the preset, options left at their default do not",
+      &P::preset);
+  visitor.text("plugin_options", "Options of a selector from another package: name=value, comma-separated",
+               &P::plugin_options);
+  visitor.number({"max_seconds", 0, 1e6, "s",
+                  "Time limit of a selection, after which the best result so far counts; 0 = none"},
+                 &P::max_seconds);
+  visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers of every selector that draws any"},
+                  &P::seed);
+}
+
+std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> nodeletParameters() {
+  std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> result;
+  result.emplace_back("FeatureMatcher", std::make_unique<FeatureMatcherParameters>());
+  result.emplace_back("Selector", std::make_unique<SelectorParameters>());
+  result.emplace_back("MatchViewer", std::make_unique<MatchViewerParameters>());
+  result.emplace_back("Evaluator", std::make_unique<EvaluatorParameters>());
+  return result;
+}
+
+}  // namespace corrsel

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "corrsel/options.h"
+
+// The parameters of the nodelets that are not options of an algorithm. This file includes no ROS, so that the
+// catalogue of options (src/nodes/option_catalogue.cpp) lists them in every build.
+namespace corrsel {
+
+/// Start-up parameters of the nodelets that work through a queue.
+struct LiveParameters : core::OptionSet {
+  bool lazy = true;
+  int subscriber_queue_size = 5;
+  int pending = 1;
+  double warn_drop_ratio = 0.2, error_drop_ratio = 0.9;
+  double warn_latency = 0, error_latency = 0;
+  double warn_silence = 2, error_silence = 10;
+  double diagnostic_period = 1;
+
+ protected:
+  /// @param lazy_text     describes `lazy`
+  void visitCommon(core::OptionVisitor& visitor, const char* lazy_text) const;
+};
+
+/// Start-up parameters of the FeatureMatcher nodelet.
+struct FeatureMatcherParameters : LiveParameters {
+  enum class Mode : std::uint8_t { kPair, kSequence };
+
+  Mode mode = Mode::kPair;
+  std::string image_transport = "raw";
+  bool use_mask = false;
+  bool approximate_sync = false;
+  double approximate_sync_max_interval = 0;
+  int queue_size = 5;
+  int threads = 2;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// Start-up parameters of the Selector nodelet.
+struct SelectorParameters : LiveParameters {
+  double warn_inlier_ratio = 0.1, error_inlier_ratio = 0;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// Start-up parameters of the MatchViewer nodelet.
+struct MatchViewerParameters : core::OptionSet {
+  bool lazy = true;
+  std::string image_transport = "raw";
+  int subscriber_queue_size = 5;
+  int cache_size = 10;
+  double tolerance = 5;
+  int max_lines = 200;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// Start-up parameters of the Evaluator nodelet, apart from the list ~tolerances.
+struct EvaluatorParameters : core::OptionSet {
+  double ground_truth_tolerance = 10;
+  int subscriber_queue_size = 10;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// The parameters of the FeatureMatcher nodelet that can be changed at run time and are not options of an
+/// algorithm: the combination of algorithms, and the part of the images in which features are looked for.
+struct FeatureChoice : core::OptionSet {
+  std::string features = "sift+sift";
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+struct RegionParameters : core::OptionSet {
+  int x = 0, y = 0, width = 0, height = 0;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// The parameters of the Selector nodelet that can be changed at run time and are not options of a selector.
+struct SelectorChoice : core::OptionSet {
+  std::string selector = "gms";
+  std::string preset;
+  std::string plugin_options;
+  double max_seconds = 1;
+  int seed = 0;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// The start-up parameters of all nodelets with their default values, by the name of the nodelet.
+std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> nodeletParameters();
+
+}  // namespace corrsel
