@@ -25,8 +25,8 @@ def definitions(run):
         (
             "Baseline %s" % BASELINE,
             (
-                "keeps every match. What it scores is what the matches are worth without selection; it does"
-                " not compete for the marks."
+                "keeps every match. Its score is that of the matches without selection. It does not compete"
+                " for the marks."
             ),
         ),
         (
@@ -77,10 +77,10 @@ def definitions(run):
         (
             "Interval",
             (
-                "95 % bootstrap interval of the mean F: pairs are drawn anew with replacement. Two intervals"
-                " that do not overlap separate two selectors; two that overlap leave it open, and since all"
-                " selectors see the same pairs, <i>better on</i> (the pairs on which the winner has the"
-                " higher F than the runner-up) may tell more."
+                "95 % bootstrap interval of the mean F: pairs are drawn anew with replacement. If two"
+                " intervals do not overlap, the selectors differ. If they overlap, the question remains open."
+                " All selectors are given the same pairs, so <i>better on</i> (the number of pairs on which"
+                " the winner has a higher F than the runner-up) can be more conclusive."
             ),
         ),
         (
@@ -106,8 +106,8 @@ def definitions(run):
                 "Dataset sample",
                 (
                     "all sequences but <i>graf</i> and <i>aloe</i> are generated: the right image is computed"
-                    " from a photograph by a known homography. Results on generated pairs say how a method"
-                    " copes with geometry, less how it copes with a real second photograph."
+                    " from a photograph by a known homography. Results on generated pairs show how a"
+                    " method copes with geometry rather than with a real second photograph."
                 ),
             )
         )

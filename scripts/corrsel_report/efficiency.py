@@ -12,7 +12,7 @@ from .timing import time_panel
 from .words import esc, milliseconds, plural
 
 DASH = "\u2013"
-# Statuses of calls that did not do the work: their times say nothing.
+# Statuses of calls that did not do the work, so that their times mean nothing.
 NOT_TIMED = ("too_few", "too_large", "unsupported_input", "failed")
 
 
@@ -240,7 +240,7 @@ def panels_html(run, figures):
 def html(run, figures):
     """Return the body of the section on efficiency."""
     intro = paragraph(
-        "The paper draws its times (%s, Figs. 10 and 11) and prints none, and it times OpenCV and MATLAB programs apart;"
-        " what can be compared is who is fast and who is slow, which the guide does." % esc(paper.SOURCE)
+        "The paper shows its times as curves only (%s, Figs. 10 and 11), and it times OpenCV and MATLAB programs separately."
+        " Only the order of the selectors can be compared, which the guide does." % esc(paper.SOURCE)
     )
     return "\n".join(part for part in (intro, scaling_html(run, figures), panels_html(run, figures)) if part)

@@ -101,9 +101,9 @@ class FigureWriter:
         return opening + text[text.index(">") + 1 :].strip() + files
 
     def write(self, figure, label, name):
-        """Write a figure's files, with a legend and a line that says what is shown; return the links to them.
+        """Write a figure's files with a legend and a caption; return the links to them.
 
-        On the page both stand beside the figure. A file must say them itself.
+        On the page legend and caption stand beside the figure, so only the files contain them.
         """
         base = safe_name(name)
         name, i = base, 1
@@ -132,7 +132,7 @@ class FigureWriter:
         return '<p class="files">%s</p>' % ", ".join(links)
 
     def again(self, svg):
-        """Return an inline SVG for another place of the page: with identifiers of its own."""
+        """Return an inline SVG for another place of the page: with separate identifiers."""
         self.count += 1
         return re.sub(r'(id="|href="#|url\(#)f\d+-', lambda m: "%sf%d-" % (m[1], self.count), svg)
 

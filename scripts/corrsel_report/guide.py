@@ -41,7 +41,7 @@ MEANINGS = OrderedDict(
         (CONFIRMED, "the measured set holds it too"),
         (CONTRADICTED, "it is in the opposite set"),
         (UNCONFIRMED, "it is in neither set"),
-        (OPEN, "these pairs can tell it neither from the best nor from the worst"),
+        (OPEN, "these pairs separate it neither from the best nor from the worst"),
         (UNMEASURED, "the run has no result of it"),
     ]
 )
@@ -524,8 +524,8 @@ def html(run, figures):
     out = [
         paragraph(
             "<strong>How to read.</strong> Each row is a scenario of the paper's summary. <i>Superior</i> selectors are"
-            " the ones to try first there, <i>inferior</i> ones those to avoid; the others lie between. Beside them what"
-            " the paper names, and what this run says to it. %s." % meanings
+            " the ones to try first there, <i>inferior</i> ones those to avoid; the others lie between. Beside them"
+            " are the selectors that the paper names, with their outcome in this run. %s." % meanings
         )
     ]
     out += [paragraph("<b>%s</b>" % esc(s) if i == 0 else esc(s)) for i, s in enumerate(summary(rows))]

@@ -36,7 +36,7 @@ def state_html(run):
         return paragraph("<strong>Complete</strong>%s." % esc(tail), "state done")
     if not run.state:
         return paragraph(
-            "<strong>State unknown</strong>: summary.json does not tell whether the run is complete.",
+            "<strong>State unknown</strong>: summary.json does not state whether the run is complete.",
             "state banner",
         )
     text = "<strong>INCOMPLETE</strong>: %s. The numbers below describe only the pairs done." % esc(counted)
@@ -75,7 +75,7 @@ def notes_html(run):
 
 
 def lead_html(run):
-    """Return the sentence that says what was compared."""
+    """Return the sentence that states what was compared."""
     datasets = OrderedDict()
     for row in run.pairs:
         datasets.setdefault(row["dataset"], set()).add((row["sequence"], row["pair"]))
@@ -98,7 +98,7 @@ def lead_html(run):
 
 
 def sentence(run, group, named=True):
-    """Return what a group's numbers say, in words; without its name where a heading gives it."""
+    """Return a group's result in words; without its name if a heading gives it."""
     ranking, tau = run.ranking(group), run.tau(group)
     name = "Labelled ground truth" if tau is None else "At %s" % at_tau(tau)
     if named:
@@ -166,7 +166,7 @@ def baseline_sentence(run, group, ranking):
 
 
 def findings_in_place(run):
-    """Tell whether the sentences on single groups stand with the groups, being too many for the overview."""
+    """Tell whether there are too many groups for the overview, so that their sentences stand with the groups."""
     return sum(group in run.means for group in run.groups) > MAX_FINDINGS
 
 

@@ -1,4 +1,4 @@
-"""Reads the folder of a run: tables, state, configuration; `Run` answers what the report asks."""
+"""Reads the folder of a run (tables, state, configuration) into a `Run`, which the report queries."""
 import csv
 import io
 import json
@@ -33,7 +33,7 @@ Group = namedtuple("Group", "dataset features preselection")
 
 
 class ReportError(Exception):
-    """Input that no report can be made of; the message says which, why and what to do."""
+    """Input from which no report can be made; the message names the input, the reason and the remedy."""
 
 
 def to_number(text):
@@ -45,7 +45,7 @@ def to_number(text):
 
 
 def describe_header_difference(found, expected):
-    """Say in one sentence where a header departs from the expected one."""
+    """Return one sentence on where a header differs from the expected one."""
     for i, name in enumerate(expected):
         if i >= len(found):
             return "it ends before column %d ('%s')" % (i + 1, name)
@@ -221,7 +221,7 @@ def read_run(folder):
 
 
 class Run:
-    """What a run left behind, and the questions the report asks of it."""
+    """The contents of a run's folder, with the queries that the report needs."""
 
     def __init__(self, folder, pairs, notes):
         """Hold the rows of pairs.csv; the optional files are filled in by read_run."""

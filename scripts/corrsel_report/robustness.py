@@ -435,8 +435,8 @@ def intro_html(group, cases):
     """Return what the tables of a group show and what stands beside them."""
     if group.dataset == "sample":
         return paragraph(
-            "<strong>Generated data.</strong> The eight sequences of the dataset sample play the parts of the eight"
-            " cases: their right images are computed from photographs. The paper's numbers do not stand beside them."
+            "<strong>Generated data.</strong> The eight sequences of the dataset sample take the place of the eight"
+            " cases: their right images are computed from photographs. The paper's numbers are therefore not shown."
         )
     if cases[0].printed:
         return paragraph(

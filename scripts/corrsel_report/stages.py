@@ -13,7 +13,7 @@ STAGES = (
     "select",
     "evaluate",
 )  # of a dataset; others are of the whole run
-# Okabe-Ito colours and hatches, told apart in grey as well.
+# Okabe-Ito colours and hatches, distinguishable in grey as well.
 STYLES = (
     ("#999999", ""),
     ("#56B4E9", ""),

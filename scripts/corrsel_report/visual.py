@@ -143,7 +143,7 @@ def success_sentence(drawn):
 def failure_sentence(selector, drawn):
     """Return what a selector's failure is, in words."""
     if drawn is None:
-        return "%s: on no drawn pair is another selector better." % selector
+        return "%s: no other selector is better on any drawn pair." % selector
     name = "failure" if is_failure(drawn) else "largest shortfall, no failure"
     if is_failure(drawn) is False and drawn.best_f < FAILURE_BEST:
         name = "largest shortfall, where no selector reaches F %.0f" % (100 * FAILURE_BEST)

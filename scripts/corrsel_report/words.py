@@ -10,7 +10,7 @@ STATUSES = OrderedDict(
         ("no_model", "the search ended without a model"),
         ("unsupported_input", "the input lacks something the method needs, such as descriptor distances"),
         ("too_large", "more matches than the memory or time options allow"),
-        ("time_limit", "stopped at its time budget; the best answer until then counts"),
+        ("time_limit", "stopped at its time limit; the best result until then counts"),
         ("failed", "the method reported an internal error"),
     ]
 )
@@ -91,7 +91,7 @@ def kind_text(dataset):
 
 
 def dataset_text(dataset):
-    """Return a dataset's name as words that tell apart what is not real."""
+    """Return a dataset's name, with a remark if its pairs are not real."""
     kind = data_kind(dataset)
     return dataset if kind == "real" else "%s (%s)" % (dataset, kind)
 

@@ -591,7 +591,7 @@ class EfficiencyTest(RunTest):
     def test_section(self):
         rows = scaling_rows(self.SECONDS) + scaling_rows({"gms": (5e-5, 1), "st": (0.01, 2)}, "2")
         text = re.sub("<[^>]*>", "", self.section(efficiency, [], rows))
-        self.assertIn("and prints none", text)
+        self.assertIn("shows its times as curves only", text)
         self.assertIn("1 thread, N = 5000: gms is fastest", text)
         self.assertIn("slowest are st", text)
         self.assertIn("2 threads, N = 5000: gms is fastest", text)

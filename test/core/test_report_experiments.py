@@ -288,7 +288,7 @@ class ExperimentsTest(unittest.TestCase):
             "usac on vgg/bark 1-2: success: keeps 576 of 640 right matches and 124 wrong (F 90.0).",
             row["Success"],
         )
-        self.assertIn("usac: on no drawn pair is another selector better.", row["Failure"])
+        self.assertIn("usac: no other selector is better on any drawn pair.", row["Failure"])
         captions = [r[0]["text"] for r in self.page.table("A success and a failure")]
         self.assertNotIn("keep_all", captions)
         links = re.findall(r'href="#(cell-\d+)">see it', self.text)
