@@ -207,6 +207,7 @@ def scaling_html(run, figures):
     out.append(
         '<figure class="figure"><ul class="legend">%s</ul><div class="panels two">%s</div><figcaption>Median time of'
         " select() over the rounds, bars from the lower to the upper quartile; generated matches, half of them right."
+        " Selectors without the option <code>threads</code> are measured with one thread only."
         " The time axis is logarithmic.</figcaption></figure>" % (legend, panels)
     )
     out += [scaling_table(threads, selectors) for threads, selectors in times.items()]

@@ -89,8 +89,8 @@ BenchmarkRunner::BenchmarkRunner(const BenchmarkConfig& config, RunFolder& folde
     GridSelector selector;
     selector.spec = spec;
     for (int repetition = 0; repetition < config.repetitions; ++repetition) {
-      OptionMap common = {{"seed", std::to_string(config.seed + repetition)},
-                          {"threads", std::to_string(config.threads)}};
+      // Selectors keep their one thread, so that their times can be compared.
+      OptionMap common = {{"seed", std::to_string(config.seed + repetition)}};
       common["model"] = "homography";
       selector.homography.push_back(createSelector(spec, config.optionsOf(spec), common));
       common["model"] = "fundamental";

@@ -1,8 +1,10 @@
 #include "benchmark/scaling.h"
 
+#include <algorithm>
 #include <memory>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "corrsel/datasets/scene.h"
 #include "corrsel/selectors/factory.h"
@@ -16,6 +18,13 @@ struct Contestant {
   std::unique_ptr<Selector> selector;
 };
 
+/// A selector without the option runs the same code whatever the number of threads.
+bool usesThreads(const Selector& selector) {
+  const std::vector<OptionText> options = listOptions(selector.options());
+  return std::any_of(options.begin(), options.end(),
+                     [](const OptionText& option) { return option.name == "threads"; });
+}
+
 }  // namespace
 
 std::vector<ScalingRow> measureScaling(const BenchmarkConfig& config, const std::atomic<bool>& stop) {
@@ -25,7 +34,9 @@ std::vector<ScalingRow> measureScaling(const BenchmarkConfig& config, const std:
       const OptionMap common = {{"seed", std::to_string(config.seed)},
                                 {"threads", std::to_string(threads)},
                                 {"model", "homography"}};
-      contestants.push_back({spec, threads, createSelector(spec, config.optionsOf(spec), common)});
+      std::unique_ptr<Selector> selector = createSelector(spec, config.optionsOf(spec), common);
+      if (threads > 1 && !usesThreads(*selector)) continue;
+      contestants.push_back({spec, threads, std::move(selector)});
     }
   }
   std::vector<ScalingRow> rows;

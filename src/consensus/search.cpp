@@ -9,6 +9,7 @@
 
 #include "base/deadline.h"
 #include "base/text.h"
+#include "base/workspace_scope.h"
 #include "consensus/degensac.h"
 #include "consensus/local_optimization.h"
 #include "consensus/ordering.h"
@@ -22,8 +23,8 @@
 namespace corrsel::core {
 namespace {
 
-/// Buffers of one thread.
-struct Workspace {
+/// Memory that is kept between calls.
+struct SearchMemory {
   Ordering ordering;
   std::vector<std::uint32_t> rows;        // input rows in random order: the order of everything below
   std::vector<std::uint32_t> best_first;  // the same numbers by quality
@@ -43,7 +44,7 @@ TwoViewProblem problemOf(const ConsensusOptions& options) {
 class Search {
  public:
   Search(const ConsensusOptions& options, const TwoViewProblem& problem, double threshold, bool by_quality,
-         const Deadline& deadline, Workspace& work)
+         const Deadline& deadline, SearchMemory& work)
       : options_(options),
         problem_(problem),
         deadline_(deadline),
@@ -78,8 +79,8 @@ class Search {
   bool timedOut() const { return timed_out_; }
 
  private:
-  /// Returns whether the time limit has passed. Reads the clock once in kSamplesPerLook samples, which take
-  /// well below a millisecond, and after each new best model, which may take longer.
+  /// Looks at the clock once in so many samples, which take well below a millisecond, and after each new best
+  /// model, which may take longer.
   bool outOfTime() {
     constexpr std::uint64_t kSamplesPerLook = 100;
     if (sampler_.drawn() < next_look_) return false;
@@ -100,9 +101,9 @@ class Search {
   std::uint64_t seed() const { return static_cast<std::uint64_t>(options_.seed); }
 
   bool drawValidSample(std::uint32_t* sample) {
-    // As in OpenCV, so many refusals mean that there is no valid sample.
+    // As in OpenCV: after so many refusals there is no valid sample.
     constexpr int kMostRefusals = 10000;
-    // Limits the average number of samples per hypothesis, for data with hardly any valid sample.
+    // Data with hardly any valid sample must not take forever: so many samples per hypothesis on average.
     constexpr std::uint64_t kSamplesPerHypothesis = 50;
     const std::uint64_t most =
         kMostRefusals + kSamplesPerHypothesis * static_cast<std::uint64_t>(options_.max_iterations);
@@ -137,10 +138,9 @@ class Search {
     if (by_quality_) stopByPrefix();
   }
 
-  /// Stopping condition of PROSAC. Considers the prefixes of the best matches from which all samples so far
-  /// were drawn, that are long enough for the kind of model, and whose number of inliers is not explained by
-  /// chance (inlier probability 5 %, confidence 95 %, normal approximation of the binomial tail). Takes the
-  /// prefix with the largest share of inliers.
+  /// PROSAC's stop: the prefix of the best matches with the largest share of inliers, among those from which
+  /// all samples so far were drawn and that are long enough for the kind of model, whose inliers are not
+  /// explained by chance (probability 5 %, at 95 %: the normal approximation of the binomial tail).
   void stopByPrefix() {
     constexpr std::size_t kLeastPrefix = 20;
     constexpr double kChance = 0.05, kSquaredQuantile = 2.706;
@@ -167,7 +167,7 @@ class Search {
   const ConsensusOptions& options_;
   const TwoViewProblem& problem_;
   const Deadline& deadline_;
-  Workspace& work_;
+  SearchMemory& work_;
   Verifier verifier_;
   Sampler sampler_;
   bool by_quality_;
@@ -185,7 +185,7 @@ void addRemark(Selection& result, const std::string& text) {
 }
 
 void answer(const Correspondences& matches, const TwoViewProblem& problem, double threshold,
-            const Candidate& best, Workspace& work, Selection& result) {
+            const Candidate& best, SearchMemory& work, Selection& result) {
   result.model = (work.matches.*problem.toPixels)(best.model);
   result.model_kind = problem.kind;
   const std::size_t n = matches.size();
@@ -200,7 +200,7 @@ void answer(const Correspondences& matches, const TwoViewProblem& problem, doubl
   }
   if (inliers <= static_cast<std::size_t>(problem.sample_size)) {
     std::fill(result.mask.begin(), result.mask.end(), std::uint8_t{0});
-    // With more time the search might have found a better model.
+    // Given more time a better one might have been found.
     if (result.status != Status::kTimeLimit) {
       result.status = Status::kDegenerate;
       result.message.clear();
@@ -222,7 +222,7 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
                      std::to_string(problem.sample_size);
     return;
   }
-  thread_local Workspace work;
+  SearchMemory& work = WorkspaceScope::part<SearchMemory>();
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
   normalizeMatches(matches, work.rows, work.matches);
   const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;

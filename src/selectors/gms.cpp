@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
@@ -38,7 +39,7 @@ void moveOutside(std::uint16_t* cells, const std::uint16_t* right, std::size_t n
 }
 
 /// The left grids, all four of them, and the memory that a call needs; kept between calls.
-class Workspace {
+class Voting {
  public:
   /// Prepares the tables of a left grid and finds the half cells of the matches.
   void start(const Correspondences& matches, int side, bool drop_first_cells) {
@@ -275,7 +276,7 @@ std::string GmsSelector::missingInput(const Correspondences& matches) const {
 void GmsSelector::run(const Correspondences& matches, Selection& result) const {
   const std::size_t n = matches.size();
   if (n == 0) return;
-  thread_local Workspace work;
+  Voting& work = WorkspaceScope::part<Voting>();
   work.start(matches, options_.grid, options_.drop_first_cells);
   const int scales = options_.scale ? 5 : 1, rotations = options_.rotation ? kRotations : 1;
   std::uint32_t most = 0;

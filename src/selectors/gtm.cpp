@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "base/workspace_scope.h"
 #include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_matrix.h"
 
@@ -65,18 +66,25 @@ struct Population {
   bool timed_out = false;
 };
 
+constexpr std::size_t kBasis = 32;  // vectors whose products are kept
+
+/// Memory of the products that is kept between calls.
+struct ProductMemory {
+  std::vector<Vector> basis = std::vector<Vector>(kBasis), product = std::vector<Vector>(kBasis);
+};
+
 /// Products P x of vectors x that follow one another smoothly. P is linear: of the part of x that lies in the
 /// span of vectors whose products are known, the product is known too. What is left of x is multiplied and
 /// joins them, or is dropped where its sum of absolute values, the most that payoffs <= 1 can make of it, is
 /// below a tolerance.
 class SmoothProducts {
  public:
-  SmoothProducts(PairMatrix& matrix, const Vector& diagonal, const Deadline& deadline)
-      : matrix_(matrix), diagonal_(diagonal), deadline_(deadline) {}
+  SmoothProducts(PairMatrix& matrix, const Vector& diagonal, int threads, const Deadline& deadline)
+      : matrix_(matrix), diagonal_(diagonal), threads_(threads), deadline_(deadline) {}
 
   /// y = P x + diagonal * x, elements to `tolerance`. @return false where the deadline passed.
   bool multiply(const Vector& x, double tolerance, Vector& y) {
-    thread_local std::vector<Vector> basis(kBasis), product(kBasis);
+    std::vector<Vector>&basis = memory_.basis, &product = memory_.product;
     y.setZero(x.size());
     rest_ = x;
     // The second time for what rounding left over.
@@ -93,16 +101,17 @@ class SmoothProducts {
     const double length = rest_.norm();
     direction = rest_ / length;
     image.resize(x.size());
-    if (!matrix_.multiply(direction.data(), image.data(), deadline_)) return false;
+    if (!matrix_.multiply(direction.data(), image.data(), deadline_, threads_)) return false;
     image += diagonal_.cwiseProduct(direction);
     y += length * image;
     return true;
   }
 
  private:
-  static constexpr std::size_t kBasis = 32;
   PairMatrix& matrix_;
+  ProductMemory& memory_ = WorkspaceScope::part<ProductMemory>();
   const Vector& diagonal_;
+  const int threads_;
   const Deadline& deadline_;
   Vector rest_;
   std::size_t size_ = 0;
@@ -110,7 +119,7 @@ class SmoothProducts {
 
 class Game {
  public:
-  Game(PairWorkspace& space, const PairRule& rule, const GtmOptions& options, const Deadline& deadline)
+  Game(PairMemory& space, const PairRule& rule, const GtmOptions& options, const Deadline& deadline)
       : space_(space), rule_(rule), options_(options), deadline_(deadline) {
     diagonal_.resize(static_cast<Eigen::Index>(space.distinct.size()));
     // Players of a repeated match meet others of their kind, but not themselves.
@@ -127,7 +136,7 @@ class Game {
     share /= share.sum();
     space_.matrix.assign(PairValue::kPayoff, rule_, space_.distinct.columns(), space_.distinct.size(),
                          static_cast<std::size_t>(options_.memory_limit) << 20);
-    SmoothProducts products(space_.matrix, diagonal_, deadline_);
+    SmoothProducts products(space_.matrix, diagonal_, options_.threads, deadline_);
     Vector payoff;
     for (; population.steps < options_.steps; ++population.steps) {
       population.timed_out =
@@ -195,7 +204,7 @@ class Game {
     row[i] = diagonal_[i];
   }
 
-  PairWorkspace& space_;
+  PairMemory& space_;
   PairRule rule_;
   const GtmOptions& options_;
   const Deadline& deadline_;
@@ -224,6 +233,9 @@ void GtmOptions::visit(OptionVisitor& visitor) const {
   visitor.integer({"memory_limit", 0, 1 << 20, "MiB",
                    "Payoffs that need more than this are computed anew in every step, same answer"},
                   &GtmOptions::memory_limit);
+  visitor.integer(
+      {"threads", 1, 1024, "-", "Replicator: threads for large inputs; results do not depend on it"},
+      &GtmOptions::threads);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &GtmOptions::max_seconds);
 }
 
@@ -260,7 +272,7 @@ void GtmSelector::run(const Correspondences& matches, Selection& result) const {
     return;
   }
   if (rows.size() < n) result.message = std::to_string(n - rows.size()) + " matches without usable frames";
-  PairWorkspace& space = PairWorkspace::ofThread();
+  PairMemory& space = WorkspaceScope::part<PairMemory>();
   space.distinct.assign(matches, maps, rows);
   double lambda = options_.lambda;
   if (options_.normalize_lambda)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/coordinate_order.h"
+#include "base/workspace_scope.h"
 #include "corrsel/selectors/neighbours.h"
 #include "kernels/kernels.h"
 
@@ -47,7 +48,7 @@ struct Motion {
 
 /// Distinct matches in the order of their coordinates, which makes numbers of matches a tie rule that does
 /// not depend on the order of the input; and the memory that a call needs, kept between calls.
-struct Workspace {
+struct LpmMemory {
   std::vector<float> left_x, left_y, right_x, right_y;
   std::vector<std::uint32_t> of_input;  // per input match: its distinct match
   std::vector<Motion> motions;
@@ -63,7 +64,7 @@ struct Workspace {
   std::size_t size() const { return left_x.size(); }
 };
 
-void findDistinct(const Correspondences& matches, bool merge, Workspace& work) {
+void findDistinct(const Correspondences& matches, bool merge, LpmMemory& work) {
   const std::size_t n = matches.size();
   sortByCoordinates(matches, work.rows, work.scratch);
   std::vector<float>* const columns[] = {&work.left_x, &work.left_y, &work.right_x, &work.right_y};
@@ -93,7 +94,7 @@ bool allEqual(const std::vector<float>& x, const std::vector<float>& y) {
   return true;
 }
 
-void findMotions(Workspace& work) {
+void findMotions(LpmMemory& work) {
   work.motions.resize(work.size());
   for (std::size_t i = 0; i < work.size(); ++i) {
     const double x = static_cast<double>(work.right_x[i]) - work.left_x[i];
@@ -128,7 +129,7 @@ void takeOutSelf(std::vector<std::uint32_t>& lists, std::size_t count, std::size
 
 /// Neighbour lists of all matches in both images: lists of 1 + layout.listed, the first of which is not used.
 void findNeighbours(const std::vector<std::uint32_t>* members, const Layout& layout, bool compat,
-                    Workspace& work) {
+                    LpmMemory& work) {
   const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
   const std::size_t count = members != nullptr ? members->size() : n;
   const std::uint32_t* const numbers = members != nullptr ? members->data() : nullptr;
@@ -153,7 +154,7 @@ double windowCost(int length, int common, int disagreeing, bool count_only) {
 }
 
 /// Costs from lists of at most 8 neighbours: common ones as bits, see NeighbourKernels.
-void costsOfShortLists(const Layout& layout, bool count_only, double tau, Workspace& work) {
+void costsOfShortLists(const Layout& layout, bool count_only, double tau, LpmMemory& work) {
   const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
   work.common.resize(n);
   kernels().neighbours.common(work.near_left.data() + 1, work.near_right.data() + 1, length, layout.listed, n,
@@ -184,7 +185,7 @@ void costsOfShortLists(const Layout& layout, bool count_only, double tau, Worksp
 }
 
 /// Costs from lists of any length.
-void costsOfLongLists(const Layout& layout, bool count_only, double tau, Workspace& work) {
+void costsOfLongLists(const Layout& layout, bool count_only, double tau, LpmMemory& work) {
   const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
   for (std::size_t i = 0; i < n; ++i) {
     const std::uint32_t* const left = work.near_left.data() + i * length + 1;
@@ -207,14 +208,14 @@ void costsOfLongLists(const Layout& layout, bool count_only, double tau, Workspa
 
 /// One pass: the cost of every match against the neighbourhoods formed by `members`, nullptr = all.
 void findCosts(const std::vector<std::uint32_t>* members, const Layout& layout, const LpmOptions& options,
-               Workspace& work) {
+               LpmMemory& work) {
   findNeighbours(members, layout, options.compat, work);
   work.cost.resize(work.size());
   const auto costs = layout.listed <= 8 ? costsOfShortLists : costsOfLongLists;
   costs(layout, options.cost == LpmOptions::Cost::kCount, options.tau, work);
 }
 
-void acceptWithin(double lambda, Workspace& work) {
+void acceptWithin(double lambda, LpmMemory& work) {
   // Costs are small fractions: the slack keeps 0.5 from failing a test against 0.5 for its last bit.
   work.accepted.clear();
   for (std::size_t i = 0; i < work.cost.size(); ++i) {
@@ -265,7 +266,7 @@ Presets LpmSelector::presets() {
 }
 
 void LpmSelector::run(const Correspondences& matches, Selection& result) const {
-  thread_local Workspace work;
+  LpmMemory& work = WorkspaceScope::part<LpmMemory>();
   findDistinct(matches, options_.merge_duplicates, work);
   const Layout layout = layoutOf(options_);
   const std::size_t needed = static_cast<std::size_t>(layout.listed) + 2;

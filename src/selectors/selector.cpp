@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "base/stopwatch.h"
+#include "base/workspace_scope.h"
 
 namespace corrsel::core {
 namespace {
@@ -83,7 +84,12 @@ void Selector::configure(const OptionMap& options) {
 std::string Selector::missingInput(const Correspondences&) const { return ""; }
 
 Selection Selector::select(const Correspondences& matches) const {
+  return select(matches, WorkspaceScope::current());
+}
+
+Selection Selector::select(const Correspondences& matches, Workspace& workspace) const {
   const Stopwatch watch;
+  const WorkspaceScope scope(workspace);
   const std::size_t n = matches.size();
   Selection result;
   result.mask.assign(n, 0);

@@ -7,7 +7,9 @@
 #include <numeric>
 #include <utility>
 
+#include "base/parallel.h"
 #include "base/text.h"
+#include "base/workspace_scope.h"
 #include "selectors/parts/pair_matrix.h"
 
 namespace corrsel::core {
@@ -24,13 +26,19 @@ constexpr int kMaxProducts = 1000;
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kBasis, kBasis>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kBasis, 1>;
 
+/// Memory of the Lanczos processes that is kept between calls.
+struct LanczosMemory {
+  std::vector<Vector> basis = std::vector<Vector>(kBasis);
+  Vector image;
+};
+
 /// The principal eigenvector of the affinities by Lanczos processes. Equal matches are one row: with
 /// multiplicities w, u_i = sqrt(w_i) v_i is the eigenvector of the symmetric matrix B of sqrt(w_i w_j) a_ij
 /// with the diagonal (w_i - 1) * duplicate_affinity.
 class PrincipalEigenvector {
  public:
-  PrincipalEigenvector(PairWorkspace& space, double duplicate_affinity, const Deadline& deadline)
-      : space_(space), duplicate_affinity_(duplicate_affinity), deadline_(deadline) {
+  PrincipalEigenvector(PairMemory& space, double duplicate_affinity, int threads, const Deadline& deadline)
+      : space_(space), duplicate_affinity_(duplicate_affinity), threads_(threads), deadline_(deadline) {
     root_weight_.resize(static_cast<Eigen::Index>(space.distinct.size()));
     for (std::size_t i = 0; i < space.distinct.size(); ++i)
       root_weight_[static_cast<Eigen::Index>(i)] = std::sqrt(double(space.distinct.multiplicity(i)));
@@ -56,7 +64,7 @@ class PrincipalEigenvector {
   bool multiply(const Vector& u, Vector& image) {
     scaled_ = root_weight_.cwiseProduct(u);
     image.resize(u.size());
-    timed_out_ = !space_.matrix.multiply(scaled_.data(), image.data(), deadline_);
+    timed_out_ = !space_.matrix.multiply(scaled_.data(), image.data(), deadline_, threads_);
     if (timed_out_) return false;
     image = image.cwiseProduct(root_weight_) +
             duplicate_affinity_ * (root_weight_.array().square() - 1).matrix().cwiseProduct(u);
@@ -71,8 +79,8 @@ class PrincipalEigenvector {
 
   /// One Lanczos process from u, which becomes the best vector of its basis. @return true when it is final.
   bool improve(Vector& u) {
-    thread_local std::vector<Vector> basis(kBasis);
-    thread_local Vector image;
+    std::vector<Vector>& basis = memory_.basis;
+    Vector& image = memory_.image;
     SmallMatrix projected = SmallMatrix::Zero(kBasis, kBasis);
     SmallVector weights = SmallVector::Ones(1);
     basis[0] = u;
@@ -103,17 +111,22 @@ class PrincipalEigenvector {
     return final;
   }
 
-  PairWorkspace& space_;
+  PairMemory& space_;
+  LanczosMemory& memory_ = WorkspaceScope::part<LanczosMemory>();
   double duplicate_affinity_;
+  int threads_;
   Deadline deadline_;
   Vector root_weight_, scaled_, degree_;
   int products_ = 0;
   bool timed_out_ = false;
 };
 
-/// The distinct matches that the greedy step selects.
+/// The distinct matches that the greedy step selects. A block of matches is decided first; then those that it
+/// selects drop what is in conflict with them behind the block, side by side in stretches of columns.
 std::vector<std::uint8_t> withoutConflicts(const Vector& v, PairValue value, const PairRule& rule,
-                                           DistinctMatches& distinct) {
+                                           int threads, DistinctMatches& distinct) {
+  constexpr std::size_t kBlock = 256, kStretch = 1024;
+  static_assert(kBlock % PairBlock::kColumns == 0 && kStretch % PairBlock::kColumns == 0, "whole blocks");
   std::vector<std::uint32_t> order;
   for (std::uint32_t i = 0; i < v.size(); ++i) {
     if (v[i] > 0) order.push_back(i);
@@ -124,10 +137,19 @@ std::vector<std::uint8_t> withoutConflicts(const Vector& v, PairValue value, con
   const auto drop = kernels().pairs.conflicts[static_cast<std::size_t>(value)];
   std::vector<std::int32_t> alive(columns.size, -1);
   std::vector<std::uint8_t> selected(distinct.size(), 0);
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    if (alive[k] == 0) continue;
-    selected[order[k]] = 1;
-    drop(columns, rule, k, k / PairBlock::kColumns * PairBlock::kColumns, columns.size, alive.data());
+  std::vector<std::size_t> of_block;
+  for (std::size_t begin = 0; begin < order.size(); begin += kBlock) {
+    const std::size_t end = std::min(begin + kBlock, columns.size);
+    of_block.clear();
+    for (std::size_t k = begin; k < std::min(end, order.size()); ++k) {
+      if (alive[k] == 0) continue;
+      selected[order[k]] = 1;
+      of_block.push_back(k);
+      drop(columns, rule, k, k / PairBlock::kColumns * PairBlock::kColumns, end, alive.data());
+    }
+    forEachBlock(columns.size - end, kStretch, threads, [&](std::size_t first, std::size_t last) {
+      for (const std::size_t k : of_block) drop(columns, rule, k, end + first, end + last, alive.data());
+    });
   }
   return selected;
 }
@@ -167,6 +189,8 @@ void StOptions::visit(OptionVisitor& visitor) const {
   visitor.integer({"memory_limit", 0, 1 << 20, "MiB",
                    "Affinities that need more than this are computed anew in every step, same answer"},
                   &StOptions::memory_limit);
+  visitor.integer({"threads", 1, 1024, "-", "Threads for large inputs; results do not depend on it"},
+                  &StOptions::threads);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &StOptions::max_seconds);
 }
 
@@ -180,7 +204,7 @@ void StSelector::run(const Correspondences& matches, Selection& result) const {
   const std::size_t n = matches.size();
   if (n == 0) return;
   const Deadline deadline(options_.max_seconds);
-  PairWorkspace& space = PairWorkspace::ofThread();
+  PairMemory& space = WorkspaceScope::part<PairMemory>();
   std::vector<std::uint32_t> rows(n);
   std::iota(rows.begin(), rows.end(), 0U);
   space.distinct.assign(matches, {}, rows);
@@ -191,7 +215,7 @@ void StSelector::run(const Correspondences& matches, Selection& result) const {
   space.matrix.assign(value, rule, space.distinct.columns(), space.distinct.size(),
                       static_cast<std::size_t>(options_.memory_limit) << 20);
   const double duplicate_affinity = ratio ? options_.duplicate_affinity : 1;
-  PrincipalEigenvector eigenvector(space, duplicate_affinity, deadline);
+  PrincipalEigenvector eigenvector(space, duplicate_affinity, options_.threads, deadline);
   const Vector v = eigenvector.compute();
   space.matrix.release();
   result.iterations = eigenvector.products();
@@ -207,7 +231,8 @@ void StSelector::run(const Correspondences& matches, Selection& result) const {
     result.message = "no two matches agree";
   }
 
-  const std::vector<std::uint8_t> selected = withoutConflicts(v, value, rule, space.distinct);
+  const std::vector<std::uint8_t> selected =
+      withoutConflicts(v, value, rule, options_.threads, space.distinct);
   const bool one_of_equals = duplicate_affinity <= options_.threshold && options_.noise_floor == 0;
   result.score.resize(n);
   for (std::size_t i = 0; i < n; ++i) {

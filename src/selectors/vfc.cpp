@@ -11,6 +11,7 @@
 #include "base/coordinate_order.h"
 #include "base/deadline.h"
 #include "base/text.h"
+#include "base/workspace_scope.h"
 #include "corrsel/random.h"
 #include "kernels/kernels.h"
 
@@ -49,8 +50,8 @@ struct CacheAligned {
 };
 using Numbers = std::vector<double, CacheAligned<double>>;
 
-/// Memory of one thread, kept between calls.
-struct Workspace {
+/// Memory that is kept between calls.
+struct VfcMemory {
   std::vector<KeyedRow> keyed, scratch;
   std::vector<std::uint32_t> rows;  // matches in the order of their coordinates
   Numbers x, y;                     // left points, normalised
@@ -68,7 +69,7 @@ std::size_t paddedSize(std::size_t n) { return (n + kFieldGroup - 1) / kFieldGro
 std::size_t columnStride(std::size_t n) { return (paddedSize(n) / kFieldGroup | 1U) * kFieldGroup; }
 
 /// Rows in the order of their coordinates: sums then round alike whatever the order of the input.
-void sortRows(const Correspondences& matches, Workspace& work) {
+void sortRows(const Correspondences& matches, VfcMemory& work) {
   sortByCoordinates(matches, work.keyed, work.scratch);
   work.rows.resize(matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) work.rows[i] = work.keyed[i].row;
@@ -105,7 +106,7 @@ bool normalise(const std::vector<float>& from_x, const std::vector<float>& from_
 }
 
 /// Draws rows of distinct left points, all of them if there are no more than `count`.
-void drawControlPoints(std::size_t n, std::size_t count, std::uint64_t seed, Workspace& work) {
+void drawControlPoints(std::size_t n, std::size_t count, std::uint64_t seed, VfcMemory& work) {
   std::vector<std::uint32_t>& points = work.pilots;
   points.clear();
   for (std::uint32_t i = 0; i < n; ++i) {
@@ -119,7 +120,7 @@ void drawControlPoints(std::size_t n, std::size_t count, std::uint64_t seed, Wor
 }
 
 /// Every so many rows of the points in the order of their coordinates.
-void takePilots(std::size_t n, Workspace& work) {
+void takePilots(std::size_t n, VfcMemory& work) {
   const std::size_t step = std::max(kLeastPilotStep, n / kPilots);
   work.pilots.clear();
   for (std::size_t i = step / 2; i < n; i += step) work.pilots.push_back(static_cast<std::uint32_t>(i));
@@ -141,7 +142,7 @@ void fillGroup(Numbers& column, std::size_t n) { column.resize(paddedSize(n), co
 /// into the one of w.
 class Field {
  public:
-  Field(std::size_t n, const VfcOptions& options, const Deadline& deadline, Workspace& work)
+  Field(std::size_t n, const VfcOptions& options, const Deadline& deadline, VfcMemory& work)
       : n_(n), beta_(options.beta), sparse_(options.control_points > 0), deadline_(deadline), work_(work) {
     if (sparse_) {
       drawControlPoints(n, static_cast<std::size_t>(options.control_points),
@@ -274,7 +275,7 @@ class Field {
   double beta_;
   bool sparse_;
   const Deadline& deadline_;
-  Workspace& work_;
+  VfcMemory& work_;
   std::size_t rank_ = 0;
   double largest_rest_ = 1, norm_ = 0;
 };
@@ -282,7 +283,7 @@ class Field {
 /// The EM. Leaves the posteriors in work.posterior: at the deadline those of the last field that was fitted.
 /// @return its steps; at the deadline the fields fitted
 int estimate(std::size_t n, const VfcOptions& options, double variance, const Deadline& deadline,
-             Workspace& work, bool& timed_out) {
+             VfcMemory& work, bool& timed_out) {
   Field field(n, options, deadline, work);
   double energy = 1, ratio = options.inlier_ratio;
   int steps = 0;
@@ -347,7 +348,7 @@ void VfcSelector::run(const Correspondences& matches, Selection& result) const {
     return;
   }
   const Deadline deadline(options_.max_seconds);
-  thread_local Workspace work;
+  VfcMemory& work = WorkspaceScope::part<VfcMemory>();
   sortRows(matches, work);
   const std::size_t padded = paddedSize(n), stride = columnStride(n);
   for (Numbers* column : {&work.x, &work.y, &work.squared, &work.posterior}) column->assign(padded, 0.0);

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -10,6 +11,7 @@ namespace {
 
 std::atomic<bool> counting{false};
 std::atomic<int> allocations{0};
+std::atomic<std::ptrdiff_t> live_bytes{0};
 
 void* counted(std::size_t size, std::size_t alignment) {
   if (counting) ++allocations;
@@ -18,11 +20,15 @@ void* counted(std::size_t size, std::size_t alignment) {
                            ? std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)
                            : std::malloc(size > 0 ? size : 1);
   if (memory == nullptr) throw std::bad_alloc();
+  live_bytes += static_cast<std::ptrdiff_t>(malloc_usable_size(memory));
   return memory;
 }
 
 /// Not inlined: GCC would take free() for the wrong partner of operator new.
-[[gnu::noinline]] void release(void* memory) { std::free(memory); }
+[[gnu::noinline]] void release(void* memory) {
+  live_bytes -= static_cast<std::ptrdiff_t>(malloc_usable_size(memory));
+  std::free(memory);
+}
 
 }  // namespace
 
@@ -71,15 +77,42 @@ TEST_P(Allocations, AreFewAfterTheFirstCallOfASize) {
   EXPECT_LE(allocationsOf(*selector, homographyScene({2000, 0.5, 1.0, 2}).matches), 8);
 }
 
+/// Selectors that keep memory between calls, whose matrices may be allocated anew.
+class KeptMemory : public Allocations {};
+
+TEST_P(KeptMemory, BelongsToTheWorkspaceThatIsGiven) {
+  const auto selector = createSelector(GetParam());
+  Scene scene = homographyScene({3000, 0.5, 1.0, 1});
+  addFrames(scene);
+  const Correspondences& matches = scene.matches;
+  Workspace::ofThread().release();
+  const std::ptrdiff_t before = live_bytes;
+  Workspace workspace;
+  const Selection selection = selector->select(matches, workspace);
+  const std::ptrdiff_t of_selection = static_cast<std::ptrdiff_t>(
+      selection.mask.capacity() + selection.score.capacity() * sizeof(float) + selection.message.capacity());
+  EXPECT_GT(live_bytes, before + of_selection + 10 * 3000);
+  workspace.release();
+  EXPECT_LE(live_bytes, before + of_selection + 256) << "not given back, or given to the thread";
+  const Selection anew = selector->select(matches, workspace);
+  EXPECT_EQ(anew.mask, selection.mask);
+  EXPECT_EQ(anew.score, selection.score);
+}
+
+std::string testName(const ::testing::TestParamInfo<std::string>& info) {
+  std::string name = info.param;
+  std::replace(name.begin(), name.end(), ':', '_');
+  return name;
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Allocations,
                          ::testing::Values("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "vfc",
                                            "vfc:sparse", "gms", "gms:rotation_scale", "lpm", "lpm:v1",
                                            "lpm:v2"),
-                         [](const ::testing::TestParamInfo<std::string>& info) {
-                           std::string name = info.param;
-                           std::replace(name.begin(), name.end(), ':', '_');
-                           return name;
-                         });
+                         testName);
+
+INSTANTIATE_TEST_SUITE_P(All, KeptMemory,
+                         ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "st", "gtm"), testName);
 
 }  // namespace
 }  // namespace corrsel::core

@@ -151,6 +151,20 @@ TEST(Gtm, AnswersAlikeAtEveryKernelLevelAndWithoutMemory) {
   }
 }
 
+TEST(Gtm, AnswersAlikeOnAnyNumberOfThreads) {
+  const Correspondences m = manyToOne(2300, 11);
+  for (const char* spec : {"gtm", "gtm:equilibrium"}) {
+    const Selection expected = createSelector(spec)->select(m);
+    EXPECT_GT(expected.n_selected, 0u);
+    for (const char* threads : {"2", "3"}) {
+      const Selection s = createSelector(spec, {{"threads", threads}})->select(m);
+      EXPECT_EQ(s.mask, expected.mask) << spec << " " << threads;
+      EXPECT_EQ(s.score, expected.score) << spec << " " << threads;
+      EXPECT_EQ(s.iterations, expected.iterations);
+    }
+  }
+}
+
 TEST(Gtm, FollowsTheDefinitionForManySteps) {
   // Products are mostly combinations of earlier ones: their errors must not add up.
   const Correspondences m = manyToOne(300, 8);

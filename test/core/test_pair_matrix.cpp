@@ -99,6 +99,34 @@ TEST_F(PairMatrixTest, MultipliesAsDefinedAtEveryLevelAndWithoutMemory) {
   }
 }
 
+TEST_F(PairMatrixTest, MultipliesAlikeOnAnyNumberOfThreads) {
+  for (const std::size_t n : {300, 2050, 5000}) {
+    makeMatches(n);
+    std::vector<double> v(n), expected(n), y(n);
+    Random random(n);
+    for (double& x : v) x = random.uniform(0, 1);
+    for (const std::size_t limit : {std::size_t{1} << 30, std::size_t{0}}) {
+      PairMatrix alone;
+      alone.assign(PairValue::kRatio, {}, distinct_.columns(), n, limit);
+      ASSERT_TRUE(alone.multiply(v.data(), expected.data(), never_));
+      for (const int threads : {2, 3, 8}) {
+        SCOPED_TRACE(std::to_string(n) + " matches, " + std::to_string(threads) + " threads");
+        PairMatrix matrix;
+        matrix.assign(PairValue::kRatio, {}, distinct_.columns(), n, limit);
+        // The second product takes what the threads have stored.
+        for (int repetition = 0; repetition < 2; ++repetition) {
+          ASSERT_TRUE(matrix.multiply(v.data(), y.data(), never_, threads));
+          ASSERT_EQ(y, expected);
+        }
+        const TickingClock clock(1);
+        EXPECT_FALSE(matrix.multiply(v.data(), y.data(), Deadline(1.5), threads));
+        ASSERT_TRUE(matrix.multiply(v.data(), y.data(), never_, threads));
+        ASSERT_EQ(y, expected);
+      }
+    }
+  }
+}
+
 TEST_F(PairMatrixTest, RoundsToTheNearest) {
   makeMatches(400);
   const PairColumns columns = distinct_.columns();

@@ -154,6 +154,22 @@ TEST(St, AnswersAlikeAtEveryKernelLevelAndWithoutMemory) {
   }
 }
 
+TEST(St, AnswersAlikeOnAnyNumberOfThreads) {
+  const Correspondences m = manyToOne(2300, 8);
+  for (auto [label, options] : variants()) {
+    SCOPED_TRACE(label);
+    const Selection expected = StSelector(options).select(m);
+    EXPECT_GT(expected.n_selected, 0u);
+    for (const int threads : {2, 3}) {
+      options.threads = threads;
+      const Selection s = StSelector(options).select(m);
+      EXPECT_EQ(s.mask, expected.mask) << threads;
+      EXPECT_EQ(s.score, expected.score) << threads;
+      EXPECT_EQ(s.iterations, expected.iterations);
+    }
+  }
+}
+
 TEST(St, StopsAtTheTimeLimit) {
   const Correspondences m = manyToOne(2500, 7);
   StOptions options;

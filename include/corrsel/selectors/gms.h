@@ -18,18 +18,32 @@ struct GmsOptions : OptionSet {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// Grid-based motion statistics (Bian et al., CVPR 2017; the paper's section on GMS).
+/// Grid-based motion statistics.
 ///
-/// Both images are divided into cells. For each left cell i the right cell j that receives most of its
-/// matches is tested: S = number of matches between the 3x3 neighbourhoods of i and j, cell by cell; accepted
-/// if S >= alpha * sqrt(mean number of matches in i's neighbourhood). All matches between an accepted pair of
-/// cells are selected; four half-cell shifts of the left grid are united. With rotation or scale the variant
-/// that selects most wins, the first one among equals. Needs both image sizes; points more than one pixel
-/// outside their image are rejected. Made for thousands of evenly spread matches: with few, two that agree in
-/// neighbouring cells pass already, and one alone never does.
+/// Idea: correct matches move together with their neighbours, wrong ones do not. A match is kept if enough
+/// other matches connect the same two regions of the images.
 ///
-/// Presets: `rotation`, `scale`, `rotation_scale`. O(N * shifts * scales + cells * rotations) time,
-/// O(N + grid * right cells) memory, kept per thread; 0.15 MB of counts in the plain form.
+/// Algorithm: both images are divided into cells. For each left cell i, the right cell j that receives
+/// most of its matches is tested. S_ij is the number of matches between the 3x3 neighbourhoods of i and j,
+/// counted cell by cell; n_i is the mean number of matches per cell in the neighbourhood of i, without
+/// cells off the grid. The pair of cells is accepted if S_ij >= alpha * sqrt(n_i), and all matches between
+/// accepted cells are selected. The results of four grids, each shifted by half a cell, are united. With
+/// `rotation` or `scale`, the variant that selects most matches wins; among equals, the first one.
+///
+/// Input: coordinates and the sizes of both images. GMS is made for thousands of evenly spread matches.
+/// When there are few, two matches that agree in neighbouring cells already pass, and a single one never
+/// does.
+///
+/// Presets: `rotation`, `scale` and `rotation_scale` switch on the options of these names.
+///
+/// Failure: without an image size the status is `unsupported_input`. Points more than one pixel outside
+/// their image are rejected. There is no score.
+///
+/// Cost: O(N * shifts * scales + cells * rotations) time and O(N + grid * right cells) memory in the
+/// workspace; the counts of the plain form take 0.15 MB.
+///
+/// Source: Bian et al., CVPR 2017; the paper's section on GMS. The paper's text averages the counts of
+/// pairs of cells, the authors' code those of left cells; this is the code's rule.
 class GmsSelector : public Selector {
  public:
   explicit GmsSelector(GmsOptions options = {});

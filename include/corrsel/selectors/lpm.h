@@ -24,23 +24,38 @@ struct LpmOptions : OptionSet {
   void check() const override;
 };
 
-/// Locality preserving matching (Ma et al., IJCAI 2017 and IJCV 2019; the paper's Eqs. 24-28).
+/// Locality preserving matching.
 ///
-/// cost = `count`: l = 2 (K - n), n = common neighbours of a match among the K nearest in both images. cost =
-/// `multiscale`: C = mean over K_s in {k+2, k, k-2} of (K_s - n_s + m_s) / K_s, m_s = common neighbours j
-/// with cos(v_i, v_j) * min(|v_i|^2, |v_j|^2) / max(...) < tau, v being the motion (two resting matches agree
-/// with 1, a resting and a moving one with 0). Two passes; the second tests all matches against the survivors
-/// of the first and is left out when too few survive to form a neighbourhood.
+/// Idea: a correct match keeps its neighbours. The matches around its left point are, by and large, the
+/// matches around its right point.
 ///
-/// With `compat` neighbours are taken as the authors' code does: the nearest one returned is always dropped
-/// as "the match itself", even where it is not, and multiscale windows are neighbours 1..8, 2..7 and 3..6.
-/// Without it a match is excluded by its number and windows start at the nearest neighbour. Neighbours at
-/// equal distance are ordered by the matches' coordinates, so that the order of the input does not matter.
+/// Algorithm: `cost` is one of two measures.
+///  - `count`: l = 2 (K - n), where n is the number of common neighbours of a match among the K nearest in
+///    both images.
+///  - `multiscale`: C = mean over K_s in {k+2, k, k-2} of (K_s - n_s + m_s) / K_s, where m_s is the number
+///    of common neighbours j with cos(v_i, v_j) * min(|v_i|^2, |v_j|^2) / max(|v_i|^2, |v_j|^2) < tau. v is
+///    the motion of a match; two resting matches agree with 1, a resting and a moving one with 0.
+/// A match is accepted if its cost is at most lambda. There are two passes. The second one tests all
+/// matches against neighbourhoods formed by the survivors of the first, and is left out when too few
+/// survive to form a neighbourhood. Neighbours at equal distance are ordered by the coordinates of the
+/// matches, so that the order of the input does not matter.
 ///
-/// Presets: `paper` = the default (K 4, lambda 6 and 6: at least one common neighbour), `v1` (lambda 6, then
-/// 4), `v2` (multiscale, k 6, lambda 0.8, then 0.5, tau 0.2). Fewer distinct matches than a neighbourhood
-/// needs: too_few; all left or all right points equal: degenerate. score = cost of the last pass, negated.
-/// O(N log N + N K^2) time for evenly spread points, O(N K) memory.
+/// Input: coordinates.
+///
+/// Options: with `compat`, neighbours are taken as the authors' code does. The nearest one is always
+/// dropped as "the match itself", even where it is not, and the windows of `multiscale` are the neighbours
+/// 1..8, 2..7 and 3..6. Without it, a match is excluded by its number and windows start at the nearest
+/// neighbour.
+///
+/// Presets: `paper` is the default (K 4, lambda 6 and 6: at least one common neighbour). `v1` has lambda
+/// 6, then 4. `v2` is multiscale with k 6, lambda 0.8, then 0.5, and tau 0.2.
+///
+/// Failure: fewer distinct matches than a neighbourhood needs give `too_few`; all left or all right points
+/// equal give `degenerate`. The score is the cost of the last pass, negated; iterations are passes.
+///
+/// Cost: O(N log N + N K^2) time for evenly spread points, O(N K) memory in the workspace.
+///
+/// Source: Ma et al., IJCAI 2017 (count) and IJCV 2019 (multiscale); the paper's Eqs. 24-28.
 class LpmSelector : public Selector {
  public:
   explicit LpmSelector(LpmOptions options = {});

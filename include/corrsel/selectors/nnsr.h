@@ -17,11 +17,23 @@ struct NnsrOptions : OptionSet {
   void check() const override;
 };
 
-/// Nearest-neighbour similarity ratio (Lowe, IJCV 2004) with the threshold found per pair by Otsu's method,
-/// as in Zhao et al. (the paper), Eq. 1 and its parameter table: r = d1 / d2 <= t is accepted, d being
-/// distances, not squared ones. Needs the columns distance and second_distance. Matches without a ratio (no
-/// second neighbour, d2 = 0, a distance that is not finite) are rejected and take no part in finding the
-/// threshold. score = 1 - r, 0 without a ratio. O(N + bins) time, O(N) memory.
+/// Nearest-neighbour similarity ratio.
+///
+/// Idea: the nearest descriptor of a correct match is clearly closer than the second nearest.
+///
+/// Algorithm: r = d1 / d2 is the ratio of the two descriptor distances (not of their squares). A match is
+/// accepted if r <= t. The threshold t is found for each pair by Otsu's method on its ratios.
+///
+/// Input: the columns `distance` and `second_distance`. Matches without a ratio (no second neighbour, d2 =
+/// 0, or a distance that is not finite) are rejected and take no part in finding the threshold.
+///
+/// Failure: without one of the columns the status is `unsupported_input`. Where Otsu's method is undefined
+/// (one match, equal ratios), the threshold is `fallback`. The score is 1 - r, and 0 without a ratio.
+///
+/// Cost: O(N + bins) time, O(N) memory.
+///
+/// Source: Lowe, IJCV 2004; the threshold as in Zhao et al. (the paper), Eq. 1 and its table of
+/// parameters.
 class NnsrSelector : public Selector {
  public:
   explicit NnsrSelector(NnsrOptions options = {});

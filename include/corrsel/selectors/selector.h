@@ -5,6 +5,7 @@
 #include "corrsel/correspondences.h"
 #include "corrsel/options.h"
 #include "corrsel/selection.h"
+#include "corrsel/workspace.h"
 
 namespace corrsel {
 namespace core {
@@ -29,6 +30,9 @@ class Selector {
 
   /// @return the mask (as long as `matches`), status, counts, wall time. Cost: see the algorithm's header.
   Selection select(const Correspondences& matches) const;
+
+  /// Same result; memory that is kept between calls belongs to `workspace` and not to the calling thread.
+  Selection select(const Correspondences& matches, Workspace& workspace) const;
 
   /// Lower-case name as in the factory, without preset; "package/Class" of a selector of another package.
   virtual std::string name() const = 0;

@@ -14,21 +14,37 @@ struct UsacOptions : ConsensusOptions {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// USAC, the universal framework for random sample consensus (Raguram, Chum, Pollefeys, Matas and Frahm, PAMI
-/// 2013): PROSAC sampling, sample and model checks, SPRT verification, DEGENSAC, local optimisation, and a
-/// stopping rule that accounts for what the SPRT loses. The parts and where each comes from: consensus/*.h.
+/// USAC, the universal framework for random sample consensus.
 ///
-/// Errors: symmetric transfer d1^2 + d2^2 (homography), Sampson distance (fundamental matrix); compared with
-/// the squared threshold (the paper prints the Sampson distance against t_F: read t_F^2). threshold 0 stands
-/// for the paper's 10 px and 1.5 px. Deviations from USAC 1.0: MSAC score; the SPRT is designed for the
-/// smallest inlier ratio that is to be found, with the times of this implementation, and never loses more
-/// than one right model in eight (consensus/sprt.h); models from local optimisation are scored in full;
-/// degenerate samples are recognised by sqrt(3) times the user's threshold; PROSAC stops early only by a
-/// prefix of at least one match in twenty (homography) or half of them (fundamental matrix); no descriptor
-/// distances: uniform samples, and the message says so.
+/// Idea: random sample consensus in which each step is done by the best known part: PROSAC sampling,
+/// checks of samples and models, SPRT verification, DEGENSAC, local optimisation, and a stopping rule that
+/// accounts for what the SPRT loses.
 ///
-/// Presets: `h`, `f` choose the model; `uniform` samples uniformly. Statuses and score as RansacSelector.
-/// O(iterations + N * best models) time on average, O(N) memory.
+/// Algorithm: the search of consensus/search.h; the headers in src/consensus describe each part with its
+/// equations. Errors are the symmetric transfer error d1^2 + d2^2 (homography) or the Sampson distance
+/// (fundamental matrix), compared with the squared threshold. (The paper prints the Sampson distance
+/// against t_F: read t_F^2.)
+///
+/// Input: coordinates; for PROSAC the column `distance` (and `second_distance`), without which samples are
+/// uniform and the message reports it.
+///
+/// Options: `threshold` 0 stands for the paper's 10 px (homography) and 1.5 px (fundamental matrix). There
+/// is no option `threads`, because each hypothesis is judged by the best one so far.
+///
+/// Presets: `h` and `f` choose the model; `uniform` samples uniformly.
+///
+/// Failure: statuses and score as for RansacSelector.
+///
+/// Cost: O(iterations + N * best models) time on average, O(N) memory in the workspace.
+///
+/// Source: Raguram, Chum, Pollefeys, Matas and Frahm, PAMI 2013. Deviations from USAC 1.0:
+///  - The score is MSAC.
+///  - The SPRT is designed for the smallest inlier ratio that is to be found, with the times of this
+///    implementation, and never loses more than one right model in eight (consensus/sprt.h).
+///  - Models from local optimisation are scored in full.
+///  - Degenerate samples are recognised by sqrt(3) times the user's threshold.
+///  - PROSAC stops early only by a prefix of at least one match in twenty (homography) or half of them
+/// (fundamental matrix).
 class UsacSelector : public Selector {
  public:
   explicit UsacSelector(UsacOptions options = {});

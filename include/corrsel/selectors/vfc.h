@@ -23,26 +23,40 @@ struct VfcOptions : OptionSet {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// Vector field consensus (Ma et al., TIP 2014; the paper's Eqs. 11-16).
+/// Vector field consensus.
 ///
-/// Left and right points are centred and scaled to unit root mean square, each image by itself, so that
-/// translation and uniform scale cancel. Of the smooth field f from left points x_i to displacements y_i =
-/// x'_i - x_i and the posteriors p_i of the matches, an EM finds both: p_i = e_i / (e_i + 2 pi s2 (1 - g) /
-/// (g a)), e_i = exp(-|y_i - f_i|^2 / (2 s2)); f = K c with (K + lambda s2 P^-1) c = Y and K_ij = exp(-beta
-/// |x_i - x_j|^2); s2 = sum p |y - f|^2 / (2 sum p); g = share of p > threshold, within [0.05, 0.95].
-/// Accepted if p > threshold when the energy settles.
+/// Idea: correct matches move smoothly. Their displacements follow a smooth vector field; those of wrong
+/// matches are spread evenly over an area.
 ///
-/// The default solves for all points: K = L L^T by pivoted Cholesky up to `kernel_tolerance` lambda s2, whose
-/// rank depends on the spread of the points and not on their number, and (L^T P L + lambda s2 I) w = L^T P Y,
-/// f = L w. Preset `sparse`: 16 control points drawn by `seed` carry the field (SparseVFC, Pattern
-/// Recognition 2013).
+/// Algorithm: left and right points are centred and scaled to unit root mean square, each image by itself,
+/// so that translation and uniform scale cancel. An EM then finds both the smooth field f, from left
+/// points x_i to displacements y_i = x'_i - x_i, and the posteriors p_i of the matches:
+///  - p_i = e_i / (e_i + 2 pi s2 (1 - g) / (g a)), e_i = exp(-|y_i - f_i|^2 / (2 s2));
+///  - f = K c with (K + lambda s2 P^-1) c = Y and K_ij = exp(-beta |x_i - x_j|^2);
+///  - s2 = sum p |y - f|^2 / (2 sum p);
+///  - g = share of matches with p > threshold, within [0.05, 0.95].
+/// When the energy settles, matches with p > threshold are accepted. By default all points carry the
+/// field: K = L L^T by pivoted Cholesky up to `kernel_tolerance` * lambda s2, whose rank depends on the
+/// spread of the points and not on their number; then (L^T P L + lambda s2 I) w = L^T P Y and f = L w. The
+/// result does not depend on the order of the matches.
 ///
-/// Made for one motion that varies smoothly over the image; large rotations need inlier ratios above about
-/// 0.2, jumps of depth cost recall. Fewer than 5 matches: too_few; all left or all right points equal:
-/// degenerate. score = posterior. iterations = EM steps. The answer does not depend on the order of the
-/// matches. At max_seconds the posteriors under the last field that was fitted decide, time_limit; too_large
-/// with nothing selected where not even one was. O(N (log N + rank^2 steps)) time and O(N rank) memory, rank
-/// 15 to 40 for points spread over an image.
+/// Input: coordinates. The method is made for one motion that varies smoothly over the image. Large
+/// rotations need inlier ratios above about 0.2, and jumps of depth cost recall.
+///
+/// Options: there is no option `threads`. 5000 matches take one or two milliseconds, of which each of a
+/// dozen EM steps is too short a part to be shared out.
+///
+/// Presets: with `sparse`, 16 control points drawn by `seed` carry the field (SparseVFC).
+///
+/// Failure: fewer than 5 matches give `too_few`; all left or all right points equal give `degenerate`. At
+/// `max_seconds` the posteriors under the last field that was fitted decide, and the status is
+/// `time_limit`; where no field was fitted, it is `too_large` and nothing is selected. The score is the
+/// posterior; iterations are EM steps.
+///
+/// Cost: O(N (log N + rank^2 * steps)) time and O(N * rank) memory in the workspace; the rank is 15 to 40
+/// for points spread over an image.
+///
+/// Source: Ma et al., TIP 2014; the paper's Eqs. 11-16. SparseVFC: Ma et al., Pattern Recognition 2013.
 class VfcSelector : public Selector {
  public:
   explicit VfcSelector(VfcOptions options = {});

@@ -15,9 +15,14 @@ namespace corrsel::core {
 ///
 /// Values are rounded to 16 bits, an error of at most 2^-17 (7.7e-6) each. The upper half is computed
 /// together with the first product and kept, N^2 bytes, unless that exceeds the memory limit: then every
-/// product computes it anew. Both ways, on any kernel level, all products are bit-identical. Sums run in
-/// single precision over at most 256 terms and in double precision beyond. One object is
-/// used by one thread at a time; memory up to kKeptBytes stays with it from one assign() to the next.
+/// product computes it anew.
+///
+/// A product runs over panels of 256 rows, whose sums are in single precision; panels are added up in double
+/// precision and in a fixed order. Products are therefore bit-identical for any number of threads, at any
+/// kernel level, and whether the values are stored or not.
+///
+/// One object is used by one thread at a time. Up to kKeptBytes of its memory stay with it from one assign()
+/// to the next.
 class PairMatrix {
  public:
   static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
@@ -27,9 +32,10 @@ class PairMatrix {
   void assign(PairValue value, const PairRule& rule, const PairColumns& columns, std::size_t n,
               std::size_t memory_limit);
 
-  /// y = A v for N values; v is rounded to single precision. O(N^2). @return false where the deadline passed
-  /// before the end: y is then meaningless.
-  bool multiply(const double* v, double* y, const Deadline& deadline);
+  /// y = A v for N values; v is rounded to single precision. O(N^2) time.
+  /// @param threads  that may be used, the caller's included
+  /// @return false where the deadline passed before the end: y is then meaningless
+  bool multiply(const double* v, double* y, const Deadline& deadline, int threads = 1);
 
   bool isStored() const { return stored_bytes_ > 0; }
 
@@ -40,24 +46,30 @@ class PairMatrix {
   void release();
 
  private:
+  /// What the rows of a panel add to a product.
+  struct Panel {
+    std::vector<float> of_columns;  ///< by the columns from the panel's first row on
+    std::vector<double> of_rows;    ///< block after block of columns, by the panel's rows
+  };
+
+  bool multiplyPanel(std::size_t begin_row, const Deadline& deadline, Panel& panel);
+  void add(std::size_t begin_row, const Panel& panel);
+
   PairValue value_ = PairValue::kRatio;
   PairRule rule_;
   PairColumns columns_{};
   std::size_t n_ = 0, stored_bytes_ = 0, capacity_ = 0;
   bool filled_ = false;
   std::unique_ptr<std::uint16_t[]> blocks_;
-  std::vector<std::uint16_t> scratch_;
-  std::vector<float> v_, partial_;
+  std::vector<Panel> panels_;
+  std::vector<float> v_;
   std::vector<double> y_;
 };
 
-/// What the selectors that compare all pairs keep from call to call.
-struct PairWorkspace {
+/// What the selectors that compare all pairs keep from call to call; a part of the workspace.
+struct PairMemory {
   DistinctMatches distinct;
   PairMatrix matrix;
-
-  /// The calling thread's own.
-  static PairWorkspace& ofThread();
 };
 
 }  // namespace corrsel::core

@@ -1,0 +1,41 @@
+#include "corrsel/workspace.h"
+
+#include "base/workspace_scope.h"
+
+namespace corrsel::core {
+namespace {
+
+thread_local Workspace* given = nullptr;
+
+}  // namespace
+
+Workspace::Workspace() = default;
+Workspace::~Workspace() = default;
+Workspace::Workspace(Workspace&&) noexcept = default;
+Workspace& Workspace::operator=(Workspace&&) noexcept = default;
+
+void Workspace::release() {
+  parts_.clear();
+  parts_.shrink_to_fit();
+}
+
+Workspace& Workspace::ofThread() {
+  thread_local Workspace workspace;
+  return workspace;
+}
+
+WorkspaceScope::WorkspaceScope(Workspace& workspace) : before_(given) { given = &workspace; }
+
+WorkspaceScope::~WorkspaceScope() { given = before_; }
+
+Workspace& WorkspaceScope::current() { return given != nullptr ? *given : Workspace::ofThread(); }
+
+std::shared_ptr<void>& WorkspaceScope::find(const void* key) {
+  auto& parts = current().parts_;
+  for (auto& [part_key, part] : parts) {
+    if (part_key == key) return part;
+  }
+  return parts.emplace_back(key, nullptr).second;
+}
+
+}  // namespace corrsel::core
