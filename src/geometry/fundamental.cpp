@@ -24,7 +24,8 @@ cv::Matx33d toMatrix(const Vector9& v) {
   return cv::Matx33d(v(0), v(1), v(2), v(3), v(4), v(5), v(6), v(7), v(8));
 }
 
-/// Two vectors that span the null space of a 7x9 matrix, by Gauss-Jordan elimination with full pivoting.
+/// Computes two vectors that span the null space of a 7x9 matrix by Gauss-Jordan elimination with full
+/// pivoting.
 bool nullSpace(std::array<std::array<double, 9>, 7>& a, Vector9& first, Vector9& second) {
   std::array<int, 9> column = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   for (std::size_t step = 0; step < 7; ++step) {
@@ -101,7 +102,7 @@ int realRoots(double a, double b, double c, double d, double roots[3]) {
     roots[count++] = s + (s != 0 ? q / s : 0.0) - shift;
   }
   for (int i = 0; i < count; ++i) {
-    // One Newton step takes off the cancellation of the closed form.
+    // One Newton step removes the error that cancellation leaves in the closed form.
     const double x = roots[i];
     const double slope = (3 * x + 2 * b) * x + c;
     if (slope != 0) roots[i] = x - (((x + b) * x + c) * x + d) / slope;
@@ -190,7 +191,7 @@ bool isValidFundamentalSample(const NormalizedMatches& m, const std::uint32_t* s
     }
   }
   const auto onLine = [&m, s](const std::vector<float>& x, const std::vector<float>& y) {
-    // Any two points that differ span the line.
+    // Any two different points span the line.
     int b = 1;
     while (b < 7 && x[s[b]] == x[s[0]] && y[s[b]] == y[s[0]]) ++b;
     for (int c = b + 1; c < 7; ++c) {
@@ -210,7 +211,7 @@ int fundamentalFromSeven(const NormalizedMatches& m, const std::uint32_t* sample
   Vector9 first, second;
   if (!nullSpace(rows, first, second)) return 0;
   // det(lambda A + (1 - lambda) B) = det(B + lambda D), D = A - B, is a cubic: two determinants and its
-  // values at 1 and -1 fix it.
+  // values at 1 and -1 determine it.
   const cv::Matx33d b = toMatrix(second), d = toMatrix(first) - b;
   const double c0 = determinant(b), c3 = determinant(d);
   const double plus = determinant(b + d), minus = determinant(b - d);

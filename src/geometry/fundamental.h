@@ -9,7 +9,7 @@
 namespace corrsel::core {
 
 /// Squared Sampson distance (Hartley and Zisserman, Eq. 11.9) in the unit of the coordinates squared. The
-/// paper compares it with t_F: read as t_F squared.
+/// paper compares it with t_F, which is taken to mean t_F squared.
 double sampsonError(const cv::Matx33d& f, double left_x, double left_y, double right_x, double right_y);
 
 /// Distance of the right point to the epipolar line F x, in the unit of the coordinates; NaN for the epipole
@@ -17,24 +17,25 @@ double sampsonError(const cv::Matx33d& f, double left_x, double left_y, double r
 double epipolarLineDistance(const cv::Matx33d& f, double left_x, double left_y, double right_x,
                             double right_y);
 
-/// The right epipole e', F^T e' = 0, of any length: the largest cross product of two columns of F; zero where
-/// the rank is below 2.
+/// The right epipole e', for which F^T e' = 0, of any length. It is computed as the largest cross product of
+/// two columns of F, and is zero if the rank is below 2.
 cv::Vec3d leftNullVector(const cv::Matx33d& f);
 
-/// Whether seven matches can fix a fundamental matrix: no two of them equal, not all points of one image on a
-/// line.
+/// Returns whether seven matches can determine a fundamental matrix: no two of them are equal, and in neither
+/// image are all points on a line.
 bool isValidFundamentalSample(const NormalizedMatches& matches, const std::uint32_t* sample);
 
-/// Fundamental matrices through seven matches (Hartley and Zisserman, 11.1.2): one or three, written to f.
-/// @return how many; 0 where the sample is degenerate. Models for which the seven points would have to lie
-/// partly behind a camera (oriented epipolar constraint, Chum et al. 2004) are left out.
+/// Writes the one or three fundamental matrices through seven matches to f (Hartley and Zisserman, 11.1.2).
+/// Leaves out those for which some of the seven points would lie behind a camera (oriented epipolar
+/// constraint, Chum et al. 2004).
+/// @return number of matrices; 0 if the sample is degenerate
 int fundamentalFromSeven(const NormalizedMatches& matches, const std::uint32_t* sample, cv::Matx33d f[3]);
 
-/// One Gauss-Newton step on the sum of squared Sampson distances of the matches whose distance under f is at
-/// most squared_threshold, normalised: the gradients are those of f, the step keeps rank 2, the result has
-/// Frobenius norm
-/// 1. @pre |f| = 1, rank 2. @return false, f unchanged, where those matches do not fix a fundamental matrix.
-/// O(N).
+/// Takes one Gauss-Newton step on the sum of squared Sampson distances of the matches whose squared distance
+/// under f is at most squared_threshold, in normalised coordinates. The gradients are those of f. The step
+/// keeps rank 2, and the result has Frobenius norm 1. O(N).
+/// @pre |f| = 1, rank 2
+/// @return false, with f unchanged, if those matches do not determine a fundamental matrix
 bool refineFundamental(const NormalizedMatches& matches, float squared_threshold, cv::Matx33d& f);
 
 }  // namespace corrsel::core

@@ -14,7 +14,7 @@ bool basis(const std::vector<float>& x, const std::vector<float>& y, const std::
            cv::Matx33d& result) {
   const double x0 = x[s[0]], y0 = y[s[0]], x1 = x[s[1]], y1 = y[s[1]], x2 = x[s[2]], y2 = y[s[2]];
   const double dx = x[s[3]], dy = y[s[3]];
-  // Cramer's rule: weight k is the area of the triangle with point 4 in the place of point k.
+  // By Cramer's rule, weight k is the area of the triangle with point 4 in the place of point k.
   const double w0 = (x1 - dx) * (y2 - dy) - (y1 - dy) * (x2 - dx);
   const double w1 = (x2 - dx) * (y0 - dy) - (y2 - dy) * (x0 - dx);
   const double w2 = (x0 - dx) * (y1 - dy) - (y0 - dy) * (x1 - dx);
@@ -67,7 +67,7 @@ bool isValidHomographySample(const NormalizedMatches& m, const std::uint32_t* s)
 bool homographyFromFour(const NormalizedMatches& m, const std::uint32_t* s, cv::Matx33d& h) {
   cv::Matx33d left, right;
   if (!basis(m.left_x, m.left_y, s, left) || !basis(m.right_x, m.right_y, s, right)) return false;
-  // Adjugate instead of inverse: the scale of a homography is free.
+  // The adjugate replaces the inverse, because the scale of a homography is free.
   h = right * adjugateOf(left);
   const double norm = cv::norm(h);
   if (!(norm > 0) || !std::isfinite(norm)) return false;
@@ -104,7 +104,7 @@ bool refineHomography(const NormalizedMatches& matches, Residual residual, float
   }
   const double trace = normal.trace();
   const Vector9 current = Eigen::Map<const Vector9>(h.val);
-  // h and its multiples are one homography: the added rank pins the scale.
+  // h and its multiples are the same homography; the added rank fixes the scale.
   normal += current * current.transpose() * (trace / current.squaredNorm());
   const Eigen::LDLT<Matrix9> solver(normal);
   if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 1e-9 * trace)) return false;

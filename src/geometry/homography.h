@@ -9,7 +9,7 @@
 
 namespace corrsel::core {
 
-/// det(m) times the inverse of m, which exists for every matrix.
+/// The adjugate: det(m) times the inverse of m. It exists for every matrix.
 cv::Matx33d adjugateOf(const cv::Matx33d& m);
 
 /// Third homogeneous coordinate of H (x, y, 1).
@@ -18,7 +18,7 @@ inline double thirdCoordinate(const cv::Matx33d& h, double x, double y) {
 }
 
 /// Squared forward transfer error |x' - H x|^2, the paper's Eq. 3, in the unit of the coordinates squared;
-/// +Inf where the third coordinate of H x is not positive (point behind the camera).
+/// +Inf if the third coordinate of H x is not positive (point behind the camera).
 inline double homographyError(const cv::Matx33d& h, double left_x, double left_y, double right_x,
                               double right_y) {
   const double w = thirdCoordinate(h, left_x, left_y);
@@ -28,18 +28,20 @@ inline double homographyError(const cv::Matx33d& h, double left_x, double left_y
   return w > 0 ? dx * dx + dy * dy : std::numeric_limits<double>::infinity();
 }
 
-/// Whether four matches can come from one camera pair looking at a plane: no three points on a line in either
-/// image, and the orientations of all four triplets kept or all turned over (OpenCV's and USAC's sample
-/// test).
+/// Returns whether four matches can come from a pair of cameras that look at a plane: no three points are on
+/// a line in either image, and the orientations of the four triplets are all kept or all reversed (the sample
+/// test of OpenCV and USAC).
 bool isValidHomographySample(const NormalizedMatches& matches, const std::uint32_t* sample);
 
-/// Homography through four matches, scaled so that all four have a positive third coordinate. Closed form
-/// through the projective basis (Hartley and Zisserman, ch. 4). @return false where the sample is degenerate.
+/// Computes the homography through four matches, scaled so that all four have a positive third coordinate, in
+/// closed form through the projective basis (Hartley and Zisserman, ch. 4).
+/// @return false if the sample is degenerate
 bool homographyFromFour(const NormalizedMatches& matches, const std::uint32_t* sample, cv::Matx33d& h);
 
-/// One Gauss-Newton step on the sum of squared transfer errors of the matches whose error under h (by
-/// `residual`) is at most squared_threshold, normalised; the result has Frobenius norm 1. @return false, h
-/// unchanged, where those matches do not fix a homography. O(N).
+/// Takes one Gauss-Newton step on the sum of squared transfer errors of the matches whose squared error under
+/// h (by `residual`) is at most squared_threshold, in normalised coordinates. The result has Frobenius
+/// norm 1. O(N).
+/// @return false, with h unchanged, if those matches do not determine a homography
 bool refineHomography(const NormalizedMatches& matches, Residual residual, float squared_threshold,
                       cv::Matx33d& h);
 

@@ -15,7 +15,7 @@ float gather(const std::vector<float>& column, const std::vector<std::uint32_t>&
   const std::size_t n = rows.size();
   out.resize(n);
   for (std::size_t i = 0; i < n; ++i) out[i] = column[rows[i]];
-  // As whole numbers, which compare alike and faster.
+  // Compared as integers, which gives the same order faster.
   std::int32_t largest_bits = 0;
   for (const float value : out) {
     const float magnitude = std::abs(value);
@@ -39,7 +39,7 @@ void normalizeMatches(const Correspondences& matches, const std::vector<std::uin
   for (int c = 0; c < 4; ++c) largest = std::max<double>(largest, gather(*from[c], rows, *columns[c]));
   const std::size_t n = rows.size();
   double mean[4] = {0, 0, 0, 0}, spread = 0;
-  // The four columns side by side: their sums do not wait for one another.
+  // The four columns are summed together, so that the additions do not wait for one another.
   const float *const lx = result.left_x.data(), *const ly = result.left_y.data();
   const float *const rx = result.right_x.data(), *const ry = result.right_y.data();
   for (std::size_t i = 0; i < n; ++i) {
@@ -61,7 +61,7 @@ void normalizeMatches(const Correspondences& matches, const std::vector<std::uin
   const double rms = n == 0 ? 0.0 : std::sqrt(spread / (2.0 * static_cast<double>(n)));
   const double s = rms > 0 ? std::sqrt(2.0) / rms : 1.0;
   result.scale = s;
-  // Rounding of the pixel and of the normalised coordinate, some times over.
+  // A multiple of the rounding of the pixel and of the normalised coordinate.
   result.rounding = 8.0 * std::numeric_limits<float>::epsilon() * s * largest;
   result.left = cv::Matx33d(s, 0, -s * mean[0], 0, s, -s * mean[1], 0, 0, 1);
   result.right = cv::Matx33d(s, 0, -s * mean[2], 0, s, -s * mean[3], 0, 0, 1);
@@ -83,7 +83,7 @@ cv::Matx33d NormalizedMatches::homographyToPixels(const cv::Matx33d& normalized)
   const cv::Matx33d h = back * normalized * left;
   const double norm = cv::norm(h);
   const double last = h(2, 2);
-  // Dividing by a negative element would turn the sign of the third coordinate.
+  // Dividing by a negative element would reverse the sign of the third coordinate.
   const double divisor = last > 1e-12 * norm ? last : norm;
   return divisor > 0 ? h * (1.0 / divisor) : h;
 }

@@ -11,38 +11,39 @@
 namespace corrsel::core {
 
 /// Matches shifted to their centroids (left and right separately) and divided by one scale common to both
-/// images, so that a distance in the right image stays proportional to pixels: float arithmetic keeps its
-/// precision.
+/// images, so that float arithmetic keeps its precision and distances in the right image stay proportional to
+/// pixels.
 struct NormalizedMatches {
   std::vector<float> left_x, left_y, right_x, right_y;
   double scale = 1.0;       ///< normalised = (pixel - centroid) * scale
-  double rounding = 0.0;    ///< how far single precision may have moved a point, normalised; generous
+  double rounding = 0.0;    ///< generous bound of rounding a point to single precision, normalised
   cv::Matx33d left, right;  ///< pixel to normalised coordinates, homogeneous
 
   std::size_t size() const { return left_x.size(); }
 
-  /// The coordinates as the kernels read them; valid as long as the vectors are not changed.
+  /// The coordinates in the form that the kernels read; valid until the vectors change.
   MatchColumns columns() const {
     return {left_x.data(), left_y.data(), right_x.data(), right_y.data(), left_x.size()};
   }
 
-  /// Homography between normalised coordinates to one between pixels, with H(2,2) = 1 where that is not near
-  /// 0.
+  /// Converts a homography between normalised coordinates to one between pixels, with H(2,2) = 1 unless that
+  /// is near 0.
   cv::Matx33d homographyToPixels(const cv::Matx33d& normalized) const;
 
-  /// Fundamental matrix between normalised coordinates to one between pixels, Frobenius norm 1.
+  /// Converts a fundamental matrix between normalised coordinates to one between pixels, with Frobenius
+  /// norm 1.
   cv::Matx33d fundamentalToPixels(const cv::Matx33d& normalized) const;
 };
 
-/// Normalises the matches in the given order of rows into `result`, whose memory is used again. O(rows). All
-/// points equal: scale 1.
+/// Normalises the matches, in the given order of rows, into `result`, whose memory is reused. The scale is 1
+/// if all points are equal. O(rows).
 void normalizeMatches(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
                       NormalizedMatches& result);
 
-/// The same for all matches in their own order.
+/// Normalises all matches in the order of the input.
 NormalizedMatches normalizeMatches(const Correspondences& matches);
 
-/// Twice the signed area of the triangle of points a, b, c; 0 where they are on a line but for rounding.
+/// Twice the signed area of the triangle of points a, b, c; 0 if they are on a line, apart from rounding.
 inline double triangleArea(const std::vector<float>& x, const std::vector<float>& y, std::uint32_t a,
                            std::uint32_t b, std::uint32_t c, double rounding) {
   const double bx = static_cast<double>(x[b]) - x[a], by = static_cast<double>(y[b]) - y[a];

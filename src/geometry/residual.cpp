@@ -6,8 +6,8 @@
 namespace corrsel::core {
 namespace {
 
-/// The inverse, with Frobenius norm 1 and a third coordinate that is positive where that of `h` is; zeros
-/// where there is none.
+/// Returns the inverse with Frobenius norm 1 and the sign that keeps third coordinates positive where those
+/// of `h` are; zeros if there is no inverse.
 cv::Matx33d inverseHomography(const cv::Matx33d& h) {
   const cv::Matx33d adjugate = adjugateOf(h);
   const double determinant = h(0, 0) * adjugate(0, 0) + h(0, 1) * adjugate(1, 0) + h(0, 2) * adjugate(2, 0);
@@ -39,7 +39,7 @@ void pixelErrors(Residual residual, const cv::Matx33d& model, const Corresponden
   const float *const x = m.left_x.data(), *const y = m.left_y.data();
   const float *const u = m.right_x.data(), *const v = m.right_y.data();
   const std::size_t n = m.size();
-  // Copies, which `out` cannot point into: the loops are vectorised.
+  // `out` cannot point into these copies, so the compiler can vectorise the loops.
   const cv::Matx33d forward = model, backward = inverseHomography(model);
   switch (residual) {
     case Residual::kTransfer:

@@ -5,28 +5,27 @@
 
 namespace corrsel::core {
 
-/// Above every distance between descriptors; twice of it is a number, too.
+/// Larger than every distance between descriptors; twice its value still fits the type.
 template <typename Distance>
 inline constexpr Distance kFarDistance = Distance{1} << 29;
 template <>
 inline constexpr float kFarDistance<float> = __builtin_huge_valf();
 
-/// Descriptors that must not be a query's second neighbour: those of features closer than `radius` to the
-/// query's centre.
+/// Excludes descriptors from being the second neighbour of a query: those of features closer than `radius` to
+/// the centre of the query.
 struct NearFeatures {
   const double *x, *y;                ///< px, per train
   const double *centre_x, *centre_y;  ///< px, per query
   double radius;                      ///< px
 };
 
-/// Whole numbers with fewer bits, four per word: with them most trains are found to be too far. Queries hold
-/// q / 2 and trains t / 4, rounded down, which stand for q' = 2 (q / 2) + 1/2 and t' = 4 (t / 4) + 1.
-/// Distances of q' and t' differ from those of q and t by no more than their lengths of q - q' and t - t'
-/// together.
+/// Descriptors with fewer bits per number, four numbers per word. They show quickly that most trains are too
+/// far. Queries hold q / 2 and trains t / 4, rounded down, which represent q' = 2 (q / 2) + 1/2 and t' = 4 (t
+/// / 4) + 1. The distance of q' and t' differs from that of q and t by at most |q - q'| + |t - t'|.
 struct CoarseNumbers {
   static constexpr std::size_t kWords = 4;  ///< the number of words is a multiple of it
 
-  /// Neither |q|^2 nor |t'|^2 is above. Then (q / 2) (t / 4) - |t'|^2 / 16, which is from -|t'|^2 / 16 to
+  /// Largest |q|^2 and |t'|^2. Within this bound (q / 2) (t / 4) - |t'|^2 / 16, which is from -|t'|^2 / 16 to
   /// |q|^2 / 16, fits into 16 bits.
   static constexpr std::int32_t kLargestSquares = 16 * 0x7fff;
 
@@ -39,7 +38,7 @@ struct CoarseNumbers {
   std::int32_t* limit;               ///< scratch, per query
 };
 
-/// Some queries beside all trains. A descriptor is a row of 32-bit words; the distance of a query and a train
+/// Some queries and all trains. A descriptor is a row of 32-bit words; the distance of a query and a train
 /// is the sum of their offsets and of a term per word, see DescriptorKernels. Rows that fill up a group have
 /// the offset kFarDistance and words of zeros.
 template <typename Distance>
@@ -56,13 +55,13 @@ struct NearestBlock {
   std::size_t groups;
 
   /// Per query: the smallest distance and the second smallest (equal where two trains are equally near),
-  /// and their trains; of equal distances the one with the lowest number. What is there when the kernel is
-  /// called competes, too.
+  /// and their trains; of equal distances the one with the lowest number. The values that are present when
+  /// the kernel is called take part.
   Distance *best, *second;
   std::uint32_t *best_train, *second_train;
 
   /// Per train, or null: the smallest distance and its query, the lowest of equals. Queries count from
-  /// first_query. What is there when the kernel is called competes and wins against its equals.
+  /// first_query. The values that are present when the kernel is called take part and win ties.
   Distance* train_best;
   std::uint32_t* train_best_query;
   std::uint32_t first_query;
@@ -77,7 +76,7 @@ struct DescriptorKernels {
   /// by -2, and offsets are the sums of squares: |q|^2 + |t|^2 - 2 q t. @pre no distance above 2^24
   void (*whole_numbers)(const NearestBlock<std::int32_t>& block);
 
-  /// Whether whole_numbers() makes use of coarse numbers.
+  /// Whether whole_numbers() uses coarse numbers.
   bool uses_coarse_numbers;
 
   /// Hamming distance. @pre no distance above 2^24

@@ -148,7 +148,7 @@ inline bool isNear(const NearFeatures& near, std::size_t query, std::size_t trai
   return dx * dx + dy * dy < near.radius * near.radius;
 }
 
-/// Lets a train compete for a query. Trains come in their order.
+/// Updates the two nearest trains of a query with another train. Trains are visited in their order.
 template <class Distance>
 inline void compete(const NearestBlock<Distance>& block, std::size_t query, std::size_t train,
                     Distance distance) {
@@ -204,7 +204,7 @@ inline void addDistances(const NearestBlock<typename Metric::Distance>& block, c
   }
 }
 
-/// Lets a group of trains compete for queries, and these for the trains.
+/// Updates the nearest trains of queries with a group of trains, and the nearest queries of these trains.
 template <class Distance, class DistanceV, std::size_t kQueries>
 inline void takeDistances(const NearestBlock<Distance>& block, std::size_t query, std::size_t first_train,
                           const DistanceV (&distances)[kQueries][kParts]) {
@@ -279,7 +279,7 @@ inline WordV addShorts(WordV a, WordV b) {
 #endif
 }
 
-/// Keeps compilers from adding up in another order, for which there are too few registers.
+/// Keeps compilers from reordering the additions, which would need too many registers.
 inline void keepOrder(WordV& v) {
 #if defined(__AVX512F__)
   asm("" : "+v"(v));
@@ -294,7 +294,7 @@ inline std::int32_t largestOf(IntV v) {
   return result;
 }
 
-/// Coarse distances from here on mean that the distance is not below `distance`. Rounded up.
+/// Smallest coarse distance, rounded up, from which follows that the distance is not below `distance`.
 inline std::int32_t coarseLimit(std::int32_t distance, double error) {
   const double root = __builtin_sqrt(static_cast<double>(distance)) + error;
   return static_cast<std::int32_t>(root * root) + 2;
@@ -339,7 +339,7 @@ inline unsigned bitsOf(IntV mask) {
 #endif
 }
 
-/// Offset of a train as coarseSums() wants it, a padding row's included.
+/// Offset of a train, or of a padding row, in the form that coarseSums() reads.
 inline IntV shortOffset(IntV offset) {
   const IntV largest = splat(CoarseNumbers::kLargestSquares);
   return (offset < largest ? offset : largest) >> 4;
@@ -385,7 +385,7 @@ inline void coarseSums(const CoarseNumbers& coarse, std::size_t query, std::size
   }
 }
 
-/// What sums of trains that are closer than a coarse distance to a query are above.
+/// Lower bound of the sums of trains that are closer to a query than a coarse distance.
 inline std::int32_t sumLimit(std::int32_t query_offset, std::int32_t distance) {
   // distance > query_offset + train_offset - 16 product. Both quotients are rounded down, so that a few
   // trains too many pass.
@@ -432,7 +432,7 @@ inline void limitQueries(const NearestBlock<std::int32_t>& block) {
   }
 }
 
-/// Has the rows of a group of trains read, some of which are going to be compared.
+/// Prefetches the rows of a group of trains, some of which will be compared.
 inline void prefetchRows(const NearestBlock<std::int32_t>& block, std::size_t first_train) {
   if (first_train >= block.groups * kLanes) return;
   const std::uint32_t* const rows = block.trains + first_train * block.words;

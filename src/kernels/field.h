@@ -20,7 +20,7 @@ struct FieldFactor {
 struct FieldPivots {
   std::size_t count;
   const double *x, *y;  ///< their points
-  const double* rest;   ///< what is left of the diagonal at each of them when its turn comes, > 0
+  const double* rest;   ///< remainder of the diagonal at each pivot when it is processed, > 0
   const double* rows;   ///< row c of L starts at rows + c * row_stride and holds rank + c elements
   std::size_t row_stride;
 };
@@ -41,8 +41,9 @@ struct FieldPosteriorSums {
 
 /// Vector fields on a factored kernel matrix, in double precision.
 struct FieldKernels {
-  /// The next columns of the pivoted Cholesky factor of exp(-beta d^2), to `added` at the factor's stride,
-  /// and `rest`, the diagonal that is left. O(padded * count * rank). @return largest element of `rest`
+  /// Writes the next columns of the pivoted Cholesky factor of exp(-beta d^2) to `added`, at the factor's
+  /// stride, and the remaining diagonal to `rest`. O(padded * count * rank). @return largest element of
+  /// `rest`
   double (*factor)(const double* x, const double* y, double beta, const FieldPivots& pivots,
                    const FieldFactor& factor, double* added, double* rest);
 

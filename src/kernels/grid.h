@@ -42,14 +42,14 @@ struct CountRow {
   std::uint32_t base;
 };
 
-/// What GMS verifies a row of left cells by.
+/// Input of the verification of a row of left cells by GMS.
 struct CellStatistics {
   CountRow rows[3];                  ///< above, the row itself, below
   const std::uint32_t* zeros;        ///< the counts of a cell outside
   const std::uint64_t* best;         ///< per left cell: the largest of (entry << 16) + 65535 - right cell
   const std::uint32_t* in_cell;      ///< matches per left cell, 0 for no_cell
   const LeftNeighbours* neighbours;  ///< per left cell
-  std::uint32_t no_cell;             ///< stands for cells outside
+  std::uint32_t no_cell;             ///< number of all cells outside
   std::int32_t row, left_side, right_side;
   double alpha;
 
@@ -91,7 +91,7 @@ struct PointGrid {
 /// Positions sorted by their cells; x and y are followed by 16 more floats of any value.
 struct PointQueries {
   const float *x, *y;           ///< px
-  const std::uint32_t* number;  ///< row of the answer
+  const std::uint32_t* number;  ///< row of the result
   const std::uint32_t* cell;    ///< ascending
   std::size_t size;
 };

@@ -166,7 +166,7 @@ inline KeyV larger(KeyV a, KeyV b) {
 
 /// Larger than any distance between coordinates of at most 1e6 px.
 constexpr float kNoNeighbour = 1e30F;
-/// Keys below this have no relative precision worth the name.
+/// Keys below this have too little relative precision.
 constexpr float kTiny = 1e-30F;
 /// Numbers of candidates take at most this many bits of a key.
 constexpr int kMostCandidates = 2048;
@@ -333,7 +333,7 @@ void pointCellsKernel(const PointGrid& grid, const float* __restrict x, const fl
   }
 }
 
-/// Bit k of the answer: whether values[k] is the one sought.
+/// Returns a mask whose bit k is set if values[k] is the value sought.
 inline std::uint64_t equalBits(const std::uint32_t* values, std::uint32_t sought) {
 #if defined(__AVX2__)
   const __m256i equal = _mm256_cmpeq_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(values)),

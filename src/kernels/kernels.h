@@ -22,7 +22,7 @@ std::string toString(KernelLevel level);
 std::vector<KernelLevel> supportedKernelLevels();
 
 /// The level in use: the highest supported one, unless the environment variable CORRSEL_KERNELS (baseline,
-/// avx2, avx512 or avx512vnni) or setKernelLevel() says otherwise. Throws std::invalid_argument where the
+/// avx2, avx512 or avx512vnni) or setKernelLevel() selects another one. Throws std::invalid_argument if the
 /// variable names a level that does not exist or that the processor lacks.
 KernelLevel kernelLevel();
 

@@ -5,15 +5,15 @@
 
 namespace corrsel::core {
 
-/// What two matches say of each other; the number of the kernel in PairKernels::block.
+/// Measure of the agreement of two matches; the number of the kernel in PairKernels::block.
 enum class PairValue : std::uint8_t {
   kRatio,       ///< smaller / larger of their distances in the two images
   kDifference,  ///< 1 - scale * (difference of these distances)^2, at least 0
   kPayoff       ///< 2^(-scale * error), error = the larger L1 error with which one's frame predicts the other
 };
 
-/// Columns of equal length, a multiple of PairBlock::kColumns; what fills them up is finite. No two matches
-/// are equal.
+/// Columns of equal length, a multiple of PairBlock::kColumns; padding is finite. No two matches are
+/// equal.
 struct PairColumns {
   const float *left_x, *left_y, *right_x, *right_y;
   const float *a11, *a12, *a21, *a22;  ///< kPayoff: maps offsets in the left image to the right one

@@ -26,7 +26,7 @@ struct ResidualModel {
   float backward[9];
 };
 
-/// What the score of a model counts, and when scoring gives up.
+/// Definition of the score of a model and of the condition for giving up.
 struct ScoreRule {
   float squared_threshold;  ///< a match with error <= this is an inlier
   float cost_per_error;  ///< cost of an inlier = error * this: kOutlierCost / threshold^2 is MSAC, 0 counts
