@@ -24,7 +24,7 @@ struct Correspondences {
   std::vector<AffineFrame> left_frame, right_frame;    ///< optional: local affine frames, px
   std::vector<std::uint32_t> left_index, right_index;  ///< optional: feature numbers in their images
 
-  cv::Size left_size, right_size;  ///< image sizes, px; 0x0 where unknown
+  cv::Size left_size, right_size;  ///< image sizes, px; 0x0 if unknown
 
   std::size_t size() const { return left_x.size(); }
   bool empty() const { return left_x.empty(); }
@@ -32,10 +32,11 @@ struct Correspondences {
   /// Appends a match that has coordinates only. @pre no optional column is in use
   void add(const cv::Point2f& left, const cv::Point2f& right);
 
-  /// Empty when all columns agree in length, else a sentence naming the column that does not.
+  /// Returns an empty text if all columns have the same length, otherwise a sentence that names the wrong
+  /// column.
   std::string inconsistency() const;
 
-  /// The rows named by `rows`, in that order, with every column. O(rows).
+  /// Returns the given rows, in that order, with every column. O(rows).
   Correspondences subset(const std::vector<std::uint32_t>& rows) const;
 };
 

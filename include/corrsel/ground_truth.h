@@ -18,8 +18,8 @@ enum class TruthKind : std::uint8_t {
 
 std::string toString(TruthKind kind);
 
-/// What is known to be true about an image pair. Only the members of the given kind are meaningful.
-/// How far a match is from it is computed in evaluation/errors.h.
+/// Ground truth of an image pair. Only the members of the given kind are meaningful. evaluation/errors.h
+/// computes the errors of matches against it.
 struct GroundTruth {
   TruthKind kind = TruthKind::kNone;
   cv::Matx33d matrix = cv::Matx33d::eye();  ///< homography (x' ~ Hx) or fundamental matrix (x'^T F x = 0), px

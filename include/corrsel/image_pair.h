@@ -11,7 +11,7 @@
 
 namespace corrsel::core {
 
-/// Stands for the name of the features where putative matches come with the dataset.
+/// Name of the features if the putative matches come with the dataset.
 inline constexpr char kGivenFeatures[] = "given";
 
 /// Names a pair of a dataset, e.g. {"vgg", "graf", "1-3"}.
@@ -28,7 +28,7 @@ struct PairId {
   }
 };
 
-/// One image pair with what is known about it.
+/// One image pair with its ground truth.
 struct ImagePair {
   PairId id;
   cv::Mat left, right;  ///< 8-bit, one or three (BGR) channels

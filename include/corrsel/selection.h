@@ -8,7 +8,7 @@
 
 namespace corrsel::core {
 
-/// Why a selection looks as it does. The texts returned by toString() are part of the file formats.
+/// Outcome of a selection. The texts returned by toString() are part of the file formats.
 enum class Status : std::uint8_t {
   kOk = 0,
   kTooFew = 1,            ///< fewer matches than the method needs: nothing selected
@@ -16,7 +16,7 @@ enum class Status : std::uint8_t {
   kNoModel = 3,           ///< the search ended without a model
   kUnsupportedInput = 4,  ///< a column or an image size that the method needs is missing
   kTooLarge = 5,          ///< more matches than memory or time options allow
-  kTimeLimit = 6,         ///< stopped at max_seconds: best answer so far
+  kTimeLimit = 6,         ///< stopped at max_seconds: best result so far
   kFailed = 7             ///< the method reported an internal error
 };
 
@@ -29,7 +29,7 @@ enum class ModelKind : std::uint8_t { kNone = 0, kHomography = 1, kFundamental =
 
 std::string toString(ModelKind kind);
 
-/// The answer of a selector.
+/// The result of a selector.
 struct Selection {
   std::vector<std::uint8_t> mask;  ///< 1 = selected, 0 = rejected; always as long as the input
   std::vector<float>
@@ -38,7 +38,7 @@ struct Selection {
   cv::Matx33d model =
       cv::Matx33d::zeros();  ///< left to right (x' ~ Hx, or x'^T F x = 0); valid if kind is not kNone
   Status status = Status::kOk;
-  std::string message;        ///< one sentence for humans; empty when there is nothing to say
+  std::string message;        ///< one sentence for people; empty if there is nothing to report
   std::size_t n_input = 0;    ///< matches given
   std::size_t n_ignored = 0;  ///< matches dropped beforehand because a coordinate was NaN, infinite or absurd
   std::size_t n_selected = 0;  ///< ones in the mask

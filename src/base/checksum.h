@@ -7,9 +7,9 @@
 namespace corrsel::core {
 
 /// The 64-bit FNV-1a checksum: hash = (hash ^ unit) * 0x100000001b3, starting at 0xcbf29ce484222325.
-/// It tells data apart quickly; it is no protection against data that is made to collide. The value depends
-/// on the bytes and their order only, so it is the same on every machine. Source: Fowler, Noll, Vo and
-/// Eastlake, "The FNV Non-Cryptographic Hash Algorithm", IETF draft.
+/// It distinguishes data quickly, but does not protect against data that is made to collide. The value
+/// depends only on the bytes and their order, so it is the same on every machine. Source: Fowler, Noll, Vo
+/// and Eastlake, "The FNV Non-Cryptographic Hash Algorithm", IETF draft.
 class Checksum {
  public:
   /// Adds bytes, one unit each. O(size).
@@ -21,7 +21,7 @@ class Checksum {
   void add(const std::string& text) { add(text.data(), text.size()); }
 
   /// Adds one unit, which may be wider than a byte: eight bytes in one step take an eighth of the time, but
-  /// give another value than the same bytes one by one.
+  /// the value differs from that of the same bytes one by one.
   void addUnit(std::uint64_t unit) { value_ = (value_ ^ unit) * 0x100000001b3ULL; }
 
   std::uint64_t value() const { return value_; }

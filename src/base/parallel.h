@@ -9,26 +9,26 @@
 
 namespace corrsel::core {
 
-/// Threads beside the calling one. They are kept for its next Crew and end with it: OpenCV keeps almost a
-/// kilobyte for every thread that has ever called it, so that new ones for every image would add up. Crews of
-/// a thread may be nested, and belong to it alone.
+/// Threads beside the calling one. They are kept for the next Crew of the calling thread and end with that
+/// thread. OpenCV keeps almost a kilobyte for every thread that has ever called it, so new threads for every
+/// image would add up. Crews of a thread may be nested. Other threads must not use them.
 class Crew {
  public:
   Crew();
-  /// Waits until everything that was started has ended.
+  /// Waits until all started work has ended.
   ~Crew();
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
 
-  /// Calls work() on a thread of its own. Exceptions come with the future. Throws std::system_error where
-  /// there can be no more threads.
+  /// Calls work() on another thread. The future carries its exceptions. Throws std::system_error if no more
+  /// threads can be started.
   std::future<void> start(std::function<void()> work);
 
  private:
   std::size_t first_;  ///< of this crew among the kept threads
 };
 
-/// Calls work() on `threads` threads, the caller's included, and passes on the first exception once all have
+/// Calls work() on `threads` threads, including the caller's, and rethrows the first exception once all have
 /// stopped.
 template <class Work>
 void onThreads(std::size_t threads, const Work& work) {
@@ -40,8 +40,8 @@ void onThreads(std::size_t threads, const Work& work) {
 }
 
 /// Calls body(begin, end) for consecutive blocks of [0, n), on up to `threads` threads that take one block
-/// after the other. Blocks may run in any order and at the same time: the
-/// body must write to places of its own. Exceptions as in onThreads().
+/// after the other. Blocks may run in any order and at the same time, so each must write to its own memory
+/// only. Exceptions as in onThreads().
 template <class Body>
 void forEachBlock(std::size_t n, std::size_t block, int threads, const Body& body) {
   const std::size_t blocks = (n + block - 1) / block;

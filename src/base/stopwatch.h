@@ -12,7 +12,7 @@ class Stopwatch {
   /// Seconds since construction or the last restart().
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
-  /// Returns the seconds so far and starts again.
+  /// Returns the seconds since the start and restarts.
   double restart() {
     const double elapsed = seconds();
     start_ = Clock::now();

@@ -18,24 +18,24 @@ std::vector<std::string> splitList(const std::string& text, char separator = ','
 
 std::string joinList(const std::vector<std::string>& items, const std::string& separator = ", ");
 
-/// A CSV field (RFC 4180): quoted when it holds a comma, a quote or a line break; line breaks become blanks
+/// A CSV field (RFC 4180): quoted if it contains a comma, a quote or a line break. Line breaks become blanks,
 /// so that every record stays on one line.
 std::string csvField(const std::string& text);
 
-/// One CSV record without line end: the fields, quoted where need be.
+/// One CSV record without line end. Fields are quoted if necessary.
 std::string csvLine(const std::vector<std::string>& fields);
 
 /// Splits one CSV line (RFC 4180 quoting, no embedded line breaks).
 std::vector<std::string> parseCsvLine(const std::string& line);
 
-/// Complete lines of a text, without their ends; a last line that was cut off is left out.
+/// Complete lines of a text, without line ends. A last line without a line end is left out.
 std::vector<std::string> completeLines(const std::string& text);
 
-/// All bytes of a file; empty where it cannot be read.
+/// All bytes of a file; empty if it cannot be read.
 std::string readTextFile(const std::string& path);
 
-/// A file name without separators or shell-special characters: anything outside [A-Za-z0-9._+-] becomes '_',
-/// and a leading '.' too.
+/// A file name without separators or shell-special characters: characters outside [A-Za-z0-9._+-] and a
+/// leading '.' become '_'.
 std::string safeFileName(const std::string& text);
 
 }  // namespace corrsel::core

@@ -35,7 +35,7 @@ struct LeftNeighbours {
 
 /// The counts of GMS in one row of left cells, row-major: side + 1 left cells, the last of which takes
 /// matches without a left cell, x right cells. Counts never need clearing: every use has its own `base`, at
-/// least as large as whatever was left in the memory, and an entry stands for max(entry, base) - base
+/// least as large as the values that the previous use left, and an entry represents max(entry, base) - base
 /// matches.
 struct CountRow {
   std::uint32_t* counts;
