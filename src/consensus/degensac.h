@@ -9,29 +9,34 @@
 
 namespace corrsel::core {
 
-/// DEGENSAC (Chum, Werner and Matas, CVPR 2005): a fundamental matrix from seven matches of which five or
-/// more lie on one plane agrees with everything on the plane and with little else.
+/// DEGENSAC: recovers from samples that lie mostly on one plane.
 ///
-/// escape() looks for such a plane through the five triplets {1,2,3}, {4,5,6}, {1,2,7}, {4,5,7}, {3,6,7} of
-/// the sample: each fixes, with F, a homography; the sample is degenerate where at least five of its matches
-/// agree with it within sqrt(3) times the threshold. The homography then is refined on all matches, and pairs
-/// of matches off the plane (farther than 3 times the threshold) give fundamental matrices F = [e']_x H, e' =
-/// (Hx1 x x1') x (Hx2 x x2').
+/// Idea: if five or more of the seven matches of a sample lie on one plane, the fundamental matrix agrees
+/// with everything on the plane and with little else. The plane and two matches off the plane give a better
+/// one.
+///
+/// Algorithm: each of the triplets {1,2,3}, {4,5,6}, {1,2,7}, {4,5,7}, {3,6,7} of the sample determines,
+/// together with F, a homography. The sample is degenerate if at least five of its matches agree with one of
+/// them within sqrt(3) times the threshold. This homography H is refined on all matches. Pairs of matches off
+/// the plane (farther than 3 times the threshold) then give fundamental matrices
+///   F = [e']_x H with e' = (Hx1 x x1') x (Hx2 x x2').
+///
+/// Source: Chum, Werner and Matas, CVPR 2005.
 class Degensac {
  public:
-  /// Memory that is worth keeping between searches.
+  /// Buffers to be reused by the next search.
   struct Scratch {
     std::vector<float> errors;
     std::vector<std::uint32_t> off_plane;
   };
 
-  /// @param seed     of the pairs
+  /// @param seed     seed of the choice of pairs
   /// @param scratch  must outlive this object
   Degensac(std::uint64_t seed, Scratch& scratch) : random_(seed), scratch_(scratch) {}
 
-  /// Replaces `best`, the model made from `sample`, where plane and parallax give a better one. @return
-  /// whether they did. O(N) where the sample is degenerate (at most 500 pairs, most of them given up early),
-  /// O(1) otherwise.
+  /// Replaces `best`, the model made from `sample`, if plane and parallax give a better one.
+  /// Cost: O(N) if the sample is degenerate (at most 500 pairs, most of them given up early), otherwise O(1).
+  /// @return whether it was replaced
   bool escape(const Verifier& verifier, const std::uint32_t* sample, Candidate& best);
 
  private:

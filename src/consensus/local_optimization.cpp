@@ -4,9 +4,9 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kMostSteps = 6;
-constexpr double kWorthwhile = 1e-3;  // relative drop of the cost that another step is made for
+constexpr double kWorthwhile = 1e-3;  // relative drop of the cost that justifies another step
 
-/// Steps at the threshold as long as they help.
+/// Takes steps at the threshold as long as they lower the cost.
 void descend(const TwoViewProblem& problem, const Verifier& verifier, Candidate& best) {
   for (int step = 0; step < kMostSteps; ++step) {
     const auto before = static_cast<double>(best.cost);

@@ -8,7 +8,7 @@
 namespace corrsel::core {
 namespace {
 
-/// A distance as a key: larger is worse, NaN and negative ones worst of all.
+/// Converts a distance to a sort key. Larger is worse; NaN and negative distances come last.
 std::uint32_t qualityKey(float quality) {
   return quality >= 0 ? sortKey(quality) : std::numeric_limits<std::uint32_t>::max();
 }

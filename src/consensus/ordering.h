@@ -8,19 +8,19 @@
 
 namespace corrsel::core {
 
-/// Orders of the matches that depend on what the matches are, not on where they stand in the input: the same
-/// set of matches gets the same answer in whatever order it comes. Keeps its memory between calls.
+/// Sorts matches by their values, so that the result of a selector does not depend on the order of its input.
+/// Keeps its memory between calls.
 class Ordering {
  public:
-  /// Writes all rows in random order: sorted by their coordinates first (which no shift and no change of unit
-  /// alters), then shuffled by the seed, so that any stretch of them is a fair sample. O(N), O(N log N) where
-  /// most matches share their left x.
+  /// Writes all rows in random order: sorts them by their coordinates, an order that neither a shift nor
+  /// another unit alters, and shuffles them with the seed. Any run of consecutive rows is then a fair sample.
+  /// O(N), or O(N log N) if most matches share their left x.
   void shuffle(const Correspondences& matches, std::uint64_t seed, std::vector<std::uint32_t>& rows);
 
-  /// Writes the positions in `rows`, best first, by descriptor distance over second-nearest distance, or by
-  /// distance alone where there is no second; matches without either come last. Ties stay in the order of
-  /// `rows`. O(N).
-  /// @return false, nothing written, where no match has a distance
+  /// Writes the positions in `rows`, best first. The key is the distance divided by the second-nearest
+  /// distance, or the distance alone if there is no second one. Matches without a distance come last. Ties
+  /// keep the order of `rows`. O(N).
+  /// @return false, with nothing written, if no match has a distance
   bool byQuality(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
                  std::vector<std::uint32_t>& positions);
 

@@ -10,16 +10,17 @@ namespace corrsel::core {
 
 /// Draws samples of distinct matches: uniformly, or in the order of PROSAC (Chum and Matas, CVPR 2005).
 ///
-/// PROSAC draws from a pool of the best n matches that grows towards all N as if T_N = 200000 uniform samples
-/// were sorted by quality: T_n = T_N prod_{i<m} (n-i)/(N-i), T'_{n+1} = T'_n + ceil(T_{n+1} - T_n), T'_m = 1;
-/// sample t takes m-1 of the first n-1 and the n-th, n the smallest with T'_n >= t. After T_N samples it
-/// draws uniformly.
+/// Algorithm: PROSAC draws from a pool of the best n matches, which grows towards all N as if T_N = 200000
+/// uniform samples were sorted by quality:
+///   T_n = T_N prod_{i<m} (n-i)/(N-i), T'_{n+1} = T'_n + ceil(T_{n+1} - T_n), T'_m = 1.
+/// Sample t consists of the n-th match and m-1 of the first n-1, where n is the smallest with T'_n >= t.
+/// After T_N samples PROSAC draws uniformly.
 class Sampler {
  public:
   /// Uniform samples of `sample_size` from `count` matches. @pre sample_size <= count, <= 8
   Sampler(std::size_t count, int sample_size, std::uint64_t seed);
 
-  /// PROSAC. @param order  match numbers, best first, all of them; must outlive the sampler
+  /// PROSAC samples. @param order  all match numbers, best first; must outlive the sampler
   Sampler(const std::vector<std::uint32_t>& order, int sample_size, std::uint64_t seed);
 
   /// Writes one sample. O(m^2).
@@ -28,7 +29,7 @@ class Sampler {
   /// Samples drawn so far.
   std::uint64_t drawn() const { return drawn_; }
 
-  /// Matches that all samples so far were drawn from: the first ones of the order.
+  /// Number of matches, counted from the best, from which all samples so far were drawn.
   std::uint32_t pool() const { return pool_; }
 
  private:

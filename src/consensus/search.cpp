@@ -79,8 +79,8 @@ class Search {
   bool timedOut() const { return timed_out_; }
 
  private:
-  /// Looks at the clock once in so many samples, which take well below a millisecond, and after each new best
-  /// model, which may take longer.
+  /// Returns whether the time limit has passed. Reads the clock once in kSamplesPerLook samples, which take
+  /// well below a millisecond, and after each new best model, which may take longer.
   bool outOfTime() {
     constexpr std::uint64_t kSamplesPerLook = 100;
     if (sampler_.drawn() < next_look_) return false;
@@ -101,9 +101,9 @@ class Search {
   std::uint64_t seed() const { return static_cast<std::uint64_t>(options_.seed); }
 
   bool drawValidSample(std::uint32_t* sample) {
-    // As in OpenCV: after so many refusals there is no valid sample.
+    // As in OpenCV, so many refusals mean that there is no valid sample.
     constexpr int kMostRefusals = 10000;
-    // Data with hardly any valid sample must not take forever: so many samples per hypothesis on average.
+    // Limits the average number of samples per hypothesis, for data with hardly any valid sample.
     constexpr std::uint64_t kSamplesPerHypothesis = 50;
     const std::uint64_t most =
         kMostRefusals + kSamplesPerHypothesis * static_cast<std::uint64_t>(options_.max_iterations);
@@ -138,9 +138,10 @@ class Search {
     if (by_quality_) stopByPrefix();
   }
 
-  /// PROSAC's stop: the prefix of the best matches with the largest share of inliers, among those from which
-  /// all samples so far were drawn and that are long enough for the kind of model, whose inliers are not
-  /// explained by chance (probability 5 %, at 95 %: the normal approximation of the binomial tail).
+  /// Stopping condition of PROSAC. Considers the prefixes of the best matches from which all samples so far
+  /// were drawn, that are long enough for the kind of model, and whose number of inliers is not explained by
+  /// chance (inlier probability 5 %, confidence 95 %, normal approximation of the binomial tail). Takes the
+  /// prefix with the largest share of inliers.
   void stopByPrefix() {
     constexpr std::size_t kLeastPrefix = 20;
     constexpr double kChance = 0.05, kSquaredQuantile = 2.706;
@@ -200,7 +201,7 @@ void answer(const Correspondences& matches, const TwoViewProblem& problem, doubl
   }
   if (inliers <= static_cast<std::size_t>(problem.sample_size)) {
     std::fill(result.mask.begin(), result.mask.end(), std::uint8_t{0});
-    // Given more time a better one might have been found.
+    // With more time the search might have found a better model.
     if (result.status != Status::kTimeLimit) {
       result.status = Status::kDegenerate;
       result.message.clear();

@@ -6,20 +6,25 @@
 
 namespace corrsel::core {
 
-/// Searches the model that most matches agree with, by the parts that the options name:
+/// Searches for the model that most matches agree with.
 ///
+/// Algorithm: the options choose the parts of this loop.
 ///   sampler -> sample check -> minimal solver and model check -> verification (bail-out, SPRT) ->
-///   where it is the best so far: degeneracy -> local optimisation -> stopping rule
+///   if it is the best so far: degeneracy -> local optimisation -> stopping rule
 ///
-/// The answer goes to `result`: mask = the matches whose error under the returned model is at most the
-/// threshold, in double precision; score = squared error, px^2, negated; model in pixels; iterations =
-/// hypotheses. No model: all zero and kTooFew, kDegenerate (no valid sample, or no more than a sample agrees)
-/// or kNoModel. Uses memory of the calling thread that is kept between calls.
+/// Output: `result` receives the mask (matches whose error under the returned model is at most the threshold,
+/// in double precision), the score (negated squared error, px^2), the model in pixels, and the number of
+/// hypotheses.
 ///
-/// At max_seconds, counted from the call, the best model so far is refined as usual and returned: kTimeLimit,
-/// also where no hypothesis was good enough to become a model; kTooLarge where there was no time for a single
-/// one. The clock is looked at every 100 samples and after each new best model.
-/// @param threshold  px; options.threshold, or what stands for it
+/// Failure: without a model the mask is all zero and the status is kTooFew, kDegenerate (no valid sample, or
+/// only the sample itself agrees) or kNoModel.
+///
+/// Time limit: at max_seconds, counted from the call, the best model so far is refined as usual and returned
+/// with kTimeLimit. The status is also kTimeLimit if no hypothesis was good enough, and kTooLarge if there
+/// was no time for a single one. The clock is read every 100 samples and after each new best model.
+///
+/// Memory: the calling thread keeps its buffers between calls.
+/// @param threshold  px; options.threshold or its default
 void searchConsensus(const Correspondences& matches, const ConsensusOptions& options, double threshold,
                      Selection& result);
 

@@ -6,12 +6,12 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kLeastDecision = 8.0;  // a right model is lost with a probability of 1/8 at most
+constexpr double kLeastDecision = 8.0;  // a right model is rejected with a probability of at most 1/8
 constexpr double kLeastDelta = 1e-4;    // one agreeing match must not outweigh everything
 constexpr double kLargestShare =
-    0.5;  // of epsilon, for delta: beyond, the two hypotheses are hard to tell apart
-constexpr double kRelativeChange = 0.1;  // of delta, that is worth a new design
-constexpr std::size_t kInterval = 50;    // rejected models between two looks at delta
+    0.5;  // upper bound of delta as a share of epsilon; above it the hypotheses are hard to separate
+constexpr double kRelativeChange = 0.1;  // of delta; a larger one updates the test
+constexpr std::size_t kInterval = 50;    // rejected models between two updates of delta
 
 }  // namespace
 

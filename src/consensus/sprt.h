@@ -6,38 +6,43 @@
 
 namespace corrsel::core {
 
-/// What the test is designed with before anything has been learnt.
+/// Initial values of the test, before any model has been tested.
 struct SprtConstants {
-  double epsilon;            ///< smallest inlier ratio of a model that is to be found
+  double epsilon;            ///< smallest inlier ratio of a model that must be found
   double delta;              ///< probability that a match agrees with a wrong model
   double model_time;         ///< time to draw, check and solve a sample, in verifications of one match (t_M)
   double models_per_sample;  ///< m_S
 };
 
-/// Wald's sequential probability ratio test on the matches of a model (Matas and Chum, ICCV 2005; Raguram et
-/// al., PAMI 2013): the likelihood ratio of "wrong" (agrees with probability delta) to "right" (epsilon) is
-/// multiplied match by match, and the model rejected once it exceeds A. A is the fixed point of A = K + ln A,
-/// K = t_M C / m_S + 1, C = (1-delta) ln((1-delta)/(1-epsilon)) + delta ln(delta/epsilon); a right model is
-/// rejected with a probability of at most 1/A, which is why A is never below 8 here.
+/// Wald's sequential probability ratio test (SPRT) on the matches of a model.
 ///
-/// epsilon rises with the best model found, delta follows the rejected ones.
+/// Idea: a wrong model agrees with a match with probability delta, a right one with probability epsilon. A
+/// few matches usually suffice to reject a wrong model.
+///
+/// Algorithm: the likelihood ratio of "wrong" to "right" is multiplied match by match. The model is rejected
+/// as soon as the ratio exceeds A, the fixed point of
+///   A = K + ln A, K = t_M C / m_S + 1,
+///   C = (1-delta) ln((1-delta)/(1-epsilon)) + delta ln(delta/epsilon).
+/// A right model is rejected with a probability of at most 1/A; for this reason A is at least 8 here. epsilon
+/// rises with the best model found, and delta follows the rejected models.
+///
+/// Source: Matas and Chum, ICCV 2005; Raguram et al., PAMI 2013.
 class Sprt {
  public:
-  /// @param sample_share  sample size over number of matches: that share agrees with any model and says
-  /// nothing
-  ///                      about delta
+  /// @param sample_share  sample size over number of matches; this share agrees with any model and must not
+  ///                      count for delta
   explicit Sprt(const SprtConstants& constants, double sample_share = 0);
 
-  /// Writes the test into a rule.
+  /// Sets the fields of a rule that describe the test.
   void apply(ScoreRule& rule) const;
 
-  /// Takes in a rejected model. @return true where the test has been designed anew
+  /// Updates delta with a rejected model. @return true if the test has changed
   bool addRejected(const ModelScore& score);
 
-  /// Takes in the share of inliers of a new best model. @return true where the test has been designed anew
+  /// Updates epsilon with the inlier ratio of a new best model. @return true if the test has changed
   bool addBest(double inlier_ratio);
 
-  /// Probability that a right model is rejected, at most: 1/A.
+  /// Largest probability that a right model is rejected: 1/A.
   double loss() const { return 1.0 / decision_; }
 
  private:

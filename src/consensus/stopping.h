@@ -6,27 +6,31 @@
 
 namespace corrsel::core {
 
-/// Decides when enough samples have been drawn: once the probability of having missed an all-inlier sample of
-/// the best model so far, or of having lost the model made from it to the SPRT, is below 1 - confidence.
+/// Decides when enough samples have been drawn.
 ///
-/// Every sample counts, also those that the sample check has refused: an all-inlier sample passes it.
-/// ln(1 - confidence) >= sum over the SPRT's designs d of k_d ln(1 - P (1 - loss_d)), P = probability of an
-/// all-inlier sample without replacement, k_d = samples drawn under design d (Matas and Chum, ICCV 2005, Eq.
-/// 15).
+/// Idea: the search may stop once it is unlikely (probability below 1 - confidence) that no sample consisted
+/// of inliers of the best model only, or that the SPRT rejected the model of every such sample.
+///
+/// Algorithm: stop when
+///   ln(1 - confidence) >= sum_d k_d ln(1 - P (1 - loss_d)).
+/// P is the probability of an all-inlier sample without replacement. k_d is the number of samples drawn while
+/// the SPRT rejected right models with probability loss_d. Samples that the sample check refused count too,
+/// because an all-inlier sample passes it.
+///
+/// Source: Matas and Chum, ICCV 2005, Eq. 15.
 class StoppingRule {
  public:
   /// @param confidence  in [0, 1]; 1 = never stop
   StoppingRule(double confidence, std::size_t matches, int sample_size);
 
-  /// The SPRT has been designed anew after `drawn` samples and loses right models with this probability from
-  /// now on.
+  /// Informs the rule that, after `drawn` samples, the SPRT rejects right models with probability `loss`.
   void setLoss(double loss, std::uint64_t drawn);
 
-  /// The best model agrees with `inliers` matches.
+  /// Informs the rule that the best model agrees with `inliers` matches.
   void setInliers(std::size_t inliers);
 
-  /// PROSAC's stop: `inliers` of the best `pool` matches agree, more than chance explains. Adds to
-  /// setInliers().
+  /// Informs the rule that `inliers` of the best `pool` matches agree, more than by chance. PROSAC may stop
+  /// on this condition in addition to that of setInliers().
   void setPrefix(std::size_t inliers, std::size_t pool);
 
   bool enough(std::uint64_t drawn) const { return static_cast<double>(drawn) >= needed_; }

@@ -17,10 +17,10 @@ bool refineF(const NormalizedMatches& matches, Residual, float squared_threshold
 }  // namespace
 
 TwoViewProblem homographyProblem(Residual residual) {
-  // Models among five right matches in a hundred are to be found; one made from a noisy sample agrees with a
-  // third of those. Drawing until a sample passes the check and solving it takes about as long as verifying
-  // 2000 matches. The twenty best matches may lie in one corner (VGG, trees 1-2), where many a wrong
-  // homography fits within a wide threshold: one match in twenty must be looked at.
+  // The search must find models when 5 % of the matches are correct. A model made from a noisy sample agrees
+  // with a third of those. Drawing until a sample passes the check and solving it takes about as long as
+  // verifying 2000 matches. The twenty best matches may lie in one corner (VGG, trees 1-2), where many wrong
+  // homographies fit within a wide threshold. The prefix must therefore hold one match in twenty.
   return {ModelKind::kHomography,
           residual,
           4,
@@ -33,8 +33,8 @@ TwoViewProblem homographyProblem(Residual residual) {
 }
 
 TwoViewProblem fundamentalProblem() {
-  // The best matches of a scene with several motions may all lie on one, or in one corner, which says little
-  // about the epipolar geometry: half of all matches must be looked at.
+  // The best matches of a scene with several motions may all lie on one, or in one corner, which determines
+  // the epipolar geometry poorly. The prefix must therefore hold half of all matches.
   return {ModelKind::kFundamental,
           Residual::kSampson,
           7,

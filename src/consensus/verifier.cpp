@@ -14,7 +14,7 @@ constexpr double kLogBailOutRisk = -27.6;  // ln(1e-12)
 
 Verifier::Verifier(const NormalizedMatches& matches, Residual residual, double threshold, bool msac)
     : matches_(matches), residual_(residual), rule_{} {
-  // Far beyond what floats can tell apart, and far enough from where their arithmetic ends.
+  // Smaller and larger than any useful squared threshold, but well within the range of floats.
   constexpr double kNothing = 1e-30, kEverything = 1e30;
   rule_.squared_threshold = static_cast<float>(std::clamp(threshold * threshold, kNothing, kEverything));
   // Hoeffding's inequality: the mean cost of `seen` random matches, a number in [0, kOutlierCost], exceeds
@@ -32,7 +32,8 @@ ModelScore Verifier::score(const cv::Matx33d& model, std::int64_t limit) const {
 }
 
 ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sprt& sprt) {
-  // The error one way is half the work and never above the error both ways: what it rejects is wrong.
+  // The error in one direction costs half the work and never exceeds the symmetric error, so a model that it
+  // rejects is wrong.
   const Residual quick = residual_ == Residual::kSymmetricTransfer ? Residual::kTransfer : residual_;
   ScoreRule rule = rule_;
   rule.limit = quick == residual_ ? limit : std::numeric_limits<std::int64_t>::max();

@@ -10,7 +10,7 @@
 
 namespace corrsel::core {
 
-/// A model and what it was judged by.
+/// A model and its score.
 struct Candidate {
   cv::Matx33d model = cv::Matx33d::zeros();
   std::int64_t cost = std::numeric_limits<std::int64_t>::max();  ///< lower is better; see ScoreRule
@@ -19,10 +19,14 @@ struct Candidate {
   bool exists() const { return cost != std::numeric_limits<std::int64_t>::max(); }
 };
 
-/// Judges models by the matches, which must stand in random order: every stretch of them then is a fair
-/// sample. A model is given up once its cost has reached the limit, or once the matches seen so far leave it
-/// a chance of at most 1e-12 to stay below it (bail-out test, Capel, BMVC 2005, with Hoeffding's inequality
-/// for the bound).
+/// Scores models by the matches, which must be in random order, so that any run of consecutive matches is a
+/// fair sample.
+///
+/// Algorithm: a model is given up once its cost has reached the limit, or once its probability of staying
+/// below the limit, given the matches seen so far, is at most 1e-12 by Hoeffding's inequality (bail-out
+/// test).
+///
+/// Source: Capel, BMVC 2005.
 class Verifier {
  public:
   /// @param matches    must outlive the verifier
@@ -34,15 +38,15 @@ class Verifier {
   Residual residual() const { return residual_; }
   float squaredThreshold() const { return rule_.squared_threshold; }
 
-  /// Scores the model, giving up (score.rejected) once its cost cannot, or almost surely will not, be below
-  /// `limit`. O(matches seen).
+  /// Scores the model. Gives up (score.rejected) once its cost cannot be, or almost certainly will not be,
+  /// below `limit`. O(matches seen).
   ModelScore score(const cv::Matx33d& model, std::int64_t limit) const;
 
-  /// The same after the test, which takes up where the last one ended. Symmetric transfer errors are tested
-  /// one way.
+  /// Runs the SPRT first, beginning with the match at which the previous test ended, and then scores as
+  /// above. For symmetric transfer errors the test uses one direction only.
   ModelScore test(const cv::Matx33d& model, std::int64_t limit, const Sprt& sprt);
 
-  /// Replaces `best` where the model is better. @return whether it was
+  /// Replaces `best` if the model is better. @return whether it was
   bool improve(const cv::Matx33d& model, Candidate& best) const;
 
  private:
