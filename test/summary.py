@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Adds up the JUnit files below a folder: names what failed and what was skipped and why, then prints the sums.
+"""Adds up the JUnit files below a folder: prints what failed, what was skipped and why, and the sums.
 
-A program may fail after its last test has passed (a crash when it ends): such ones are found in ctest's log.
+A program can fail after its last test has passed (a crash when it ends). Such failures are found in ctest's log.
 """
 
 import collections
@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ElementTree
 
 
 def reason(case):
-    """First line of what a skipped or failed test case says."""
+    """First line of the message of a failed test case, last line of that of a skipped one."""
     for child in case:
         text = (child.get("message") or child.text or "").strip()
         if text:
@@ -21,21 +21,21 @@ def reason(case):
 
 
 def failed_programs(log):
-    """What ctest lists as failed: pairs of kind and name, and how each failed."""
-    line = re.compile(r"^\s*\d+ - _ctest_[^_]+_([^_]+)_(\S+) \((.+)\)\s*$")
+    """What ctest lists as failed, as tuples of kind ("gtest", "rostest", ...; "" without catkin), name and reason."""
+    line = re.compile(r"^\s*\d+ - (?:_ctest_[^_]+_([^_]+)_)?(\S+) \((.+)\)\s*$")
     _, _, listing = log.rpartition("The following tests FAILED:")
-    return [match.groups() for match in map(line.match, listing.splitlines()) if match]
+    return [(match[1] or "", match[2], match[3]) for match in map(line.match, listing.splitlines()) if match]
 
 
 def is_known(kind, name, failed_files):
-    """Whether a failed program has a result file that says what failed."""
-    if kind == "rostest":  # the file is named like the test in the launch file
+    """Whether a failed program has a result file that names the failed test."""
+    if kind == "rostest":  # the file has the name of the test in the launch file
         return any(stem.startswith(("rostest-", "rosunit-")) for stem in failed_files)
     return any(stem.endswith(name) for stem in failed_files)
 
 
 def main():
-    """Prints the summary of a folder and a log of ctest; exit code 1 where a test failed or none ran."""
+    """Prints the summary of a folder and a log of ctest. Returns 1 if a test failed or none ran."""
     counts = collections.Counter()
     failed_files = set()
     for file in sorted(pathlib.Path(sys.argv[1]).rglob("*.xml")):
@@ -62,7 +62,7 @@ def main():
         if not is_known(kind, name, failed_files):
             counts["failed"] += 1
             print(
-                f"FAILED {kind} {name}: the program failed ({how}) though its tests did not: see {sys.argv[2]}"
+                f"FAILED {kind} {name}: the program failed ({how}), but none of its tests did: see {sys.argv[2]}"
             )
     print(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
     return 0 if counts["passed"] and not counts["failed"] else 1

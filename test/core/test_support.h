@@ -38,7 +38,14 @@ std::string errorOf(const Action& action) {
 }
 
 /// Whether this is a build with AddressSanitizer, in which the longest tests would take minutes.
-#ifdef __SANITIZE_ADDRESS__
+#if defined __SANITIZE_ADDRESS__  // GCC
+#define CORRSEL_ADDRESS_SANITIZER 1
+#elif defined __has_feature  // Clang
+#define CORRSEL_ADDRESS_SANITIZER __has_feature(address_sanitizer)
+#else
+#define CORRSEL_ADDRESS_SANITIZER 0
+#endif
+#if CORRSEL_ADDRESS_SANITIZER
 inline constexpr bool kSanitized = true;
 #else
 inline constexpr bool kSanitized = false;
