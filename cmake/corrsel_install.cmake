@@ -1,7 +1,7 @@
 # What is installed, with ROS and without, and how find_package(corrsel) finds it.
 #
-# Every library is an export set of its own, so that a program loads the targets that it asks for and needs nothing
-# else. With ROS, catkin writes corrselConfig.cmake, which includes cmake/corrsel-targets.cmake; without, ours does.
+# Every library is an export set of its own, so that an application loads only the targets that it asks for. With ROS,
+# catkin writes corrselConfig.cmake, which includes corrsel-targets.cmake. Without ROS, that file is corrselConfig.cmake.
 include(CMakePackageConfigHelpers)
 
 set(libraries core)
@@ -55,9 +55,10 @@ if(catkin_FOUND)
   install(DIRECTORY scripts/${PROJECT_NAME}_report DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}
     FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE
   )
-  # The scripts that build the package have no place in what is built.
+  # The other scripts build the package and are of no use in an installation.
   #catkin_lint: ignore uninstalled_script
   install(PROGRAMS scripts/fetch_samples.sh DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+  install(FILES scripts/apt.sh DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 else()
   file(GLOB headers include/${PROJECT_NAME}/*.h)
   install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${PROJECT_NAME})

@@ -1,14 +1,16 @@
 # shellcheck shell=bash
 # shellcheck disable=SC2034  # the lists are used by the scripts that source this file
-# Sourced by the scripts of this folder: installing what is needed, and building. Not run by itself.
+# Sourced by the scripts of this folder, which install packages and build with the functions below; not run by itself.
 
-# The system's Python: another one earlier in PATH breaks catkin and ament.
+source "$(dirname "${BASH_SOURCE[0]}")/apt.sh"
+
+# Use the system's Python: another one that stands earlier in PATH breaks catkin.
 export PATH=/usr/bin:/bin:$PATH
 export ROS_HOSTNAME="${ROS_HOSTNAME:-localhost}"
 export ROS_MASTER_URI="${ROS_MASTER_URI:-http://localhost:11311}"
 
 package_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-# Outside the package: rosrun looks through the package's folder and leaves out build/ in it.
+# The build folder lies outside the package because rosrun searches the package's folder for programs.
 cache_dir=${XDG_CACHE_HOME:-$HOME/.cache}/corrsel
 build_dir=${CORRSEL_BUILD_DIR:-$cache_dir/build-$(printf %s "$package_dir" | cksum | cut -d' ' -f1)}
 
@@ -26,13 +28,14 @@ test_packages=(
   libgtest-dev libimage-publisher-dev librostest-dev python3-opencv python3-rosservice python3-rostest
   ros-image-publisher
 )
+sanitizer_packages=(clang libclang-rt-14-dev)
 
 say() { printf '\n== %s\n' "$*"; }
 
-# install_packages NAME...: installs what is missing.
+# install_packages NAME...: installs the Debian packages that are missing.
 install_packages() {
   if [ -d /opt/ros ] && [ ! -e /usr/share/roscpp ]; then
-    say "ROS from /opt/ros: dependencies are left to rosdep (rosdep install --from-paths $package_dir -y)"
+    say "found ROS in /opt/ros, no packages are installed: 'rosdep install --from-paths $package_dir -y' does it"
     return
   fi
   local missing=() name
@@ -41,26 +44,11 @@ install_packages() {
   done
   [ ${#missing[@]} -gt 0 ] || return 0
   say "installing ${#missing[@]} packages: ${missing[*]}"
-  local as_root=()
-  if [ "$(id -u)" -ne 0 ]; then
-    as_root=(sudo)
-    command -v sudo >/dev/null || {
-      echo "cannot install without root: run 'apt-get install ${missing[*]}' as root, then this script again" >&2
-      exit 1
-    }
-  fi
-  local log
-  log=$(mktemp)
-  if ! { "${as_root[@]}" apt-get update && "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-      apt-get install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
-    tail -n 20 "$log" >&2
-    echo "installing failed: the lines above are the end of $log" >&2
-    exit 1
-  fi
-  rm -f "$log"
+  apt_get update
+  apt_get install -y --no-install-recommends "${missing[@]}"
 }
 
-# build TARGET... [-- CMAKE_ARGUMENT...]: configures and builds, quietly unless it fails.
+# build TARGET... [-- CMAKE_ARGUMENT...]: configures and builds in $build_dir. Prints compiler output only on failure.
 build() {
   local targets=() arguments=() log
   while [ $# -gt 0 ]; do
@@ -84,7 +72,17 @@ build() {
   fi
 }
 
-# use_workspace: makes ROS find the package that build() has built.
+# build_sanitized TARGET...: builds without ROS, by clang, under AddressSanitizer and UndefinedBehaviorSanitizer. The
+# libraries also count which code has run, for the fuzzer: one build serves the tests and scripts/fuzz.sh. Comparisons
+# are not traced, because that takes twice as long as all the rest and the fuzzer's bytes are seldom compared.
+# -O1 and -g1 halve the compile time of -O2 and -g; so does -O0 for the tests.
+build_sanitized() {
+  build "$@" -- -Dcorrsel_ROS=OFF -Dcorrsel_TESTS=ON -Dcorrsel_FUZZ=ON -DCMAKE_CXX_COMPILER=clang++ \
+    -DCMAKE_BUILD_TYPE=None -Dcorrsel_SANITIZE=fuzzer-no-link,address,undefined \
+    -DCMAKE_CXX_FLAGS="-O1 -g1 -fno-sanitize-coverage=trace-cmp" -Dcorrsel_TEST_FLAGS=-O0
+}
+
+# use_workspace: sets the environment in which ROS finds the package that build() has built.
 use_workspace() {
   set +u
   # shellcheck disable=SC1091

@@ -4,8 +4,9 @@
 # Usage: fetch_samples.sh [FOLDER]
 #   FOLDER  default: ${XDG_CACHE_HOME:-$HOME/.cache}/corrsel/sample
 #
-# Takes them from the installed package where there is one, else downloads it (nothing gets installed).
+# Uses the installed package if there is one. Otherwise downloads the package without installing it.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/apt.sh"
 export PATH=/usr/bin:/bin:$PATH
 
 readonly examples=usr/share/doc/opencv-doc/examples
@@ -33,7 +34,7 @@ fail() {
   exit 1
 }
 
-# Succeeds when every file, relative to $1, is there.
+# complete FOLDER FILE...: succeeds if every file exists below the folder and is not empty.
 complete() {
   local file
   for file in "${@:2}"; do
@@ -64,13 +65,13 @@ if ! complete "$source_root" "${files[@]}"; then
   command -v apt-get >/dev/null ||
     fail "opencv-doc is not installed and there is no apt-get; copy its files by hand into $folder"
   work=$(mktemp -d)
-  # apt downloads as the user _apt, who needs to write here.
+  # apt downloads as the user _apt, who needs to write to the folder.
   chmod 755 "$work"
   mkdir -m 777 "$work/download"
   echo "Downloading opencv-doc ..."
   if ! (cd "$work/download" && apt-get download -q opencv-doc); then
     [[ $EUID -eq 0 ]] || fail "apt cannot download opencv-doc; run 'sudo apt-get update' and try again"
-    (apt-get update -q && cd "$work/download" && apt-get download -q opencv-doc) ||
+    (apt_get update && cd "$work/download" && apt-get download -q opencv-doc) ||
       fail "apt cannot download opencv-doc; check the network and the package sources"
   fi
   packages=("$work"/download/opencv-doc_*.deb)
@@ -81,7 +82,7 @@ if ! complete "$source_root" "${files[@]}"; then
     fail "${packages[0]##*/} lacks some of the sample images; take them from Debian 12's opencv-doc"
 fi
 
-# Files appear in the folder under their names only when they are complete.
+# Files get their names in the folder only once they are complete.
 for file in "${files[@]}"; do
   cp "$source_root/$file" "$staging/"
 done

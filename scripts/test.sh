@@ -1,16 +1,43 @@
 #!/usr/bin/env bash
 # Installs what is needed, builds, runs all tests, and ends with "N passed, N failed, N skipped".
-# Arguments go to CMake, e.g. -Dcorrsel_WERROR=ON. Exit code 0 only where no test failed.
+#   scripts/test.sh [--sanitize] [CMAKE_ARGUMENT...]     e.g. scripts/test.sh -Dcorrsel_WERROR=ON
+# Two configurations are tested: the whole package with ROS, and one without ROS. The latter is corrsel::core alone,
+# where only the test that installs and uses the package runs, because the other tests have run with ROS. With
+# --sanitize it is all libraries under AddressSanitizer and UndefinedBehaviorSanitizer, where all their tests run.
+# Exit code 0 only if no test failed.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
+sanitize=0
+case ${1:-} in
+  -h | --help) sed -n '2,8s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;;
+  --sanitize) sanitize=1 && shift ;;
+esac
+
+# run_tests CTEST_ARGUMENT...: runs tests of $build_dir. The results stay there for summary.py.
+run_tests() {
+  rm -rf "$build_dir/test_results"
+  say "running the tests in $build_dir (log: $build_dir/tests.log)"
+  (cd "$build_dir" && ctest --verbose --parallel "$(nproc)" "$@") >"$build_dir/tests.log" 2>&1 || true
+}
+
 install_packages "${build_packages[@]}" "${test_packages[@]}" "${performance_packages[@]}"
+"$package_dir/scripts/fetch_samples.sh" || say "no sample photographs: the tests that need them will be skipped"
 build all tests -- "$@"
-use_workspace
-export ROS_HOME=$build_dir/ros_home
-"$package_dir/scripts/fetch_samples.sh" || say "no sample photographs: their tests will be skipped"
-results=$build_dir/test_results
-rm -rf "$results"
-say "running the tests (log: $build_dir/tests.log)"
-(cd "$build_dir" && ctest --verbose --parallel "$(nproc)") >"$build_dir/tests.log" 2>&1 || true
-python3 "$package_dir/test/summary.py" "$results" "$build_dir/tests.log"
+(
+  use_workspace
+  export ROS_HOME=$build_dir/ros_home
+  run_tests
+)
+with_ros=$build_dir
+if [ "$sanitize" -eq 1 ]; then
+  install_packages "${sanitizer_packages[@]}"
+  build_dir=$build_dir/sanitized
+  build_sanitized all
+  run_tests
+else
+  build_dir=$build_dir/core_alone
+  build corrsel_core -- -Dcorrsel_FEATURES=OFF -Dcorrsel_TESTS=ON "$@"
+  run_tests -R '^consumer$'
+fi
+python3 "$package_dir/test/summary.py" "$with_ros" "$build_dir"

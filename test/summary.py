@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Adds up the JUnit files below a folder: prints what failed, what was skipped and why, and the sums.
+"""Adds up the tests of one or several build folders: prints what failed, what was skipped and why, and the sums.
 
-A program can fail after its last test has passed (a crash when it ends). Such failures are found in ctest's log.
+The results are the JUnit files below test_results in a build folder, and the output of ctest in tests.log. A program can fail after its last test has passed (a crash when it ends). Such
+failures are found in ctest's output.
 """
 
 import collections
@@ -34,11 +35,10 @@ def is_known(kind, name, failed_files):
     return any(stem.endswith(name) for stem in failed_files)
 
 
-def main():
-    """Prints the summary of a folder and a log of ctest. Returns 1 if a test failed or none ran."""
-    counts = collections.Counter()
+def count(build, counts):
+    """Adds the tests of one build folder to `counts` and prints those that failed or were skipped."""
     failed_files = set()
-    for file in sorted(pathlib.Path(sys.argv[1]).rglob("*.xml")):
+    for file in sorted((build / "test_results").rglob("*.xml")):
         try:
             root = ElementTree.parse(file).getroot()
         except ElementTree.ParseError as error:
@@ -58,14 +58,25 @@ def main():
                 print(f"skipped {name}: {reason(case)}")
             else:
                 counts["passed"] += 1
-    for kind, name, how in failed_programs(pathlib.Path(sys.argv[2]).read_text(errors="replace")):
+    log = build / "tests.log"
+    for kind, name, how in failed_programs(log.read_text(errors="replace")):
         if not is_known(kind, name, failed_files):
             counts["failed"] += 1
-            print(
-                f"FAILED {kind} {name}: the program failed ({how}), but none of its tests did: see {sys.argv[2]}"
-            )
+            print(f"FAILED {kind} {name}: the program failed ({how}), but none of its tests did: see {log}")
+
+
+def main():
+    """Prints the summary of the build folders. Returns 1 if a test failed or none ran in one of them."""
+    counts = collections.Counter()
+    incomplete = False
+    for folder in map(pathlib.Path, sys.argv[1:]):
+        before = counts["passed"]
+        count(folder, counts)
+        if counts["passed"] == before:
+            incomplete = True
+            print(f"FAILED: no test passed in {folder}")
     print(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
-    return 0 if counts["passed"] and not counts["failed"] else 1
+    return 1 if counts["failed"] or incomplete else 0
 
 
 if __name__ == "__main__":
