@@ -37,7 +37,7 @@ if [ "$sanitize" -eq 1 ]; then
   run_tests
 else
   build_dir=$build_dir/core_alone
-  build corrsel_core -- -Dcorrsel_FEATURES=OFF -Dcorrsel_TESTS=ON "$@"
+  build corrsel_core -- -Dcorrsel_FEATURES=OFF -Dcorrsel_PYTHON=OFF -Dcorrsel_TESTS=ON "$@"
   run_tests -R '^consumer$'
 fi
 python3 "$package_dir/test/summary.py" "$with_ros" "$build_dir"

@@ -1,10 +1,11 @@
-# corrsel_folder(LIBRARY NAME SOURCES... [DEPENDS TARGET...])
+# source_folder(LIBRARY NAME SOURCES... [DEPENDS TARGET...])
 #
-# Declares the sources of one folder as part of the library LIBRARY. They are compiled as an object library of
-# their own, named LIBRARY_NAME, so that options set with set_source_files_properties() stay in the folder's
-# CMakeLists.txt. DEPENDS lists libraries whose headers the sources include; LIBRARY is linked with them privately.
-function(corrsel_folder library name)
+# Declares the sources of one folder as part of a library; LIBRARY is core, features or benchmark. They are compiled as an
+# object library, named ${PROJECT_NAME}_LIBRARY_NAME, so that options set with set_source_files_properties() stay in the
+# folder's CMakeLists.txt. DEPENDS lists libraries whose headers the sources include; the library links them privately.
+function(source_folder library name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})
+  set(library ${PROJECT_NAME}_${library})
   set(objects ${library}_${name})
   add_library(${objects} OBJECT ${arg_SOURCES})
   set_target_properties(${objects} PROPERTIES POSITION_INDEPENDENT_CODE ON)

@@ -1,0 +1,119 @@
+# Finds the packages that each part of corrsel needs. Everything that is missing is reported in one error, with the
+# Debian package that provides it and the option that leaves the part out.
+set(missing "")
+set(missing_packages "")
+
+# check_found(FOUND_VARIABLE NAME PART DEBIAN_PACKAGE): notes NAME as missing where FOUND_VARIABLE is false.
+macro(check_found found name part debian_package)
+  if(NOT ${found})
+    string(APPEND missing "\n  ${name}, needed by ${part} (Debian package ${debian_package})")
+    list(APPEND missing_packages ${debian_package})
+  endif()
+endmacro()
+
+# report_missing(): stops with an error if anything has been noted as missing.
+macro(report_missing)
+  if(missing)
+    list(REMOVE_DUPLICATES missing_packages)
+    string(REPLACE ";" " " missing_packages "${missing_packages}")
+    message(FATAL_ERROR "These packages are missing:${missing}\nOn Debian 12: apt-get install ${missing_packages}")
+  endif()
+endmacro()
+
+set(core_part "${PROJECT_NAME}::core")
+set(features_part "${PROJECT_NAME}::features; -D${PROJECT_NAME}_FEATURES=OFF builds ${PROJECT_NAME}::core alone")
+set(benchmark_part "${PROJECT_NAME}::benchmark; -D${PROJECT_NAME}_BENCHMARK=OFF builds without it")
+
+find_package(Threads REQUIRED)
+find_package(Eigen3 QUIET)
+check_found(Eigen3_FOUND "Eigen 3" "${core_part}" libeigen3-dev)
+set(opencv_modules core)
+if(${PROJECT_NAME}_FEATURES)
+  list(APPEND opencv_modules features2d imgproc)
+  # VLFeat comes with neither a CMake nor a pkg-config file.
+  find_path(VLFEAT_INCLUDE_DIR vl/covdet.h)
+  find_library(VLFEAT_LIBRARY vl)
+  set(vlfeat_found FALSE)
+  if(VLFEAT_INCLUDE_DIR AND VLFEAT_LIBRARY)
+    set(vlfeat_found TRUE)
+  endif()
+  check_found(vlfeat_found
+    "VLFeat (searched with VLFEAT_INCLUDE_DIR and VLFEAT_LIBRARY)" "${features_part}" libvlfeat-dev
+  )
+endif()
+if(${PROJECT_NAME}_BENCHMARK)
+  list(APPEND opencv_modules imgcodecs)
+  find_package(PkgConfig QUIET)
+  check_found(PKG_CONFIG_FOUND "pkg-config" "${benchmark_part}" pkg-config)
+  if(PKG_CONFIG_FOUND)
+    pkg_check_modules(MATIO QUIET IMPORTED_TARGET matio)
+    check_found(MATIO_FOUND "matio" "${benchmark_part}" libmatio-dev)
+  endif()
+  find_package(nlohmann_json QUIET)
+  check_found(nlohmann_json_FOUND "nlohmann-json" "${benchmark_part}" nlohmann-json3-dev)
+  find_package(yaml-cpp QUIET)
+  check_found(yaml-cpp_FOUND "yaml-cpp" "${benchmark_part}" libyaml-cpp-dev)
+endif()
+find_package(OpenCV 4.5 QUIET COMPONENTS ${opencv_modules})
+string(REPLACE ";" ", " opencv_text "${opencv_modules}")
+check_found(OpenCV_FOUND "OpenCV 4.5 or newer with the modules ${opencv_text}" "${core_part}" libopencv-dev)
+
+# ROS: AUTO builds its parts where catkin is found.
+if(NOT "${${PROJECT_NAME}_ROS}" MATCHES "^(AUTO|ON|OFF|TRUE|FALSE|YES|NO|1|0)$")
+  message(FATAL_ERROR "${PROJECT_NAME}_ROS is '${${PROJECT_NAME}_ROS}'; valid values: AUTO, ON, OFF")
+endif()
+if(${PROJECT_NAME}_ROS AND NOT "${${PROJECT_NAME}_ROS}" STREQUAL "AUTO" AND NOT ${PROJECT_NAME}_BENCHMARK)
+  message(FATAL_ERROR "${PROJECT_NAME}_ROS=ON needs ${PROJECT_NAME}::benchmark: also set ${PROJECT_NAME}_FEATURES=ON and "
+    "${PROJECT_NAME}_BENCHMARK=ON"
+  )
+endif()
+set(ros_components
+  cv_bridge
+  diagnostic_updater
+  dynamic_reconfigure
+  image_geometry
+  image_transport
+  message_filters
+  message_generation
+  nodelet
+  pluginlib
+  rosbag
+  rosbag_storage
+  roscpp
+  roslib
+  sensor_msgs
+  std_msgs
+)
+set(ros_debian_packages
+  libcv-bridge-dev
+  libdiagnostic-updater-dev
+  libdynamic-reconfigure-config-init-mutex-dev
+  libimage-geometry-dev
+  libimage-transport-dev
+  libmessage-filters-dev
+  ros-message-generation
+  libnodeletlib-dev
+  pluginlib-dev
+  librosbag-dev
+  librosbag-storage-dev
+  libroscpp-dev
+  libroslib-dev
+  libsensor-msgs-dev
+  libstd-msgs-dev
+)
+set(catkin_FOUND FALSE)
+if(${PROJECT_NAME}_ROS AND ${PROJECT_NAME}_BENCHMARK)
+  #catkin_lint: ignore missing_required
+  find_package(catkin QUIET COMPONENTS ${ros_components})
+  set(ros_part "the ROS nodes; -D${PROJECT_NAME}_ROS=OFF builds without ROS")
+  if(catkin_FOUND)
+    foreach(component ${ros_components})
+      list(FIND ros_components ${component} index)
+      list(GET ros_debian_packages ${index} debian_package)
+      check_found(${component}_FOUND "the ROS package ${component}" "${ros_part}" ${debian_package})
+    endforeach()
+  elseif(NOT "${${PROJECT_NAME}_ROS}" STREQUAL "AUTO")
+    check_found(catkin_FOUND "catkin" "${ros_part}" catkin)
+  endif()
+endif()
+report_missing()
