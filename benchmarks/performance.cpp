@@ -1,26 +1,37 @@
 // Times every selector beside what users would pick instead; see docs/performance.md.
 #include <benchmark/benchmark.h>
 
-#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
 #include "hard_models.h"
+#include "nodes/command_line.h"
 #include "suite.h"
 
 namespace {
 
 using namespace corrsel::performance;
 
-constexpr const char* kUsage =
-    "performance [--all] [--filter REGEX] [--csv FILE] [--markdown FILE] [--benchmark_...]\n"
-    "  --all            full grid of sizes and inlier ratios instead of the comparisons with targets\n"
-    "  --filter REGEX   only the comparisons whose name matches, e.g. '^gms'; --benchmark_list_tests lists "
-    "them\n"
-    "  --csv FILE       all rows, with the machine\n"
-    "  --markdown FILE  tables; between the marks where FILE has them, as docs/performance.md\n"
-    "Exit code 0 only where everything was measured, masks agree and all targets are met.\n";
+const corrsel::CommandLineTable& argumentTable() {
+  static const corrsel::CommandLineTable table = {
+      "performance",
+      "Times every selector beside what users would pick instead. Arguments of Google Benchmark "
+      "(--benchmark_...) are "
+      "passed on to it.",
+      {},
+      {
+          {"all", "", "", "full grid of sizes and inlier ratios instead of the comparisons with targets"},
+          {"filter", "REGEX", "",
+           "only the comparisons whose name matches, e.g. '^gms'; --benchmark_list_tests lists them"},
+          {"csv", "FILE", "", "file for all rows, with the machine"},
+          {"markdown", "FILE", "",
+           "file for the tables; they are put between the marks where FILE has them, as docs/performance.md"},
+      },
+      "exit code: 0 = everything was measured, masks agree and all targets are met, 1 = not so, 2 = wrong "
+      "arguments\n"};
+  return table;
+}
 
 struct Arguments {
   bool all = false;
@@ -28,28 +39,16 @@ struct Arguments {
   std::vector<std::string> rest;  // for Google Benchmark
 };
 
-Arguments parse(int argc, char** argv) {
+Arguments argumentsOf(const corrsel::ArgumentValues& values, const std::vector<std::string>& rest) {
   Arguments result;
-  result.rest.push_back(argv[0]);
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const auto value = [&] {
-      if (i + 1 >= argc) throw std::invalid_argument(argument + " needs a value");
-      return std::string(argv[++i]);
-    };
-    if (argument == "--all") {
-      result.all = true;
-      result.command += " --all";
-    } else if (argument == "--csv") {
-      result.csv = value();
-    } else if (argument == "--markdown") {
-      result.markdown = value();
-    } else if (argument == "--filter") {
-      result.rest.push_back("--benchmark_filter=" + value());
-      result.command += " --filter '" + std::string(argv[i]) + "'";
-    } else {
-      result.rest.push_back(argument);
-    }
+  result.rest = rest;
+  result.csv = values.text("csv");
+  result.markdown = values.text("markdown");
+  result.all = values.isOn("all");
+  if (result.all) result.command += " --all";
+  if (values.given("filter")) {
+    result.rest.push_back("--benchmark_filter=" + values.text("filter"));
+    result.command += " --filter '" + values.text("filter") + "'";
   }
   return result;
 }
@@ -109,12 +108,15 @@ int runAll(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc > 1 && (std::strcmp(argv[1], "--help") == 0 || std::strcmp(argv[1], "-h") == 0)) {
-    std::cout << kUsage;
-    return 0;
-  }
   try {
-    return runAll(parse(argc, argv));
+    std::vector<std::string> rest = {argv[0]};
+    const corrsel::ArgumentValues values =
+        corrsel::parseCommandLine(argumentTable(), {argv + 1, argv + argc}, &rest);
+    if (values.help) {
+      std::cout << corrsel::helpText(argumentTable());
+      return 0;
+    }
+    return runAll(argumentsOf(values, rest));
   } catch (const std::exception& error) {
     std::cerr << "performance: " << error.what() << "\n";
     return 2;

@@ -16,6 +16,7 @@ from pathlib import Path
 # The package lies beside this file, in the source tree as in the install space.
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from corrsel_report import guide  # noqa: E402  (found through the path above)
+from corrsel_report.inference import ProgramError  # noqa: E402
 from corrsel_report.reading import ReportError, read_run  # noqa: E402
 
 
@@ -51,7 +52,7 @@ def main(arguments=None):
         run = read_run(folder)
         rows = guide.derive(run)
         write_csv(folder / "guide.csv", guide.csv_rows(rows))
-    except ReportError as error:
+    except (ReportError, ProgramError) as error:
         print("guide.py: error: %s" % error, file=sys.stderr)
         return 2
     print(guide.text(run, rows), end="")

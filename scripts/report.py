@@ -19,6 +19,7 @@ from urllib.parse import quote
 # The package lies beside this file, in the source tree as in the install space.
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from corrsel_report.page import build  # noqa: E402  (found through the path above)
+from corrsel_report.inference import ProgramError  # noqa: E402
 from corrsel_report.reading import ReportError, read_run  # noqa: E402
 
 LARGE_BYTES = 8e6  # above this a remark goes to stderr
@@ -93,7 +94,7 @@ def main(arguments=None):
                 % (error.filename or folder, error.strerror)
             )
         write_atomically(output, text)
-    except ReportError as error:
+    except (ReportError, ProgramError) as error:
         print("report.py: error: %s" % error, file=sys.stderr)
         return 2
     if len(text) > LARGE_BYTES:

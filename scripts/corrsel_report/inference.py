@@ -1,42 +1,90 @@
-"""Statistics of the report: bootstrap intervals, paired differences, rank correlation. Numpy alone."""
+"""Statistics of the report: means with their intervals, paired differences, rank correlation.
+
+The interval of a mean is defined in corrsel/evaluation/statistics.h. The program mean_intervals computes it, so that
+the report and the tables of a run show the same interval for the same values.
+"""
+import functools
+import os
+import shutil
+import subprocess
+import weakref
 from collections import namedtuple
+from pathlib import Path
 
 import numpy as np
 
-RESAMPLES = 2000
-LEVEL = 95.0  # %
-SEED = 0
-BLOCK = 1 << 21  # numbers held at a time
+PROGRAM = "mean_intervals"
 
 Estimate = namedtuple("Estimate", "mean low high count")
 Estimate.__doc__ = "A mean, its 95 % percentile bootstrap interval, and the number of values it is made of."
 
 
-def bootstrap_means(values, resamples=RESAMPLES, seed=SEED):
-    """Return the means of `resamples` samples drawn with replacement from n values, in O(resamples n).
+class ProgramError(Exception):
+    """The program that computes intervals is missing or failed; the message names the remedy."""
 
-    The engine is owned and seeded: the same values always give the same means. Two calls with the same n and
-    seed draw the same samples.
-    """
-    values = np.asarray(values, dtype=float)
-    if values.ndim != 1 or len(values) == 0:
-        raise ValueError("bootstrap: expected at least one value, got an array of shape %s" % (values.shape,))
-    generator = np.random.Generator(np.random.PCG64(seed))
-    step = max(1, BLOCK // len(values))
-    means = [
-        values[generator.integers(0, len(values), size=(min(step, resamples - start), len(values)))].mean(
-            axis=1
+
+def program_folders():
+    """Return the folders that may hold the package's programs, the most likely first."""
+    scripts = Path(__file__).resolve().parents[1]
+    folders = [scripts]  # of an installed package
+    for prefix in filter(None, os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)):
+        folders += [Path(prefix) / "lib" / "corrsel", Path(prefix) / "bin"]
+    return folders + [Path(folder) for folder in os.environ.get("PATH", "").split(os.pathsep) if folder]
+
+
+def find_program():
+    """Return the path of the program; raises ProgramError where it is in none of program_folders()."""
+    path = shutil.which(PROGRAM, path=os.pathsep.join(map(str, program_folders())))
+    if path is None:
+        raise ProgramError(
+            "the program %s, which computes the intervals, was not found. Remedy: build the package and source"
+            " its workspace (source devel/setup.bash), or add the folder of the program to PATH" % PROGRAM
         )
-        for start in range(0, resamples, step)
-    ]
-    return np.concatenate(means)
+    return path
+
+
+class MeanIntervals:
+    """The running program; it answers one line of numbers with one line."""
+
+    def __init__(self):
+        """Start the program; it ends with this object."""
+        self.process = subprocess.Popen(
+            [find_program()], stdin=subprocess.PIPE, stdout=subprocess.PIPE, universal_newlines=True
+        )
+        weakref.finalize(self, self.end, self.process)
+
+    @staticmethod
+    def end(process):
+        """End the program."""
+        process.communicate()
+
+    def estimate(self, values):
+        """Return the Estimate of the mean of a list of floats."""
+        try:
+            self.process.stdin.write(" ".join(map(repr, values)) + "\n")
+            self.process.stdin.flush()
+            numbers = self.process.stdout.readline().split()
+        except OSError:
+            numbers = []
+        if len(numbers) != 3:
+            raise ProgramError(
+                "the program %s ended without a result. Remedy: build the package again" % PROGRAM
+            )
+        return Estimate(*(float(number) for number in numbers), len(values))
+
+
+@functools.lru_cache(maxsize=None)
+def running_program():
+    """Return the program, which runs from its first use to the end of this process."""
+    return MeanIntervals()
 
 
 def mean_interval(values):
-    """Return the Estimate of the mean of n values; with n = 1 the interval is the value."""
+    """Return the Estimate of the mean of n >= 1 finite values; with n = 1 the interval is the value."""
     values = np.asarray(values, dtype=float)
-    low, high = np.percentile(bootstrap_means(values), [(100 - LEVEL) / 2, (100 + LEVEL) / 2])
-    return Estimate(float(values.mean()), float(low), float(high), len(values))
+    if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
+        raise ValueError("interval: expected finite values, got an array of shape %s" % (values.shape,))
+    return running_program().estimate(values.tolist())
 
 
 def paired_difference(first, second):
@@ -53,7 +101,7 @@ def is_above(difference):
 
 
 def is_separate(difference):
-    """Tell whether the interval of a difference leaves 0 out."""
+    """Tell whether the interval of a difference does not contain 0."""
     return difference.low > 0 or difference.high < 0
 
 

@@ -118,7 +118,7 @@ std::string textOf(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) {
     throw RunFolderError("cannot read " + file.string() +
-                         ": give the folder of a run, its output_dir, that holds config.yaml and pairs.csv");
+                         ": give the output folder of a run, which holds config.yaml and pairs.csv");
   }
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
@@ -128,7 +128,7 @@ void requireYaml(const RecordedRun& run) {
     yamlDifferences(run.config, "");
   } catch (const std::invalid_argument& error) {
     throw RunFolderError(run.folder + "/config.yaml is damaged (" + error.what() +
-                         "): repair it, or run the benchmark again into another output_dir");
+                         "): repair it, or run the benchmark again into another folder");
   }
 }
 

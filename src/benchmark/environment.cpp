@@ -3,12 +3,16 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/version.hpp>
 #include <thread>
 
+#include "base/text.h"
+#include "benchmark/files.h"
+#include "corrsel/benchmark/results.h"
 #include "kernels/kernels.h"
 
 #ifndef CORRSEL_VERSION
@@ -36,9 +40,8 @@ std::string firstValue(const char* file, const std::string& key) {
   return "";
 }
 
-}  // namespace
-
-std::string environmentJson(int threads) {
+/// What this program runs on, as a flat object.
+nlohmann::ordered_json environment(int threads) {
   nlohmann::ordered_json json;
   json["corrsel_version"] = CORRSEL_VERSION;
   json["corrsel_commit"] = CORRSEL_COMMIT;
@@ -71,7 +74,33 @@ std::string environmentJson(int threads) {
   std::string text;
   json["cpu_governor"] =
       std::getline(governor, text) ? nlohmann::ordered_json(text) : nlohmann::ordered_json(nullptr);
-  return json.dump(2) + "\n";
+  return json;
+}
+
+std::string fileIn(const std::string& folder) {
+  return (std::filesystem::path(folder) / "environment.json").string();
+}
+
+}  // namespace
+
+void writeEnvironment(const std::string& folder, int threads) {
+  nlohmann::ordered_json json = environment(threads);
+  const auto before = nlohmann::ordered_json::parse(readTextFile(fileIn(folder)), nullptr, false);
+  if (before.is_object() && before.contains("merged_from")) json["merged_from"] = before["merged_from"];
+  writeFile(fileIn(folder), json.dump(2) + "\n");
+}
+
+void addMergedEnvironment(const std::string& folder, const std::string& from, std::size_t pairs) {
+  nlohmann::ordered_json json, other;
+  try {
+    json = nlohmann::ordered_json::parse(readTextFile(fileIn(folder)));
+    other = nlohmann::ordered_json::parse(readTextFile(fileIn(from)));
+  } catch (const nlohmann::json::exception& problem) {
+    throw RunFolderError("cannot merge " + from + ": environment.json is damaged (" + problem.what() + ")");
+  }
+  other["pairs"] = pairs;
+  json["merged_from"].push_back(other);
+  writeFile(fileIn(folder), json.dump(2) + "\n");
 }
 
 }  // namespace corrsel::core

@@ -1,11 +1,16 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace corrsel::core {
 
-/// What a run was made on, as a flat JSON object: CPU, cores, compiler, build type, OpenCV, kernel level,
-/// package version and commit, threads.
-std::string environmentJson(int threads);
+/// Writes environment.json of a run's folder, a flat JSON object: CPU, cores, compiler, build type, OpenCV,
+/// kernel level, package version and commit, threads. What was merged into the folder before stays listed.
+void writeEnvironment(const std::string& folder, int threads);
+
+/// Adds the environment of the folder `from`, of which `pairs` pairs were copied, to the list "merged_from".
+/// Throws RunFolderError where one of the two files is damaged.
+void addMergedEnvironment(const std::string& folder, const std::string& from, std::size_t pairs);
 
 }  // namespace corrsel::core

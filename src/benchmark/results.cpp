@@ -3,39 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <numeric>
 #include <tuple>
 
 #include "base/text.h"
-#include "corrsel/evaluation/statistics.h"
+#include "benchmark/read_pairs.h"
+#include "benchmark/tables.h"
 
 namespace corrsel::core {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kPairsHeader =
-    "dataset,sequence,pair,features,preselection,selector,tau_px,n_left,n_right,n_putative,n_ground_truth,n_"
-    "selected,"
-    "n_correct,precision,recall_paper,recall_same_tau,f_paper,f_same_tau,status,seed,detect_s,describe_s,"
-    "match_s,"
-    "select_s";
-constexpr std::size_t kPairsColumns = 24;
-
-double numberOrNan(const std::string& text, const char* column) {
-  return text.empty() ? kUndefined : parseNumber(text, column);
-}
-
-std::size_t count(const std::string& text, const char* column) {
-  const double value = numberOrNan(text, column);
-  if (std::isnan(value)) return 0;
-  // Beyond 2^53 not every whole number is a double.
-  if (!(value >= 0 && value <= 9007199254740992.0) || value != std::floor(value)) {
-    throw std::invalid_argument(std::string(column) + ": '" + text + "' is not a count");
-  }
-  return static_cast<std::size_t>(value);
-}
 
 bool near(double a, double b) { return std::isnan(a) ? std::isnan(b) : std::abs(a - b) <= 1e-6; }
 
@@ -114,87 +92,21 @@ std::string contradictionIn(const ResultRow& row) {
 
 }  // namespace
 
-const char* pairsHeader() { return kPairsHeader; }
-
-std::string ResultRow::toCsv() const {
-  const bool numbers = judged();
-  const auto number = [numbers](double value) { return numbers ? formatNumber(value) : std::string(); };
-  const auto selected = [numbers](std::size_t value) {
-    return numbers ? std::to_string(value) : std::string();
-  };
-  return csvLine({id.dataset,
-                  id.sequence,
-                  id.pair,
-                  features,
-                  preselection,
-                  selector,
-                  formatNumber(metrics.tau),
-                  std::to_string(n_left),
-                  std::to_string(n_right),
-                  std::to_string(n_putative),
-                  std::to_string(n_ground_truth),
-                  selected(n_selected),
-                  selected(metrics.n_correct),
-                  number(metrics.precision),
-                  number(metrics.recall_paper),
-                  number(metrics.recall_same_tau),
-                  number(metrics.f_paper),
-                  number(metrics.f_same_tau),
-                  toString(status),
-                  std::to_string(seed),
-                  formatNumber(detect_seconds),
-                  formatNumber(describe_seconds),
-                  formatNumber(match_seconds),
-                  number(select_seconds)});
-}
-
-ResultRow ResultRow::fromCsv(const std::string& line) {
-  const std::vector<std::string> f = parseCsvLine(line);
-  if (f.size() != kPairsColumns) {
-    throw std::invalid_argument("row has " + std::to_string(f.size()) + " columns instead of " +
-                                std::to_string(kPairsColumns) + ": " + line);
-  }
-  ResultRow row;
-  row.id = {f[0], f[1], f[2]};
-  row.features = f[3];
-  row.preselection = f[4];
-  row.selector = f[5];
-  row.metrics.tau = numberOrNan(f[6], "tau_px");
-  row.n_left = count(f[7], "n_left");
-  row.n_right = count(f[8], "n_right");
-  row.n_putative = count(f[9], "n_putative");
-  row.n_ground_truth = count(f[10], "n_ground_truth");
-  row.n_selected = count(f[11], "n_selected");
-  row.metrics.n_correct = count(f[12], "n_correct");
-  row.metrics.precision = numberOrNan(f[13], "precision");
-  row.metrics.recall_paper = numberOrNan(f[14], "recall_paper");
-  row.metrics.recall_same_tau = numberOrNan(f[15], "recall_same_tau");
-  row.metrics.f_paper = numberOrNan(f[16], "f_paper");
-  row.metrics.f_same_tau = numberOrNan(f[17], "f_same_tau");
-  row.status = statusFromString(f[18]);
-  row.seed = parseInteger(f[19], "seed");
-  row.detect_seconds = numberOrNan(f[20], "detect_s");
-  row.describe_seconds = numberOrNan(f[21], "describe_s");
-  row.match_seconds = numberOrNan(f[22], "match_s");
-  row.select_seconds = numberOrNan(f[23], "select_s");
-  return row;
-}
-
-std::vector<ResultRow> parseRows(const std::string& file, const std::string& text) {
+std::vector<ResultRow> parsePairs(const std::string& file, const std::string& text) {
   const auto damaged = [&file](std::size_t row, const std::string& problem) {
     return RunFolderError(file + ", line " + std::to_string(row + 2) + ": " + problem +
-                          "; repair or remove the line, or run the benchmark again into another output_dir");
+                          "; repair or remove the line, or run the benchmark again into another folder");
   };
   const std::vector<std::string> lines = completeLines(text);
-  if (lines.empty() || lines.front() != kPairsHeader) {
+  if (lines.empty() || lines.front() != pairsTable().header()) {
     throw RunFolderError(file +
-                         ", line 1: is not the header that this version writes; run the benchmark again "
-                         "into another output_dir");
+                         ", line 1: this is not the header that this version writes; run the benchmark "
+                         "again into another folder");
   }
   std::vector<ResultRow> rows;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     try {
-      rows.push_back(ResultRow::fromCsv(lines[i]));
+      rows.push_back(pairsTable().parse(lines[i]));
     } catch (const std::invalid_argument& problem) {
       throw damaged(i - 1, problem.what());
     }
@@ -223,96 +135,24 @@ std::vector<ResultRow> parseRows(const std::string& file, const std::string& tex
 std::vector<ResultRow> readResults(const std::string& folder) {
   const fs::path file = fs::path(folder) / "pairs.csv";
   if (!fs::is_regular_file(file)) {
-    throw RunFolderError(file.string() + " does not exist: give the folder of a run, its output_dir");
+    throw RunFolderError(file.string() + " does not exist: give the output folder of a run");
   }
   const std::string text = readTextFile(file);
-  std::vector<ResultRow> rows = parseRows(file.string(), text);
+  std::vector<ResultRow> rows = parsePairs(file.string(), text);
   const auto at = [&file](std::size_t line) {
     return file.string() + ", line " + std::to_string(line) + ": ";
   };
   if (text.back() != '\n') {
-    throw RunFolderError(at(rows.size() + 2) +
-                         "is cut off; continue the run with resume:=true, or remove the line");
+    throw RunFolderError(at(rows.size() + 2) + "the line is cut off; resume the run, or remove the line");
   }
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string problem = contradictionIn(rows[i]);
     if (problem.empty()) continue;
     throw RunFolderError(at(i + 2) + problem +
                          "; the line was changed after the run: run the benchmark again into another "
-                         "output_dir");
+                         "folder");
   }
   return rows;
-}
-
-std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows) {
-  // One pair's repetitions, averaged.
-  struct PairValues {
-    std::vector<double> precision, recall_paper, f_paper, recall_same_tau, f_same_tau;
-  };
-  struct Group {
-    SummaryRow row;
-    std::vector<PairId> order;
-    std::map<PairId, PairValues> pairs;
-    std::vector<double> seconds;
-  };
-  using GroupKey = std::tuple<std::string, std::string, std::string, std::string, std::string>;
-  std::vector<Group> groups;
-  std::map<GroupKey, std::size_t> index;
-  for (const ResultRow& row : rows) {
-    const GroupKey key{row.id.dataset, row.features, row.preselection, row.selector,
-                       formatNumber(row.metrics.tau)};
-    const auto [found, is_new] = index.emplace(key, groups.size());
-    if (is_new) {
-      groups.emplace_back();
-      SummaryRow& head = groups.back().row;
-      head.dataset = row.id.dataset;
-      head.features = row.features;
-      head.preselection = row.preselection;
-      head.selector = row.selector;
-      head.tau = row.metrics.tau;
-    }
-    Group& group = groups[found->second];
-    if (!row.judged()) continue;
-    group.seconds.push_back(row.select_seconds);
-    if (row.n_ground_truth == 0) continue;
-    const PairId pair = row.id;
-    if (group.pairs.count(pair) == 0) group.order.push_back(pair);
-    PairValues& values = group.pairs[pair];
-    const auto add = [](std::vector<double>& list, double value) {
-      if (!std::isnan(value)) list.push_back(value);
-    };
-    add(values.precision, row.metrics.precision);
-    add(values.recall_paper, row.metrics.recall_paper);
-    add(values.f_paper, row.metrics.f_paper);
-    add(values.recall_same_tau, row.metrics.recall_same_tau);
-    add(values.f_same_tau, row.metrics.f_same_tau);
-  }
-  std::vector<SummaryRow> summary;
-  for (Group& group : groups) {
-    const auto perPair = [&group](std::vector<double> PairValues::*member) {
-      std::vector<double> means;
-      for (const PairId& pair : group.order) {
-        const std::vector<double>& values = group.pairs[pair].*member;
-        if (!values.empty()) means.push_back(mean(values));
-      }
-      return means;
-    };
-    SummaryRow& row = group.row;
-    const std::vector<double> f = perPair(&PairValues::f_paper);
-    row.pairs = group.order.size();
-    row.precision = mean(perPair(&PairValues::precision));
-    row.recall_paper = mean(perPair(&PairValues::recall_paper));
-    row.f_paper = mean(f);
-    const Interval interval = bootstrapMean(f, 0);
-    row.f_low = interval.low;
-    row.f_high = interval.high;
-    row.recall_same_tau = mean(perPair(&PairValues::recall_same_tau));
-    row.f_same_tau = mean(perPair(&PairValues::f_same_tau));
-    row.select_median = quantile(group.seconds, 0.5);
-    row.select_p95 = quantile(group.seconds, 0.95);
-    summary.push_back(row);
-  }
-  return summary;
 }
 
 }  // namespace corrsel::core

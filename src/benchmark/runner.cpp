@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
@@ -9,9 +10,13 @@
 #include <stdexcept>
 
 #include "base/stopwatch.h"
+#include "benchmark/example_images.h"
 #include "benchmark/examples.h"
 #include "benchmark/feature_cache.h"
+#include "benchmark/files.h"
 #include "benchmark/progress_meter.h"
+#include "benchmark/scaling.h"
+#include "benchmark/tables.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/datasets/scene.h"
 #include "corrsel/evaluation/errors.h"
@@ -279,6 +284,17 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
                       {"evaluate", evaluate_seconds}});
 }
 
+void BenchmarkRunner::timeSelectors() {
+  const std::string file = (std::filesystem::path(folder_.path()) / scalingTable().file()).string();
+  if (!config_.measuresScaling() || std::filesystem::exists(file)) return;
+  observer_.progress(ProgressMeter(1, 0).at(0, "timing the selectors on generated matches"));
+  const Stopwatch watch;
+  const std::vector<ScalingRow> rows = measureScaling(config_, stop_);
+  if (rows.empty()) return;
+  writeFile(file, scalingTable().text(rows));
+  folder_.appendStage({"scaling", watch.seconds()});
+}
+
 void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>>& sources) {
   const Cell first = config_.grid().front();
   std::vector<ResultRow> rows;
@@ -296,9 +312,10 @@ void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>
     const bool picture = row.judged() && row.selector != "keep_all" && isChosen(row.id);
     if (picture) wanted.insert(row.id.text() + "/" + row.selector);
   }
-  for (const ExampleImage& image : folder_.readImages()) there.insert(image.id.text() + "/" + image.selector);
+  for (const ExampleImage& image : readExampleImages(folder_.path()))
+    there.insert(image.id.text() + "/" + image.selector);
   if (wanted == there) return;
-  folder_.clearImages();
+  clearExampleImages(folder_.path());
   const Stopwatch watch;
   const ProgressMeter meter(chosen.size(), 0);
   std::size_t drawn = 0;
@@ -350,7 +367,7 @@ void BenchmarkRunner::drawExample(const ImagePair& pair, const Putative& putativ
     cv::resize(picture, picture, {kExampleWidth, picture.rows * kExampleWidth / picture.cols}, 0, 0,
                cv::INTER_AREA);
   }
-  folder_.appendImage(image, picture);
+  appendExampleImage(folder_.path(), image, picture);
 }
 
 }  // namespace corrsel::core

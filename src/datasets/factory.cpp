@@ -91,7 +91,7 @@ Reader openUnknown(const std::string& name, const std::string& path, int seed) {
   }
   if (!open) {
     throw DatasetError("dataset '" + name + "': '" + path +
-                       "' has not one whole pair in a known layout; tried: " + joinList(tried, "; ") +
+                       "' has no complete pair in a known layout; tried: " + joinList(tried, "; ") +
                        " (docs/datasets.md)");
   }
   return open(name, path, seed);
@@ -101,7 +101,7 @@ void requirePlainName(const std::string& name) {
   if (name.empty() || name == "." || name == ".." || name.find_first_of("/\\") != std::string::npos) {
     throw std::invalid_argument("dataset name '" + name +
                                 "' must be the plain name of a folder, without path separators; the folder "
-                                "that holds it is given apart (data_root)");
+                                "that holds it is given separately");
   }
 }
 
@@ -116,8 +116,8 @@ std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::s
   if (!fs::is_directory(path, ignored)) {
     throw std::invalid_argument("unknown dataset '" + name + "', and '" + path +
                                 "' is not a folder; known: " + joinList(datasetNames()) +
-                                "; any folder below data_root in one of the layouts of docs/datasets.md will "
-                                "do as well");
+                                "; any other folder must exist and have one of the layouts that "
+                                "docs/datasets.md describes");
   }
   return openUnknown(name, path, seed);
 }

@@ -10,7 +10,7 @@
 namespace corrsel::core {
 
 /// What an error about a photograph of the sample set tells the user to do.
-inline constexpr const char* kSampleRemedy = "run: rosrun corrsel fetch_samples.sh";
+inline constexpr const char* kSampleRemedy = "fetch the sample photographs with fetch_samples.sh";
 
 /// An engine of its own for each generated pair: a hash of seed, sequence and strength (0-based).
 Random engineOf(std::int64_t seed, const std::string& sequence, int strength);

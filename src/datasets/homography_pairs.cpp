@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <iterator>
 
 #include "datasets/files.h"
 
@@ -11,61 +12,49 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kVggImages = 6;
 constexpr std::size_t kMaxDigits = 3;  // of an image's number; a longer one is a date or the like
 
-/// Images of a scene; 0 = as many as its files tell.
-int imagesPerScene(HomographyLayout layout) {
-  switch (layout) {
-    case HomographyLayout::kVgg:
-      return kVggImages;
-    case HomographyLayout::kNumbered:
-    case HomographyLayout::kHpatches:
-      return 0;
-    case HomographyLayout::kSymbench:
-    case HomographyLayout::kPairs:
-      break;
-  }
-  return 2;
-}
+using Name = std::string (*)(int number);
 
-/// Name of image `number` (from 1), without extension.
-std::string imageStem(HomographyLayout layout, int number) {
-  switch (layout) {
-    case HomographyLayout::kVgg:
-    case HomographyLayout::kNumbered:
-      return "img" + std::to_string(number);
-    case HomographyLayout::kHpatches:
-      return std::to_string(number);
-    case HomographyLayout::kSymbench:
-      return "0" + std::to_string(number);
-    case HomographyLayout::kPairs:
-      break;
-  }
-  return number == 1 ? "left" : "right";
-}
+/// What a layout consists of. Images of a scene are numbered from 1.
+struct Layout {
+  HomographyLayout id;
+  int images;       ///< of a scene; 0 = the highest number that one of its files has
+  Name image;       ///< name of an image, without extension
+  Name homography;  ///< name of the file that maps image 1 to the image of this number (from 2)
+  const char* description;
+  const char* remedy;
+};
 
-/// Name of the file with the homography from image 1 to image `number` (from 2).
-std::string homographyName(HomographyLayout layout, int number) {
-  switch (layout) {
-    case HomographyLayout::kVgg:
-    case HomographyLayout::kNumbered:
-      return "H1to" + std::to_string(number) + "p";
-    case HomographyLayout::kHpatches:
-      return "H_1_" + std::to_string(number);
-    case HomographyLayout::kSymbench:
-      return "H1to" + std::to_string(number);
-    case HomographyLayout::kPairs:
-      break;
-  }
-  return "H.txt";
+constexpr Layout kLayouts[] = {
+    {HomographyLayout::kVgg, 6, [](int number) { return "img" + std::to_string(number); },
+     [](int number) { return "H1to" + std::to_string(number) + "p"; }, "img1..img6 and H1to2p..H1to6p",
+     "unpack the scene again (https://www.robots.ox.ac.uk/~vgg/research/affine/)"},
+    {HomographyLayout::kNumbered, 0, [](int number) { return "img" + std::to_string(number); },
+     [](int number) { return "H1to" + std::to_string(number) + "p"; }, "img1..imgN and H1to2p..H1toNp",
+     "a scene's folder holds img1 to imgN and H1to2p to H1toNp"},
+    {HomographyLayout::kHpatches, 0, [](int number) { return std::to_string(number); },
+     [](int number) { return "H_1_" + std::to_string(number); }, "1.ppm..N.ppm and H_1_2..H_1_N",
+     "a sequence's folder holds the images 1 to N and H_1_2 to H_1_N"},
+    {HomographyLayout::kSymbench, 2, [](int number) { return "0" + std::to_string(number); },
+     [](int number) { return "H1to" + std::to_string(number); }, "01.png, 02.png and H1to2",
+     "unpack the pair again: a folder of SymBench (Hauagge and Snavely, CVPR 2012) holds 01.png, 02.png and "
+     "H1to2"},
+    {HomographyLayout::kPairs, 2, [](int number) { return std::string(number == 1 ? "left" : "right"); },
+     [](int) { return std::string("H.txt"); }, "left.png, right.png and H.txt",
+     "a pair's folder holds left and right (.png, .jpg, ...) and H.txt"},
+};
+
+const Layout& layoutOf(HomographyLayout id) {
+  return *std::find_if(std::begin(kLayouts), std::end(kLayouts),
+                       [id](const Layout& layout) { return layout.id == id; });
 }
 
 /// Whether the file is the layout's image or homography of that number.
-bool isFileOf(HomographyLayout layout, const fs::path& name, int number) {
-  const bool image = name.stem().string() == imageStem(layout, number);
+bool isFileOf(const Layout& layout, const fs::path& name, int number) {
+  const bool image = name.stem().string() == layout.image(number);
   return (image && isImageExtension(name.extension().string())) ||
-         (number > 1 && name.string() == homographyName(layout, number));
+         (number > 1 && name.string() == layout.homography(number));
 }
 
 /// The last number in a file's name; 0 where it has none, a long one or one that begins with 0.
@@ -79,8 +68,8 @@ int lastNumber(const std::string& name) {
 }
 
 /// Highest number of the layout's files in a folder; 0 where it has none of them.
-int highestNumber(HomographyLayout layout, const std::string& folder) {
-  const int images = imagesPerScene(layout);
+int highestNumber(const Layout& layout, const std::string& folder) {
+  const int images = layout.images;
   int highest = 0;
   for (const std::string& name : fileNames(folder)) {
     const int found = lastNumber(fs::path(name).stem().string());
@@ -97,36 +86,20 @@ struct PairFiles {
   std::string left, right, homography;
 };
 
-PairFiles pairFiles(HomographyLayout layout, const std::string& folder, int right) {
+PairFiles pairFiles(const Layout& layout, const std::string& folder, int right) {
   const fs::path path(folder);
-  return {(path / imageStem(layout, 1)).string(), (path / imageStem(layout, right)).string(),
-          (path / homographyName(layout, right)).string()};
-}
-
-const char* remedyOf(HomographyLayout layout) {
-  switch (layout) {
-    case HomographyLayout::kVgg:
-      return "unpack the scene again (https://www.robots.ox.ac.uk/~vgg/research/affine/)";
-    case HomographyLayout::kNumbered:
-      return "a scene's folder has img1 to imgN and H1to2p to H1toNp in it";
-    case HomographyLayout::kHpatches:
-      return "a sequence's folder has images 1 to N and H_1_2 to H_1_N in it";
-    case HomographyLayout::kSymbench:
-      return "unpack the pair again: SymBench (Hauagge and Snavely, CVPR 2012) has 01.png, 02.png and H1to2 "
-             "in it";
-    case HomographyLayout::kPairs:
-      break;
-  }
-  return "a pair's folder has left and right (.png, .jpg, ...) and H.txt in it";
+  return {(path / layout.image(1)).string(), (path / layout.image(right)).string(),
+          (path / layout.homography(right)).string()};
 }
 
 }  // namespace
 
 HomographyPairReader::HomographyPairReader(const std::string& name, const std::string& root,
-                                           HomographyLayout layout)
-    : name_(name), root_(root), layout_(layout) {
+                                           HomographyLayout layout_id)
+    : name_(name), root_(root), layout_(layout_id) {
+  const Layout& layout = layoutOf(layout_id);
   const std::string remedy = "set the path to the folder that holds the folders of the " +
-                             std::string(imagesPerScene(layout) == 2 ? "pairs" : "scenes");
+                             std::string(layout.images == 2 ? "pairs" : "scenes");
   requireFolder(root, "dataset '" + name + "'", remedy);
   for (const std::string& sequence : subfolders(root)) {
     const int highest = highestNumber(layout, (fs::path(root) / sequence).string());
@@ -134,11 +107,11 @@ HomographyPairReader::HomographyPairReader(const std::string& name, const std::s
       ignored_.push_back(sequence);
       continue;
     }
-    const int images = imagesPerScene(layout) > 0 ? imagesPerScene(layout) : std::max(2, highest);
+    const int images = layout.images > 0 ? layout.images : std::max(2, highest);
     for (int number = 2; number <= images; ++number) pairs_.push_back({sequence, number});
   }
   if (pairs_.empty()) {
-    throw DatasetError("dataset '" + name + "': '" + root + "' has no folder with " + describe(layout) +
+    throw DatasetError("dataset '" + name + "': '" + root + "' has no folder with " + layout.description +
                        "; " + remedy);
   }
 }
@@ -151,8 +124,8 @@ PairId HomographyPairReader::id(std::size_t index) const {
 ImagePair HomographyPairReader::read(std::size_t index) const {
   ImagePair pair;
   pair.id = id(index);
-  const PairFiles files = pairFiles(layout_, folderOf(index), pairs_[index].right);
-  const std::string remedy = remedyOf(layout_);
+  const PairFiles files = pairFiles(layoutOf(layout_), folderOf(index), pairs_[index].right);
+  const std::string remedy = layoutOf(layout_).remedy;
   pair.left = readImageFile(requireImage(files.left, remedy), remedy);
   pair.right = readImageFile(requireImage(files.right, remedy), remedy);
   pair.truth.kind = TruthKind::kHomography;
@@ -161,8 +134,8 @@ ImagePair HomographyPairReader::read(std::size_t index) const {
 }
 
 void HomographyPairReader::check(std::size_t index) const {
-  const PairFiles files = pairFiles(layout_, folderOf(index), pairs_[index].right);
-  const std::string remedy = remedyOf(layout_);
+  const PairFiles files = pairFiles(layoutOf(layout_), folderOf(index), pairs_[index].right);
+  const std::string remedy = layoutOf(layout_).remedy;
   requireImage(files.left, remedy);
   requireImage(files.right, remedy);
   readHomographyFile(files.homography, remedy);
@@ -171,7 +144,7 @@ void HomographyPairReader::check(std::size_t index) const {
 std::vector<std::string> HomographyPairReader::files() const {
   std::vector<std::string> paths;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const PairFiles files = pairFiles(layout_, folderOf(i), pairs_[i].right);
+    const PairFiles files = pairFiles(layoutOf(layout_), folderOf(i), pairs_[i].right);
     const bool first_of_sequence = i == 0 || pairs_[i].sequence != pairs_[i - 1].sequence;
     if (first_of_sequence) paths.push_back(findImage(files.left));
     paths.push_back(findImage(files.right));
@@ -180,7 +153,8 @@ std::vector<std::string> HomographyPairReader::files() const {
   return existingFiles(paths);
 }
 
-bool HomographyPairReader::recognises(const std::string& root, HomographyLayout layout) {
+bool HomographyPairReader::recognises(const std::string& root, HomographyLayout layout_id) {
+  const Layout& layout = layoutOf(layout_id);
   for (const std::string& sequence : subfolders(root)) {
     const std::string folder = (fs::path(root) / sequence).string();
     const int highest = highestNumber(layout, folder);
@@ -195,21 +169,7 @@ bool HomographyPairReader::recognises(const std::string& root, HomographyLayout 
   return false;
 }
 
-const char* HomographyPairReader::describe(HomographyLayout layout) {
-  switch (layout) {
-    case HomographyLayout::kVgg:
-      return "img1..img6 and H1to2p..H1to6p";
-    case HomographyLayout::kNumbered:
-      return "img1..imgN and H1to2p..H1toNp";
-    case HomographyLayout::kHpatches:
-      return "1.ppm..N.ppm and H_1_2..H_1_N";
-    case HomographyLayout::kSymbench:
-      return "01.png, 02.png and H1to2";
-    case HomographyLayout::kPairs:
-      break;
-  }
-  return "left.png, right.png and H.txt";
-}
+const char* HomographyPairReader::describe(HomographyLayout layout) { return layoutOf(layout).description; }
 
 std::string HomographyPairReader::folderOf(std::size_t index) const {
   return (fs::path(root_) / pairs_.at(index).sequence).string();

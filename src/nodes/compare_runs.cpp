@@ -1,17 +1,17 @@
-// Compares two run folders: what became better, worse, or is within noise. Needs neither a ROS master nor
-// ROS.
+// Compares two run folders and reports what became better, what became worse and what is within noise. It
+// needs no ROS.
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
 #include <iostream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "base/text.h"
 #include "corrsel/benchmark/comparison.h"
+#include "nodes/command_line.h"
 
 namespace {
 
@@ -22,76 +22,52 @@ constexpr int kNothingWorse = 0, kWorse = 1, kUnusable = 2;
 constexpr std::size_t kShownLines = 10;
 
 struct Arguments {
-  std::vector<std::string> runs;
+  std::string before, after;
   core::ComparisonOptions options;
-  bool strict = false, all = false, help = false;
+  bool strict = false, all = false;
 };
 
-std::string usage() {
+corrsel::CommandLineTable argumentTable() {
   const core::ComparisonOptions defaults;
-  return "Compares two runs of the benchmark, pair by pair, and says what became better or worse.\n"
-         "\n"
-         "compare_runs BEFORE AFTER [options]      BEFORE, AFTER: run folders (output_dir of benchmark)\n"
-         "\n"
-         "  --tau PX         tolerance that is compared, default " +
-         core::formatNumber(defaults.tau) +
-         "; labelled pairs have none and always count\n"
-         "  --metric NAME    " +
-         core::joinList(core::comparisonMetrics()) + "; default " + defaults.metric +
-         "\n"
-         "  --tolerance X    mean differences up to this do not matter, default " +
-         core::formatNumber(defaults.tolerance) +
-         "\n"
-         "  --strict         fail on every mean that moved by more than the tolerance, in either direction\n"
-         "                   and significant or not, and on values that only AFTER has\n"
-         "  --all            list every group, not the changed ones alone\n"
-         "  --help           this text\n"
-         "\n"
-         "A group is one selector on one dataset with one kind of features and preselection. Verdicts: worse "
-         "or\n"
-         "better where the 95 % paired bootstrap interval of the mean difference leaves out 0 and the "
-         "difference\n"
-         "exceeds the tolerance; else within noise, within tolerance, or equal (every pair).\n"
-         "\n"
-         "exit code: 0 nothing became worse, 1 something did or AFTER lacks values of BEFORE, 2 wrong "
-         "arguments\n"
-         "or a run folder that cannot be used (file, line and remedy are named)\n";
+  return {
+      "compare_runs",
+      "Compares two runs of the benchmark pair by pair and reports what became better or worse. BEFORE and "
+      "AFTER "
+      "are the output folders of the runs.",
+      {"BEFORE", "AFTER"},
+      {
+          {"tau", "PX", core::formatNumber(defaults.tau),
+           "tolerance that is compared; labelled pairs have none and are always compared"},
+          {"metric", "NAME", defaults.metric, core::joinList(core::comparisonMetrics())},
+          {"tolerance", "X", core::formatNumber(defaults.tolerance),
+           "mean differences up to this are ignored, in units of the metric"},
+          {"strict", "", "",
+           "fail also where a mean moved by more than the tolerance in either direction, significantly or "
+           "not, "
+           "and where only AFTER has a value"},
+          {"all", "", "", "list all groups, not only those that changed"},
+      },
+      "A group is one selector on one dataset with one kind of features and preselection. A group is worse "
+      "or\n"
+      "better where the 95 % paired bootstrap interval of the mean difference does not contain 0 and the\n"
+      "difference exceeds the tolerance. Otherwise it is within noise, within tolerance, or equal (every "
+      "pair).\n"
+      "\n"
+      "exit code: 0 = nothing became worse, 1 = something did, or AFTER lacks values of BEFORE, 2 = wrong "
+      "arguments\n"
+      "or a run folder that cannot be used (the message names the file, the line and the remedy)\n"};
 }
 
-/// Throws std::invalid_argument.
-Arguments parse(const std::vector<std::string>& words) {
+/// Throws corrsel::UsageError.
+Arguments argumentsOf(const corrsel::ArgumentValues& values) {
   Arguments arguments;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::size_t equals = words[i].find('=');
-    const bool joined = words[i].compare(0, 2, "--") == 0 && equals != std::string::npos;
-    const std::string word = joined ? words[i].substr(0, equals) : words[i];
-    const auto value = [&]() -> std::string {
-      if (joined) return words[i].substr(equals + 1);
-      if (i + 1 >= words.size()) throw std::invalid_argument(word + " needs a value");
-      return words[++i];
-    };
-    if (word == "--tau") {
-      arguments.options.tau = core::parseNumber(value(), word);
-    } else if (word == "--metric") {
-      arguments.options.metric = value();
-    } else if (word == "--tolerance") {
-      arguments.options.tolerance = core::parseNumber(value(), word);
-    } else if (!joined && word == "--strict") {
-      arguments.strict = true;
-    } else if (!joined && word == "--all") {
-      arguments.all = true;
-    } else if (!joined && (word == "--help" || word == "-h")) {
-      arguments.help = true;
-    } else if (word.compare(0, 1, "-") == 0) {
-      throw std::invalid_argument("unknown argument '" + words[i] + "'; --help lists the valid ones");
-    } else {
-      arguments.runs.push_back(words[i]);
-    }
-  }
-  if (!arguments.help && arguments.runs.size() != 2) {
-    throw std::invalid_argument("two run folders are needed, BEFORE and AFTER; " +
-                                std::to_string(arguments.runs.size()) + " given; see --help");
-  }
+  arguments.before = values.text("BEFORE");
+  arguments.after = values.text("AFTER");
+  arguments.options.tau = values.number("tau");
+  arguments.options.metric = values.text("metric");
+  arguments.options.tolerance = values.number("tolerance");
+  arguments.strict = values.isOn("strict");
+  arguments.all = values.isOn("all");
   return arguments;
 }
 
@@ -164,7 +140,7 @@ std::vector<std::string> textsOf(const std::vector<core::UnmatchedValue>& values
 
 int run(const Arguments& arguments) {
   const core::ComparisonOptions& options = arguments.options;
-  const core::RecordedRun before = core::readRun(arguments.runs[0]), after = core::readRun(arguments.runs[1]);
+  const core::RecordedRun before = core::readRun(arguments.before), after = core::readRun(arguments.after);
   const core::RunComparison result = core::compareRuns(before, after, options);
   std::cout << "before: " << before.folder << "\nafter:  " << after.folder << "\n"
             << options.metric << " at tau = " << core::formatNumber(options.tau) << " px, tolerance "
@@ -214,12 +190,13 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   try {
-    const Arguments arguments = parse({argv + 1, argv + argc});
-    if (arguments.help) {
-      std::cout << usage();
+    const corrsel::CommandLineTable table = argumentTable();
+    const corrsel::ArgumentValues values = corrsel::parseCommandLine(table, {argv + 1, argv + argc});
+    if (values.help) {
+      std::cout << corrsel::helpText(table);
       return kNothingWorse;
     }
-    return run(arguments);
+    return run(argumentsOf(values));
   } catch (const std::exception& error) {
     std::cerr << "compare_runs: " << error.what() << std::endl;
   }

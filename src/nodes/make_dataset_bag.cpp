@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
 #include "datasets/dataset_report.h"
+#include "nodes/command_line.h"
 #include "ros/bags/dataset_bag.h"
 
 namespace {
@@ -20,67 +21,44 @@ struct Arguments {
   corrsel::DatasetBagOptions bag;
   int seed = 0;
   bool check = false;
-  bool help = false;
 };
 
-std::string usage() {
-  return "Writes a dataset as a bag that the benchmark and the nodelets read.\n"
-         "\n"
-         "make_dataset_bag --dataset NAME --path FOLDER --output FILE.bag [options]\n"
-         "make_dataset_bag --dataset NAME --path FOLDER --check\n"
-         "\n"
-         "  --dataset NAME   " +
-         corrsel::core::joinList(corrsel::core::datasetNames()) +
-         ";\n"
-         "                   or a name of your own: the layout is then recognised from the files\n"
-         "  --path FOLDER    where the dataset lies\n"
-         "  --output FILE    the bag to write; replaced where it exists\n"
-         "  --check          only say what the folder holds, lacks and which pairs are broken; no bag\n"
-         "  --compressed     images as PNG (smaller, slower) instead of raw\n"
-         "  --period S       seconds between two pairs, default 0.5\n"
-         "  --seed N         for datasets that generate pairs, default 0\n"
-         "  --help           this text\n"
-         "\n"
-         "Exit code: 0 = all pairs written (--check: no pair is broken), 1 = problems, listed, 2 = wrong "
-         "usage.\n";
+corrsel::CommandLineTable argumentTable() {
+  const corrsel::DatasetBagOptions defaults;
+  return {"make_dataset_bag",
+          "Writes a dataset as a bag that the benchmark and the nodelets read, or checks it with --check.",
+          {},
+          {
+              {"dataset", "NAME", "",
+               corrsel::core::joinList(corrsel::core::datasetNames()) +
+                   "; or any other name: the layout is then recognised from the files"},
+              {"path", "FOLDER", "", "folder of the dataset"},
+              {"output", "FILE.bag", "", "the bag to write; an existing file is replaced"},
+              {"check", "", "",
+               "only report what the folder holds, what it lacks and which pairs are broken; write no bag"},
+              {"compressed", "", "", "write the images as PNG (smaller, slower) instead of raw"},
+              {"period", "S", corrsel::core::formatNumber(defaults.period), "time between two pairs, s"},
+              {"seed", "N", "0", "seed of datasets that generate pairs"},
+          },
+          "exit code: 0 = all pairs written (--check: no pair is broken), 1 = problems, which are listed, 2 "
+          "= wrong\n"
+          "arguments\n"};
 }
 
-/// Throws std::invalid_argument.
-Arguments parse(const std::vector<std::string>& words) {
+/// Throws corrsel::UsageError.
+Arguments argumentsOf(const corrsel::ArgumentValues& values) {
   Arguments arguments;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::string& word = words[i];
-    const auto value = [&]() -> const std::string& {
-      if (i + 1 >= words.size()) throw std::invalid_argument(word + " needs a value");
-      return words[++i];
-    };
-    if (word == "--help" || word == "-h") {
-      arguments.help = true;
-    } else if (word == "--dataset") {
-      arguments.dataset = value();
-    } else if (word == "--path") {
-      arguments.path = value();
-    } else if (word == "--output") {
-      arguments.output = value();
-    } else if (word == "--check") {
-      arguments.check = true;
-    } else if (word == "--compressed") {
-      arguments.bag.compressed = true;
-    } else if (word == "--period") {
-      arguments.bag.period = corrsel::core::parseNumber(value(), "--period");
-    } else if (word == "--seed") {
-      arguments.seed = corrsel::core::parseInteger(value(), "--seed");
-    } else if (word.compare(0, 2, "__") != 0) {  // names that roslaunch adds
-      throw std::invalid_argument("unknown argument '" + word + "'");
-    }
-  }
-  if (arguments.help) return arguments;
+  arguments.check = values.isOn("check");
   for (const auto& [name, text] :
-       {std::pair{"--dataset", &arguments.dataset}, std::pair{"--path", &arguments.path},
-        std::pair{"--output", &arguments.output}}) {
-    const bool wanted = text != &arguments.output || !arguments.check;
-    if (wanted && text->empty()) throw std::invalid_argument(std::string(name) + " is missing");
+       {std::pair{"dataset", &arguments.dataset}, std::pair{"path", &arguments.path},
+        std::pair{"output", &arguments.output}}) {
+    *text = values.text(name);
+    const bool needed = text != &arguments.output || !arguments.check;
+    if (needed && text->empty()) throw corrsel::UsageError(std::string("--") + name + " is missing");
   }
+  arguments.bag.compressed = values.isOn("compressed");
+  arguments.bag.period = values.number("period");
+  arguments.seed = values.integer("seed");
   return arguments;
 }
 
@@ -105,15 +83,16 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  const corrsel::CommandLineTable table = argumentTable();
   try {
-    const Arguments arguments = parse({argv + 1, argv + argc});
-    if (arguments.help) {
-      std::cout << usage();
+    const corrsel::ArgumentValues values = corrsel::parseCommandLine(table, {argv + 1, argv + argc});
+    if (values.help) {
+      std::cout << corrsel::helpText(table);
       return kOk;
     }
-    return run(arguments);
+    return run(argumentsOf(values));
   } catch (const std::invalid_argument& error) {
-    std::cerr << "make_dataset_bag: " << error.what() << "\n\n" << usage();
+    std::cerr << "make_dataset_bag: " << error.what() << "\n\n" << corrsel::helpText(table);
     return kUsageError;
   } catch (const std::exception& error) {
     std::cerr << "make_dataset_bag: " << error.what() << "\n";

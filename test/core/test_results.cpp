@@ -13,31 +13,6 @@ using testing::contains;
 using testing::errorOf;
 using testing::rowsOf;
 
-TEST(Results, RowsReadBackAsWritten) {
-  ResultRow row = rowsOf("1-2", 1.0 / 3)[0];
-  row.metrics.precision = kUndefined;
-  row.metrics.tau = kUndefined;
-  row.detect_seconds = 0.1 + 0.2;
-  row.seed = 7;
-  row.status = Status::kTooFew;
-  const ResultRow back = ResultRow::fromCsv(row.toCsv());
-  EXPECT_EQ(back.toCsv(), row.toCsv());
-  EXPECT_EQ(back.id, row.id);
-  EXPECT_TRUE(std::isnan(back.metrics.precision));
-  EXPECT_TRUE(std::isnan(back.metrics.tau));
-  EXPECT_EQ(back.metrics.f_paper, 1.0 / 3);
-  EXPECT_EQ(back.detect_seconds, 0.1 + 0.2);
-  EXPECT_EQ(back.status, Status::kTooFew);
-  EXPECT_TRUE(contains(errorOf([] { ResultRow::fromCsv("a,b"); }), "2 columns"));
-}
-
-TEST(Results, UnsupportedRowsHaveNoNumbers) {
-  ResultRow row = rowsOf("1-2")[0];
-  row.status = Status::kUnsupportedInput;
-  EXPECT_EQ(row.toCsv(),
-            "set,\"scene, \"\"one\"\"\",1-2,orb+orb,none,gms,5,0,0,100,50,,,,,,,,unsupported_input,0,,,,");
-}
-
 TEST(Results, SummaryIsTheMeanOfPerPairValues) {
   std::vector<ResultRow> rows = rowsOf("1-2", 0.2), more = rowsOf("1-3", 0.8), none = rowsOf("1-4", 0.1);
   for (ResultRow& row : none) row.n_ground_truth = 0;

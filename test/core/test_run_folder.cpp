@@ -5,7 +5,10 @@
 #include <fstream>
 #include <opencv2/core.hpp>
 
+#include "benchmark/example_images.h"
+#include "benchmark/tables.h"
 #include "corrsel/benchmark/run_folder.h"
+#include "corrsel/benchmark/shard.h"
 #include "result_rows.h"
 #include "test_support.h"
 
@@ -59,7 +62,8 @@ TEST_F(RunFolders, FolderKeepsWhatWasAppendedAndResumes) {
   }
   const std::string complete = readAll(folder_ / "pairs.csv");
   // As if the process had been killed while writing the third pair.
-  const std::string third = rowsOf("1-4")[0].toCsv() + "\n" + rowsOf("1-4")[1].toCsv().substr(0, 20);
+  const std::string third =
+      pairsTable().line(rowsOf("1-4")[0]) + pairsTable().line(rowsOf("1-4")[1]).substr(0, 20);
   writeAll(folder_ / "pairs.csv", complete + third);
   RunFolder folder(folder_.string(), config, true);
   EXPECT_EQ(folder.doneCount(), 2U);
@@ -73,7 +77,7 @@ TEST_F(RunFolders, RefusesOtherRuns) {
   BenchmarkConfig config = smallConfig();
   RunFolder(folder_.string(), config, false);
   std::string error = errorOf([&] { RunFolder(folder_.string(), config, false); });
-  EXPECT_TRUE(contains(error, "resume:=true")) << error;
+  EXPECT_TRUE(contains(error, "resume the run")) << error;
   config.seed = 5;
   error = errorOf([&] { RunFolder(folder_.string(), config, true); });
   EXPECT_TRUE(contains(error, "another configuration") && contains(error, "seed: '0' -> '5'")) << error;
@@ -89,7 +93,7 @@ TEST_F(RunFolders, RefusesOtherRuns) {
 TEST_F(RunFolders, FolderThatCannotBeMade) {
   writeAll(folder_, "a file is in the way");
   const std::string error = errorOf([&] { RunFolder((folder_ / "run").string(), smallConfig(), false); });
-  EXPECT_TRUE(contains(error, (folder_ / "run").string()) && contains(error, "output_dir")) << error;
+  EXPECT_TRUE(contains(error, (folder_ / "run").string()) && contains(error, "output folder")) << error;
 }
 
 TEST_F(RunFolders, ImagesStayInTheFolderWhateverTheNames) {
@@ -98,7 +102,7 @@ TEST_F(RunFolders, ImagesStayInTheFolderWhateverTheNames) {
   image.id = {"../..", "a/b", "<x>"};
   image.features = "orb+orb";
   image.selector = "lpm:v2";
-  folder.appendImage(image, cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9)));
+  appendExampleImage(folder.path(), image, cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9)));
   std::size_t pictures = 0;
   for (const auto& entry : fs::directory_iterator(folder_ / "images"))
     pictures += entry.path().extension() == ".jpg";
@@ -131,7 +135,7 @@ TEST_F(RunFolders, SummaryPutsPairsIntoTheOrderOfTheUncutRun) {
   folder.appendPair(rowsOf("1-4"), 7, kStages);
   folder.appendPair(rowsOf("1-2"), 0, kStages);
   folder.appendPair(rowsOf("1-3"), 3, kStages);
-  folder.writeSummary({});
+  writeSummary(folder, {});
   std::vector<std::string> order;
   for (const ResultRow& row : folder.readRows()) order.push_back(row.id.pair);
   EXPECT_EQ(order, (std::vector<std::string>{"1-2", "1-2", "1-2", "1-2", "1-3", "1-3", "1-3", "1-3", "1-4",
@@ -145,7 +149,7 @@ TEST_F(RunFolders, MergedPartsEqualTheWhole) {
   {
     RunFolder folder(whole.string(), config, false);
     for (std::size_t k = 0; k < pairs.size(); ++k) folder.appendPair(rowsOf(pairs[k], 0.1 * k), k, kStages);
-    folder.writeSummary({});
+    writeSummary(folder, {});
   }
   std::size_t taken = 0;
   RunFolder folder(merged.string(), config, false);
@@ -156,11 +160,11 @@ TEST_F(RunFolders, MergedPartsEqualTheWhole) {
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       if (shard.holds(k)) of_part.appendPair(rowsOf(pairs[k], 0.1 * k), k, kStages);
     }
-    taken += folder.merge(path, config);
-    EXPECT_EQ(folder.merge(path, config), 0U);
+    taken += mergeRun(folder, path, config);
+    EXPECT_EQ(mergeRun(folder, path, config), 0U);
   }
   EXPECT_EQ(taken, pairs.size());
-  folder.writeSummary({});
+  writeSummary(folder, {});
   for (const char* file : {"pairs.csv", "summary.csv", "config.yaml"}) {
     EXPECT_EQ(readAll(merged / file), readAll(whole / file)) << file;
   }
@@ -174,12 +178,12 @@ TEST_F(RunFolders, MergingWhatDoesNotBelongTogetherIsRefused) {
   BenchmarkConfig config = smallConfig();
   const std::string mine = (folder_ / "mine").string(), other = (folder_ / "other").string();
   RunFolder folder(mine, config, false);
-  std::string error = errorOf([&] { folder.merge(other, config); });
+  std::string error = errorOf([&] { mergeRun(folder, other, config); });
   EXPECT_TRUE(contains(error, other) && contains(error, "holds no run")) << error;
   BenchmarkConfig another = config;
   another.seed = 9;
   RunFolder(other, another, false).appendPair(rowsOf("1-2"), 0, kStages);
-  error = errorOf([&] { folder.merge(other, config); });
+  error = errorOf([&] { mergeRun(folder, other, config); });
   EXPECT_TRUE(contains(error, "seed: '9' -> '0'") && contains(error, "same arguments")) << error;
   EXPECT_EQ(folder.doneCount(), 0U);
 }
@@ -199,17 +203,6 @@ TEST_F(RunFolders, FolderEditedByHandNamesTheLine) {
   EXPECT_TRUE(contains(error, "config.yaml is damaged")) << error;
 }
 
-TEST(Shards, ReadsAndRefuses) {
-  EXPECT_EQ(Shard::fromText("").count, 1U);
-  EXPECT_EQ(Shard::fromText("").text(), "");
-  const Shard shard = Shard::fromText("2/3");
-  EXPECT_EQ(shard.text(), "2/3");
-  EXPECT_TRUE(shard.holds(1) && shard.holds(4) && !shard.holds(0) && !shard.holds(2));
-  for (const char* wrong : {"0/3", "4/3", "2", "a/b", "1/0", "/", "1/2/3", "-1/3"}) {
-    EXPECT_TRUE(contains(errorOf([&] { Shard::fromText(wrong); }), "shard")) << wrong;
-  }
-}
-
 TEST_F(RunFolders, SummaryFilesTellTheState) {
   RunFolder folder(folder_.string(), smallConfig(), false);
   folder.appendPair(rowsOf("1-2"), 0, kStages);
@@ -218,7 +211,7 @@ TEST_F(RunFolders, SummaryFilesTellTheState) {
   state.pairs_total = 2;
   EXPECT_FALSE(state.complete());
   state.left_out_datasets = {{"heinly", "not <there>"}};
-  folder.writeSummary(state);
+  writeSummary(folder, state);
   const std::string json = readAll(folder_ / "summary.json");
   EXPECT_TRUE(contains(json, "\"dataset\": \"heinly\"") && contains(json, "not <there>")) << json;
   EXPECT_TRUE(contains(json, "\"complete\": false") && contains(json, "\"pairs_total\": 2")) << json;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "benchmark/example_images.h"
 #include "corrsel/benchmark/runner.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/random.h"
@@ -88,7 +89,7 @@ class Runner : public ::testing::Test {
     Outcome outcome;
     outcome.state =
         BenchmarkRunner(config_, folder, observer, observer.stop).run(sources(pairs, broken), shard);
-    folder.writeSummary(outcome.state);
+    writeSummary(folder, outcome.state);
     std::ifstream in(root_ / name / "pairs.csv");
     for (std::string line; std::getline(in, line);) {
       std::vector<std::string> fields = parseCsvLine(line);
@@ -108,7 +109,7 @@ TEST_F(Runner, WritesTheWholeGrid) {
   // Per pair: 2 features x kSelections x 2 tolerances.
   EXPECT_EQ(outcome.rows.size(), 1U + 2 * 2 * kSelections * 2);
   const std::vector<SummaryRow> summary =
-      RunFolder((root_ / "run").string(), config_, true).writeSummary(outcome.state);
+      writeSummary(RunFolder((root_ / "run").string(), config_, true), outcome.state);
   for (const SummaryRow& row : summary) {
     if (row.selector == "ransac" && row.features == "sift+sift" && row.tau == 5) {
       EXPECT_GT(row.f_paper, 0.8);
@@ -128,7 +129,7 @@ TEST_F(Runner, EveryDrawnPairIsDrawnForEverySelectorOnce) {
     BenchmarkRunner(config_, folder, observer, stop).drawExamples(sources(3));
   };
   draw();
-  const std::vector<ExampleImage> images = folder.readImages();
+  const std::vector<ExampleImage> images = readExampleImages(folder.path());
   std::map<std::string, std::set<std::string>> selectors;  // by pair
   for (const ExampleImage& image : images) {
     selectors[image.id.text()].insert(image.selector);
@@ -160,7 +161,7 @@ TEST_F(Runner, ShardsMergedEqualTheUncutRun) {
   }
   {
     RunFolder merged((root_ / "merged").string(), config_, false);
-    for (const std::string& part : parts) merged.merge((root_ / part).string(), config_);
+    for (const std::string& part : parts) mergeRun(merged, (root_ / part).string(), config_);
     EXPECT_EQ(merged.doneCount(), 4U);
   }
   const Outcome merged = run("merged", 5, true, 3);

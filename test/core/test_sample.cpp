@@ -216,7 +216,7 @@ TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
   for (const auto& c : cases) {
     const std::string error = errorOf<DatasetError>([&] { reader.read(c.pair); });
     EXPECT_TRUE(contains(error, (copy / c.file).string())) << error;
-    EXPECT_TRUE(contains(error, "rosrun corrsel fetch_samples.sh")) << error;
+    EXPECT_TRUE(contains(error, "fetch_samples.sh")) << error;
   }
   EXPECT_NO_THROW(reader.read(2));
   EXPECT_NO_THROW(reader.read(17));

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "../ros/shell.h"
-#include "corrsel/benchmark/results.h"
+#include "benchmark/tables.h"
 #include "datasets/sample.h"
 #include "ros/bags/bag_cache.h"
 #include "test_paths.h"
@@ -55,9 +55,9 @@ class Regression : public ::testing::Test {
     std::getline(in, line);
     out << line << "\n";
     while (std::getline(in, line)) {
-      core::ResultRow row = core::ResultRow::fromCsv(line);
+      core::ResultRow row = core::pairsTable().parse(line);
       change(row);
-      out << row.toCsv() << "\n";
+      out << core::pairsTable().line(row);
     }
     return copy;
   }

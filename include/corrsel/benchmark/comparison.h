@@ -26,9 +26,9 @@ std::vector<std::string> comparisonMetrics();
 struct ComparisonOptions {
   double tau = 5.0;  ///< px; labelled rows are compared too, whatever it is
   std::string metric = "f_paper";
-  double tolerance = 0.002;  ///< mean differences up to this do not matter, in units of the metric
-  int resamples = 2000;      ///< of the bootstrap, at least 1
-  std::uint64_t seed = 0;    ///< of the bootstrap
+  double tolerance = 0.002;             ///< mean differences up to this do not matter, in units of the metric
+  int resamples = kBootstrapResamples;  ///< of the bootstrap, at least 1
+  std::uint64_t seed = kBootstrapSeed;  ///< of the bootstrap
 };
 
 enum class Verdict : std::uint8_t {

@@ -8,12 +8,13 @@
 #include "corrsel/benchmark/config.h"
 #include "corrsel/benchmark/progress.h"
 #include "corrsel/benchmark/run_folder.h"
+#include "corrsel/benchmark/shard.h"
 #include "corrsel/datasets/pair_source.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
 
-/// Told what happens during a run, on the thread of the run.
+/// Is called on the thread of the run whenever something happens.
 class RunObserver {
  public:
   virtual ~RunObserver() = default;
@@ -28,17 +29,23 @@ class RunObserver {
 class BenchmarkRunner {
  public:
   /// @param config  resolved
-  /// @param stop    set by another thread or a signal handler: the run ends after the selection it is at
+  /// @param stop    may be set by another thread or a signal handler; the run ends after the current
+  /// selection
   BenchmarkRunner(const BenchmarkConfig& config, RunFolder& folder, RunObserver& observer,
                   const std::atomic<bool>& stop);
   ~BenchmarkRunner();
 
-  /// Runs all pairs of the shard that the folder does not hold yet. A pair that fails is recorded and the run
-  /// goes on. Throws RunFolderError where results cannot be written.
+  /// Runs all pairs of the shard that the folder does not hold yet. A failure is recorded, and the run goes
+  /// on with the next pair. Throws RunFolderError where results cannot be written.
   RunState run(const std::vector<std::unique_ptr<PairSource>>& sources, const Shard& shard = {});
 
-  /// Draws what every selector keeps on the pairs that chooseExamples() picks from the folder's rows, with
-  /// the features and preselection of the first cell. Nothing is done where those pictures are there already.
+  /// Measures selection times against the number of matches and writes scaling.csv, where the configuration
+  /// asks for it (BenchmarkConfig::measuresScaling()) and the folder has none yet.
+  void timeSelectors();
+
+  /// Draws what every selector keeps on example pairs, which are chosen from the folder's rows so that every
+  /// selector is shown at a success and at a failure. The pictures are drawn with the features and the
+  /// preselection of the first cell. Nothing is done where these pictures exist already.
   /// @param sources  those of run(), opened anew
   void drawExamples(const std::vector<std::unique_ptr<PairSource>>& sources);
 

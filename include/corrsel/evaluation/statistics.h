@@ -15,8 +15,17 @@ struct Interval {
   double low, high;
 };
 
-/// 95 % percentile bootstrap interval of the mean (Efron 1979): `resamples` resamples, seeded, so that the
-/// same values give the same interval. One value: the value itself; none: NaN. O(resamples * N).
-Interval bootstrapMean(const std::vector<double>& values, std::uint64_t seed, int resamples = 2000);
+/// Resamples and seed of the intervals of a run and of its report.
+inline constexpr int kBootstrapResamples = 2000;
+inline constexpr std::uint64_t kBootstrapSeed = 0;
+
+/// 95 % percentile bootstrap interval of the mean (B. Efron, Bootstrap methods: another look at the
+/// jackknife, Annals of Statistics 1979): the 2.5 % and the 97.5 % quantile of the means of `resamples`
+/// samples, which are drawn from the values with replacement. The same values in the same order give the same
+/// interval. With one value both bounds are that value, without any they are NaN. This is the only definition
+/// of the interval: the report obtains its intervals from the program mean_intervals, which calls it.
+/// O(resamples * N).
+Interval bootstrapMean(const std::vector<double>& values, std::uint64_t seed,
+                       int resamples = kBootstrapResamples);
 
 }  // namespace corrsel::core

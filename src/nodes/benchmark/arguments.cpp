@@ -1,4 +1,4 @@
-#include "arguments.h"
+#include "nodes/benchmark/arguments.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -6,7 +6,6 @@
 #include <ctime>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <thread>
 
 #include "base/text.h"
@@ -16,54 +15,12 @@
 #include "corrsel/matching/matcher.h"
 #include "corrsel/ros/selector_plugins.h"
 #include "corrsel/selectors/factory.h"
+#include "nodes/benchmark/argument_table.h"
 
 namespace corrsel {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Argument {
-  const char *name, *default_value, *meaning;
-};
-
-constexpr Argument kArguments[] = {
-    {"dataset", "",
-     "datasets, comma-separated: see --list, or any folder below data_root in one of their layouts; default: "
-     "those of the experiment, or sample"},
-    {"data_root", "", "folder that holds one folder per dataset, named like the dataset"},
-    {"bag", "",
-     "bags, comma-separated, instead of datasets: made by make_dataset_bag, or your own (docs/own_bag.md)"},
-    {"left", "", "topic of the left images, for bags of your own"},
-    {"right", "", "topic of the right images"},
-    {"left_info", "", "topic of the left camera_info; default: beside the image topic"},
-    {"right_info", "", "topic of the right camera_info; default: beside the image topic"},
-    {"ground_truth", "", "topic of corrsel/GroundTruth in the bag; default: /ground_truth"},
-    {"correspondences", "",
-     "topic of recorded matches, used instead of images; default: found where a bag has no images"},
-    {"images", "", "raw, rectified or auto: by the name of the image topic [auto]"},
-    {"max_stamp_difference", "", "between the two images of a pair, s [0.01]"},
-    {"experiment", "",
-     "preset: overall, per_pair, preselected, features, robustness, efficiency, visual, guide, paper"},
-    {"features", "", "detector+descriptor combinations, comma-separated, or all [sift+sift,orb+orb]"},
-    {"preselection", "", "what reduces the putative matches first: none, nnsr [none,nnsr]"},
-    {"selectors", "",
-     "selectors, comma-separated, each optionally with a preset (lpm:v2), or all, or package/Class of other "
-     "packages [all]"},
-    {"options", "", "options, comma-separated: gms.alpha=6,ransac.threshold=3,sift.max_features=2000"},
-    {"tolerances", "1,2,3,4,5,6,7,8,9,10", "evaluation tolerances tau, px, comma-separated"},
-    {"ground_truth_tolerance", "10", "error up to which a match is a ground-truth inlier, px"},
-    {"repetitions", "1", "runs of every selector on every pair, with seeds seed, seed+1..."},
-    {"threads", "0", "threads; 0 = all cores. Results do not depend on it, times do"},
-    {"seed", "0", "seed of the selectors and of the generated pairs"},
-    {"max_pairs", "0", "first pairs of every dataset; 0 = all"},
-    {"output_dir", "", "folder of the run; default: a new one under $ROS_HOME/corrsel (~/.ros/corrsel)"},
-    {"resume", "false", "continue the run that output_dir holds"},
-    {"shard", "", "i/n: run only the i-th of n parts of the pairs; put together with merge"},
-    {"merge", "", "run folders, comma-separated, whose pairs are taken over before the run goes on"},
-    {"report", "true", "write report.html at the end"},
-    {"verbose", "false", "print every judged selection"},
-    {"working_dir", "", "folder that relative paths start from; default: the current one"},
-};
 
 std::string defaultOutputDir() {
   const char* const ros_home = std::getenv("ROS_HOME");
@@ -80,46 +37,10 @@ std::string defaultOutputDir() {
   return folder.string();
 }
 
-/// Command line to values. ROS's own remappings (__name:=...) are left out.
-std::map<std::string, std::string> readCommandLine(int argc, char** argv,
-                                                   std::vector<std::string>* switches) {
-  std::map<std::string, std::string> values;
-  for (const Argument& argument : kArguments) values[argument.name] = argument.default_value;
-  const auto set = [&values](std::string name, const std::string& value) {
-    std::replace(name.begin(), name.end(), '-', '_');
-    const auto found = values.find(name);
-    if (found == values.end())
-      throw UsageError("unknown argument '" + name + "'; --help lists the valid ones");
-    found->second = value;
-  };
-  for (int i = 1; i < argc; ++i) {
-    const std::string text = argv[i];
-    const std::size_t assignment = text.find(":=");
-    if (text.compare(0, 2, "--") == 0) {
-      const std::string body = text.substr(2);
-      const std::size_t equals = body.find('=');
-      if (body == "help" || body == "list" || body == "dry-run") {
-        switches->push_back(body);
-      } else if (equals != std::string::npos) {
-        set(body.substr(0, equals), body.substr(equals + 1));
-      } else if (i + 1 < argc) {
-        set(body, argv[++i]);
-      } else {
-        throw UsageError("argument '" + text + "' needs a value");
-      }
-    } else if (assignment != std::string::npos) {
-      if (text.compare(0, 1, "_") != 0) set(text.substr(0, assignment), text.substr(assignment + 2));
-    } else {
-      throw UsageError("argument '" + text + "' is not understood; --help shows the form");
-    }
-  }
-  return values;
-}
-
-using Values = std::map<std::string, std::string>;
+using Values = ArgumentValues;
 
 std::string absolutePath(const std::string& path, const Values& values) {
-  return fs::absolute(fs::path(values.at("working_dir")) / path).lexically_normal().string();
+  return fs::absolute(fs::path(values.text("working_dir")) / path).lexically_normal().string();
 }
 
 std::vector<std::string> absolutePaths(const std::string& list, const Values& values) {
@@ -160,41 +81,40 @@ std::vector<std::string> datasetsOf(const std::string& experiment, const std::st
 BagTopics bagTopics(const Values& values, core::BenchmarkConfig& config) {
   for (const char* name : {"left", "right", "left_info", "right_info", "ground_truth", "correspondences",
                            "images", "max_stamp_difference"}) {
-    if (values.at(name).empty()) continue;
+    if (values.text(name).empty()) continue;
     if (config.bags.empty()) {
-      throw UsageError(std::string(name) + " '" + values.at(name) +
+      throw UsageError(std::string(name) + " '" + values.text(name) +
                        "' is given without a bag: give bag, too");
     }
-    config.bag_topics[name] = values.at(name);
+    config.bag_topics[name] = values.text(name);
   }
   BagTopics topics;
-  topics.left = values.at("left");
-  topics.right = values.at("right");
-  topics.left_info = values.at("left_info");
-  topics.right_info = values.at("right_info");
-  topics.ground_truth = values.at("ground_truth");
-  topics.correspondences = values.at("correspondences");
-  if (!values.at("images").empty()) topics.images = values.at("images");
-  if (!values.at("max_stamp_difference").empty()) {
-    topics.max_stamp_difference =
-        core::parseNumber(values.at("max_stamp_difference"), "max_stamp_difference");
+  topics.left = values.text("left");
+  topics.right = values.text("right");
+  topics.left_info = values.text("left_info");
+  topics.right_info = values.text("right_info");
+  topics.ground_truth = values.text("ground_truth");
+  topics.correspondences = values.text("correspondences");
+  if (!values.text("images").empty()) topics.images = values.text("images");
+  if (!values.text("max_stamp_difference").empty()) {
+    topics.max_stamp_difference = values.number("max_stamp_difference");
   }
   return topics;
 }
 
 void readValues(const Values& values, Arguments& arguments) {
   core::BenchmarkConfig& config = arguments.config;
-  const auto text = [&values](const char* name) -> const std::string& { return values.at(name); };
+  const auto text = [&values](const char* name) -> const std::string& { return values.text(name); };
   config.bags = absolutePaths(text("bag"), values);
-  config.datasets = core::splitList(text("dataset"));
+  config.datasets = values.list("dataset");
   if (!config.datasets.empty() && !config.bags.empty()) {
     throw UsageError("both dataset '" + text("dataset") + "' and bag '" + text("bag") +
                      "' are given: leave one");
   }
   config.data_root = text("data_root").empty() ? "" : absolutePath(text("data_root"), values);
-  config.features = core::splitList(text("features"));
-  config.preselection = core::splitList(text("preselection"));
-  config.selectors = core::splitList(text("selectors"));
+  config.features = values.list("features");
+  config.preselection = values.list("preselection");
+  config.selectors = values.list("selectors");
   core::applyExperiment(text("experiment"), config);
   if (config.datasets.empty() && config.bags.empty()) {
     config.datasets = text("experiment").empty()
@@ -203,24 +123,24 @@ void readValues(const Values& values, Arguments& arguments) {
   }
   arguments.bag_topics = bagTopics(values, config);
   config.tolerances.clear();
-  for (const std::string& tau : core::splitList(text("tolerances"))) {
+  for (const std::string& tau : values.list("tolerances")) {
     config.tolerances.push_back(core::parseNumber(tau, "tolerances"));
   }
-  config.ground_truth_tolerance = core::parseNumber(text("ground_truth_tolerance"), "ground_truth_tolerance");
-  config.repetitions = core::parseInteger(text("repetitions"), "repetitions");
-  config.threads = core::parseInteger(text("threads"), "threads");
+  config.ground_truth_tolerance = values.number("ground_truth_tolerance");
+  config.repetitions = values.integer("repetitions");
+  config.threads = values.integer("threads");
   if (config.threads == 0)
     config.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  config.seed = core::parseInteger(text("seed"), "seed");
-  config.max_pairs = core::parseInteger(text("max_pairs"), "max_pairs");
+  config.seed = values.integer("seed");
+  config.max_pairs = values.integer("max_pairs");
   core::parseOptionAssignments(text("options"), config.options);
   config.resolve();
 
   arguments.shard = core::Shard::fromText(text("shard"));
   arguments.merge = absolutePaths(text("merge"), values);
-  arguments.resume = core::parseFlag(text("resume"), "resume");
-  arguments.report = core::parseFlag(text("report"), "report");
-  arguments.verbose = core::parseFlag(text("verbose"), "verbose");
+  arguments.resume = values.flag("resume");
+  arguments.report = values.flag("report");
+  arguments.verbose = values.flag("verbose");
   if (arguments.resume && text("output_dir").empty())
     throw UsageError("resume needs output_dir: the folder of the run");
   arguments.output_dir =
@@ -253,33 +173,14 @@ void printPlugins() {
 }  // namespace
 
 Arguments parseArguments(int argc, char** argv) {
-  std::vector<std::string> switches;
-  const Values values = readCommandLine(argc, argv, &switches);
-  const auto wanted = [&switches](const char* name) {
-    return std::find(switches.begin(), switches.end(), name) != switches.end();
-  };
+  const Values values = parseCommandLine(benchmarkArguments(), {argv + 1, argv + argc});
   Arguments arguments;
-  arguments.help = wanted("help");
-  arguments.list = wanted("list");
-  arguments.dry_run = wanted("dry-run");
-  if (!arguments.help && !arguments.list) readValues(values, arguments);
+  arguments.help = values.help;
+  if (arguments.help) return arguments;
+  arguments.list = values.isOn("list");
+  arguments.dry_run = values.isOn("dry-run");
+  if (!arguments.list) readValues(values, arguments);
   return arguments;
-}
-
-void printHelp() {
-  std::cout
-      << "usage: benchmark [--NAME VALUE | --NAME=VALUE | NAME:=VALUE]... [--list] [--dry-run] [--help]\n\n"
-         "Compares correspondence selectors on image pairs with ground truth and writes a results folder.\n"
-         "Needs no ROS master; where there is one, ~progress and ~score are published.\n\n";
-  for (const Argument& argument : kArguments) {
-    std::printf("  --%-24s%s%s\n", argument.name, argument.meaning,
-                *argument.default_value ? (std::string(" [") + argument.default_value + "]").c_str() : "");
-  }
-  std::cout
-      << "\n  --list                    print datasets, features, selectors with presets, and leave\n"
-         "  --dry-run                 check everything, print what would be run, and leave\n\n"
-         "exit code: 0 run complete, 1 incomplete (failed pairs, see failures.csv), 2 wrong arguments or\n"
-         "unusable data or folder, 130 interrupted (continue with --resume true)\n";
 }
 
 void printList() {

@@ -1,21 +1,15 @@
 #pragma once
 
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "corrsel/benchmark/config.h"
-#include "corrsel/benchmark/run_folder.h"
+#include "corrsel/benchmark/shard.h"
+#include "nodes/command_line.h"
 #include "ros/bags/dataset_bag.h"
 
 namespace corrsel {
-
-/// The command line makes no sense; the text names the argument, its value and what is valid.
-class UsageError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// What the command line of the benchmark asks for.
 struct Arguments {
@@ -29,13 +23,11 @@ struct Arguments {
   std::vector<std::pair<std::string, std::string>> left_out;  ///< datasets of the preset that are not there
 };
 
-/// Reads --NAME VALUE, --NAME=VALUE and NAME:=VALUE; ROS's own remappings (__name:=...) are left out. With
-/// help or list nothing else is checked. Throws UsageError and std::invalid_argument.
+/// Reads the command line, see benchmarkArguments(). With help or list nothing else is checked. Throws
+/// UsageError, or std::invalid_argument where the configuration is not valid.
 Arguments parseArguments(int argc, char** argv);
 
-void printHelp();
-
-/// Datasets, features, selectors with presets, those of other packages, and all their options.
+/// Prints datasets, features and selectors with their presets and options, also those of other packages.
 void printList();
 
 }  // namespace corrsel

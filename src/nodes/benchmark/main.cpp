@@ -19,14 +19,14 @@
 #include <string>
 #include <vector>
 
-#include "arguments.h"
 #include "base/stopwatch.h"
-#include "benchmark/scaling.h"
 #include "corrsel/benchmark/runner.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/ros/selector_plugins.h"
 #include "datasets/sample.h"
-#include "reporter.h"
+#include "nodes/benchmark/argument_table.h"
+#include "nodes/benchmark/arguments.h"
+#include "nodes/benchmark/reporter.h"
 #include "ros/bags/bag_cache.h"
 
 namespace corrsel {
@@ -62,7 +62,8 @@ int runScript(const std::string& name, const std::string& argument) {
     if (child == 0) {
       // The system's Python: another one may come first in PATH and lack the packages.
       const char* const path = std::getenv("PATH");
-      setenv("PATH", ("/usr/bin:/bin:" + std::string(path ? path : "")).c_str(), 1);
+      // The report calls programs that lie beside this one.
+      setenv("PATH", ("/usr/bin:/bin:" + here.string() + ":" + std::string(path ? path : "")).c_str(), 1);
       execl(candidate.c_str(), candidate.c_str(), argument.c_str(), static_cast<char*>(nullptr));
       _exit(127);
     }
@@ -169,14 +170,9 @@ core::RunState runStages(const Arguments& arguments, const std::vector<std::stri
   core::RunState state = runner.run(sources, arguments.shard);
   reporter.endLine();
   // A part of a run neither knows which pairs are worth drawing nor should time what is timed once.
-  if (arguments.shard.count == 1 && config.measuresScaling() && !folder.hasScaling() && !stop_requested) {
-    std::cout << "timing the selectors on 1000 to 5000 generated matches" << std::endl;
-    const core::Stopwatch watch;
-    const std::vector<core::ScalingRow> rows = core::measureScaling(config, stop_requested);
-    if (!rows.empty()) {
-      folder.writeScaling(rows);
-      folder.appendStage({"scaling", watch.seconds()});
-    }
+  if (arguments.shard.count == 1 && !stop_requested) {
+    runner.timeSelectors();
+    reporter.endLine();
   }
   if (arguments.shard.count == 1 && !stop_requested) {
     runner.drawExamples(openBags(bags, arguments.bag_topics, false));
@@ -221,7 +217,7 @@ int run(int argc, char** argv) {
   const Arguments arguments = parseArguments(argc, argv);
   initRos(argc, argv, arguments.shard);
   if (arguments.help) {
-    printHelp();
+    std::cout << helpText(benchmarkArguments());
     return kExitComplete;
   }
   if (arguments.list) {
@@ -235,14 +231,14 @@ int run(int argc, char** argv) {
 
   // All input is tried before a folder is made: what cannot be run leaves none behind.
   Sources sources = openBags(config.bags, arguments.bag_topics, true);
-  for (const std::string& other : arguments.merge) core::RunFolder::requireMergeable(other, config);
+  for (const std::string& other : arguments.merge) core::requireMergeable(other, config);
   core::RunFolder folder(output_dir, config, arguments.resume);
   std::cout << "results folder: " << output_dir << std::endl;
   for (const auto& [dataset, reason] : arguments.left_out) {
     std::cout << "without " << dataset << ": " << reason << std::endl;
   }
   for (const std::string& other : arguments.merge) {
-    std::cout << folder.merge(other, config) << " pairs taken over from " << other << std::endl;
+    std::cout << core::mergeRun(folder, other, config) << " pairs taken over from " << other << std::endl;
   }
   std::signal(SIGINT, requestStop);
   std::signal(SIGTERM, requestStop);
@@ -259,7 +255,7 @@ int run(int argc, char** argv) {
   state.pairs_failed += broken;
   reporter.finish(state.interrupted ? "interrupted" : state.complete() ? "finished" : "failed");
   const core::Stopwatch watch;
-  printTable(folder.writeSummary(state), config.tableTolerance());
+  printTable(core::writeSummary(folder, state), config.tableTolerance());
   folder.appendStage({"summary", watch.seconds()});
   std::cout << state.pairs_done << " of " << state.pairs_total << " pairs done, " << state.pairs_failed
             << " failed; peak memory " << state.peak_memory_mib << " MiB\n";
@@ -277,6 +273,11 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return corrsel::run(argc, argv);
+  } catch (const corrsel::core::RunFolderError& error) {
+    std::cerr
+        << "benchmark: " << error.what()
+        << "\n(resume:=true continues the run that output_dir holds; output_dir:=FOLDER names another folder)"
+        << std::endl;
   } catch (const std::exception& error) {
     std::cerr << "benchmark: " << error.what() << std::endl;
   }

@@ -1,4 +1,4 @@
-#include "reporter.h"
+#include "nodes/benchmark/reporter.h"
 
 #include <ros/master.h>
 #include <unistd.h>

@@ -1,9 +1,6 @@
-#include "arguments.h"
+#include "nodes/load_test/arguments.h"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
-#include <map>
 #include <stdexcept>
 
 #include "base/text.h"
@@ -12,122 +9,105 @@
 namespace corrsel::load_test {
 namespace {
 
-double parseWithin(const std::string& text, const std::string& name, double low, double high) {
-  const double value = core::parseNumber(text, name);
-  if (!(value >= low && value <= high)) {
-    throw std::invalid_argument(name + " must be between " + core::formatNumber(low) + " and " +
-                                core::formatNumber(high) + ", not " + text);
-  }
-  return value;
-}
-
-cv::Size parseSize(const std::string& text, const std::string& name) {
+cv::Size sizeOf(const std::string& text) {
   const std::vector<std::string> parts = core::splitList(text, 'x');
-  if (parts.size() != 2) throw std::invalid_argument(name + " must look like 640x480, not '" + text + "'");
-  return {static_cast<int>(parseWithin(std::to_string(core::parseInteger(parts[0], name)), name, 16, 20000)),
-          static_cast<int>(parseWithin(std::to_string(core::parseInteger(parts[1], name)), name, 16, 20000))};
-}
-
-std::string parseChoice(const std::string& text, const std::string& name,
-                        const std::vector<std::string>& choices) {
-  if (std::find(choices.begin(), choices.end(), text) == choices.end()) {
-    throw std::invalid_argument(name + " must be one of " + core::joinList(choices) + ", not '" + text + "'");
+  cv::Size size;
+  try {
+    if (parts.size() == 2) {
+      size = {core::parseInteger(parts[0], "width"), core::parseInteger(parts[1], "height")};
+    }
+  } catch (const std::invalid_argument&) {
+    size = {};
   }
-  return text;
+  const auto valid = [](int length) { return length >= 16 && length <= 20000; };
+  if (valid(size.width) && valid(size.height)) return size;
+  throw UsageError("--size must read like 640x480, with both numbers between 16 and 20000, not '" + text +
+                   "'");
 }
 
-std::vector<std::string> parseSelectors(const std::string& text, const std::string& name) {
-  std::vector<std::string> selectors = core::splitList(text);
-  if (selectors.empty()) throw std::invalid_argument(name + " is an empty list");
-  for (const std::string& selector : selectors) parseChoice(selector, name, core::selectorNames());
-  return selectors;
+std::vector<std::string> selectorsOf(const std::vector<std::string>& names) {
+  if (names.empty()) throw UsageError("--selectors is an empty list");
+  const std::vector<std::string> known = core::selectorNames();
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    throw UsageError("--selectors must be some of " + core::joinList(known) + ", not '" + name + "'");
+  }
+  return names;
 }
 
 }  // namespace
 
-Arguments parseArguments(const std::vector<std::string>& words) {
-  constexpr double kLong = 1e7;  // s
-  Arguments arguments;
-  std::string name;
-  const std::map<std::string, std::function<void(const std::string&)>> setters = {
-      {"--images", [&](const std::string& text) { arguments.images = text; }},
-      {"--size", [&](const std::string& text) { arguments.size = parseSize(text, name); }},
-      {"--encoding",
-       [&](const std::string& text) {
-         arguments.encoding = parseChoice(text, name, {"mono8", "bgr8"});
-       }},
-      {"--rate", [&](const std::string& text) { arguments.rate = parseWithin(text, name, 0.01, 1000); }},
-      {"--seconds",
-       [&](const std::string& text) { arguments.seconds = parseWithin(text, name, 0.1, kLong); }},
-      {"--reconfigure",
-       [&](const std::string& text) { arguments.reconfigure = parseWithin(text, name, 0, kLong); }},
-      {"--selectors", [&](const std::string& text) { arguments.selectors = parseSelectors(text, name); }},
-      {"--matcher-node", [&](const std::string& text) { arguments.matcher_node = text; }},
-      {"--selector-node", [&](const std::string& text) { arguments.selector_node = text; }},
-      {"--seed", [&](const std::string& text) { arguments.seed = core::parseInteger(text, name); }},
-      {"--csv", [&](const std::string& text) { arguments.csv = text; }},
-      {"--interval",
-       [&](const std::string& text) { arguments.interval = parseWithin(text, name, 1, kLong); }},
-      {"--wait", [&](const std::string& text) { arguments.wait = parseWithin(text, name, 0.1, kLong); }},
-      {"--max-drop-ratio",
-       [&](const std::string& text) { arguments.max_drop_ratio = parseWithin(text, name, 0, 1); }},
-      {"--max-memory-growth",
-       [&](const std::string& text) { arguments.max_memory_growth = parseWithin(text, name, 0, 1000); }},
-  };
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    name = words[i];
-    if (name == "--help" || name == "-h") {
-      arguments.help = true;
-      continue;
-    }
-    const auto setter = setters.find(name);
-    if (setter == setters.end()) throw std::invalid_argument("unknown argument '" + name + "'");
-    if (i + 1 >= words.size()) throw std::invalid_argument(name + " needs a value");
-    setter->second(words[++i]);
-  }
-  return arguments;
+const CommandLineTable& argumentTable() {
+  static const CommandLineTable table = {
+      "load_test",
+      "Plays two cameras and a consumer against running nodelets and measures how they keep up. It publishes "
+      "left/image and right/image, both stamped with the wall time of that moment, and subscribes to matches "
+      "and "
+      "selection. Topics are remapped as usual: left/image:=/camera/left.",
+      {},
+      {
+          {"images", "FILES", "",
+           "LEFT,RIGHT: two image files; or a folder with left_NAME and right_NAME, or left/NAME and "
+           "right/NAME, "
+           "which are played in the order of their names, over and over; default: the sample photographs at "
+           "640x480"},
+          {"size", "WxH", "", "size that the images are scaled to, px; default: that of the files"},
+          {"encoding", "ENCODING", "mono8", "mono8 or bgr8"},
+          {"rate", "HZ", "10", "pairs per second"},
+          {"seconds", "S", "10", "length of the test"},
+          {"interval", "S", "60", "the table has a line for every interval of this length"},
+          {"wait", "S", "30", "how long to wait for the first answer, before the test begins"},
+          {"reconfigure", "S", "0", "time between two random changes of parameters; 0 = none"},
+          {"selectors", "LIST", "gms,lpm,nnsr,ransac", "selectors that these changes choose from"},
+          {"matcher-node", "NAME", "feature_matcher", "matcher whose parameters are changed"},
+          {"selector-node", "NAME", "selector", "selector whose parameters are changed"},
+          {"seed", "N", "0", "seed of the random changes"},
+          {"csv", "FILE", "", "file that gets one line for every pair sent"},
+          {"max-drop-ratio", "R", "1", "fail where a larger share of the pairs gets no answer"},
+          {"max-memory-growth", "R", "inf",
+           "fail where the memory of the last interval exceeds that of the interval at one sixth of the test "
+           "by a "
+           "larger share"},
+      },
+      "For every interval the table shows the pairs sent and answered, the latency from the stamp to the "
+      "arrival\n"
+      "of the matches, and processor time and resident memory of the processes that answer (100 % = one "
+      "core;\n"
+      "only where they run on this machine). At the end the program prints where the time went, from the\n"
+      "selections' own figures: wait (in queues), detect, describe, match, select, publish, and the rest "
+      "(transport\n"
+      "and scheduling). Detect and describe add up both images: where these are processed side by side, the "
+      "rest is\n"
+      "smaller by the time saved, and can be negative. A pair is dropped where no matches came for it. "
+      "Answers that\n"
+      "come twice, out of order or for stamps never sent are counted and are a failure.\n"
+      "\n"
+      "exit code: 0 = ok, 1 = a limit exceeded, no answer, or a process that ended, 2 = wrong arguments,\n"
+      "130 = interrupted\n"};
+  return table;
 }
 
-std::string usage() {
-  return "Plays two cameras and a consumer against running nodelets and says how they keep up.\n"
-         "\n"
-         "  roslaunch corrsel live.launch left_image:=left/image right_image:=right/image features:=orb+orb\n"
-         "  rosrun corrsel load_test --rate 30 --seconds 60\n"
-         "\n"
-         "Publishes left/image and right/image, both stamped with the wall time of that moment, and\n"
-         "listens to matches and selection. Topics are remapped as usual: left/image:=/camera/left.\n"
-         "\n"
-         "  --images LEFT,RIGHT     two image files\n"
-         "  --images FOLDER         left_NAME and right_NAME, or left/NAME and right/NAME, in the order of\n"
-         "                          names, over and over; default: the sample photographs at 640x480\n"
-         "  --size WxH              images are scaled to this size, px\n"
-         "  --encoding ENCODING     mono8 or bgr8 [mono8]\n"
-         "  --rate HZ               pairs per second [10]\n"
-         "  --seconds S             length of the test [10]\n"
-         "  --interval S            the table has a line for every interval [60]\n"
-         "  --wait S                for the first answer, before the test begins [30]\n"
-         "  --reconfigure S         a random change of a parameter every S seconds; 0 = none [0]\n"
-         "  --selectors LIST        selectors among which these changes choose [gms,lpm,nnsr,ransac]\n"
-         "  --matcher-node NAME     whose parameters are changed [feature_matcher]\n"
-         "  --selector-node NAME    whose parameters are changed [selector]\n"
-         "  --seed N                of the random changes [0]\n"
-         "  --csv FILE              one line for every pair sent\n"
-         "  --max-drop-ratio R      fail where more than this share of the pairs is not answered [1]\n"
-         "  --max-memory-growth R   fail where the memory of the last interval is larger than that of the\n"
-         "                          interval at one sixth of the test by more than this share [no limit]\n"
-         "  --help                  this text\n"
-         "\n"
-         "Printed: for every interval the pairs sent and answered, the latency from the stamp to the\n"
-         "arrival of the matches, processor time and resident memory of the processes that answer (100 % =\n"
-         "one core; only where they run on this machine); at the end where the time went, from the\n"
-         "selections' own figures: wait (in queues), detect, describe, match, select, publish, and the rest\n"
-         "(transport and scheduling). Detect and describe add up both images: where these are worked on\n"
-         "side by side, the rest is the smaller by it, below zero (less). A pair is dropped where\n"
-         "no matches came for it. Answers twice, out of order or for stamps never sent are counted and\n"
-         "are a failure.\n"
-         "\n"
-         "Exit code: 0 = ok, 1 = a limit exceeded, no answer, a process that ended, 2 = wrong usage, 130 =\n"
-         "interrupted.\n";
+Arguments argumentsOf(const ArgumentValues& values) {
+  constexpr double kLong = 1e7;  // s
+  Arguments arguments;
+  arguments.images = values.text("images");
+  if (values.given("size")) arguments.size = sizeOf(values.text("size"));
+  arguments.encoding = values.choice("encoding", {"mono8", "bgr8"});
+  arguments.rate = values.number("rate", 0.01, 1000);
+  arguments.seconds = values.number("seconds", 0.1, kLong);
+  arguments.reconfigure = values.number("reconfigure", 0, kLong);
+  arguments.selectors = selectorsOf(values.list("selectors"));
+  arguments.matcher_node = values.text("matcher-node");
+  arguments.selector_node = values.text("selector-node");
+  arguments.seed = values.integer("seed");
+  arguments.csv = values.text("csv");
+  arguments.interval = values.number("interval", 1, kLong);
+  arguments.wait = values.number("wait", 0.1, kLong);
+  arguments.max_drop_ratio = values.number("max-drop-ratio", 0, 1);
+  if (values.given("max-memory-growth")) {
+    arguments.max_memory_growth = values.number("max-memory-growth", 0, 1000);
+  }
+  return arguments;
 }
 
 }  // namespace corrsel::load_test

@@ -5,31 +5,32 @@
 #include <string>
 #include <vector>
 
+#include "nodes/command_line.h"
+
 namespace corrsel::load_test {
 
-/// What the command line says.
+/// The arguments of load_test and their defaults.
+const CommandLineTable& argumentTable();
+
+/// The values of the command line.
 struct Arguments {
-  std::string images;  ///< "LEFT,RIGHT", a folder, or empty for the sample photographs
-  cv::Size size;       ///< px; empty = as the files are
-  std::string encoding = "mono8";
-  double rate = 10.0;  ///< pairs per second
-  double seconds = 10.0;
-  double reconfigure = 0.0;  ///< s between two changes of parameters; 0 = none
-  std::vector<std::string> selectors = {"gms", "lpm", "nnsr", "ransac"};  ///< that changes choose from
-  std::string matcher_node = "feature_matcher", selector_node = "selector";
+  std::string images;                  ///< "LEFT,RIGHT", a folder, or empty for the sample photographs
+  cv::Size size;                       ///< px; empty = as the files are
+  std::string encoding;                ///< mono8 or bgr8
+  double rate = 0.0;                   ///< pairs per second
+  double seconds = 0.0;                ///< length of the test
+  double reconfigure = 0.0;            ///< s between two changes of parameters; 0 = none
+  std::vector<std::string> selectors;  ///< selectors that changes choose from
+  std::string matcher_node, selector_node;
   int seed = 0;
-  std::string csv;         ///< file; empty = none
-  double interval = 60.0;  ///< s per line of the table
-  double wait = 30.0;      ///< s, for the first answer
+  std::string csv;        ///< file; empty = none
+  double interval = 0.0;  ///< s per line of the table
+  double wait = 0.0;      ///< s, for the first answer
   double max_drop_ratio = 1.0;
   double max_memory_growth = std::numeric_limits<double>::infinity();
-  bool help = false;
 };
 
-/// @param words  without the program's name and ROS's own arguments
-/// Throws std::invalid_argument naming the argument and what it takes.
-Arguments parseArguments(const std::vector<std::string>& words);
-
-std::string usage();
+/// Throws UsageError naming the argument, its value and what is valid.
+Arguments argumentsOf(const ArgumentValues& values);
 
 }  // namespace corrsel::load_test

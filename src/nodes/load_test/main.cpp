@@ -239,14 +239,15 @@ int main(int argc, char** argv) {
   using namespace corrsel::load_test;
   ros::init(argc, argv, "load_test", ros::init_options::AnonymousName);  // takes remappings out of argv
   try {
-    const Arguments arguments = parseArguments({argv + 1, argv + argc});
-    if (arguments.help) {
-      std::cout << usage();
+    const corrsel::ArgumentValues values =
+        corrsel::parseCommandLine(argumentTable(), {argv + 1, argv + argc});
+    if (values.help) {
+      std::cout << corrsel::helpText(argumentTable());
       return kExitOk;
     }
-    return run(arguments);
+    return run(argumentsOf(values));
   } catch (const std::invalid_argument& error) {
-    std::cerr << "load_test: " << error.what() << "\n\n" << usage();
+    std::cerr << "load_test: " << error.what() << "\n\n" << corrsel::helpText(argumentTable());
     return kExitUsage;
   } catch (const std::exception& error) {
     std::cerr << "load_test: " << error.what() << "\n";

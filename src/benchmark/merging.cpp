@@ -1,0 +1,32 @@
+#include <filesystem>
+
+#include "benchmark/environment.h"
+#include "benchmark/resuming.h"
+#include "benchmark/tables.h"
+
+namespace corrsel::core {
+
+namespace fs = std::filesystem;
+
+void requireMergeable(const std::string& folder, const BenchmarkConfig& config) {
+  if (!fs::exists(fs::path(folder) / "config.yaml") || !fs::exists(fs::path(folder) / pairsTable().file())) {
+    throw RunFolderError("cannot merge " + folder +
+                         ": it holds no run (no config.yaml and pairs.csv); name folders of runs");
+  }
+  requireSameConfiguration(folder, config,
+                           "merge only runs that were given the same arguments, except for shard");
+}
+
+std::size_t mergeRun(RunFolder& folder, const std::string& from, const BenchmarkConfig& config) {
+  requireMergeable(from, config);
+  std::size_t copied = 0;
+  for (const FinishedPair& pair : finishedPairs(from, config)) {
+    if (folder.isDone(pair.rows.front().id)) continue;
+    folder.appendPair(pair.rows, pair.number, pair.stages);
+    ++copied;
+  }
+  addMergedEnvironment(folder.path(), from, copied);
+  return copied;
+}
+
+}  // namespace corrsel::core

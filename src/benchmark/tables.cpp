@@ -1,0 +1,178 @@
+#include "benchmark/tables.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+
+namespace corrsel::core {
+namespace {
+
+/// A column that is empty where the selector gave nothing that could be judged.
+CsvColumn<ResultRow> ifJudged(CsvColumn<ResultRow> column) {
+  column.cell = [cell = column.cell](const ResultRow& row) {
+    return row.judged() ? cell(row) : CellValue(std::string());
+  };
+  return column;
+}
+
+CsvColumn<StageRow> stageNumber() {
+  return {"number",
+          [](const StageRow& row) { return row.number ? CellValue(*row.number) : CellValue(std::string()); },
+          [](const std::string& text, StageRow& row) {
+            if (!text.empty()) readCell(text, "number", row.number.emplace());
+          }};
+}
+
+}  // namespace
+
+std::string cellText(const CellValue& cell) {
+  return std::visit(
+      [](const auto& value) -> std::string {
+        using Value = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<Value, std::string>) {
+          return value;
+        } else if constexpr (std::is_same_v<Value, double>) {
+          return formatNumber(value);
+        } else {
+          return std::to_string(value);
+        }
+      },
+      cell);
+}
+
+void readCell(const std::string& text, const std::string&, std::string& field) { field = text; }
+
+void readCell(const std::string& text, const std::string& column, std::size_t& field) {
+  if (text.empty()) return;
+  const double value = parseNumber(text, column);
+  // Beyond 2^53 not every whole number is a double.
+  if (!(value >= 0 && value <= 9007199254740992.0) || value != std::floor(value)) {
+    throw std::invalid_argument(column + ": '" + text + "' is not a count");
+  }
+  field = static_cast<std::size_t>(value);
+}
+
+void readCell(const std::string& text, const std::string& column, int& field) {
+  field = parseInteger(text, column);
+}
+
+void readCell(const std::string& text, const std::string& column, double& field) {
+  if (!text.empty()) field = parseNumber(text, column);
+}
+
+void readCell(const std::string& text, const std::string&, Status& field) { field = statusFromString(text); }
+
+const CsvTable<ResultRow>& pairsTable() {
+  static const CsvTable<ResultRow> table(
+      "pairs.csv", {
+                       csvColumn("dataset", &ResultRow::id, &PairId::dataset),
+                       csvColumn("sequence", &ResultRow::id, &PairId::sequence),
+                       csvColumn("pair", &ResultRow::id, &PairId::pair),
+                       csvColumn("features", &ResultRow::features),
+                       csvColumn("preselection", &ResultRow::preselection),
+                       csvColumn("selector", &ResultRow::selector),
+                       csvColumn("tau_px", &ResultRow::metrics, &Metrics::tau),
+                       csvColumn("n_left", &ResultRow::n_left),
+                       csvColumn("n_right", &ResultRow::n_right),
+                       csvColumn("n_putative", &ResultRow::n_putative),
+                       csvColumn("n_ground_truth", &ResultRow::n_ground_truth),
+                       ifJudged(csvColumn("n_selected", &ResultRow::n_selected)),
+                       ifJudged(csvColumn("n_correct", &ResultRow::metrics, &Metrics::n_correct)),
+                       ifJudged(csvColumn("precision", &ResultRow::metrics, &Metrics::precision)),
+                       ifJudged(csvColumn("recall_paper", &ResultRow::metrics, &Metrics::recall_paper)),
+                       ifJudged(csvColumn("recall_same_tau", &ResultRow::metrics, &Metrics::recall_same_tau)),
+                       ifJudged(csvColumn("f_paper", &ResultRow::metrics, &Metrics::f_paper)),
+                       ifJudged(csvColumn("f_same_tau", &ResultRow::metrics, &Metrics::f_same_tau)),
+                       csvColumn("status", &ResultRow::status),
+                       csvColumn("seed", &ResultRow::seed),
+                       csvColumn("detect_s", &ResultRow::detect_seconds),
+                       csvColumn("describe_s", &ResultRow::describe_seconds),
+                       csvColumn("match_s", &ResultRow::match_seconds),
+                       ifJudged(csvColumn("select_s", &ResultRow::select_seconds)),
+                   });
+  return table;
+}
+
+const CsvTable<SummaryRow>& summaryTable() {
+  static const CsvTable<SummaryRow> table("summary.csv",
+                                          {
+                                              csvColumn("dataset", &SummaryRow::dataset),
+                                              csvColumn("features", &SummaryRow::features),
+                                              csvColumn("preselection", &SummaryRow::preselection),
+                                              csvColumn("selector", &SummaryRow::selector),
+                                              csvColumn("tau_px", &SummaryRow::tau),
+                                              csvColumn("pairs", &SummaryRow::pairs),
+                                              csvColumn("precision", &SummaryRow::precision),
+                                              csvColumn("recall_paper", &SummaryRow::recall_paper),
+                                              csvColumn("f_paper", &SummaryRow::f_paper),
+                                              csvColumn("f_paper_lo", &SummaryRow::f_low),
+                                              csvColumn("f_paper_hi", &SummaryRow::f_high),
+                                              csvColumn("recall_same_tau", &SummaryRow::recall_same_tau),
+                                              csvColumn("f_same_tau", &SummaryRow::f_same_tau),
+                                              csvColumn("select_s_median", &SummaryRow::select_median),
+                                              csvColumn("select_s_p95", &SummaryRow::select_p95),
+                                          });
+  return table;
+}
+
+const CsvTable<StageRow>& stagesTable() {
+  static const CsvTable<StageRow> table("stages.csv",
+                                        {
+                                            stageNumber(),
+                                            csvColumn("dataset", &StageRow::id, &PairId::dataset),
+                                            csvColumn("sequence", &StageRow::id, &PairId::sequence),
+                                            csvColumn("pair", &StageRow::id, &PairId::pair),
+                                            csvColumn("stage", &StageRow::stage, &StageTime::stage),
+                                            csvColumn("seconds", &StageRow::stage, &StageTime::seconds),
+                                        });
+  return table;
+}
+
+const CsvTable<ScalingRow>& scalingTable() {
+  static const CsvTable<ScalingRow> table("scaling.csv",
+                                          {
+                                              csvColumn("selector", &ScalingRow::selector),
+                                              csvColumn("threads", &ScalingRow::threads),
+                                              csvColumn("n", &ScalingRow::n),
+                                              csvColumn("round", &ScalingRow::round),
+                                              csvColumn("n_selected", &ScalingRow::n_selected),
+                                              csvColumn("status", &ScalingRow::status),
+                                              csvColumn("select_s", &ScalingRow::select_seconds),
+                                          });
+  return table;
+}
+
+const CsvTable<Failure>& failuresTable() {
+  static const CsvTable<Failure> table("failures.csv",
+                                       {
+                                           csvColumn("dataset", &Failure::id, &PairId::dataset),
+                                           csvColumn("sequence", &Failure::id, &PairId::sequence),
+                                           csvColumn("pair", &Failure::id, &PairId::pair),
+                                           csvColumn("features", &Failure::features),
+                                           csvColumn("stage", &Failure::stage),
+                                           csvColumn("error", &Failure::error),
+                                       });
+  return table;
+}
+
+const CsvTable<ExampleImage>& imagesTable() {
+  static const CsvTable<ExampleImage> table("images/index.csv",
+                                            {
+                                                csvColumn("file", &ExampleImage::file),
+                                                csvColumn("dataset", &ExampleImage::id, &PairId::dataset),
+                                                csvColumn("sequence", &ExampleImage::id, &PairId::sequence),
+                                                csvColumn("pair", &ExampleImage::id, &PairId::pair),
+                                                csvColumn("features", &ExampleImage::features),
+                                                csvColumn("preselection", &ExampleImage::preselection),
+                                                csvColumn("selector", &ExampleImage::selector),
+                                                csvColumn("n_selected", &ExampleImage::n_selected),
+                                                csvColumn("n_correct", &ExampleImage::n_correct),
+                                                csvColumn("n_wrong", &ExampleImage::n_wrong),
+                                                csvColumn("n_missed", &ExampleImage::n_missed),
+                                                csvColumn("tau_px", &ExampleImage::tau),
+                                            });
+  return table;
+}
+
+}  // namespace corrsel::core

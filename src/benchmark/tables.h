@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "benchmark/csv_table.h"
+#include "benchmark/scaling.h"
+#include "corrsel/benchmark/results.h"
+#include "corrsel/benchmark/run_folder.h"
+#include "corrsel/image_pair.h"
+
+namespace corrsel::core {
+
+/// One row of stages.csv.
+struct StageRow {
+  std::optional<std::size_t> number;  ///< place of the pair in the uncut run, from 0; none: no pair's stage
+  PairId id;                          ///< only the dataset, or nothing, where the stage belongs to no pair
+  StageTime stage;
+};
+
+/// A picture of matches, one row of images/index.csv.
+struct ExampleImage {
+  std::string file;  ///< inside images/
+  PairId id;
+  std::string features, preselection, selector;
+  std::size_t n_selected = 0, n_correct = 0, n_wrong = 0, n_missed = 0;
+  double tau = kUndefined;  ///< px
+};
+
+/// The CSV files of a run's folder, see docs/evaluation.md.
+const CsvTable<ResultRow>& pairsTable();
+const CsvTable<SummaryRow>& summaryTable();
+const CsvTable<StageRow>& stagesTable();
+const CsvTable<ScalingRow>& scalingTable();
+const CsvTable<Failure>& failuresTable();
+const CsvTable<ExampleImage>& imagesTable();
+
+}  // namespace corrsel::core

@@ -1,0 +1,100 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <regex>
+
+#include "base/text.h"
+#include "benchmark/tables.h"
+#include "result_rows.h"
+#include "test_paths.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using testing::contains;
+using testing::errorOf;
+using testing::rowsOf;
+
+template <class Row>
+std::string withoutEnd(const CsvTable<Row>& table, const Row& row) {
+  const std::string line = table.line(row);
+  EXPECT_EQ(line.back(), '\n');
+  return line.substr(0, line.size() - 1);
+}
+
+TEST(Tables, RowsReadBackAsWritten) {
+  ResultRow row = rowsOf("1-2", 1.0 / 3)[0];
+  row.metrics.precision = kUndefined;
+  row.metrics.tau = kUndefined;
+  row.detect_seconds = 0.1 + 0.2;
+  row.seed = 7;
+  row.status = Status::kTooFew;
+  const std::string line = withoutEnd(pairsTable(), row);
+  const ResultRow back = pairsTable().parse(line);
+  EXPECT_EQ(withoutEnd(pairsTable(), back), line);
+  EXPECT_EQ(back.id, row.id);
+  EXPECT_TRUE(std::isnan(back.metrics.precision));
+  EXPECT_TRUE(std::isnan(back.metrics.tau));
+  EXPECT_EQ(back.metrics.f_paper, 1.0 / 3);
+  EXPECT_EQ(back.detect_seconds, 0.1 + 0.2);
+  EXPECT_EQ(back.status, Status::kTooFew);
+}
+
+TEST(Tables, EveryColumnReadsTheCellItWrites) {
+  const auto check = [](const auto& table, const std::string& line) {
+    EXPECT_EQ(withoutEnd(table, table.parse(line)), line) << table.file();
+  };
+  check(pairsTable(), "a,b,c,d,e,f,1,2,3,4,5,6,7,0.8,0.9,0.11,0.12,0.13,ok,14,15,16,17,18");
+  check(summaryTable(), "a,b,c,d,1,2,3,4,5,6,7,8,9,10,11");
+  check(stagesTable(), "1,a,b,c,d,2.5");
+  check(stagesTable(), ",a,,,bag,2.5");
+  check(scalingTable(), "a,1,2,3,4,too_few,0.5");
+  check(failuresTable(), "a,b,c,d,e,\"f, g\"");
+  check(imagesTable(), "a,b,c,d,e,f,g,1,2,3,4,");
+}
+
+TEST(Tables, RowsThatAreNotJudgedHaveNoNumbers) {
+  ResultRow row = rowsOf("1-2")[0];
+  row.status = Status::kUnsupportedInput;
+  EXPECT_EQ(withoutEnd(pairsTable(), row),
+            "set,\"scene, \"\"one\"\"\",1-2,orb+orb,none,gms,5,0,0,100,50,,,,,,,,unsupported_input,0,,,,");
+}
+
+TEST(Tables, DamagedLinesAreRefused) {
+  EXPECT_TRUE(contains(errorOf([] { pairsTable().parse("a,b"); }), "2 columns"));
+  const std::string count = errorOf([] { scalingTable().parse("a,1,-2,3,4,ok,0.5"); });
+  EXPECT_TRUE(contains(count, "n: '-2'")) << count;
+  const std::string status = errorOf([] { scalingTable().parse("a,1,2,3,4,fine,0.5"); });
+  EXPECT_TRUE(contains(status, "fine")) << status;
+  const std::string text =
+      scalingTable().header() + "\na,1,2,3,4,ok,0.5\na,b\na,1,2,3,4,ok,high\nb,1,2,3,4,ok,1";
+  ASSERT_EQ(scalingTable().intactRows(text).size(), 1U);
+  EXPECT_EQ(scalingTable().intactRows(text)[0].select_seconds, 0.5);
+}
+
+/// Without the quotes and line breaks between the parts of a string that goes over several lines of Python.
+std::string joinedLiterals(const std::string& python) {
+  return std::regex_replace(python, std::regex("\"\\s*\n\\s*\""), "");
+}
+
+template <class Row>
+void expectDescribed(const CsvTable<Row>& table) {
+  const std::string docs = readTextFile(corrsel::testing::sourceDir() + "/docs/evaluation.md");
+  EXPECT_TRUE(contains(docs, "`" + table.header() + "`")) << "docs/evaluation.md, " << table.file();
+  const std::string reader =
+      joinedLiterals(readTextFile(corrsel::testing::sourceDir() + "/scripts/corrsel_report/reading.py"));
+  EXPECT_TRUE(contains(reader, "\"" + table.header() + "\"")) << "reading.py, " << table.file();
+}
+
+TEST(Tables, DocumentationAndReportHaveTheSameColumns) {
+  expectDescribed(pairsTable());
+  expectDescribed(summaryTable());
+  expectDescribed(stagesTable());
+  expectDescribed(scalingTable());
+  expectDescribed(failuresTable());
+  expectDescribed(imagesTable());
+}
+
+}  // namespace
+}  // namespace corrsel::core
