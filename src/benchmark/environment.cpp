@@ -83,6 +83,8 @@ std::string fileIn(const std::string& folder) {
 
 }  // namespace
 
+std::string environmentJson(int threads) { return environment(threads).dump(2) + "\n"; }
+
 void writeEnvironment(const std::string& folder, int threads) {
   nlohmann::ordered_json json = environment(threads);
   const auto before = nlohmann::ordered_json::parse(readTextFile(fileIn(folder)), nullptr, false);

@@ -5,8 +5,12 @@
 
 namespace corrsel::core {
 
-/// Writes environment.json of a run's folder, a flat JSON object: CPU, cores, compiler, build type, OpenCV,
-/// kernel level, package version and commit, threads. What was merged into the folder before stays listed.
+/// What this program runs on, as a flat JSON object: CPU, cores, compiler, build type, OpenCV, kernel level,
+/// package version and commit, threads.
+std::string environmentJson(int threads);
+
+/// Writes environmentJson() to environment.json of a run's folder. What was merged into the folder before
+/// stays listed.
 void writeEnvironment(const std::string& folder, int threads);
 
 /// Adds the environment of the folder `from`, of which `pairs` pairs were copied, to the list "merged_from".

@@ -53,18 +53,15 @@ TEST(BenchmarkArguments, LaunchFileHasThemAll) {
       << declared;
 }
 
-TEST(BenchmarkArguments, DocumentationHasThemAll) {
-  std::string rows;
+TEST(BenchmarkArguments, DocumentationHasTheirDefaults) {
+  const std::string docs = between(readSource("docs/benchmark.md"), "## Arguments\n", "\n## ");
   for (const Argument& argument : benchmarkArguments().arguments) {
-    const std::string value = argument.default_value.empty() ? "" : "`" + argument.default_value + "` ";
-    rows += "| `" + argument.name + "` | " + value + "| " + argument.meaning + " |\n";
+    if (!isLaunched(argument)) continue;
+    EXPECT_TRUE(contains(docs, "`" + argument.name + "`")) << argument.name;
+    if (argument.default_value.empty()) continue;
+    const std::string row = "| `" + argument.name + "` | `" + argument.default_value + "` |";
+    EXPECT_TRUE(contains(docs, row)) << "docs/benchmark.md lacks " << row;
   }
-  EXPECT_EQ(
-      between(readSource("docs/benchmark.md"), "| argument | default | meaning |\n|---|---|---|\n", "\n\n") +
-          "\n",
-      rows)
-      << "docs/benchmark.md must have these rows:\n"
-      << rows;
 }
 
 }  // namespace

@@ -363,7 +363,7 @@ TEST_F(RecordedFolder, EditedNumbersAreFound) {
     EXPECT_TRUE(contains(error, (folder_ / "pairs.csv").string() + ", line " + std::to_string(c.line) + ":"))
         << c.text << ": " << error;
     EXPECT_TRUE(contains(error, c.part)) << c.part << ": " << error;
-    EXPECT_TRUE(contains(error, "output_dir")) << error;
+    EXPECT_TRUE(contains(error, "another folder")) << error;
   }
 }
 
@@ -378,7 +378,7 @@ TEST_F(RecordedFolder, BrokenFilesAreFound) {
   write(lines);
   EXPECT_TRUE(contains(error(), "line 7: repeats the selection of line 2")) << error();
   write(lines_, "");
-  EXPECT_TRUE(contains(error(), "line 6: is cut off")) << error();
+  EXPECT_TRUE(contains(error(), "line 6: the line is cut off")) << error();
   lines = lines_;
   lines.front() = "a,b";
   write(lines);
@@ -390,7 +390,7 @@ TEST_F(RecordedFolder, BrokenFilesAreFound) {
   std::ofstream(folder_ / "config.yaml") << "a: [1, 2\n";
   EXPECT_TRUE(contains(error(), "config.yaml is damaged")) << error();
   fs::remove_all(folder_);
-  EXPECT_TRUE(contains(error(), "config.yaml") && contains(error(), "output_dir")) << error();
+  EXPECT_TRUE(contains(error(), "config.yaml") && contains(error(), "output folder")) << error();
 }
 
 }  // namespace

@@ -190,7 +190,7 @@ TEST_F(BenchmarkLaunch, BadArgumentsAreNamed) {
       {"--options gms.alpha=-3", {"alpha = -3", "[0, 100]"}},
       {"--options gms.alpa=3", {"gms.alpa", "alpha"}},
       {"--tolerances 1,x", {"tolerances", "'x'"}},
-      {"--nonsense 1", {"'nonsense'", "--help"}},
+      {"--nonsense 1", {"'--nonsense'", "--data_root", "--help"}},
       {"--resume true", {"output_dir"}},
       {"--data_root /does/not/exist", {"/does/not/exist/vgg"}},
       {"--output_dir /proc/none", {"/proc/none", "output_dir"}},
