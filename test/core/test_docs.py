@@ -7,7 +7,6 @@ import pathlib
 import re
 import tempfile
 import unittest
-import xml.etree.ElementTree as ElementTree
 from urllib.parse import unquote
 
 PACKAGE = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -121,13 +120,6 @@ class Pictures(unittest.TestCase):
 
 class Copies(unittest.TestCase):
     """What stands in two places is the same in both."""
-
-    def test_the_arguments_of_the_benchmark_are_those_of_its_launch_file(self):
-        launch = ElementTree.parse(str(PACKAGE / "launch" / "benchmark.launch")).getroot()
-        table = (PACKAGE / "docs" / "benchmark.md").read_text(encoding="utf-8").partition("## Arguments")[2]
-        cells = re.findall(r"^\| (`.*?) \|", table.partition("\n## ")[0], flags=re.M)
-        documented = [name for cell in cells for name in re.findall(r"`(\w+)`", cell)]
-        self.assertEqual(sorted(arg.get("name") for arg in launch.findall("arg")), sorted(documented))
 
     def test_the_times_of_the_readme_are_those_of_the_performance_suite(self):
         readme = (PACKAGE / "README.md").read_text(encoding="utf-8")
