@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs what is needed, builds, and runs the benchmark; arguments go to benchmark.launch, e.g.
+# Installs what is needed, builds, and runs the benchmark. The arguments are passed to benchmark.launch, e.g.
 #   scripts/benchmark.sh dataset:=vgg data_root:=/data selectors:=gms,lpm:v2
-# Without arguments: all selectors on the built-in sample set. Exit code 0 only where the run is complete.
+# Without arguments, all selectors run on the built-in sample set. Exit code 0 only if the run is complete.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
@@ -11,7 +11,7 @@ for argument in "$@"; do
     output_dir:=*) output_dir=${argument#output_dir:=} ;;
     -h | --help) sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;;
     *:=*) ;;
-    *) echo "benchmark.sh: '$argument' does not read as name:=value, e.g. dataset:=vgg" >&2 && exit 2 ;;
+    *) echo "benchmark.sh: '$argument' is not of the form name:=value, e.g. dataset:=vgg" >&2 && exit 2 ;;
   esac
 done
 if [ -z "$output_dir" ]; then
@@ -25,7 +25,7 @@ use_workspace
 say "roslaunch corrsel benchmark.launch $*"
 roslaunch corrsel benchmark.launch "$@"
 
-# roslaunch returns 0 whatever its nodes return: the run's own summary says whether it is complete.
+# roslaunch returns 0 even if its nodes fail, so the completeness is read from the summary of the run.
 summary=$output_dir/summary.json
 if ! python3 -c 'import json, sys; sys.exit(not json.load(open(sys.argv[1]))["state"]["complete"])' "$summary" 2>/dev/null; then
   echo "the run is not complete: see the messages above and $output_dir/failures.csv" >&2

@@ -117,7 +117,14 @@ cmake -S corrsel -B build -Dcorrsel_TESTS=ON | grep -- '-- corrsel'
 cmake --build build --parallel $(nproc) >/tmp/build.log 2>&1 || { tail -n 20 /tmp/build.log; exit 1; }
 cmake --install build --prefix /root/prefix >/dev/null
 $use
+printf "\n== Python\n"
+PYTHONPATH=\$(dirname "\$(find prefix -name corrsel -path '*python3*' -type d)")
+export PYTHONPATH
+python3 -c 'import corrsel; print(corrsel.__file__, corrsel.selector_names())'
+python3 corrsel/test/consumer/consumer.py
+unset PYTHONPATH
+printf "\n== tests\n"
 rm -rf build/test_results
 (cd build && ctest --verbose --parallel $(nproc) >tests.log 2>&1) || true
-python3 corrsel/test/summary.py build/test_results build/tests.log
+python3 corrsel/test/summary.py build
 EOF
