@@ -14,11 +14,10 @@ def floats(name, values, shape, meaning, rows=None, dtype=np.float32):
     """
     array = np.asarray(values)
     if array.dtype.kind != "f" or array.dtype.itemsize not in (4, 8):
-        if array.size or array.dtype.kind != "f":
-            raise TypeError(
-                "%s has dtype %s; needed: float32 or float64 (numpy.asarray(%s, numpy.float32) converts)"
-                % (name, array.dtype, name)
-            )
+        raise TypeError(
+            "%s has dtype %s; needed: float32 or float64 (numpy.asarray(%s, numpy.float32) converts)"
+            % (name, array.dtype, name)
+        )
     _check_shape(name, array, shape, meaning, rows)
     with np.errstate(over="ignore"):  # becomes infinite, and such matches are set aside
         return np.require(array, dtype, "A")
@@ -30,7 +29,7 @@ def numbers(name, values, meaning, rows=None):
     Raises TypeError for elements that are no integers, ValueError for another shape or numbers beyond uint32.
     """
     array = np.asarray(values)
-    if array.size == 0 and array.ndim == 1:
+    if array.shape == (0,):
         array = array.astype(np.uint32)
     if array.dtype.kind not in "iu":
         raise TypeError("%s has dtype %s; needed: an integer type" % (name, array.dtype))
@@ -47,6 +46,8 @@ def mask(name, values, rows):
     """Return a mask as an array of bool. Raises TypeError for another type than bool and uint8, ValueError for
     another shape."""
     array = np.asarray(values)
+    if array.shape == (0,):
+        array = array.astype(bool)
     if array.dtype not in (np.dtype(bool), np.dtype(np.uint8)):
         raise TypeError("%s has dtype %s; needed: bool or uint8" % (name, array.dtype))
     _check_shape(name, array, (None,), "one element per match", rows)
@@ -55,6 +56,11 @@ def mask(name, values, rows):
 
 def image(name, values):
     """Return an image as a contiguous array of uint8. Raises TypeError or ValueError for anything else."""
+    if values is None:
+        raise TypeError(
+            "%s is None; needed: an array of uint8 (cv2.imread returns None for a file that it cannot read)"
+            % name
+        )
     array = np.asarray(values)
     if array.dtype != np.uint8:
         raise TypeError("%s has dtype %s; needed: uint8, values from 0 to 255" % (name, array.dtype))

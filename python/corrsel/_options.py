@@ -7,8 +7,21 @@ import numpy as np
 
 from . import _core
 
-#: One option: `name`; `value` in force, `range`, `unit` ("-" for a plain number) and `description` as text.
-Option = collections.namedtuple("Option", "name value range unit description")
+Option = collections.namedtuple("Option", "name value range unit choices description")
+Option.__doc__ = """One option of an algorithm.
+
+name          as a keyword argument
+value         the value in force: bool, int, float or str
+range         the accepted values as text
+unit          "-" for a plain number
+choices       names and meanings of the accepted values as a dictionary; empty for other types
+description   one sentence
+"""
+
+
+def options_from(dictionaries):
+    """Return a list of Option from what C++ returns."""
+    return [Option(**values) for values in dictionaries]
 
 
 def options(name):
@@ -23,7 +36,7 @@ def options(name):
     if name in algorithms:
         return algorithms[name]
     try:
-        return [Option(*row) for row in _core.Selector(name, {}).options()]
+        return options_from(_core.Selector(name, {}).options())
     except ValueError as error:
         if not algorithms:
             raise
@@ -57,13 +70,17 @@ def describe(rows, indent):
     lines = []
     for option in rows:
         unit = "" if option.unit == "-" else " " + option.unit
-        lines.append("%s%s = %s%s (%s)" % (indent, option.name, option.value, unit, _range(option.range)))
+        lines.append("%s%s=%r%s (%s)" % (indent, option.name, option.value, unit, _range_text(option)))
         lines.append("%s    %s" % (indent, option.description))
     return "\n".join(lines)
 
 
-def _range(text):
-    return text[1:-1].replace(", ", " to ") if text.startswith("[") else text
+def _range_text(option):
+    if isinstance(option.value, bool):
+        return "False or True"
+    if option.choices:
+        return ", ".join(repr(choice) for choice in option.choices)
+    return option.range[1:-1].replace(", ", " to ") if option.range.startswith("[") else option.range
 
 
 def _feature_options():
@@ -72,4 +89,4 @@ def _feature_options():
         from . import _features  # pylint: disable=import-outside-toplevel
     except ImportError:
         return {}
-    return {name: [Option(*row) for row in rows] for name, rows in _features.algorithm_options().items()}
+    return {name: options_from(rows) for name, rows in _features.algorithm_options().items()}

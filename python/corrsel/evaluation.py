@@ -13,7 +13,7 @@ class Evaluation:
     n_ground_truth   ground-truth inliers: matches with an error of at most ground_truth_tolerance
     n_selected       selected matches
 
-    One element per tolerance tau, a single one for labels:
+    Numbers for one tolerance tau and for labels, arrays with one element per tolerance otherwise:
 
     tolerance        tau, px; NaN for labels
     n_correct        selected matches with an error of at most tau
@@ -42,9 +42,9 @@ class Evaluation:
             setattr(self, name, values[name])
 
     def __repr__(self):
+        columns = (self.tolerance, self.precision, self.recall_paper, self.f_paper)
         rows = "; ".join(
-            "tolerance %g: P %.3f, R %.3f, F %.3f" % row
-            for row in zip(self.tolerance, self.precision, self.recall_paper, self.f_paper)
+            "tolerance %g: P %.3f, R %.3f, F %.3f" % row for row in zip(*map(np.atleast_1d, columns))
         )
         return "<corrsel.Evaluation: %d of %d matches selected, %d inliers; %s>" % (
             self.n_selected,
@@ -81,7 +81,7 @@ def evaluate(
     fundamental=None,
     labels=None,
     disparity=None,
-    tolerances=None,
+    tolerance=None,
     ground_truth_tolerance=None
 ):
     """Return the Evaluation of a selection: precision, recall and F. Give exactly one kind of ground truth.
@@ -89,22 +89,26 @@ def evaluate(
     matches       Matches
     mask          the selected ones: N, bool or uint8, e.g. the mask of a Selection
     homography, fundamental, labels, disparity    see ground_truth_errors()
-    tolerances    errors up to which a selected match is correct, px; None = 1, 2, ..., 10
+    tolerance     error up to which a selected match is correct, px, or a list of them; None = 1, 2, ..., 10; labels
+                  need none
     ground_truth_tolerance   error up to which a match is a ground-truth inlier, px; None = 10
 
     Raises TypeError or ValueError for arrays of another dtype or shape, naming the argument.
     """
     truth = _truth(homography, fundamental, labels, disparity)
     errors = _errors(matches, truth)
-    return Evaluation(
-        **_core.evaluate(
-            truth[0],
-            errors,
-            _arrays.mask("mask", mask, len(matches)),
-            None if tolerances is None else _tolerances(tolerances),
-            None if ground_truth_tolerance is None else float(ground_truth_tolerance),
-        )
+    values = _core.evaluate(
+        truth[0],
+        errors,
+        _arrays.mask("mask", mask, len(matches)),
+        None if tolerance is None else _tolerances(tolerance),
+        None if ground_truth_tolerance is None else float(ground_truth_tolerance),
     )
+    if truth[0] == "labels" or np.ndim(tolerance) == 0 and tolerance is not None:
+        values = {
+            name: value.item() if isinstance(value, np.ndarray) else value for name, value in values.items()
+        }
+    return Evaluation(**values)
 
 
 def _truth(homography, fundamental, labels, disparity):
@@ -153,9 +157,9 @@ def _matrix(name, values):
 
 
 def _tolerances(values):
-    array = np.asarray(values)
+    array = np.atleast_1d(values)
     if array.dtype.kind not in "fiu":
-        raise TypeError("tolerances has dtype %s; needed: real numbers" % array.dtype)
+        raise TypeError("tolerance has dtype %s; needed: real numbers" % array.dtype)
     if array.ndim != 1 or not (array >= 0).all():
-        raise ValueError("tolerances is %r; needed: a list of numbers from 0, px" % (values,))
+        raise ValueError("tolerance is %r; needed: a number or a list of numbers from 0, px" % (values,))
     return array.astype(np.float64)

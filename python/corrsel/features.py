@@ -125,9 +125,7 @@ class Extractor:
     @property
     def options(self):
         """The options in force: lists of Option by the name of the algorithm."""
-        return {
-            name: [_options.Option(*row) for row in rows] for name, rows in self._extractor.options().items()
-        }
+        return {name: _options.options_from(rows) for name, rows in self._extractor.options().items()}
 
     def extract(self, image, *, mask=None, area=None, threads=1):
         """Return the Features of an image. See corrsel.extract()."""

@@ -182,7 +182,7 @@ class Selector:
     @property
     def options(self):
         """The options in force: a list of Option."""
-        return [_options.Option(*row) for row in self._selector.options()]
+        return _options.options_from(self._selector.options())
 
     def select(self, matches):
         """Return the Selection for Matches. It never raises on data: the status of the Selection tells what is wrong.
@@ -199,7 +199,7 @@ class Selector:
         return Selection(**self._selector.select(matches))
 
     def __repr__(self):
-        values = ", ".join("%s=%s" % (option.name, option.value) for option in self.options)
+        values = ", ".join("%s=%r" % (option.name, option.value) for option in self.options)
         return "<corrsel.Selector %s: %s>" % (self.name, values)
 
 

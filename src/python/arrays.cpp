@@ -1,5 +1,7 @@
 #include "python/arrays.h"
 
+#include <pybind11/stl.h>
+
 #include <stdexcept>
 #include <tuple>
 
@@ -109,12 +111,21 @@ py::dict toDict(core::Correspondences&& matches) {
   return result;
 }
 
-py::list toRows(const core::OptionSet& options) {
-  py::list rows;
-  for (const core::OptionText& option : core::listOptions(options)) {
-    rows.append(py::make_tuple(option.name, option.value, option.range, option.unit, option.description));
+py::list toDicts(const core::OptionSet& options) {
+  py::list result;
+  for (const core::OptionField& field : core::optionFields(options)) {
+    py::dict choices;
+    for (const auto& choice : field.choices) choices[py::str(choice.name)] = choice.meaning;
+    py::dict option;
+    option["name"] = field.name;
+    option["value"] = field.get(options);
+    option["range"] = field.range();
+    option["unit"] = field.unit;
+    option["choices"] = choices;
+    option["description"] = field.description;
+    result.append(option);
   }
-  return rows;
+  return result;
 }
 
 }  // namespace corrsel::python

@@ -63,7 +63,7 @@ core::Correspondences correspondencesFrom(const py::handle& matches);
 /// Keyword arguments for corrsel.Matches.
 py::dict toDict(core::Correspondences&& matches);
 
-/// Rows (name, value, range, unit, description), all of them text.
-py::list toRows(const core::OptionSet& options);
+/// Keyword arguments for corrsel.Option, one dictionary per option.
+py::list toDicts(const core::OptionSet& options);
 
 }  // namespace corrsel::python

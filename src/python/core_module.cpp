@@ -147,6 +147,6 @@ PYBIND11_MODULE(_core, module) {
         return core::createSelector(spec, options);
       }))
       .def("name", &core::Selector::name)
-      .def("options", [](const core::Selector& selector) { return toRows(selector.options()); })
+      .def("options", [](const core::Selector& selector) { return toDicts(selector.options()); })
       .def("select", &selectMatches);
 }

@@ -155,17 +155,17 @@ py::dict matchFeatures(const py::object& left, const py::object& right, const co
   return python::toDict(std::move(matches));
 }
 
-/// Rows as from toRows() by the name of the algorithm, and those of the matching under "match".
+/// Dictionaries as from toDicts() by the name of the algorithm, and those of the matching under "match".
 py::dict algorithmOptions() {
   py::dict result;
-  for (const auto& [name, options] : core::featureAlgorithms()) result[py::str(name)] = toRows(*options);
-  result["match"] = toRows(core::MatchOptions());
+  for (const auto& [name, options] : core::featureAlgorithms()) result[py::str(name)] = toDicts(*options);
+  result["match"] = toDicts(core::MatchOptions());
   return result;
 }
 
 py::dict extractorOptions(const core::FeatureExtractor& extractor) {
   py::dict result;
-  for (const auto& [name, options] : extractor.options()) result[py::str(name)] = toRows(*options);
+  for (const auto& [name, options] : extractor.options()) result[py::str(name)] = toDicts(*options);
   return result;
 }
 

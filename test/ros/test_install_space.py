@@ -71,6 +71,14 @@ class InstallSpace(unittest.TestCase):
         code, text = shell.output_of(f"python3 -c '{program}'")
         self.assertEqual(code, 0, text)
         self.assertTrue(text.startswith(str(prefix)), text)
+        program = (
+            "import corrsel, sys; from corrsel import _core, _features; print(_core.__file__, _features.__file__, "
+            "corrsel.select([[1.0, 2]], [[3.0, 4]], 'keep_all').mask, 'rospy' in sys.modules)"
+        )
+        code, text = shell.output_of(f'python3 -c "{program}"')
+        self.assertEqual(code, 0, text)
+        self.assertTrue(text.startswith(str(prefix)), text)
+        self.assertTrue(text.endswith("[ True] False\n"), text)
 
         shell.start_master()
         shell.run_beside("rosrun nodelet nodelet standalone corrsel/Selector __name:=filter --no-bond")

@@ -1,0 +1,288 @@
+#!/usr/bin/env python3
+"""Extraction and matching: the results of C++, arguments of every kind, features of another source."""
+
+import sys
+import threading
+import time
+import unittest
+
+import corrsel
+import numpy as np
+from support import expected, floats, images, matches_from
+
+COLUMNS = (
+    "left",
+    "right",
+    "distance",
+    "second_distance",
+    "left_frame",
+    "right_frame",
+    "left_index",
+    "right_index",
+)
+
+
+class FeaturesCase(unittest.TestCase):
+    """What the tests share."""
+
+    def assert_same_matches(self, first, second):
+        for name in COLUMNS:
+            np.testing.assert_array_equal(getattr(first, name), getattr(second, name), name)
+        self.assertEqual((first.left_size, first.right_size), (second.left_size, second.right_size))
+
+    def assert_raises(self, error, words, action, *arguments, **keywords):
+        with self.assertRaises(error) as caught:
+            action(*arguments, **keywords)
+        self.assertIn(words, str(caught.exception))
+
+
+class Results(FeaturesCase):
+    """Features and matches are those of C++."""
+
+    def test_extraction(self):
+        left, _ = images()
+        for name, result in expected()["features"].items():
+            with self.subTest(features=name):
+                features = corrsel.extract(left, name)
+                self.assertGreater(len(features), 50)
+                np.testing.assert_array_equal(
+                    features.points, np.stack([floats(result["x"]), floats(result["y"])], 1)
+                )
+                for column in ("size", "angle", "response"):
+                    np.testing.assert_array_equal(getattr(features, column), floats(result[column]))
+                np.testing.assert_array_equal(features.octave, result["octave"])
+                np.testing.assert_array_equal(features.frame, np.reshape(result["frame"], (-1, 2, 3)))
+                np.testing.assert_array_equal(features.descriptors, result["descriptors"])
+                self.assertEqual(features.descriptors.dtype, np.uint8 if name == "orb+orb" else np.float32)
+                self.assertEqual(features.image_size, (320, 240))
+                self.assertGreater(features.detect_seconds, 0)
+
+    def test_matching(self):
+        left, right = images()
+        for name, result in expected()["features"].items():
+            with self.subTest(features=name):
+                matches = corrsel.match(left, right, name)
+                self.assert_same_matches(matches, matches_from(result["matches"]))
+                one_by_one = corrsel.match_features(corrsel.extract(left, name), corrsel.extract(right, name))
+                self.assert_same_matches(matches, one_by_one)
+                threaded = corrsel.match(left, right, name, threads=3)
+                self.assert_same_matches(matches, threaded)
+
+    def test_the_shift_between_the_images_is_found(self):
+        matches = corrsel.match(*images(), features="sift+sift")
+        selection = matches.select("usac")
+        self.assertEqual(selection.status, "ok")
+        shift = np.median(matches.right[selection.mask] - matches.left[selection.mask], axis=0)
+        np.testing.assert_allclose(shift, (-9, -4), atol=0.1)
+
+    def test_names(self):
+        self.assertEqual(corrsel.Extractor().name, "orb+orb")
+        self.assertIn("sift+sift", corrsel.extractor_names())
+        self.assertIn("blob", corrsel.detector_names())
+        self.assertIn("freak", corrsel.descriptor_names())
+
+
+class Images(FeaturesCase):
+    """Images and regions of every kind."""
+
+    def test_layouts(self):
+        left, _ = images()
+        reference = corrsel.extract(left).points
+        colour = np.repeat(left[:, :, None], 3, 2)
+        wide = np.zeros((480, 640), np.uint8)
+        wide[::2, ::2] = left
+        for name, image in (
+            ("colour", colour),
+            ("four channels", np.repeat(left[:, :, None], 4, 2)),
+            ("one channel", left[:, :, None]),
+            ("every other pixel", wide[::2, ::2]),
+            ("Fortran order", np.asfortranarray(left)),
+            ("RGB as BGR", colour[:, :, ::-1]),
+        ):
+            with self.subTest(name):
+                np.testing.assert_array_equal(corrsel.extract(image).points, reference)
+
+    def test_an_image_without_texture(self):
+        grey = np.full((100, 100), 128, np.uint8)
+        features = corrsel.extract(grey)
+        self.assertEqual((len(features), features.points.shape), (0, (0, 2)))
+        matches = corrsel.match(grey, images()[0])
+        self.assertEqual(
+            (len(matches), matches.distance.shape, matches.left_frame.shape), (0, (0,), (0, 2, 3))
+        )
+        self.assertEqual(matches.right_size, (320, 240))
+        self.assertEqual(matches.select("usac").status, "too_few")
+
+    def test_masks_and_areas(self):
+        left, right = images()
+        mask = np.zeros(left.shape, bool)
+        mask[:, 160:] = True
+        for values in (mask, mask.astype(np.uint8) * 255):
+            points = corrsel.extract(left, mask=values).points
+            self.assertGreater(len(points), 10)
+            self.assertGreaterEqual(points[:, 0].min(), 159.5)
+        points = corrsel.extract(left, area=(0, 0, 160, 240)).points
+        self.assertGreater(len(points), 10)
+        self.assertLess(points[:, 0].max(), 160)
+        matches = corrsel.match(left, right, left_mask=mask, right_area=(0, 0, 320, 120))
+        self.assertGreaterEqual(matches.left[:, 0].min(), 159.5)
+        self.assertLess(matches.right[:, 1].max(), 120)
+
+    def test_errors(self):
+        left, right = images()
+        extract, match = corrsel.extract, corrsel.match
+        self.assert_raises(
+            TypeError, "image has dtype float32; needed: uint8", extract, left.astype(np.float32)
+        )
+        self.assert_raises(
+            TypeError, "image_right is None; needed: an array of uint8 (cv2.imread", match, left, None
+        )
+        needed = "; needed: (height, width) for grey"
+        self.assert_raises(ValueError, "image has shape (76800,)" + needed, extract, left.ravel())
+        self.assert_raises(
+            ValueError, "image_left has shape (240, 320, 2)" + needed, match, np.stack([left, left], 2), right
+        )
+        self.assert_raises(ValueError, "image is empty", extract, left[:0])
+        self.assert_raises(ValueError, "mask", extract, left, mask=np.ones((10, 10), bool))
+        self.assert_raises(ValueError, "mask has shape (240,)", extract, left, mask=np.ones(240, bool))
+        self.assert_raises(
+            TypeError, "left_mask has dtype float64", match, left, right, left_mask=np.ones(left.shape)
+        )
+        self.assert_raises(ValueError, "area", extract, left, area=(400, 0, 10, 10))
+        self.assert_raises(
+            ValueError, "area is (1, 2, 3); needed: (x, y, width, height), px", extract, left, area=(1, 2, 3)
+        )
+        self.assert_raises(
+            TypeError, "right_area is (0, 0, 1.5, 2)", match, left, right, right_area=(0, 0, 1.5, 2)
+        )
+        self.assert_raises(ValueError, "threads is 0; needed: 1 or more", extract, left, threads=0)
+        self.assert_raises(TypeError, "threads is 2.0; needed: an integer", extract, left, threads=2.0)
+
+
+class Options(FeaturesCase):
+    """Options of features and of matching."""
+
+    def test_options_of_algorithms(self):
+        left, right = images()
+        self.assertGreater(len(corrsel.extract(left, "sift+sift")), 20)
+        self.assertEqual(len(corrsel.extract(left, "sift+sift", sift={"max_features": 20})), 20)
+        matches = corrsel.match(left, right, "sift+sift", sift={"max_features": 30}, mutual=True)
+        self.assertLessEqual(len(matches), 30)
+        self.assertEqual(len(np.unique(matches.right_index)), len(matches))
+        options = corrsel.Extractor("sift+freak", sift={"max_features": 30}).options
+        self.assertEqual(sorted(options), ["freak", "sift"])
+        self.assertIn(("max_features", 30), {(option.name, option.value) for option in options["sift"]})
+
+    def test_errors(self):
+        left, right = images()
+        extract, match = corrsel.extract, corrsel.match
+        self.assert_raises(ValueError, "foo", extract, left, "foo+sift")
+        self.assert_raises(ValueError, "unknown option orb.levle", extract, left, orb={"levle": 1})
+        self.assert_raises(ValueError, "max_features = -1", extract, left, orb={"max_features": -1})
+        self.assert_raises(
+            ValueError,
+            "options of 'sift', but orb+orb is made of orb",
+            extract,
+            left,
+            sift={"max_features": 1},
+        )
+        self.assert_raises(TypeError, "sift is 7; needed: a dictionary", extract, left, "sift+sift", sift=7)
+        self.assert_raises(
+            ValueError,
+            "unknown option match.mutal; valid: mutual, second_distance_radius",
+            match,
+            left,
+            right,
+            mutal=True,
+        )
+        self.assert_raises(
+            ValueError, "second_distance_radius = -1", match, left, right, second_distance_radius=-1
+        )
+
+    def test_the_help_has_the_options_of_matching(self):
+        for option in corrsel.options("match"):
+            self.assertIn("%s=%r" % (option.name, option.value), corrsel.match.__doc__)
+            self.assertIn(option.description, corrsel.match.__doc__)
+
+    def test_algorithms_and_parameters_have_different_names(self):
+        names = {part for name in corrsel.extractor_names() for part in name.split("+")}
+        for function in (corrsel.match, corrsel.extract, corrsel.match_features):
+            parameters = set(function.__kwdefaults__) | {"image", "image_left", "image_right", "features"}
+            self.assertFalse(parameters & (names | {option.name for option in corrsel.options("match")}))
+
+
+class OwnFeatures(FeaturesCase):
+    """Features that come from elsewhere."""
+
+    def test_descriptors_of_float(self):
+        points = np.array([[1, 1], [2, 2], [3, 3]], np.float64)
+        left = corrsel.Features(points, np.eye(3), image_size=(10, 20))
+        right = corrsel.Features(points + 5, np.eye(3)[[2, 0, 1]])
+        matches = corrsel.match_features(left, right)
+        np.testing.assert_array_equal(matches.right_index, [1, 2, 0])
+        np.testing.assert_array_equal(matches.right, (points + 5)[[1, 2, 0]])
+        np.testing.assert_array_equal(matches.distance, np.zeros(3))
+        np.testing.assert_allclose(matches.second_distance, np.full(3, np.sqrt(2)), rtol=1e-6)
+        self.assertEqual((matches.left_size, matches.right_size), ((10, 20), (0, 0)))
+        self.assertIsNone(matches.left_frame)
+
+    def test_binary_descriptors_that_are_not_contiguous(self):
+        random = np.random.RandomState(0)
+        descriptors = random.randint(0, 256, (20, 64), dtype=np.uint8)[:, ::2]
+        points = random.uniform(0, 100, (20, 2))
+        features = corrsel.Features(points, descriptors)
+        matches = corrsel.match_features(features, features)
+        np.testing.assert_array_equal(matches.right_index, np.arange(20))
+
+    def test_errors(self):
+        points = np.zeros((3, 2))
+        self.assert_raises(
+            ValueError, "descriptors has shape (2, 8)", corrsel.Features, points, np.zeros((2, 8), np.uint8)
+        )
+        self.assert_raises(
+            ValueError, "descriptors has 2 rows; needed: 3", corrsel.Features, points, np.zeros((2, 8))
+        )
+        self.assert_raises(
+            TypeError, "descriptors has dtype int32", corrsel.Features, points, np.zeros((3, 8), np.int32)
+        )
+        left = corrsel.Features(points, np.zeros((3, 8)))
+        right = corrsel.Features(points, np.zeros((3, 8), np.uint8))
+        self.assert_raises(ValueError, "descriptors differ", corrsel.match_features, left, right)
+        self.assert_raises(
+            TypeError, "right is ndarray; needed: corrsel.Features", corrsel.match_features, left, points
+        )
+
+
+class Threads(FeaturesCase):
+    """The interpreter's lock is released while C++ works: see test_selectors.py for how this is tested."""
+
+    def test_another_thread_runs_during_matching(self):
+        self.addCleanup(sys.setswitchinterval, sys.getswitchinterval())
+        left, right = images()
+        extractor = corrsel.Extractor("sift+sift")
+        counted, ended = [0], threading.Event()
+
+        def count():
+            while not ended.is_set():
+                counted[0] += 1
+                time.sleep(1e-4)
+
+        counter = threading.Thread(target=count)
+        sys.setswitchinterval(1000)
+        counter.start()
+        try:
+            for action in (lambda: extractor.extract(left), lambda: extractor.match(left, right)):
+                for _ in range(100):
+                    before = counted[0]
+                    action()
+                    after = counted[0]
+                    if after > before:
+                        break
+                self.assertGreater(after, before)
+        finally:
+            ended.set()
+            counter.join()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""The examples of README.md and docs/python.md, compiled and run as they are printed there.
+
+They use the package as installed into a temporary folder."""
+
+import os
+import pathlib
+import re
+import sys
+import tempfile
+import unittest
+
+import installed
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SECTION = "C++ and Python without ROS"
+
+
+def blocks(text):
+    """Return the fenced blocks of a Markdown text: pairs of language and content."""
+    return re.findall(r"^```(\w+)\n(.*?)^```", text, re.M | re.S)
+
+
+def readme_blocks():
+    """Return the fenced blocks of the README's section by their language."""
+    text = (ROOT / "README.md").read_text("utf-8")
+    section = re.search(r"^## %s\n(.*?)^## " % re.escape(SECTION), text, re.M | re.S).group(1)
+    return dict(blocks(section))
+
+
+class Readme(unittest.TestCase):
+    """The section for programs that do not use ROS."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="corrsel_readme_")
+        cls.addClassCleanup(cls.folder.cleanup)
+        cls.work = pathlib.Path(cls.folder.name)
+        cls.prefix = installed.install(cls.work / "destination")
+        packages = [path.parent.parent for path in cls.prefix.glob("lib/**/corrsel/_core.*.so")]
+        paths = [str(path) for path in packages] + [os.environ.get("PYTHONPATH", "")]
+        cls.environment = {"PYTHONPATH": os.pathsep.join(paths)}
+
+    def test_cpp(self):
+        examples = readme_blocks()
+        (self.work / "CMakeLists.txt").write_text(examples["cmake"], "utf-8")
+        (self.work / "main.cpp").write_text(examples["cpp"], "utf-8")
+        build = self.work / "build"
+        code, text = installed.build_project(self.work, build, self.prefix)
+        self.assertEqual(code, 0, text)
+        code, text = installed.run([build / "example"])
+        self.assertEqual(code, 0, text)
+        self.assertRegex(text, "^ok, ")
+        self.assertIn("// " + text, examples["cpp"])
+
+    def run_python(self, program):
+        """Return what a program prints in a folder that holds left.png and right.png."""
+        try:
+            import corrsel  # pylint: disable=import-outside-toplevel
+            import cv2  # pylint: disable=import-outside-toplevel
+            from support import images  # pylint: disable=import-outside-toplevel
+        except ImportError as error:
+            self.skipTest("%s; python3-opencv and the Python package are needed" % error)
+        if "match" not in corrsel.__all__:
+            self.skipTest("the Python package was built without features")
+        for name, image in zip(("left", "right"), images()):
+            cv2.imwrite(str(self.work / (name + ".png")), image)
+        code, text = installed.run(
+            [sys.executable, "-c", "import os; os.chdir(%r)\n%s" % (str(self.work), program)],
+            **self.environment
+        )
+        self.assertEqual(code, 0, text)
+        return text
+
+    def test_python(self):
+        where = self.run_python("from corrsel import _core; print(_core.__file__)")
+        self.assertTrue(where.startswith(str(self.prefix)), where)
+        output = self.run_python(readme_blocks()["python"])
+        self.assertTrue(output.startswith("ok [["), output)
+
+    def test_python_documentation(self):
+        text = (ROOT / "docs" / "python.md").read_text("utf-8")
+        programs = [block for language, block in blocks(text) if language == "python"]
+        outputs = [self.run_python(program) for program in programs]
+        self.assertEqual(len(outputs), 3)
+        self.assertRegex(outputs[0], r"^\d+ of \d+ matches; homography: \[\[")
+        self.assertRegex(outputs[1], r"^<corrsel.Selection: ok, .* model fundamental")
+        self.assertRegex(outputs[2], r"^gms +P [01].*\nlpm +P [01].*\nransac +P 1.000 R 1.000 F 1.000\n$")
+
+
+if __name__ == "__main__":
+    unittest.main()
