@@ -151,7 +151,7 @@ TEST_F(LiveProcesses, ACameraProcessDiesAndAnotherTakesOver) {
   {
     Child camera(loadTest(folder_.string(), {"--seconds", "600", "--rate", "20"}), {}, log("first"));
     ASSERT_TRUE(
-        waitFor([&] { return logText("first").find("answered by") != std::string::npos; }, kProcessPatience))
+        waitFor([&] { return logText("first").find("processed by") != std::string::npos; }, kProcessPatience))
         << logText("first");
     camera.signalAll(SIGKILL);
     ASSERT_TRUE(camera.wait(20s));
@@ -218,7 +218,7 @@ TEST_F(LiveProcesses, FramesFlowWhileTheMasterIsAway) {
                         {"--seconds", "12", "--rate", "10", "--interval", "2", "--max-drop-ratio", "0.2"}),
                environment, log("load"));
     ASSERT_TRUE(
-        waitFor([&] { return logText("load").find("answered by") != std::string::npos; }, kProcessPatience));
+        waitFor([&] { return logText("load").find("processed by") != std::string::npos; }, kProcessPatience));
     first.reset();  // gone for good, with all it knew
     std::this_thread::sleep_for(1s);
     first = std::make_unique<Child>(master, environment, log("master"));
@@ -277,7 +277,7 @@ TEST_F(LiveProcesses, LoadTestExplainsItself) {
   EXPECT_NE(logText("load").find("/no/such/file.png"), std::string::npos) << logText("load");
   // Nobody there.
   EXPECT_EQ(outcome({"--images", folder_.string(), "--wait", "1"}), 1);
-  EXPECT_NE(logText("load").find("nobody subscribes to /left/image"), std::string::npos) << logText("load");
+  EXPECT_NE(logText("load").find("no node subscribes to /left/image"), std::string::npos) << logText("load");
 }
 
 }  // namespace

@@ -49,40 +49,37 @@ const CommandLineTable& argumentTable() {
           {"images", "FILES", "",
            "LEFT,RIGHT: two image files; or a folder with left_NAME and right_NAME, or left/NAME and "
            "right/NAME, "
-           "which are played in the order of their names, over and over; default: the sample photographs at "
+           "which are played repeatedly in the order of their names; default: the sample photographs at "
            "640x480"},
           {"size", "WxH", "", "size that the images are scaled to, px; default: that of the files"},
           {"encoding", "ENCODING", "mono8", "mono8 or bgr8"},
           {"rate", "HZ", "10", "pairs per second"},
           {"seconds", "S", "10", "length of the test"},
           {"interval", "S", "60", "the table has a line for every interval of this length"},
-          {"wait", "S", "30", "how long to wait for the first answer, before the test begins"},
+          {"wait", "S", "30", "how long to wait for the first result, before the test begins"},
           {"reconfigure", "S", "0", "time between two random changes of parameters; 0 = none"},
           {"selectors", "LIST", "gms,lpm,nnsr,ransac", "selectors that these changes choose from"},
           {"matcher-node", "NAME", "feature_matcher", "matcher whose parameters are changed"},
           {"selector-node", "NAME", "selector", "selector whose parameters are changed"},
           {"seed", "N", "0", "seed of the random changes"},
           {"csv", "FILE", "", "file that gets one line for every pair sent"},
-          {"max-drop-ratio", "R", "1", "fail where a larger share of the pairs gets no answer"},
+          {"max-drop-ratio", "R", "1", "fail if a larger share of the pairs is dropped"},
           {"max-memory-growth", "R", "inf",
-           "fail where the memory of the last interval exceeds that of the interval at one sixth of the test "
-           "by a "
-           "larger share"},
+           "fail if the memory of the last interval exceeds that of the interval at one sixth of the test by "
+           "a larger "
+           "share"},
       },
-      "For every interval the table shows the pairs sent and answered, the latency from the stamp to the "
-      "arrival\n"
-      "of the matches, and processor time and resident memory of the processes that answer (100 % = one "
-      "core;\n"
-      "only where they run on this machine). At the end the program prints where the time went, from the\n"
-      "selections' own figures: wait (in queues), detect, describe, match, select, publish, and the rest "
-      "(transport\n"
-      "and scheduling). Detect and describe add up both images: where these are processed side by side, the "
-      "rest is\n"
-      "smaller by the time saved, and can be negative. A pair is dropped where no matches came for it. "
-      "Answers that\n"
-      "come twice, out of order or for stamps never sent are counted and are a failure.\n"
+      "For every interval the table shows the pairs sent and processed, the latency from the stamp to the\n"
+      "arrival of the matches, and processor time (100 % = one core) and resident memory of the nodelets'\n"
+      "processes, if they run on this machine. At the end the program prints how the time is divided, as "
+      "the\n"
+      "selections report it: wait (in queues), detect, describe, match, select, publish, and the rest\n"
+      "(transport and scheduling). Detect and describe are sums over both images. If these are processed at\n"
+      "the same time, the rest is smaller by the time saved and can be negative. A pair without matches "
+      "counts\n"
+      "as dropped. Results that come twice, out of order or for stamps never sent are counted as failures.\n"
       "\n"
-      "exit code: 0 = ok, 1 = a limit exceeded, no answer, or a process that ended, 2 = wrong arguments,\n"
+      "exit code: 0 = ok, 1 = a limit exceeded, no result, or a process that ended, 2 = wrong arguments,\n"
       "130 = interrupted\n"};
   return table;
 }

@@ -27,7 +27,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kExitOk = 0, kExitProblem = 1, kExitUsage = 2, kExitInterrupted = 130;
-constexpr double kSilence = 5.0;  ///< s without an answer, after which no more are expected
+constexpr double kSilence = 5.0;  ///< s without a result, after which no more are expected
 
 Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
@@ -45,7 +45,7 @@ class Player {
         selections_(nh_.subscribe<Selection>(
             "selection", kInbox, [this](const SelectionConstPtr& msg) { record.receive(*msg); })) {}
 
-  /// Sends the next pair, stamped with the present moment.
+  /// Sends the next pair, stamped with the current time.
   void send() {
     StereoImages& pair = images_[next_++ % images_.size()];
     const ros::WallTime now = ros::WallTime::now();
@@ -56,14 +56,14 @@ class Player {
     right_.publish(pair.right);
   }
 
-  /// What is missing before pairs can be answered; empty = nothing.
+  /// Names the connections without which no pair can be processed; empty if all exist.
   std::string missing() const {
     std::string text;
     const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-    if (left_.getNumSubscribers() == 0) add("nobody subscribes to " + left_.getTopic());
-    if (right_.getNumSubscribers() == 0) add("nobody subscribes to " + right_.getTopic());
-    if (matches_.getNumPublishers() == 0) add("nobody publishes " + matches_.getTopic());
-    if (selections_.getNumPublishers() == 0) add("nobody publishes " + selections_.getTopic());
+    if (left_.getNumSubscribers() == 0) add("no node subscribes to " + left_.getTopic());
+    if (right_.getNumSubscribers() == 0) add("no node subscribes to " + right_.getTopic());
+    if (matches_.getNumPublishers() == 0) add("no node publishes " + matches_.getTopic());
+    if (selections_.getNumPublishers() == 0) add("no node publishes " + selections_.getTopic());
     return text;
   }
 
@@ -85,27 +85,29 @@ class Player {
   ros::Subscriber matches_, selections_;
 };
 
-/// Sends pairs, which do not count, until one is answered. Throws std::runtime_error where none is in time.
-void waitForFirstAnswer(Player& player, double patience) {
+/// Sends pairs, which do not count, until one has been processed. Throws std::runtime_error if none is in
+/// time.
+void waitForFirstResult(Player& player, double patience) {
   const core::Stopwatch watch;
   while (ros::ok()) {
     player.send();
     for (int i = 0; i < 10 && ros::ok(); ++i) {
       const Record::Counts counts = player.record.counts();
-      if (counts.answered > 0 && counts.selections > 0) return;
+      if (counts.processed > 0 && counts.selections > 0) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
     if (watch.seconds() < patience) continue;
     const std::string missing = player.missing();
-    throw std::runtime_error("no answer within " + std::to_string(static_cast<int>(patience)) + " s: " +
-                             (missing.empty()
-                                  ? "images are taken, but neither matches nor selections come; "
-                                    "see the log of the nodelets"
-                                  : missing + "; are the nodelets running, and topics remapped?"));
+    throw std::runtime_error(
+        "no result within " + std::to_string(static_cast<int>(patience)) + " s: " +
+        (missing.empty()
+             ? "the nodelets receive images, but publish neither matches nor selections; "
+               "see the log of the nodelets"
+             : missing + "; check that the nodelets are running and that the topics are remapped"));
   }
 }
 
-/// Puts readings of the processes together into intervals.
+/// Combines readings of the processes into intervals.
 class IntervalMeter {
  public:
   IntervalMeter(const ProcessMeter& processes, double length)
@@ -171,7 +173,7 @@ void play(Player& player, const Arguments& arguments, IntervalMeter& meter) {
     if (Clock::now() >= next_reading) {
       next_reading += seconds(1.0);
       meter.read(elapsed());
-      meter.print(player.record);  // of the reading before: its last answers have come by now
+      meter.print(player.record);  // of the previous reading, whose last results have arrived by now
       if (meter.complete()) meter.finish();
     }
     std::this_thread::sleep_until(std::min(next, start + seconds(arguments.seconds)));
@@ -179,15 +181,16 @@ void play(Player& player, const Arguments& arguments, IntervalMeter& meter) {
   meter.read(elapsed());
 }
 
-/// Until the newest pair is answered, after which no older one will be, or nothing comes any more.
+/// Waits until the newest pair has been processed, after which no older one will be, or until no more results
+/// arrive.
 void waitForOutstanding(const Player& player) {
   core::Stopwatch watch;
   std::size_t before = 0;
   while (ros::ok() && watch.seconds() < kSilence) {
     const Record::Counts counts = player.record.counts();
-    if (counts.newest_answered) return;
-    if (counts.answered + counts.selections != before) watch.restart();
-    before = counts.answered + counts.selections;
+    if (counts.newest_processed) return;
+    if (counts.processed + counts.selections != before) watch.restart();
+    before = counts.processed + counts.selections;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
 }
@@ -205,9 +208,9 @@ int run(const Arguments& arguments) {
             << first.encoding << ", on " << player.inputs() << " at " << arguments.rate << " Hz for "
             << arguments.seconds << " s" << std::endl;
   player.record.restart();
-  waitForFirstAnswer(player, arguments.wait);
+  waitForFirstResult(player, arguments.wait);
   const ProcessMeter processes(player.outputs());
-  std::cout << "answered by " << processes.text() << "\n" << intervalHeader() << std::flush;
+  std::cout << "processed by " << processes.text() << "\n" << intervalHeader() << std::flush;
 
   Result result;
   player.record.restart();

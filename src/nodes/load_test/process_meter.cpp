@@ -28,7 +28,7 @@ std::set<std::string> publishersOf(const std::vector<std::string>& topics) {
   return nodes;
 }
 
-/// @return the process number, 0 where the node does not run on this machine, -1 where it does not answer
+/// @return the process number, 0 where the node does not run on this machine, -1 if it does not reply
 int pidOf(const std::string& node) {
   XmlRpc::XmlRpcValue request, response, uri;
   request[0] = ros::this_node::getName();
@@ -54,7 +54,7 @@ ProcessMeter::ProcessMeter(const std::vector<std::string>& topics) {
   std::set<int> seen;
   for (const std::string& node : publishersOf(topics)) {
     const int pid = pidOf(node);
-    if (pid < 0) notes_.push_back(node + " does not say its process number");
+    if (pid < 0) notes_.push_back(node + " does not report its process number");
     if (pid == 0) notes_.push_back(node + " runs on another machine");
     if (pid > 0 && seen.insert(pid).second) processes_.push_back({pid, node});
   }
@@ -66,7 +66,7 @@ std::string ProcessMeter::text() const {
     parts.push_back(process.node + " (pid " + std::to_string(process.pid) + ")");
   }
   parts.insert(parts.end(), notes_.begin(), notes_.end());
-  return parts.empty() ? "nobody" : core::joinList(parts);
+  return parts.empty() ? "no node" : core::joinList(parts);
 }
 
 ProcessMeter::Usage ProcessMeter::read() const {

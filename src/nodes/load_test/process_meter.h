@@ -5,7 +5,7 @@
 
 namespace corrsel::load_test {
 
-/// A process that publishes what the test waits for.
+/// A process that publishes results for the test.
 struct Process {
   int pid;
   std::string node;
@@ -14,8 +14,8 @@ struct Process {
 /// Processor time and memory of the processes behind topics, from /proc.
 class ProcessMeter {
  public:
-  /// Asks the master who publishes the topics, and these for their process numbers. Nodes on other machines
-  /// and nodes that do not answer are left out and noted.
+  /// Asks the master for the publishers of the topics, and these for their process numbers. Nodes on other
+  /// machines and nodes that do not reply are left out and noted.
   explicit ProcessMeter(const std::vector<std::string>& topics);
 
   /// One sentence about the processes found and left out.

@@ -11,19 +11,19 @@
 
 namespace corrsel::load_test {
 
-/// Changes a random parameter of the nodelets every so many seconds, on a thread of its own.
+/// Changes a random parameter of the nodelets at regular intervals, on a separate thread.
 class Reconfigurer {
  public:
-  /// Starts the thread where the arguments ask for changes.
+  /// Starts the thread if the arguments ask for changes.
   explicit Reconfigurer(const Arguments& arguments);
   ~Reconfigurer();
   Reconfigurer(const Reconfigurer&) = delete;
   Reconfigurer& operator=(const Reconfigurer&) = delete;
 
   struct Calls {
-    std::vector<double> seconds;  ///< until the answer, of the calls that succeeded
-    std::size_t failed = 0;       ///< calls that were not answered
-    std::size_t not_taken = 0;    ///< answered, but another value is in force
+    std::vector<double> seconds;  ///< until the reply, of the calls that succeeded
+    std::size_t failed = 0;       ///< calls without a reply
+    std::size_t not_taken = 0;    ///< calls after which another value is in force
   };
   Calls calls() const;
 

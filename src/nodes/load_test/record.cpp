@@ -41,12 +41,12 @@ void Record::receive(const Correspondences& msg) {
   const std::lock_guard<std::mutex> lock(mutex_);
   PairRecord* const pair = find(msg.header.stamp);
   if (!pair) return;
-  if (pair->answered()) {
+  if (pair->processed()) {
     ++counts_.duplicates;
     return;
   }
   pair->latency = latency;
-  ++counts_.answered;
+  ++counts_.processed;
   if (msg.header.stamp < newest_matches_) {
     ++counts_.out_of_order;
   } else {
@@ -76,7 +76,7 @@ void Record::receive(const Selection& msg) {
 Record::Counts Record::counts() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   Counts counts = counts_;
-  counts.newest_answered = !pairs_.empty() && pairs_.back().answered() && pairs_.back().selected();
+  counts.newest_processed = !pairs_.empty() && pairs_.back().processed() && pairs_.back().selected();
   return counts;
 }
 

@@ -17,7 +17,7 @@ namespace corrsel::load_test {
 /// Names of the stages of a selection's times, in order.
 constexpr std::array<const char*, 6> kStages = {"wait", "detect", "describe", "match", "select", "publish"};
 
-/// One pair and what came back for it. Times in seconds, NaN = did not come.
+/// One pair and its results. Times in seconds; NaN = no result.
 struct PairRecord {
   ros::Time stamp;
   double sent = 0.0;                                          ///< since the start of the test
@@ -29,14 +29,14 @@ struct PairRecord {
   std::size_t n_input = 0, n_selected = 0;
 
   PairRecord() { stages.fill(std::numeric_limits<double>::quiet_NaN()); }
-  bool answered() const { return latency == latency; }
+  bool processed() const { return latency == latency; }
   bool selected() const { return selection_latency == selection_latency; }
 };
 
-/// Keeps account of pairs and answers. Safe on several threads.
+/// Records pairs and their results. Safe on several threads.
 class Record {
  public:
-  /// Forgets the pairs so far; answers to them are no longer counted.
+  /// Forgets the pairs so far; results for them are no longer counted.
   void restart();
 
   /// To be called before the pair is published.
@@ -46,9 +46,9 @@ class Record {
   void receive(const Selection& msg);
 
   struct Counts {
-    std::size_t sent = 0, answered = 0, selections = 0;
-    std::size_t duplicates = 0, out_of_order = 0, unknown = 0;  ///< answers that should not have come
-    bool newest_answered = false;  ///< matches and selection of the pair sent last are here
+    std::size_t sent = 0, processed = 0, selections = 0;
+    std::size_t duplicates = 0, out_of_order = 0, unknown = 0;  ///< results that should not exist
+    bool newest_processed = false;  ///< matches and selection of the last pair have arrived
   };
   Counts counts() const;
 

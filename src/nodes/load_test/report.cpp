@@ -47,7 +47,7 @@ std::string stageTable(const std::vector<PairRecord>& pairs) {
   std::vector<double> latency, selection_latency, rests, putative, selected;
   std::array<std::vector<double>, kStages.size()> stages;
   for (const PairRecord& pair : pairs) {
-    if (pair.answered()) latency.push_back(pair.latency);
+    if (pair.processed()) latency.push_back(pair.latency);
     if (!pair.selected()) continue;
     selection_latency.push_back(pair.selection_latency);
     rests.push_back(rest(pair));
@@ -73,7 +73,7 @@ std::string stageTable(const std::vector<PairRecord>& pairs) {
 }  // namespace
 
 std::string intervalHeader() {
-  return "       s     sent answered    p50 ms    p95 ms    max ms    CPU %  memory MiB\n";
+  return "       s     sent processed   p50 ms    p95 ms    max ms    CPU %  memory MiB\n";
 }
 
 std::string intervalLine(const Interval& interval, const std::vector<PairRecord>& pairs) {
@@ -82,7 +82,7 @@ std::string intervalLine(const Interval& interval, const std::vector<PairRecord>
   for (const PairRecord& pair : pairs) {
     if (pair.sent < interval.begin || pair.sent >= interval.end) continue;
     ++sent;
-    if (pair.answered()) latency.push_back(pair.latency * kMilliseconds);
+    if (pair.processed()) latency.push_back(pair.latency * kMilliseconds);
   }
   return cell(interval.end, 8, 0) + cv::format("%9zu%9zu", sent, latency.size()) +
          cell(core::quantile(latency, 0.5), 10, 1) + cell(core::quantile(latency, 0.95), 10, 1) +
@@ -100,24 +100,24 @@ double memoryGrowth(const std::vector<Interval>& intervals) {
 
 std::string summary(const Result& result) {
   const Record::Counts& counts = result.counts;
-  const std::size_t dropped = counts.sent - counts.answered;
+  const std::size_t dropped = counts.sent - counts.processed;
   const double duration = result.pairs.size() < 2 ? kNaN : result.pairs.back().sent - result.pairs[0].sent;
   std::string text = cv::format("pairs sent %zu", counts.sent);
   if (duration > 0.0) {
     text += cv::format(" (%.2f Hz)", static_cast<double>(counts.sent - 1) / duration);
   }
-  text += cv::format(", answered %zu (%.2f %%), dropped %zu (%.2f %%), selections %zu\n", counts.answered,
-                     percent(counts.answered, counts.sent), dropped, percent(dropped, counts.sent),
+  text += cv::format(", processed %zu (%.2f %%), dropped %zu (%.2f %%), selections %zu\n", counts.processed,
+                     percent(counts.processed, counts.sent), dropped, percent(dropped, counts.sent),
                      counts.selections);
-  text += cv::format("answered twice %zu, out of order %zu, never sent %zu\n", counts.duplicates,
-                     counts.out_of_order, counts.unknown);
+  text += cv::format("results that came twice %zu, out of order %zu, for pairs never sent %zu\n",
+                     counts.duplicates, counts.out_of_order, counts.unknown);
   text += stageTable(result.pairs);
   const Reconfigurer::Calls& calls = result.calls;
   if (!calls.seconds.empty() || calls.failed > 0) {
-    text += cv::format("parameters changed %zu times (p95 %.1f ms, max %.1f ms until the answer), ",
+    text += cv::format("parameters changed %zu times (p95 %.1f ms, max %.1f ms until the reply), ",
                        calls.seconds.size(), core::quantile(calls.seconds, 0.95) * kMilliseconds,
                        largest(calls.seconds) * kMilliseconds);
-    text += cv::format("%zu not answered, %zu not taken\n", calls.failed, calls.not_taken);
+    text += cv::format("%zu without reply, %zu without effect\n", calls.failed, calls.not_taken);
   }
   const double growth = memoryGrowth(result.intervals);
   if (!std::isnan(growth)) text += cv::format("memory %+.1f %% since one sixth of the test\n", growth * 100);
@@ -128,8 +128,8 @@ std::vector<std::string> problems(const Result& result, const Arguments& argumen
   std::vector<std::string> texts;
   const Record::Counts& counts = result.counts;
   const double drop_ratio =
-      counts.sent == 0 ? 0.0 : 1.0 - static_cast<double>(counts.answered) / static_cast<double>(counts.sent);
-  if (counts.answered == 0) texts.push_back("no pair was answered");
+      counts.sent == 0 ? 0.0 : 1.0 - static_cast<double>(counts.processed) / static_cast<double>(counts.sent);
+  if (counts.processed == 0) texts.push_back("no pair was processed");
   if (drop_ratio > arguments.max_drop_ratio) {
     texts.push_back(
         cv::format("drop ratio %.4f is above --max-drop-ratio %g", drop_ratio, arguments.max_drop_ratio));
@@ -142,14 +142,14 @@ std::vector<std::string> problems(const Result& result, const Arguments& argumen
                         : cv::format("memory growth %.4f is above --max-memory-growth %g", growth,
                                      arguments.max_memory_growth));
   }
-  if (counts.duplicates > 0) texts.push_back(cv::format("%zu answers came twice", counts.duplicates));
-  if (counts.out_of_order > 0) texts.push_back(cv::format("%zu answers out of order", counts.out_of_order));
-  if (counts.unknown > 0) texts.push_back(cv::format("%zu answers to pairs never sent", counts.unknown));
+  if (counts.duplicates > 0) texts.push_back(cv::format("%zu results came twice", counts.duplicates));
+  if (counts.out_of_order > 0) texts.push_back(cv::format("%zu results out of order", counts.out_of_order));
+  if (counts.unknown > 0) texts.push_back(cv::format("%zu results for pairs never sent", counts.unknown));
   if (result.calls.failed > 0) {
-    texts.push_back(cv::format("%zu changes of parameters were not answered", result.calls.failed));
+    texts.push_back(cv::format("%zu changes of parameters got no reply", result.calls.failed));
   }
   if (result.calls.not_taken > 0) {
-    texts.push_back(cv::format("%zu changes of parameters were not taken", result.calls.not_taken));
+    texts.push_back(cv::format("%zu changes of parameters had no effect", result.calls.not_taken));
   }
   for (const std::string& node : result.ended) texts.push_back("the process of " + node + " ended");
   return texts;

@@ -10,7 +10,7 @@
 
 namespace corrsel::load_test {
 
-/// What was measured between two points in time.
+/// Measurements between two points in time.
 struct Interval {
   double begin = 0.0, end = 0.0;  ///< s since the start of the test
   double cpu_ratio = 0.0;         ///< processor seconds per second; NaN = not measured
@@ -22,7 +22,7 @@ std::string intervalHeader();
 /// One line of the table. @param pairs  of the whole test
 std::string intervalLine(const Interval& interval, const std::vector<PairRecord>& pairs);
 
-/// All that is known at the end.
+/// All measurements of a test.
 struct Result {
   std::vector<PairRecord> pairs;
   Record::Counts counts;
@@ -37,7 +37,7 @@ double memoryGrowth(const std::vector<Interval>& intervals);
 
 std::string summary(const Result& result);
 
-/// What exceeds the limits or must not happen, one sentence each.
+/// Returns one sentence for every exceeded limit and every error.
 std::vector<std::string> problems(const Result& result, const Arguments& arguments);
 
 /// One line per pair. Throws std::runtime_error where the file cannot be written.
