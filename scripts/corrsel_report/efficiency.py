@@ -187,30 +187,60 @@ def time_cell(seconds, best):
     )
 
 
+def gain_table(threads, selectors, single):
+    """Return the table of the times of selectors that use several threads, and of what they gain.
+
+    `single` is selector -> n -> seconds of each round with one thread.
+    """
+    ns = sorted({n for rounds in selectors.values() for n in rounds})
+    rows = []
+    for selector, rounds in selectors.items():
+        cells = [esc(selector)]
+        for n in ns:
+            before = single.get(selector, {}).get(n)
+            if not rounds.get(n) or not before:
+                cells.append(DASH)
+                continue
+            time = float(np.median(rounds[n]))
+            gain = "%.2f" % (np.median(before) / time) if time > 0 else DASH
+            cells.append('%s <span class="small">(%s)</span>' % (esc(milliseconds(time)), gain))
+        rows.append(("", cells))
+    caption = (
+        "Selection time in ms with %s, of the selectors that use several threads: median over the rounds. In brackets:"
+        " the time with one thread divided by this time." % esc(threads_text(threads))
+    )
+    return table(caption, ["Selector"] + ["N = %d" % n for n in ns], rows, "results")
+
+
 def scaling_html(run, figures):
-    """Return statement, curves and tables of the time against the number of matches."""
+    """Return statement, curves and tables of the time against the number of matches.
+
+    All selectors are compared with one thread (or the lowest number there is). Higher numbers are shown only beside
+    it, for the selectors that were measured with them.
+    """
     times = scaling_times(run)
     if not times:
         return paragraph(
             "Time against the number of matches was not measured: scaling.csv is absent or empty"
-            " (<code>experiment:=efficiency</code> writes it)."
+            " (the experiment <code>efficiency</code> writes it)."
         )
+    threads, single = next(iter(times.items()))
     out = []
-    statements = [s for s in (statement(t, selectors) for t, selectors in times.items()) if s]
-    if statements:
-        out.append('<ul class="findings">%s</ul>' % "".join("<li>%s</li>" % s for s in statements))
-    names = sorted({s for selectors in times.values() for s in selectors}, key=selector_key)
-    for name in names:  # scaling.csv may name a selector that pairs.csv does not
+    sentence = statement(threads, single)
+    if sentence:
+        out.append('<ul class="findings"><li>%s</li></ul>' % sentence)
+    for name in single:  # scaling.csv may name a selector that pairs.csv does not
         run.styles.setdefault(name, selector_styles([name])[name])
-    legend = "".join("<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in names)
-    panels = "".join("<div>%s</div>" % scaling_panel(run, figures, t, s) for t, s in times.items())
+    legend = "".join("<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in single)
+    panel = "<div>%s</div>" % scaling_panel(run, figures, threads, single)
     out.append(
         '<figure class="figure"><ul class="legend">%s</ul><div class="panels two">%s</div><figcaption>Median time of'
         " select() over the rounds, bars from the lower to the upper quartile; generated matches, half of them right."
-        " Selectors without the option <code>threads</code> are measured with one thread only."
-        " The time axis is logarithmic.</figcaption></figure>" % (legend, panels)
+        " The time axis is logarithmic.</figcaption></figure>" % (legend, panel)
     )
-    out += [scaling_table(threads, selectors) for threads, selectors in times.items()]
+    out.append(scaling_table(threads, single))
+    for more, selectors in list(times.items())[1:]:
+        out.append(gain_table(more, selectors, single))
     left = [
         "%s (%s: %d)" % (esc(selector), esc(status.replace("_", " ")), count)
         for (selector, status), count in untimed(run).items()
