@@ -114,7 +114,7 @@ class Pictures(unittest.TestCase):
         script = (PACKAGE / "scripts" / "docs_images.py").read_text(encoding="utf-8")
         pictures = {file.name for file in (PACKAGE / "docs" / "images").iterdir()}
         self.assertTrue(pictures)
-        self.assertEqual(pictures, set(re.findall(r"images/([^/)]+)\)", text)))
+        self.assertEqual(pictures, set(re.findall(r"images/([^/)\s]+)\)", text)))
         self.assertEqual(set(), {picture for picture in pictures if '"%s"' % picture not in script})
 
 
