@@ -23,7 +23,7 @@ constexpr float kMaxCoordinate = 30000.0F;  // px
 
 bool drawable(float value) { return std::abs(value) < kMaxCoordinate; }
 
-/// The image, or black in its place.
+/// Returns the image, or a black one instead of an empty one.
 cv::Mat imageOrGround(const cv::Mat& image, cv::Size size, const std::vector<float>& x,
                       const std::vector<float>& y) {
   if (!image.empty()) return image;
@@ -46,7 +46,7 @@ cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const
   const cv::Mat right = imageOrGround(right_image, matches.right_size, matches.right_x, matches.right_y);
   const MatchColours colours;
   cv::Mat canvas(std::max(left.rows, right.rows), left.cols + right.cols, CV_8UC3, cv::Scalar::all(0));
-  // Paler images let the lines stand out.
+  // The images are made paler, so that the lines stand out.
   toColour(left).convertTo(canvas(cv::Rect(0, 0, left.cols, left.rows)), CV_8U, 0.6, 60);
   toColour(right).convertTo(canvas(cv::Rect(left.cols, 0, right.cols, right.rows)), CV_8U, 0.6, 60);
 

@@ -12,21 +12,22 @@
 namespace corrsel::core {
 namespace {
 
-// Queries that are compared with all trains before the next ones: their words stay in the first cache.
+// Number of queries that are compared with all trains before the next ones, so that their words stay in the
+// L1 cache.
 constexpr std::size_t kBlock = 64;
-// Up to here every whole number is a float, and so are its sums.
+// Integers, and therefore their sums, are exact in float up to this value.
 constexpr double kLargestExact = 1 << 24;
 
 using Rows = std::vector<std::uint32_t>;
 
 std::size_t roundedUp(std::size_t n, std::size_t unit) { return (n + unit - 1) / unit * unit; }
 
-/// What the values of float descriptors are.
+/// Properties of the values of descriptors.
 struct Content {
-  Rows rows;                  ///< those without NaN
-  cv::Mat bytes;              ///< the same numbers, where all are whole and from 0 to 255; otherwise empty
-  int largest = 0;            ///< of bytes
-  double train_error = 0;     ///< largest length of what CoarseNumbers leave out of a train
+  Rows rows;        ///< those without NaN
+  cv::Mat bytes;    ///< the same values as bytes if all are whole numbers from 0 to 255, otherwise empty
+  int largest = 0;  ///< of bytes
+  double train_error = 0;     ///< largest length of the part of a train that CoarseNumbers omit
   std::uint32_t squares = 0;  ///< the largest sum of the squares of a descriptor's bytes
 };
 
@@ -39,7 +40,7 @@ Content contentOf(const cv::Mat& descriptors) {
   for (int r = 0; r < descriptors.rows; ++r) {
     const float* const row = descriptors.ptr<float>(r);
     const auto* const numbers = bytes.ptr<std::uint8_t>(r);
-    // Without branches, so that they are vectorised.
+    // Without branches, so that the compiler vectorises the loops.
     int other = 0, nan = 0;
     for (int c = 0; c < descriptors.cols; ++c) {
       other |= static_cast<float>(numbers[c]) != row[c];
@@ -74,9 +75,9 @@ Rows allRows(const cv::Mat& descriptors) {
   return rows;
 }
 
-// Metrics: how a row becomes the words and the offset of a kernel.
+// Metrics: they convert a row to the words and the offset of a kernel.
 
-/// Of bytes.
+/// L2 distance of bytes.
 struct WholeNumberRows {
   using Distance = std::int32_t;
   static std::size_t words(const cv::Mat& m) { return (static_cast<std::size_t>(m.cols) + 1) / 2; }
@@ -98,7 +99,7 @@ struct WholeNumberRows {
   static float distance(Distance d) { return std::sqrt(static_cast<float>(d)); }
 };
 
-/// CoarseNumbers, of bytes.
+/// CoarseNumbers of bytes.
 struct CoarseRows {
   using Distance = std::int32_t;
   static std::size_t words(const cv::Mat& m) {
@@ -107,7 +108,7 @@ struct CoarseRows {
   static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
     const auto* const values = m.ptr<std::uint8_t>(row);
     auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
-    const int columns = m.cols;  // not read anew after every byte that is written
+    const int columns = m.cols;  // a copy, so that it is not read again after every byte written
     Distance offset = 0;
     for (int c = 0; c < columns; ++c) {
       const int half = values[c] >> 1;
@@ -130,7 +131,7 @@ struct CoarseRows {
   }
 };
 
-/// Rows that are copied as they are, filled up with zeros.
+/// Rows that are copied unchanged and padded with zeros.
 template <typename D>
 struct PlainRows {
   using Distance = D;
@@ -155,7 +156,7 @@ struct FloatRows : PlainRows<float> {
   static float distance(Distance d) { return std::sqrt(d); }
 };
 
-/// Trains as the kernels want them.
+/// Trains in the layout of the kernels.
 template <class Metric>
 struct PackedTrains {
   using Distance = typename Metric::Distance;
@@ -181,7 +182,7 @@ struct PackedTrains {
   std::vector<Distance> offsets;
 };
 
-/// Some queries as the kernels want them.
+/// Some queries in the layout of the kernels.
 template <class Metric>
 struct PackedQueries {
   using Distance = typename Metric::Distance;
@@ -216,7 +217,7 @@ struct TrainMinima {
   explicit TrainMinima(std::size_t size)
       : best(size, kFarDistance<Distance>), query(size, Neighbours::kNone) {}
 
-  /// Smaller distances win, of equal ones the lower query.
+  /// Smaller distances win; among equal ones the lower query.
   void merge(const TrainMinima& other) {
     for (std::size_t i = 0; i < best.size(); ++i) {
       if (other.best[i] < best[i] || (other.best[i] == best[i] && other.query[i] < query[i])) {
@@ -230,7 +231,7 @@ struct TrainMinima {
   std::vector<std::uint32_t> query;
 };
 
-/// Two nearest trains of some queries; trains are numbered as they are packed.
+/// Two nearest trains of some queries, with trains numbered in the packed order.
 template <typename Distance>
 struct Nearest {
   explicit Nearest(std::size_t size)
@@ -243,10 +244,10 @@ struct Nearest {
 };
 
 /// Compares the queries `rows` with all trains.
-/// @param coarse   the trains once more, or null
-/// @param nearest  one entry per row and as many more as fill up a group
+/// @param coarse   the trains with fewer bits, or null
+/// @param nearest  one entry per row, padded to whole groups
 /// @param minima   of the trains, or null
-/// @param near     what cannot be second, or null; per row of `rows`, filled up like `nearest`
+/// @param near     trains that cannot be second, or null; per row of `rows`, padded like `nearest`
 template <class Metric>
 void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric>& trains,
              const CoarseTrains* coarse, const NearFeatures* near, std::size_t threads,
@@ -307,7 +308,7 @@ void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric
   });
 }
 
-/// Second neighbours once more, of the queries whose second is too near to the first.
+/// Repeats the search for the second neighbour of the queries whose second is too near to the first.
 template <class Metric>
 void findFarSeconds(const cv::Mat& queries, const Rows& query_rows, const PackedTrains<Metric>& trains,
                     const CoarseTrains* coarse, const Rows& train_rows, const NeighbourSearch& search,
@@ -330,7 +331,7 @@ void findFarSeconds(const cv::Mat& queries, const Rows& query_rows, const Packed
     centre_y.push_back(y[first]);
   }
   Nearest<Distance> far(roundedUp(rows.size(), NearestBlock<Distance>::kQueries));
-  // Nothing is nearer than that: all compete to be second.
+  // No distance is smaller, so all other trains can become second.
   std::fill(far.best.begin(), far.best.end(), Distance{-1});
   const NearFeatures near{x.data(), y.data(), centre_x.data(), centre_y.data(), search.second_radius};
   compare<Metric>(queries, rows, trains, coarse, &near, threads, far, nullptr);

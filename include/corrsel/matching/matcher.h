@@ -8,19 +8,26 @@ namespace corrsel::core {
 
 struct MatchOptions : OptionSet {
   bool mutual = false;                ///< keep matches whose features are nearest to each other
-  double second_distance_radius = 0;  ///< px; 0 = the second nearest, wherever it is
+  double second_distance_radius = 0;  ///< px; 0 = no minimum distance of the second nearest
 
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// Putative matches: the nearest right feature of every left feature, exact brute force, no ratio test
-/// (many-to-one is normal), with first and second distance; see findNeighbours(). L2 for float descriptors
-/// (not squared), Hamming for binary ones; equal distances go to the lowest index. Descriptors that hold NaN
-/// are in no match. One right feature only, or with second_distance_radius none so far from the first: second
-/// distance NaN. No features on one side: no matches. Throws std::invalid_argument for descriptors whose type
-/// or length differ between the images, naming both, for a number of descriptors other than that of the
-/// keypoints, and for options out of range. O(N_left * N_right * D) time, O((N_left + N_right) * D) memory.
-/// @param threads  that may be used; matches do not depend on it
+/// Finds putative matches: the nearest right feature of every left feature, by exact brute force.
+///
+/// Algorithm: there is no ratio test, so several left features may have the same right one. The distance is
+/// L2 (not squared) for float descriptors and Hamming for binary ones. Among equal distances the lowest index
+/// wins.
+///
+/// Output: the matches with the distances to the first and second neighbour. Descriptors that hold NaN are in
+/// no match. The second distance is NaN if there is only one right feature, or none at second_distance_radius
+/// or more from the first. If one side has no features, there are no matches.
+///
+/// Failure: throws std::invalid_argument if type or length of the descriptors differ between the images,
+/// naming both, if there are not as many descriptors as keypoints, and for options out of range.
+///
+/// Cost: O(N_left * N_right * D) time, O((N_left + N_right) * D) memory.
+/// @param threads  number of threads that may be used; matches do not depend on it
 Correspondences matchFeatures(const Features& left, const Features& right, const MatchOptions& options = {},
                               int threads = 1);
 
