@@ -23,8 +23,8 @@
 // and by the tests of all selectors.
 namespace corrsel::core::testing {
 
-/// Reads values from bytes. Where they end, a generator seeded by the first four goes on, so that a few bytes
-/// already stand for a rich input.
+/// Reads values from bytes. After the last byte, a generator seeded by the first four continues, so that a
+/// few bytes already produce a rich input.
 class ByteSource {
  public:
   ByteSource(const std::uint8_t* data, std::size_t size)
@@ -94,7 +94,7 @@ inline float specialFloat(ByteSource& source) {
   return kSpecialFloats[source.below(std::size(kSpecialFloats))];
 }
 
-/// How the coordinates of a match come about.
+/// Ways to generate the coordinates of a match.
 enum class MatchKind : std::uint8_t {
   kPlane,
   kUnrelated,
@@ -176,7 +176,7 @@ inline AffineFrame arbitraryFrame(ByteSource& source, float x, float y) {
   return frame;
 }
 
-/// Length of an optional column: mostly that of the matches, often none, seldom a wrong one.
+/// Length of an optional column: mostly that of the matches, often 0, rarely a wrong one.
 inline std::size_t arbitraryLength(ByteSource& source, std::size_t n) {
   const std::uint32_t choice = source.below(64);
   if (choice == 0) return n + 1;
@@ -191,8 +191,8 @@ inline cv::Size arbitrarySize(ByteSource& source) {
   return {width, kSides[source.below(std::size(kSides))]};
 }
 
-/// Matches of every sort: planes, stereo, lattices, duplicates, numbers that are none, columns that are
-/// absent or of a wrong length, image sizes that are unknown or absurd.
+/// Generates matches of many kinds: planes, stereo, lattices, duplicates, NaN and infinite values, columns
+/// that are absent or of a wrong length, image sizes that are unknown or absurd.
 inline Correspondences arbitraryMatches(ByteSource& source, std::size_t max_matches = 300) {
   Correspondences m;
   const std::size_t n = source.below(static_cast<std::uint32_t>(max_matches + 1));
@@ -234,8 +234,7 @@ inline Correspondences arbitraryMatches(ByteSource& source, std::size_t max_matc
 }
 
 /// Draws values for some of the options, within their ranges. Whole numbers are kept small enough for a call
-/// to take a fraction of a second, and time limits are left alone, because they make answers depend on the
-/// clock.
+/// to take a fraction of a second. Time limits keep their values, because results would depend on the clock.
 class ArbitraryOptions : public OptionVisitor {
  public:
   explicit ArbitraryOptions(ByteSource& source) : source_(source) {}
@@ -294,7 +293,8 @@ inline bool sameBits(const std::vector<float>& a, const std::vector<float>& b) {
          (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
 }
 
-/// The first difference between two answers apart from their times, bit by bit; empty when there is none.
+/// Describes the first difference between two results, compared bit by bit without their times; empty if
+/// there is none.
 inline std::string difference(const Selection& a, const Selection& b) {
   if (a.status != b.status) return "status " + toString(a.status) + " and " + toString(b.status);
   if (a.message != b.message) return "message '" + a.message + "' and '" + b.message + "'";
@@ -307,7 +307,7 @@ inline std::string difference(const Selection& a, const Selection& b) {
   return "";
 }
 
-/// What the answer of a selector breaks of Selector's contract; empty when it breaks nothing.
+/// Describes the first violation of Selector's contract by a result; empty if there is none.
 inline std::string contractViolation(const Correspondences& m, const Selection& s) {
   const std::size_t n = m.size();
   const bool consistent = m.inconsistency().empty();

@@ -12,7 +12,7 @@
 
 namespace corrsel::core::testing {
 
-/// Where scripts/fetch_samples.sh puts the photographs.
+/// The folder to which scripts/fetch_samples.sh copies the photographs.
 inline std::string sampleFolder() {
   if (const char* const set = std::getenv("CORRSEL_SAMPLE_DIR")) return set;
   if (const char* const cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/corrsel/sample";
@@ -20,7 +20,7 @@ inline std::string sampleFolder() {
   return std::string(home ? home : "") + "/.cache/corrsel/sample";
 }
 
-/// A folder of its own for each test, removed at the end.
+/// A separate folder for each test, removed at the end.
 class DatasetFolder : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -37,7 +37,7 @@ class DatasetFolder : public ::testing::Test {
     std::ofstream(root_ / path) << text;
   }
 
-  /// Writes a small image of one value: grey where the format asks for it, else colour.
+  /// Writes a small image of one value: grey if the format requires it, otherwise colour.
   void writeImage(const std::filesystem::path& path, int value = 0) const {
     std::filesystem::create_directories((root_ / path).parent_path());
     const int type = path.extension() == ".pgm" ? CV_8UC1 : CV_8UC3;

@@ -35,7 +35,7 @@ inline cv::Mat shapes(int channels = 1, cv::Size size = {400, 300}, std::uint64_
   return image;
 }
 
-/// Those of the paper and others, each detector and each descriptor with something else too.
+/// Combinations of the paper and others. Each detector and each descriptor also occurs in another pairing.
 inline std::vector<std::string> combinations() {
   std::vector<std::string> names = extractorNames();
   for (const char* mixed : {"sift+orb", "orb+brisk", "akaze+sift", "sift+freak", "blob+sift",
@@ -50,14 +50,14 @@ inline std::vector<std::string> combinations() {
   return names;
 }
 
-/// As the name of a test.
+/// Converts a combination to the name of a test.
 inline std::string combinationName(const ::testing::TestParamInfo<std::string>& info) {
   std::string name = info.param;
   std::replace(name.begin(), name.end(), '+', '_');
   return name;
 }
 
-/// Keypoints and frames, bit by bit.
+/// Compares keypoints and frames bit by bit.
 inline void expectSameKeypoints(const Features& a, const Features& b) {
   ASSERT_EQ(a.keypoints.size(), b.keypoints.size());
   for (std::size_t i = 0; i < a.keypoints.size(); ++i) {
@@ -69,7 +69,7 @@ inline void expectSameKeypoints(const Features& a, const Features& b) {
   EXPECT_EQ(a.frames, b.frames);
 }
 
-/// Everything but the times, bit by bit.
+/// Compares everything except the times bit by bit.
 inline void expectSame(const Features& a, const Features& b) {
   expectSameKeypoints(a, b);
   ASSERT_EQ(a.descriptors.size(), b.descriptors.size());

@@ -234,7 +234,7 @@ class PaperTest(unittest.TestCase):
 
 
 class RunTest(unittest.TestCase):
-    """Each test has a run folder of its own."""
+    """Each test has a separate run folder."""
 
     def setUp(self):
         self.temporary = tempfile.TemporaryDirectory()

@@ -153,7 +153,7 @@ def figure_files(wanted):
 
 
 class ReportTest(unittest.TestCase):
-    """Each test has a run folder of its own."""
+    """Each test has a separate run folder."""
 
     def setUp(self):
         self.temporary = tempfile.TemporaryDirectory()

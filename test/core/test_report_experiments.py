@@ -248,7 +248,7 @@ class ExperimentsTest(unittest.TestCase):
         self.assertIn("0.036boat 1-2", self.cells("F pair by pair on vgg", "gms")["Lowest F"])
         self.assertTrue((self.folder / "figures" / "per_pair_vgg.svg").is_file())
 
-    def test_where_nothing_is_right_nobody_is_best(self):
+    def test_where_nothing_is_right_no_selector_is_best(self):
         f = per_pair.np.array([[0.0, 0.0, 0.1], [0.5, per_pair.np.nan, 0.9]])
         self.assertEqual(list(per_pair.highest_of(["a", "b", "keep_all"], f)), [0.0, 0.5])
         self.assertEqual(list(per_pair.highest_of(["keep_all"], f[:, 2:])), [-1.0, -1.0])

@@ -26,7 +26,7 @@
 
 namespace corrsel::core::testing {
 
-/// The message of the exception that `action` throws; empty when it throws none.
+/// Returns the message of the exception that `action` throws; empty if it throws none.
 template <typename Error = std::exception, typename Action>
 std::string errorOf(const Action& action) {
   try {
@@ -37,7 +37,7 @@ std::string errorOf(const Action& action) {
   return "";
 }
 
-/// Whether this is a build with AddressSanitizer, in which the longest tests would take minutes.
+/// True in a build with AddressSanitizer, in which the longest tests would take minutes.
 #if defined __SANITIZE_ADDRESS__  // GCC
 #define CORRSEL_ADDRESS_SANITIZER 1
 #elif defined __has_feature  // Clang
@@ -64,8 +64,8 @@ class LevelGuard {
   KernelLevel before_ = kernelLevel();
 };
 
-/// A clock for deadlines, in place of the system's while the object lives: it moves on by the same time
-/// whenever it is read, and by nothing else. What a time limit allows then does not depend on the machine.
+/// Replaces the clock of deadlines while the object lives. It advances by the same time whenever it is read,
+/// and only then, so the effect of a time limit does not depend on the machine.
 class TickingClock : private Clock {
  public:
   explicit TickingClock(double seconds_per_look) : tick_(seconds_per_look) {}
@@ -73,7 +73,7 @@ class TickingClock : private Clock {
   TickingClock(const TickingClock&) = delete;
   TickingClock& operator=(const TickingClock&) = delete;
 
-  /// How often the clock has been read.
+  /// Number of times the clock has been read.
   int looks() const { return looks_; }
 
  private:
@@ -84,13 +84,13 @@ class TickingClock : private Clock {
   Clock* before_ = setDeadlineClock(this);
 };
 
-/// Folder of a real dataset; empty where it does not exist: the test must then be skipped.
+/// Folder of a real dataset; empty if it does not exist, in which case the test must be skipped.
 inline std::string sharedData(const std::string& name) {
   const std::string path = corrsel::testing::realDataDir() + "/" + name;
   return std::filesystem::is_directory(path) ? path : "";
 }
 
-/// Generated matches, and which of them are right.
+/// Generated matches with the mask of the correct ones.
 struct Scene {
   Correspondences matches;
   std::vector<std::uint8_t> inlier;
@@ -202,7 +202,7 @@ inline void addFrames(Scene& scene, double noise = 0.05, std::uint64_t seed = 1)
       map = rotation(random.uniform(0, 2 * CV_PI)) * axes * rotation(random.uniform(0, 2 * CV_PI));
     }
     for (double& value : map.val) value += noise * random.normal();
-    // Any left frame will do.
+    // The choice of the left frame does not matter.
     const cv::Matx22d left = random.uniform(2, 10) * rotation(random.uniform(0, 2 * CV_PI));
     const cv::Matx22d right = map * left;
     m.left_frame.push_back({float(left(0, 0)), float(left(0, 1)), m.left_x[i], float(left(1, 0)),
@@ -251,7 +251,7 @@ struct LabelledPair {
   GroundTruth truth;
 };
 
-/// The pairs of AdelaideRMF, read once; empty where the dataset is not here.
+/// The pairs of AdelaideRMF, read once; empty if the dataset is missing.
 inline const std::vector<LabelledPair>& adelaidePairs() {
   static const std::vector<LabelledPair> pairs = [] {
     std::vector<LabelledPair> read;

@@ -39,7 +39,7 @@ std::string drawnSpec(ByteSource& source) {
   return preset < presets.size() ? spec + ":" + presets[preset] : spec;
 }
 
-/// Options that contradict each other are refused; the preset's own then remain.
+/// Options that contradict each other are refused; those of the preset then remain.
 std::unique_ptr<Selector> drawnSelector(const std::string& spec, OptionMap& options) {
   try {
     return createSelector(spec, options);
@@ -71,6 +71,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string fault = contractViolation(matches, first);
   if (!fault.empty()) fail(spec, options, matches, fault);
   const std::string change = difference(first, createSelector(spec, options)->select(matches));
-  if (!change.empty()) fail(spec, options, matches, "the second answer is another one: " + change);
+  if (!change.empty()) fail(spec, options, matches, "the second result differs: " + change);
   return 0;
 }
