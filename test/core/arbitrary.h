@@ -19,8 +19,8 @@
 #include "corrsel/selection.h"
 #include "corrsel/selectors/selector.h"
 
-// Input of every kind for selectors, made from bytes, and what must hold for the answers. Used by the fuzzer
-// and by the tests of all selectors.
+// Generates selector input of every kind from bytes and checks the results against the contract. Used by the
+// fuzzer and by the tests of all selectors.
 namespace corrsel::core::testing {
 
 /// Reads values from bytes. After the last byte, a generator seeded by the first four continues, so that a

@@ -45,7 +45,7 @@ class Regression : public ::testing::Test {
   }
   void TearDown() override { fs::remove_all(root_); }
 
-  /// A copy of the kept results, every row changed.
+  /// A copy of the stored results with every row changed.
   fs::path changed(const std::function<void(core::ResultRow&)>& change) const {
     const fs::path copy = root_ / "changed";
     fs::copy(kExpected, copy);
