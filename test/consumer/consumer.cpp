@@ -1,4 +1,5 @@
-// Uses corrsel as an application outside its source tree does: 80 matches of a translation and 20 unrelated ones.
+// Uses corrsel as an application outside its source tree does: 80 matches of a translation and 20 unrelated
+// ones.
 
 #include <corrsel/random.h>
 #include <corrsel/selectors/factory.h>
