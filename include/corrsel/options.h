@@ -166,6 +166,11 @@ class OptionSet {
   virtual void check() const;
 };
 
+/// For algorithms without options.
+struct NoOptions : OptionSet {
+  void visit(OptionVisitor&) const override {}
+};
+
 /// The fields of an option set in declaration order.
 std::vector<OptionField> optionFields(const OptionSet& options);
 

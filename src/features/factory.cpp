@@ -117,9 +117,23 @@ std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const
                                             descriptor->descriptor(*optionsFor(*descriptor, options)));
 }
 
+const std::vector<FeatureCombination>& featureCombinations() {
+  static const std::vector<FeatureCombination> table = {
+      {"hessian_affine+sift", "Affine frames, float descriptors; the default of the paper"},
+      {"sift+sift", "Scale-invariant, float descriptors compared by L2"},
+      {"orb+orb", "Fast, binary descriptors compared by Hamming distance"},
+      {"asift+asift", "SIFT in simulated views: strong changes of viewpoint, slow"},
+      {"blob+freak", "Laplacian extrema with binary descriptors"},
+      {"akaze+akaze", "Non-linear scale space, binary descriptors"},
+      {"brisk+brisk", "Corners at all scales, binary descriptors"},
+  };
+  return table;
+}
+
 std::vector<std::string> extractorNames() {
-  return {"hessian_affine+sift", "sift+sift",   "orb+orb",    "asift+asift",
-          "blob+freak",          "akaze+akaze", "brisk+brisk"};
+  std::vector<std::string> names;
+  for (const FeatureCombination& combination : featureCombinations()) names.push_back(combination.name);
+  return names;
 }
 
 std::vector<std::string> detectorNames() {

@@ -1,6 +1,7 @@
 #include "corrsel/selectors/factory.h"
 
 #include <algorithm>
+#include <cctype>
 #include <mutex>
 #include <stdexcept>
 #include <utility>
@@ -19,44 +20,9 @@
 namespace corrsel::core {
 namespace {
 
-struct Entry {
-  std::string name;
-  Presets presets;
-  std::unique_ptr<Selector> (*create)(const OptionMap& common, const OptionMap& preset,
-                                      const OptionMap& options, const std::string& name);
-};
-
-template <class S, class O>
-Entry entry(const std::string& name) {
-  return {name, S::presets(),
-          [](const OptionMap& common, const OptionMap& preset, const OptionMap& options,
-             const std::string& context) {
-            O values;
-            setOptionsWherePresent(values, common, context);
-            setOptions(values, preset, context);
-            setOptions(values, options, context);
-            try {
-              return std::unique_ptr<Selector>(std::make_unique<S>(values));
-            } catch (const std::invalid_argument& error) {
-              throw std::invalid_argument(context + ": " + error.what());
-            }
-          }};
-}
-
-/// The one place where a selector is announced, in the paper's order.
-const std::vector<Entry>& entries() {
-  static const std::vector<Entry> table = {
-      entry<NnsrSelector, NnsrOptions>("nnsr"),
-      entry<RansacSelector, RansacOptions>("ransac"),
-      entry<StSelector, StOptions>("st"),
-      entry<GtmSelector, GtmOptions>("gtm"),
-      entry<UsacSelector, UsacOptions>("usac"),
-      entry<VfcSelector, VfcOptions>("vfc"),
-      entry<GmsSelector, GmsOptions>("gms"),
-      entry<LpmSelector, LpmOptions>("lpm"),
-      entry<KeepAllSelector, KeepAllOptions>("keep_all"),
-  };
-  return table;
+template <class S>
+SelectorFactory builtIn(SelectorGroup group, const char* meaning) {
+  return {S().name(), group, meaning, [] { return std::make_unique<S>(); }};
 }
 
 struct LoaderSlot {
@@ -64,7 +30,7 @@ struct LoaderSlot {
   SelectorLoader loader;
 };
 
-/// Never destroyed: the loader's code may be unloaded before this library is.
+/// Never destroyed, because the loader's code may be unloaded before this library.
 LoaderSlot& loaderSlot() {
   static LoaderSlot& slot = *new LoaderSlot;
   return slot;
@@ -76,25 +42,42 @@ SelectorLoader selectorLoader() {
   return slot.loader;
 }
 
-const Entry& find(const std::string& name) {
-  for (const Entry& candidate : entries()) {
-    if (candidate.name == name) return candidate;
+/// The text, preceded by the name of the selector if it does not name it already.
+std::string withName(const std::string& name, const std::string& text) {
+  const auto part_of_word = [&text](std::size_t at) {
+    return at < text.size() && (std::isalnum(static_cast<unsigned char>(text[at])) || text[at] == '_');
+  };
+  for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + 1)) {
+    if ((at == 0 || !part_of_word(at - 1)) && !part_of_word(at + name.size())) return text;
   }
-  throw std::invalid_argument("unknown selector '" + name + "'; valid: " + joinList(selectorNames()) +
-                              (selectorLoader() ? ", package/Class of another package" : ""));
+  return name + ": " + text;
 }
 
-/// The values for configure(): what the user gave, and those of the common values that the selector knows.
-OptionMap pluginOptions(const Selector& selector, const std::string& name, const OptionMap& options,
-                        const OptionMap& common) {
+/// Runs a function that may run code of another package, and makes every exception one that names the
+/// selector.
+template <class Function>
+auto naming(const std::string& name, const Function& function) {
+  try {
+    return function();
+  } catch (const std::exception& error) {
+    throw std::invalid_argument(withName(name, error.what()));
+  } catch (...) {
+    throw std::invalid_argument(name + ": its class threw something that is not a std::exception");
+  }
+}
+
+/// Common values that the selector knows, then the preset, then the options: what comes later wins.
+OptionMap mergedOptions(const Selector& selector, const std::string& name, const OptionMap& preset,
+                        const OptionMap& options, const OptionMap& common) {
   OptionMap values = options;
+  values.insert(preset.begin(), preset.end());
   std::vector<std::string> known;
-  for (const OptionText& option : listOptions(selector.options())) {
-    known.push_back(option.name);
-    const auto offered = common.find(option.name);
+  for (const OptionField& field : optionFields(selector.options())) {
+    known.push_back(field.name);
+    const auto offered = common.find(field.name);
     if (offered != common.end()) values.insert(*offered);
   }
-  for (const auto& [option, value] : options) {
+  for (const auto& [option, value] : values) {
     if (std::find(known.begin(), known.end(), option) == known.end()) {
       throw std::invalid_argument("unknown option " + name + "." + option +
                                   "; valid: " + (known.empty() ? "none" : joinList(known)));
@@ -103,32 +86,93 @@ OptionMap pluginOptions(const Selector& selector, const std::string& name, const
   return values;
 }
 
-std::unique_ptr<Selector> createPlugin(const std::string& name, const OptionMap& options,
-                                       const OptionMap& common) {
-  if (name.find(':') != std::string::npos) {
-    throw std::invalid_argument("selector '" + name +
-                                "': selectors of other packages have no presets; give " +
-                                name.substr(0, name.find(':')) + " and its options");
-  }
-  const SelectorLoader load = selectorLoader();
-  if (!load) {
-    throw std::invalid_argument(
-        "selector '" + name +
-        "' is of another package, and this program cannot load such; valid: " + joinList(selectorNames()));
-  }
-  std::unique_ptr<Selector> selector = load(name);
-  if (!selector) throw std::invalid_argument("selector '" + name + "' could not be made");
-  const OptionMap values = pluginOptions(*selector, name, options, common);
-  selector->configure(values);
-  selector->options().check();
-  return selector;
-}
-
-std::string withName(const std::string& name, const std::string& text) {
-  return text.find(name) == std::string::npos ? name + ": " + text : text;
+std::vector<std::string> namesOf(const Presets& presets) {
+  std::vector<std::string> names;
+  for (const auto& preset : presets) names.push_back(preset.first);
+  return names;
 }
 
 }  // namespace
+
+/// The one place where a selector is announced: one line each.
+const std::vector<SelectorFactory>& builtInSelectors() {
+  constexpr SelectorGroup kPaper = SelectorGroup::kPaper, kBaseline = SelectorGroup::kBaseline;
+  static const std::vector<SelectorFactory> table = {
+      builtIn<NnsrSelector>(kPaper, "Ratio of descriptor distances, threshold by Otsu"),
+      builtIn<RansacSelector>(kPaper, "Random sample consensus, homography or fundamental matrix"),
+      builtIn<StSelector>(kPaper, "Spectral technique"),
+      builtIn<GtmSelector>(kPaper, "Game-theoretic matching; needs local affine frames"),
+      builtIn<UsacSelector>(kPaper, "Universal framework for random sample consensus"),
+      builtIn<VfcSelector>(kPaper, "Vector field consensus"),
+      builtIn<GmsSelector>(kPaper, "Grid-based motion statistics"),
+      builtIn<LpmSelector>(kPaper, "Locality preserving matching"),
+      builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
+  };
+  return table;
+}
+
+std::string toString(SelectorGroup group) {
+  switch (group) {
+    case SelectorGroup::kPaper:
+      return "paper";
+    case SelectorGroup::kBaseline:
+      return "baseline";
+    default:
+      return "other packages";
+  }
+}
+
+SelectorFactory::SelectorFactory(std::string name, SelectorGroup group, std::string meaning, Make make)
+    : name_(std::move(name)), group_(group), meaning_(std::move(meaning)), make_(std::move(make)) {}
+
+std::unique_ptr<Selector> SelectorFactory::make() const {
+  std::unique_ptr<Selector> selector = make_();
+  if (!selector) throw std::invalid_argument("selector '" + name_ + "' could not be made");
+  return selector;
+}
+
+Presets SelectorFactory::presets() const {
+  return naming(name_, [this] { return make()->presets(); });
+}
+
+std::unique_ptr<Selector> SelectorFactory::create(const std::optional<std::string>& preset,
+                                                  const OptionMap& options, const OptionMap& common) const {
+  return naming(name_, [&] {
+    std::unique_ptr<Selector> selector = make();
+    const Presets presets = selector->presets();
+    OptionMap preset_options;
+    if (preset) {
+      const auto found = std::find_if(presets.begin(), presets.end(), [&preset](const auto& candidate) {
+        return candidate.first == *preset;
+      });
+      if (found == presets.end()) {
+        throw std::invalid_argument("unknown preset '" + *preset + "' of selector " + name_ +
+                                    "; valid: " + (presets.empty() ? "none" : joinList(namesOf(presets))));
+      }
+      preset_options = found->second;
+    }
+    selector->configure(mergedOptions(*selector, name_, preset_options, options, common));
+    selector->options().check();
+    return selector;
+  });
+}
+
+SelectorFactory findSelector(const std::string& name) {
+  for (const SelectorFactory& candidate : builtInSelectors()) {
+    if (candidate.name() == name) return candidate;
+  }
+  const SelectorLoader load = selectorLoader();
+  if (isPluginName(name)) {
+    if (load) return {name, SelectorGroup::kOtherPackage, "", [load, name] { return load(name); }};
+    throw std::invalid_argument(
+        "selector '" + name +
+        "' belongs to another package, and this program cannot load selectors of other "
+        "packages; valid: " +
+        joinList(selectorNames()));
+  }
+  throw std::invalid_argument("unknown selector '" + name + "'; valid: " + joinList(selectorNames()) +
+                              (load ? ", package/Class of another package" : ""));
+}
 
 void setSelectorLoader(SelectorLoader loader) {
   LoaderSlot& slot = loaderSlot();
@@ -140,38 +184,20 @@ bool isPluginName(const std::string& spec) { return spec.find('/') != std::strin
 
 std::unique_ptr<Selector> createSelector(const std::string& spec, const OptionMap& options,
                                          const OptionMap& common) {
-  if (isPluginName(spec)) {
-    try {
-      return createPlugin(spec, options, common);
-    } catch (const std::exception& error) {
-      throw std::invalid_argument(withName(spec, error.what()));
-    } catch (...) {
-      throw std::invalid_argument(spec + ": its class threw something that is not a std::exception");
-    }
-  }
   const std::size_t colon = spec.find(':');
-  const Entry& found = find(spec.substr(0, colon));
-  if (colon == std::string::npos) return found.create(common, {}, options, found.name);
-  const std::string preset = spec.substr(colon + 1);
-  for (const auto& [name, values] : found.presets) {
-    if (name == preset) return found.create(common, values, options, found.name);
-  }
-  const std::vector<std::string> valid = selectorPresets(found.name);
-  throw std::invalid_argument("unknown preset '" + preset + "' of selector " + found.name +
-                              "; valid: " + (valid.empty() ? "none" : joinList(valid)));
+  std::optional<std::string> preset;
+  if (colon != std::string::npos) preset = spec.substr(colon + 1);
+  return findSelector(spec.substr(0, colon)).create(preset, options, common);
 }
 
 std::vector<std::string> selectorNames() {
   std::vector<std::string> names;
-  for (const Entry& candidate : entries()) names.push_back(candidate.name);
+  for (const SelectorFactory& selector : builtInSelectors()) names.push_back(selector.name());
   return names;
 }
 
 std::vector<std::string> selectorPresets(const std::string& name) {
-  std::vector<std::string> presets;
-  if (isPluginName(name)) return presets;
-  for (const auto& preset : find(name).presets) presets.push_back(preset.first);
-  return presets;
+  return namesOf(findSelector(name).presets());
 }
 
 }  // namespace corrsel::core

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "base/text.h"
@@ -258,9 +257,7 @@ void GmsOptions::visit(OptionVisitor& visitor) const {
                &GmsOptions::drop_first_cells);
 }
 
-GmsSelector::GmsSelector(GmsOptions options) : options_(std::move(options)) { options_.check(); }
-
-Presets GmsSelector::presets() {
+Presets GmsSelector::presets() const {
   return {{"rotation", {{"rotation", "true"}}},
           {"scale", {{"scale", "true"}}},
           {"rotation_scale", {{"rotation", "true"}, {"scale", "true"}}}};

@@ -6,7 +6,6 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <utility>
 
 #include "base/text.h"
 #include "base/workspace_scope.h"
@@ -239,9 +238,7 @@ void GtmOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &GtmOptions::max_seconds);
 }
 
-GtmSelector::GtmSelector(GtmOptions options) : options_(std::move(options)) { options_.check(); }
-
-Presets GtmSelector::presets() {
+Presets GtmSelector::presets() const {
   return {{"paper", {}}, {"equilibrium", {{"dynamics", "equilibrium"}, {"lambda", "2e-05"}}}};
 }
 

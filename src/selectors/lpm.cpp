@@ -252,9 +252,7 @@ void LpmOptions::check() const {
   }
 }
 
-LpmSelector::LpmSelector(LpmOptions options) : options_(std::move(options)) { options_.check(); }
-
-Presets LpmSelector::presets() {
+Presets LpmSelector::presets() const {
   return {{"paper", {}},
           {"v1", {{"lambda_second", "4"}}},
           {"v2",

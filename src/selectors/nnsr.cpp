@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <utility>
 
 #include "base/text.h"
 #include "selectors/parts/otsu.h"
@@ -30,8 +29,6 @@ void NnsrOptions::check() const {
                                 " is larger than max_threshold = " + formatNumber(max_threshold));
   }
 }
-
-NnsrSelector::NnsrSelector(NnsrOptions options) : options_(std::move(options)) { options_.check(); }
 
 std::string NnsrSelector::missingInput(const Correspondences& matches) const {
   if (matches.empty() || (!matches.distance.empty() && !matches.second_distance.empty())) return "";

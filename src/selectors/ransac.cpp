@@ -1,7 +1,5 @@
 #include "corrsel/selectors/ransac.h"
 
-#include <utility>
-
 #include "consensus/search.h"
 
 namespace corrsel::core {
@@ -10,9 +8,7 @@ void RansacOptions::visit(OptionVisitor& visitor) const {
   visitParts(visitor, 0.01, "Inlier threshold: transfer error (homography), Sampson distance (fundamental)");
 }
 
-RansacSelector::RansacSelector(RansacOptions options) : options_(std::move(options)) { options_.check(); }
-
-Presets RansacSelector::presets() {
+Presets RansacSelector::presets() const {
   return {{"h", {{"model", "homography"}}},         {"f", {{"model", "fundamental"}}},
           {"count", {{"score", "inlier_count"}}},   {"msac", {{"score", "msac"}}},
           {"lo", {{"local_optimization", "true"}}}, {"prosac", {{"sampler", "prosac"}}}};

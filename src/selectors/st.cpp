@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <utility>
 
 #include "base/parallel.h"
 #include "base/text.h"
@@ -194,9 +193,7 @@ void StOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &StOptions::max_seconds);
 }
 
-StSelector::StSelector(StOptions options) : options_(std::move(options)) { options_.check(); }
-
-Presets StSelector::presets() {
+Presets StSelector::presets() const {
   return {{"leordeanu_hebert", {{"affinity", "difference"}, {"threshold", "-1"}, {"one_to_one", "true"}}}};
 }
 

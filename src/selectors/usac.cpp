@@ -1,7 +1,5 @@
 #include "corrsel/selectors/usac.h"
 
-#include <utility>
-
 #include "consensus/search.h"
 
 namespace corrsel::core {
@@ -20,9 +18,7 @@ void UsacOptions::visit(OptionVisitor& visitor) const {
              "Inlier threshold; 0 = the paper's: 10 for a homography, 1.5 for a fundamental matrix");
 }
 
-UsacSelector::UsacSelector(UsacOptions options) : options_(std::move(options)) { options_.check(); }
-
-Presets UsacSelector::presets() {
+Presets UsacSelector::presets() const {
   return {{"h", {{"model", "homography"}}},
           {"f", {{"model", "fundamental"}}},
           {"uniform", {{"sampler", "uniform"}}}};

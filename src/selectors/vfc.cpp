@@ -336,9 +336,7 @@ void VfcOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &VfcOptions::max_seconds);
 }
 
-VfcSelector::VfcSelector(VfcOptions options) : options_(std::move(options)) { options_.check(); }
-
-Presets VfcSelector::presets() { return {{"sparse", {{"control_points", "16"}}}}; }
+Presets VfcSelector::presets() const { return {{"sparse", {{"control_points", "16"}}}}; }
 
 void VfcSelector::run(const Correspondences& matches, Selection& result) const {
   const std::size_t n = matches.size();

@@ -5,7 +5,6 @@
 #include <new>
 #include <stdexcept>
 
-#include "corrsel/selectors/keep_all.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -34,7 +33,7 @@ class Stub : public Selector {
  private:
   Run run_;
   bool needs_distance_;
-  KeepAllOptions options_;
+  NoOptions options_;
 };
 
 Correspondences matches(std::size_t n) {

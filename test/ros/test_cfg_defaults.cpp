@@ -3,10 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -169,40 +166,6 @@ TEST(Cfg, FeatureParametersEqualTheOptions) {
     EXPECT_NE(all.at("features").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }
   EXPECT_EQ(names(open), (std::vector<std::string>{"features", "roi_height", "roi_width", "roi_x", "roi_y"}));
-}
-
-/// The lines of a file, comments joined to one text, white space squeezed.
-std::string comments(const std::string& path) {
-  std::ifstream file(path);
-  std::string line, word, text;
-  while (std::getline(file, line)) {
-    std::istringstream words(line);
-    if (!(words >> word) || word != "#") continue;
-    while (words >> word) text += word + " ";
-  }
-  return text;
-}
-
-TEST(Cfg, LiveYamlSaysTheSame) {
-  const std::string path =
-      (std::filesystem::path(__FILE__).parent_path() / ".." / ".." / "config" / "live.yaml").string();
-  const std::string text = comments(path);
-  ASSERT_FALSE(text.empty()) << path;
-  std::ifstream file(path);
-  const std::string content(std::istreambuf_iterator<char>(file), {});
-  for (const auto* config :
-       {&SelectorConfig::__getDescriptionMessage__(), &FeatureMatcherConfig::__getDescriptionMessage__()}) {
-    for (const auto& [name, parameter] : parameters(*config)) {
-      EXPECT_NE(text.find(parameter.description), std::string::npos) << name << ": " << parameter.description;
-      const std::size_t start = content.find("\n  " + name + ": ");
-      ASSERT_NE(start, std::string::npos) << name;
-      const std::size_t colon = content.find(": ", start);
-      std::string value = content.substr(colon + 2, content.find('\n', colon) - colon - 2);
-      if (value == "\"\"") value.clear();
-      if (parameter.type == "double") value = core::formatNumber(core::parseNumber(value, name));
-      EXPECT_EQ(value, parameter.standard) << name;
-    }
-  }
 }
 
 TEST(ChangedOptions, DefaultsAreNotPassedOn) {

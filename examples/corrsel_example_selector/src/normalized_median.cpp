@@ -35,10 +35,7 @@ void NormalizedMedianOptions::visit(OptionVisitor& visitor) const {
                  &NormalizedMedianOptions::noise);
 }
 
-void NormalizedMedian::configure(const OptionMap& options) {
-  setOptions(options_, options, name());
-  options_.check();
-}
+Presets NormalizedMedian::presets() const { return {{"strict", {{"neighbours", "16"}, {"threshold", "1"}}}}; }
 
 void NormalizedMedian::run(const Correspondences& matches, Selection& result) const {
   const std::size_t n = matches.size(), k = static_cast<std::size_t>(options_.neighbours);

@@ -48,5 +48,14 @@ TEST(NormalizedMedian, ChecksItsOptions) {
   EXPECT_THROW(selector.configure({{"treshold", "1"}}), std::invalid_argument);
 }
 
+TEST(NormalizedMedian, HasAPreset) {
+  const Presets presets = NormalizedMedian().presets();
+  ASSERT_EQ(presets.size(), 1u);
+  EXPECT_EQ(presets[0].first, "strict");
+  NormalizedMedian selector;
+  selector.configure(presets[0].second);
+  EXPECT_EQ(listOptions(selector.options())[0].value, "16");
+}
+
 }  // namespace
 }  // namespace corrsel_example_selector

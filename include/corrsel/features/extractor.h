@@ -61,6 +61,13 @@ std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name,
 /// pairing of detectorNames() and descriptorNames() works too, unless createExtractor() says why not.
 std::vector<std::string> extractorNames();
 
+/// A combination of extractorNames() with a few words about it.
+struct FeatureCombination {
+  std::string name, meaning;
+};
+
+const std::vector<FeatureCombination>& featureCombinations();
+
 std::vector<std::string> detectorNames();
 std::vector<std::string> descriptorNames();
 

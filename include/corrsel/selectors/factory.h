@@ -1,41 +1,91 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "corrsel/options.h"
+#include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
 
-/// Makes a selector of another package from the name of its class. Throws where it cannot.
+/// The heading under which listings and documentation show a selector.
+enum class SelectorGroup : std::uint8_t {
+  kPaper,        ///< the eight of Zhao et al., arXiv:1904.13383
+  kBaseline,     ///< what every selector is compared with
+  kOtherPackage  ///< loaded at run time, "package/Class"
+};
+
+/// "paper", "baseline", "other packages".
+std::string toString(SelectorGroup group);
+
+/// Makes the selectors of one class, built in or from another package: its name, group, presets and options,
+/// and instances of it. Copyable; its functions may be called from any thread.
+class SelectorFactory {
+ public:
+  /// Makes an instance with default options.
+  using Make = std::function<std::unique_ptr<Selector>()>;
+
+  /// @param meaning  a few words for lists, e.g. "Grid-based motion statistics"
+  SelectorFactory(std::string name, SelectorGroup group, std::string meaning, Make make);
+
+  /// As in createSelector(), without preset.
+  const std::string& name() const { return name_; }
+  SelectorGroup group() const { return group_; }
+  const std::string& meaning() const { return meaning_; }
+
+  /// Presets beside the default; may be empty. Throws what create() throws.
+  Presets presets() const;
+
+  /// @param preset   name of a preset; none = the defaults
+  /// @param options  on top of the preset; unknown names are an error
+  /// @param common   values that are offered to every selector (seed, model, max_seconds...). Names that the
+  ///                 selector does not have are skipped. They are weaker than the preset and the options.
+  /// Throws std::invalid_argument naming the selector: unknown preset or option (listing the valid ones),
+  /// option out of range, or whatever the constructor of a class of another package threw.
+  std::unique_ptr<Selector> create(const std::optional<std::string>& preset = {},
+                                   const OptionMap& options = {}, const OptionMap& common = {}) const;
+
+ private:
+  std::unique_ptr<Selector> make() const;
+
+  std::string name_;
+  SelectorGroup group_;
+  std::string meaning_;
+  Make make_;
+};
+
+/// The selectors of this library in the order of listings: the paper's, in its order, then other groups; the
+/// pseudo-selector keep_all, the baseline, comes last.
+const std::vector<SelectorFactory>& builtInSelectors();
+
+/// Finds a built-in selector, or one of another package through the loader. Throws std::invalid_argument for
+/// an unknown name, listing the valid ones.
+SelectorFactory findSelector(const std::string& name);
+
+/// Makes a selector of another package from the name of its class, with default options. Throws if it cannot.
 using SelectorLoader = std::function<std::unique_ptr<Selector>(const std::string& class_name)>;
 
-/// Sets what createSelector() asks for "package/Class", in the whole process and from now on; an empty loader
-/// takes it away. To be called from any thread. Programs of ROS use ros/selector_plugins.h.
+/// Sets the loader for names of the form "package/Class", for the whole process; an empty loader removes it.
+/// May be called from any thread.
 void setSelectorLoader(SelectorLoader loader);
 
-/// Creates a selector from "name" or "name:preset", e.g. "gms", "lpm:v2", "ransac:f", or from
-/// "package/Class", which has no presets, through the loader.
-/// @param options  options of this algorithm, applied on top of the preset; unknown names are an error
-/// @param common   values offered to every algorithm (seed, threads, model...); skipped where not known, and
-///                 weaker than the preset and the options
-/// Throws std::invalid_argument: unknown name or preset (listing the valid ones), option out of range, or
-/// whatever a class of another package threw.
+/// Creates a selector from "name" or "name:preset", e.g. "gms", "lpm:v2", "package/Class",
+/// "package/Class:preset". Parameters and errors are those of findSelector() and SelectorFactory::create().
 std::unique_ptr<Selector> createSelector(const std::string& spec, const OptionMap& options = {},
                                          const OptionMap& common = {});
 
-/// All algorithms of this library in the paper's order; the pseudo-selector keep_all, the baseline, comes
-/// last.
+/// Names of builtInSelectors().
 std::vector<std::string> selectorNames();
 
-/// Whether a selector of another package is meant: "package/Class".
+/// Whether the name is that of a selector of another package: "package/Class".
 bool isPluginName(const std::string& spec);
 
-/// Presets of one algorithm beside its default; may be empty, and is for "package/Class". Throws
-/// std::invalid_argument on an unknown name.
+/// Names of the presets of findSelector(name).
 std::vector<std::string> selectorPresets(const std::string& name);
 
 }  // namespace corrsel::core

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -44,19 +43,15 @@ struct GmsOptions : OptionSet {
 ///
 /// Source: Bian et al., CVPR 2017; the paper's section on GMS. The paper's text averages the counts of
 /// pairs of cells, the authors' code those of left cells; this is the code's rule.
-class GmsSelector : public Selector {
+class GmsSelector : public SelectorWithOptions<GmsOptions> {
  public:
-  explicit GmsSelector(GmsOptions options = {});
-  static Presets presets();
+  using SelectorWithOptions::SelectorWithOptions;
   std::string name() const override { return "gms"; }
-  const OptionSet& options() const override { return options_; }
+  Presets presets() const override;
 
  protected:
   std::string missingInput(const Correspondences& matches) const override;
   void run(const Correspondences& matches, Selection& result) const override;
-
- private:
-  GmsOptions options_;
 };
 
 }  // namespace corrsel::core

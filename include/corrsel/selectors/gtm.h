@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <string>
 
-#include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -64,19 +63,15 @@ struct GtmOptions : OptionSet {
 ///
 /// Source: Albarelli et al., IJCV 2012; the paper's Eqs. 7-9. Equilibrium: Rota Bulo and Bomze, Games and
 /// Economic Behavior 2011.
-class GtmSelector : public Selector {
+class GtmSelector : public SelectorWithOptions<GtmOptions> {
  public:
-  explicit GtmSelector(GtmOptions options = {});
-  static Presets presets();
+  using SelectorWithOptions::SelectorWithOptions;
   std::string name() const override { return "gtm"; }
-  const OptionSet& options() const override { return options_; }
+  Presets presets() const override;
 
  protected:
   std::string missingInput(const Correspondences& matches) const override;
   void run(const Correspondences& matches, Selection& result) const override;
-
- private:
-  GtmOptions options_;
 };
 
 }  // namespace corrsel::core

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <string>
 
-#include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -56,18 +55,14 @@ struct LpmOptions : OptionSet {
 /// Cost: O(N log N + N K^2) time for evenly spread points, O(N K) memory in the workspace.
 ///
 /// Source: Ma et al., IJCAI 2017 (count) and IJCV 2019 (multiscale); the paper's Eqs. 24-28.
-class LpmSelector : public Selector {
+class LpmSelector : public SelectorWithOptions<LpmOptions> {
  public:
-  explicit LpmSelector(LpmOptions options = {});
-  static Presets presets();
+  using SelectorWithOptions::SelectorWithOptions;
   std::string name() const override { return "lpm"; }
-  const OptionSet& options() const override { return options_; }
+  Presets presets() const override;
 
  protected:
   void run(const Correspondences& matches, Selection& result) const override;
-
- private:
-  LpmOptions options_;
 };
 
 }  // namespace corrsel::core

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -34,19 +33,14 @@ struct NnsrOptions : OptionSet {
 ///
 /// Source: Lowe, IJCV 2004; the threshold as in Zhao et al. (the paper), Eq. 1 and its table of
 /// parameters.
-class NnsrSelector : public Selector {
+class NnsrSelector : public SelectorWithOptions<NnsrOptions> {
  public:
-  explicit NnsrSelector(NnsrOptions options = {});
-  static Presets presets() { return {}; }
+  using SelectorWithOptions::SelectorWithOptions;
   std::string name() const override { return "nnsr"; }
-  const OptionSet& options() const override { return options_; }
 
  protected:
   std::string missingInput(const Correspondences& matches) const override;
   void run(const Correspondences& matches, Selection& result) const override;
-
- private:
-  NnsrOptions options_;
 };
 
 }  // namespace corrsel::core

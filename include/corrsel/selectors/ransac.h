@@ -3,7 +3,6 @@
 #include <string>
 
 #include "corrsel/consensus/options.h"
-#include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -45,18 +44,14 @@ struct RansacOptions : ConsensusOptions {
 /// paper used: the score is MSAC by default, the best model is refined on its inliers, samples that the
 /// check refuses count for the stopping rule, and the mask belongs to the model that is returned: exactly
 /// the matches whose error under it is at most `threshold`.
-class RansacSelector : public Selector {
+class RansacSelector : public SelectorWithOptions<RansacOptions> {
  public:
-  explicit RansacSelector(RansacOptions options = {});
-  static Presets presets();
+  using SelectorWithOptions::SelectorWithOptions;
   std::string name() const override { return "ransac"; }
-  const OptionSet& options() const override { return options_; }
+  Presets presets() const override;
 
  protected:
   void run(const Correspondences& matches, Selection& result) const override;
-
- private:
-  RansacOptions options_;
 };
 
 }  // namespace corrsel::core

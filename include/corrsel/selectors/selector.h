@@ -1,10 +1,12 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "corrsel/correspondences.h"
 #include "corrsel/options.h"
 #include "corrsel/selection.h"
+#include "corrsel/selectors/presets.h"
 #include "corrsel/workspace.h"
 
 namespace corrsel {
@@ -13,17 +15,18 @@ namespace core {
 /// Decides which putative matches are correct.
 ///
 /// Contract:
-///  - select() is const and re-entrant and keeps no state: same options, same input, same answer, on any
-///  thread.
-///  - select() never throws on data. Whatever comes in, the mask has the length of the input and the status
-///  says
-///    why it looks as it does. Rows with NaN, infinite or absurd (beyond 1e6 px) coordinates are set aside
-///    before the algorithm sees them, never influence the others, and are answered with 0.
-///  - Constructors throw std::invalid_argument for options out of range, naming option, value and range.
+///  - select() is const and re-entrant and keeps no state. The same options and the same input give the same
+///    result, bit for bit, on any thread.
+///  - select() never throws on data. For any input, the mask has the length of the input, and status and
+///    message give the reason for an unusual result.
+///  - Rows whose coordinates are NaN, infinite or beyond 1e6 px are removed before the algorithm runs. They
+///    never influence the other rows, and their mask is 0.
+///  - Options out of range cause std::invalid_argument, which names the option, its value and its range.
 ///
-/// To write one: derive, implement name(), options() and run(), and override missingInput() if a column
-/// beyond the coordinates is needed. Those of other packages are made by their default constructor and given
-/// their options by configure(): see docs/selectors.md.
+/// To write a selector, derive from SelectorWithOptions and implement name() and run(). Override
+/// missingInput() if the algorithm needs a column beyond the coordinates, and presets() if it has named sets
+/// of option values. A selector is made by its default constructor and then given its options by configure().
+/// docs/selectors.md describes the steps, for this library and for other packages.
 class Selector {
  public:
   virtual ~Selector() = default;
@@ -37,26 +40,52 @@ class Selector {
   /// Lower-case name as in the factory, without preset; "package/Class" of a selector of another package.
   virtual std::string name() const = 0;
 
+  /// The options in force.
   virtual const OptionSet& options() const = 0;
 
-  /// Takes over the options of a selector of another package: called once, after its construction and before
-  /// anything but options(), with the values that the user gave and those common ones (seed, threads...)
-  /// whose names are in options(). Override it where there are options: setOptions() and check() do the work.
-  /// Throws std::invalid_argument; unless overridden for every option.
+  /// Named sets of option values, applied on top of the defaults.
+  virtual Presets presets() const { return {}; }
+
+  /// Sets options. The factory calls it once, after construction, with the values from the preset and from
+  /// the user and with those common values (seed, model, max_seconds...) whose names are in options(). Throws
+  /// std::invalid_argument; unless overridden, for every option.
   virtual void configure(const OptionMap& options);
 
  protected:
-  /// A sentence naming the missing column or image size, or empty when the input will do.
+  /// A sentence that names a missing column or image size, or an empty text if nothing is missing.
   virtual std::string missingInput(const Correspondences& matches) const;
 
-  /// The algorithm. `matches` holds finite coordinates only; `result.mask` comes in all zero with the right
-  /// length.
+  /// The algorithm. `matches` holds finite coordinates only. `result.mask` has the length of the input and is
+  /// zero.
   virtual void run(const Correspondences& matches, Selection& result) const = 0;
+};
+
+/// Base of selectors with options: it stores and checks them.
+/// @tparam Options  an option struct, or NoOptions
+template <class Options>
+class SelectorWithOptions : public Selector {
+ public:
+  /// Throws std::invalid_argument for options out of range.
+  explicit SelectorWithOptions(Options options = {}) : options_(std::move(options)) { options_.check(); }
+
+  const OptionSet& options() const override { return options_; }
+
+  /// Throws std::invalid_argument for an unknown name or a value out of range, and then changes nothing.
+  void configure(const OptionMap& options) override {
+    Options changed = options_;
+    setOptions(changed, options, name());
+    changed.check();
+    options_ = std::move(changed);
+  }
+
+ protected:
+  Options options_;
 };
 
 }  // namespace core
 
-/// The name under which plug-ins derive from it.
+// The names from which selectors of other packages derive.
 using core::Selector;
+using core::SelectorWithOptions;
 
 }  // namespace corrsel

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <string>
 
-#include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -60,18 +59,14 @@ struct StOptions : OptionSet {
 /// Cost: O(N^2) time per product, usually 5 to 8 of them, and N^2 bytes (see Workspace).
 ///
 /// Source: Leordeanu and Hebert, ICCV 2005; the paper's section on ST.
-class StSelector : public Selector {
+class StSelector : public SelectorWithOptions<StOptions> {
  public:
-  explicit StSelector(StOptions options = {});
-  static Presets presets();
+  using SelectorWithOptions::SelectorWithOptions;
   std::string name() const override { return "st"; }
-  const OptionSet& options() const override { return options_; }
+  Presets presets() const override;
 
  protected:
   void run(const Correspondences& matches, Selection& result) const override;
-
- private:
-  StOptions options_;
 };
 
 }  // namespace corrsel::core

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "corrsel/consensus/options.h"
-#include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -45,18 +44,14 @@ struct UsacOptions : ConsensusOptions {
 ///  - Degenerate samples are recognised by sqrt(3) times the user's threshold.
 ///  - PROSAC stops early only by a prefix of at least one match in twenty (homography) or half of them
 /// (fundamental matrix).
-class UsacSelector : public Selector {
+class UsacSelector : public SelectorWithOptions<UsacOptions> {
  public:
-  explicit UsacSelector(UsacOptions options = {});
-  static Presets presets();
+  using SelectorWithOptions::SelectorWithOptions;
   std::string name() const override { return "usac"; }
-  const OptionSet& options() const override { return options_; }
+  Presets presets() const override;
 
  protected:
   void run(const Correspondences& matches, Selection& result) const override;
-
- private:
-  UsacOptions options_;
 };
 
 }  // namespace corrsel::core

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -57,18 +56,14 @@ struct VfcOptions : OptionSet {
 /// for points spread over an image.
 ///
 /// Source: Ma et al., TIP 2014; the paper's Eqs. 11-16. SparseVFC: Ma et al., Pattern Recognition 2013.
-class VfcSelector : public Selector {
+class VfcSelector : public SelectorWithOptions<VfcOptions> {
  public:
-  explicit VfcSelector(VfcOptions options = {});
-  static Presets presets();
+  using SelectorWithOptions::SelectorWithOptions;
   std::string name() const override { return "vfc"; }
-  const OptionSet& options() const override { return options_; }
+  Presets presets() const override;
 
  protected:
   void run(const Correspondences& matches, Selection& result) const override;
-
- private:
-  VfcOptions options_;
 };
 
 }  // namespace corrsel::core

@@ -7,12 +7,12 @@ using core::OptionVisitor;
 void LiveParameters::visitCommon(OptionVisitor& visitor, const char* lazy_text) const {
   using P = LiveParameters;
   visitor.flag("lazy", lazy_text, &P::lazy);
-  visitor.integer({"subscriber_queue_size", 1, 1000, "messages",
+  visitor.integer({"subscriber_queue_size", 1, 1000, "-",
                    "Messages of each topic that wait to be received; receiving is quick"},
                   &P::subscriber_queue_size);
   visitor.integer(
-      {"pending", 1, 1000, "items",
-       "Items that wait to be processed; when it is exceeded, the oldest is dropped, and a larger "
+      {"pending", 1, 1000, "-",
+       "Items that wait to be processed; when there are more, the oldest is dropped, and a larger "
        "number only adds delay"},
       &P::pending);
   visitor.number(
@@ -54,7 +54,7 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
   visitor.number({"approximate_sync_max_interval", 0, 1e6, "s",
                   "With approximate_sync: largest difference of the stamps of a pair; 0 = no limit"},
                  &P::approximate_sync_max_interval);
-  visitor.integer({"queue_size", 1, 1000, "images",
+  visitor.integer({"queue_size", 1, 1000, "-",
                    "Images of each camera that are kept until the image of the other one arrives"},
                   &P::queue_size);
   visitor.integer({"threads", 1, 1024, "-",
@@ -79,12 +79,12 @@ void MatchViewerParameters::visit(OptionVisitor& visitor) const {
   visitor.text("image_transport",
                "Transport of the images: raw, compressed, or the name of an installed plug-in",
                &P::image_transport);
-  visitor.integer({"subscriber_queue_size", 1, 1000, "messages",
+  visitor.integer({"subscriber_queue_size", 1, 1000, "-",
                    "Messages of each topic that wait to be received; receiving is quick"},
                   &P::subscriber_queue_size);
-  visitor.integer({"cache_size", 1, 100000, "pairs",
-                   "Pairs that are kept until all messages with their stamp have arrived"},
-                  &P::cache_size);
+  visitor.integer(
+      {"cache_size", 1, 100000, "-", "Pairs that are kept until all messages with their stamp have arrived"},
+      &P::cache_size);
   visitor.number({"tolerance", 0, 1e6, "px", "Error up to which a match is drawn as correct"}, &P::tolerance);
   visitor.integer({"max_lines", 1, 1000000, "-", "Largest number of lines that are drawn of each colour"},
                   &P::max_lines);
@@ -94,7 +94,7 @@ void EvaluatorParameters::visit(OptionVisitor& visitor) const {
   visitor.number({"ground_truth_tolerance", 1e-9, 1e6, "px",
                   "Error up to which a putative match counts as an inlier of the ground truth"},
                  &EvaluatorParameters::ground_truth_tolerance);
-  visitor.integer({"subscriber_queue_size", 1, 1000, "messages",
+  visitor.integer({"subscriber_queue_size", 1, 1000, "-",
                    "Messages of each topic that wait to be received; receiving is quick"},
                   &EvaluatorParameters::subscriber_queue_size);
 }
@@ -110,11 +110,11 @@ void RegionParameters::visit(OptionVisitor& visitor) const {
   visitor.integer(
       {"x", 0, kLargest, "px", "Left edge of the part of the images in which features are looked for"},
       &P::x);
-  visitor.integer({"y", 0, kLargest, "px", "Upper edge of this part"}, &P::y);
-  visitor.integer({"width", 0, kLargest, "px", "Width of this part; 0 = up to the right edge of the image"},
+  visitor.integer({"y", 0, kLargest, "px", "Upper edge of that part"}, &P::y);
+  visitor.integer({"width", 0, kLargest, "px", "Width of that part; 0 = up to the right edge of the image"},
                   &P::width);
   visitor.integer(
-      {"height", 0, kLargest, "px", "Height of this part; 0 = down to the lower edge of the image"},
+      {"height", 0, kLargest, "px", "Height of that part; 0 = down to the lower edge of the image"},
       &P::height);
 }
 

@@ -26,17 +26,13 @@ struct NormalizedMedianOptions : corrsel::core::OptionSet {
 /// Neighbours should move alike and most of them should be correct, as after a ratio test. Failure: too_few
 /// for at most k matches. Cost: about O(N k). Source: Westerweel and Scarano, "Universal outlier detection
 /// for PIV data", Experiments in Fluids 39 (2005).
-class NormalizedMedian : public corrsel::Selector {
+class NormalizedMedian : public corrsel::SelectorWithOptions<NormalizedMedianOptions> {
  public:
   std::string name() const override { return "corrsel_example_selector/NormalizedMedian"; }
-  const corrsel::core::OptionSet& options() const override { return options_; }
-  void configure(const corrsel::core::OptionMap& options) override;
+  corrsel::core::Presets presets() const override;
 
  protected:
   void run(const corrsel::core::Correspondences& matches, corrsel::core::Selection& result) const override;
-
- private:
-  NormalizedMedianOptions options_;
 };
 
 }  // namespace corrsel_example_selector

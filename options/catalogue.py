@@ -1,0 +1,83 @@
+"""The catalogue of all options, for what is generated from it: the cfg files, config/live.yaml and tables in docs/.
+
+It needs nothing but Python's standard library (3.8 or newer).
+"""
+
+import json
+import os
+
+PATH = os.path.join(os.path.dirname(os.path.realpath(__file__)), "catalogue.json")
+
+# What a change of a parameter makes the FeatureMatcher and the Selector nodelets build anew.
+FEATURES, MATCH, SEQUENCE, REGION = 1, 2, 4, 8
+SELECTOR = 2
+
+
+def load():
+    """Return the catalogue as src/nodes/option_catalogue.cpp writes it."""
+    with open(PATH, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def describe(option):
+    """Return the description of an option with its unit."""
+    unit = option.get("unit")
+    return option["description"] + (" [%s]" % unit if unit else "")
+
+
+def with_choices(options, name, choices):
+    """Return the options, with the values that are offered for the text `name`."""
+    return [dict(option, choices=choices) if option["name"] == name else option for option in options]
+
+
+def groups(catalogue, nodelet):
+    """Return the parameters of a nodelet that can be changed at run time: (group, prefix, level, options) each."""
+    own = catalogue["nodelets"][nodelet]
+    if nodelet == "FeatureMatcher":
+        features = catalogue["features"]
+        choice = with_choices(own["changeable"], "features", features["combinations"])
+        result = [("", "", FEATURES, choice), ("region", "roi_", REGION, own["region"])]
+        for algorithm in features["algorithms"]:
+            name = algorithm["name"]
+            result.append((name, name + "_", FEATURES, algorithm["options"]))
+        result.append(("match", "match_", MATCH, catalogue["matching"]))
+        result.append(("sequence", "sequence_", SEQUENCE, catalogue["sequence"]))
+        return result
+    choice = with_choices(own["changeable"], "selector", catalogue["selectors"])
+    result = [("", "", SELECTOR, choice)]
+    for selector in catalogue["selectors"]:
+        # The seed of every selector is the one parameter `seed`.
+        options = [option for option in selector["options"] if option["name"] != "seed"]
+        if options:
+            result.append((selector["name"], selector["name"] + "_", SELECTOR, options))
+    return result
+
+
+def add_parameters(generator, nodelet):
+    """Add the parameters of a nodelet to a ParameterGenerator of dynamic_reconfigure."""
+    types = {"number": "double", "integer": "int", "flag": "bool", "choice": "str", "text": "str"}
+
+    def choices(name, values):
+        prefix = "" if name == "features" else name + "_"
+        constants = [
+            # dynamic_reconfigure allows no quotes here.
+            generator.const(
+                prefix + value["name"].replace("+", "_"),
+                "str",
+                value["name"],
+                value["meaning"].replace("'", "").replace('"', ""),
+            )
+            for value in values
+        ]
+        return generator.enum(constants, "Values of " + name)
+
+    for group_name, prefix, level, options in groups(load(), nodelet):
+        group = generator.add_group(group_name) if group_name else generator
+        for option in options:
+            name = prefix + option["name"]
+            arguments = {}
+            if "min" in option:
+                arguments = {"min": option["min"], "max": option["max"]}
+            if "choices" in option:
+                arguments["edit_method"] = choices(name, option["choices"])
+            group.add(name, types[option["type"]], level, describe(option), option["default"], **arguments)

@@ -1,0 +1,119 @@
+// Prints the catalogue of all options as JSON: what options/catalogue.json holds. The configuration of the
+// nodelets, config/live.yaml and the tables in docs/ are generated from it; see scripts/generate.py.
+
+#include <algorithm>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "corrsel/features/extractor.h"
+#include "corrsel/matching/matcher.h"
+#include "corrsel/matching/sequence.h"
+#include "corrsel/options.h"
+#include "corrsel/selectors/factory.h"
+#include "ros/live/nodelet_parameters.h"
+
+namespace corrsel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json describe(const core::OptionSet& options) {
+  Json list = Json::array();
+  for (const core::OptionField& field : core::optionFields(options)) {
+    Json entry;
+    entry["name"] = field.name;
+    entry["type"] = core::toString(field.type);
+    std::visit([&entry](const auto& value) { entry["default"] = value; }, field.get(options));
+    if (field.type == core::OptionType::kInteger) {
+      entry["min"] = static_cast<int>(field.min);
+      entry["max"] = static_cast<int>(field.max);
+    } else if (field.type == core::OptionType::kNumber) {
+      entry["min"] = field.min;
+      entry["max"] = field.max;
+    }
+    if (field.unit != "-") entry["unit"] = field.unit;
+    entry["description"] = field.description;
+    for (const core::OptionField::Named& choice : field.choices) {
+      entry["choices"].push_back({{"name", choice.name}, {"meaning", choice.meaning}});
+    }
+    list.push_back(entry);
+  }
+  return list;
+}
+
+Json selectors() {
+  Json list = Json::array();
+  for (const core::SelectorFactory& selector : core::builtInSelectors()) {
+    Json presets = Json::object();
+    for (const auto& [name, values] : selector.presets()) presets[name] = Json(values);
+    list.push_back({{"name", selector.name()},
+                    {"group", core::toString(selector.group())},
+                    {"meaning", selector.meaning()},
+                    {"presets", presets},
+                    {"options", describe(selector.create()->options())}});
+  }
+  return list;
+}
+
+Json features() {
+  Json combinations = Json::array(), algorithms = Json::array();
+  for (const core::FeatureCombination& combination : core::featureCombinations()) {
+    combinations.push_back({{"name", combination.name}, {"meaning", combination.meaning}});
+  }
+  for (const auto& [name, options] : core::featureAlgorithms()) {
+    algorithms.push_back({{"name", name}, {"options", describe(*options)}});
+  }
+  return {{"combinations", combinations},
+          {"detectors", core::detectorNames()},
+          {"descriptors", core::descriptorNames()},
+          {"algorithms", algorithms}};
+}
+
+/// What the nodelets have beside the options of algorithms.
+Json nodelets() {
+  Json list = Json::object();
+  for (const auto& [name, parameters] : nodeletParameters()) list[name]["start"] = describe(*parameters);
+  list["FeatureMatcher"]["changeable"] = describe(FeatureChoice());
+  list["FeatureMatcher"]["region"] = describe(RegionParameters());
+  list["Selector"]["changeable"] = describe(SelectorChoice());
+  return list;
+}
+
+bool isOption(const Json& value) { return value.is_object() && value.contains("type"); }
+
+/// Prints every option and every plain value in one line, so that differences between versions are easy to
+/// read.
+void print(const Json& value, const std::string& indent) {
+  const bool nested = !isOption(value) && std::any_of(value.begin(), value.end(), [](const Json& part) {
+    return part.is_structured() && !part.empty();
+  });
+  if (!nested) {
+    std::cout << value.dump();
+    return;
+  }
+  std::string separator = value.is_object() ? "{\n" : "[\n";
+  for (const auto& part : value.items()) {
+    std::cout << separator << indent << " ";
+    if (value.is_object()) std::cout << Json(part.key()).dump() << ": ";
+    print(part.value(), indent + " ");
+    separator = ",\n";
+  }
+  std::cout << "\n" << indent << (value.is_object() ? "}" : "]");
+}
+
+}  // namespace
+}  // namespace corrsel
+
+int main() {
+  using namespace corrsel;
+  const Json catalogue = {{"selectors", selectors()},
+                          {"features", features()},
+                          {"matching", describe(core::MatchOptions())},
+                          {"sequence", describe(core::SequenceOptions())},
+                          {"nodelets", nodelets()}};
+  print(catalogue, "");
+  std::cout << "\n";
+  return 0;
+}

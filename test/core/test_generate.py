@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Tests of scripts/generate.py: what the repository holds is what it writes, and it reports what is missing."""
+
+import importlib.util
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+PACKAGE = pathlib.Path(__file__).resolve().parents[2]
+
+
+def program():
+    """Return the program option_catalogue of this build."""
+    folders = [os.environ["CORRSEL_BINARY_DIR"], os.environ.get("CORRSEL_DEVEL_DIR")]
+    for folder in filter(None, folders):
+        for path in pathlib.Path(folder).rglob("option_catalogue"):
+            if path.is_file():
+                return path
+    raise AssertionError("the program option_catalogue is not built")
+
+
+def load():
+    """Return the script as a module."""
+    spec = importlib.util.spec_from_file_location("generate", PACKAGE / "scripts" / "generate.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class Generate(unittest.TestCase):
+    """The script, with the catalogue of this build."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.generate = load()
+        cls.text = subprocess.run([str(program())], check=True, stdout=subprocess.PIPE).stdout.decode()
+        cls.catalogue = json.loads(cls.text)
+
+    def test_everything_generated_is_up_to_date(self):
+        """If this fails, run scripts/generate.py and commit what it writes."""
+        run = subprocess.run(
+            [
+                sys.executable,
+                str(PACKAGE / "scripts" / "generate.py"),
+                "--check",
+                "--program",
+                str(program()),
+            ],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+        )
+        self.assertEqual(run.returncode, 0, run.stdout.decode())
+
+    def test_a_changed_option_is_noticed_everywhere(self):
+        """The tables, the YAML file and the message that names the command."""
+        before = self.generate.generated(self.catalogue)
+        changed = json.loads(self.text.replace("Cells per side of the left grid", "Cells along each side"))
+        after = self.generate.generated(changed)
+        self.assertEqual(
+            [name for name in before if before[name] != after[name]],
+            ["config/live.yaml", "docs/selectors.md"],
+        )
+        self.assertIn("scripts/generate.py", self.generate.COMMAND)
+
+    def test_a_selector_without_a_section_is_an_error(self):
+        """So is a marker without a selector."""
+        parts = self.generate.tables(self.catalogue)["docs/selectors.md"]
+        with self.assertRaisesRegex(
+            self.generate.Problem, r"docs/selectors.md has no section for new: .*options: new"
+        ):
+            text = (PACKAGE / "docs" / "selectors.md").read_text(encoding="utf-8")
+            self.generate.filled("docs/selectors.md", text, dict(parts, new="-"))
+        with self.assertRaisesRegex(self.generate.Problem, "nothing to put at '<!-- options: old -->'"):
+            self.generate.filled("x.md", "<!-- options: old -->\n<!-- end -->\n", {})
+
+    def test_numbers_in_yaml_read_back_as_numbers(self):
+        """YAML 1.1 takes 1e-05, which has no decimal point, for a text."""
+        for value, text in ((1e-05, "1.0e-05"), (12.0, "12.0"), (0.25, "0.25")):
+            self.assertEqual(self.generate.yaml_value({"type": "number", "default": value}), text)
+        self.assertEqual(self.generate.yaml_value({"type": "flag", "default": True}), "true")
+        self.assertEqual(self.generate.yaml_value({"type": "text", "default": ""}), '""')
+
+
+if __name__ == "__main__":
+    unittest.main()
