@@ -53,7 +53,7 @@ class Companion {
       std::packaged_task<void()> task = std::move(task_);
       lock.unlock();
       task();
-      task = {};  // what it holds belongs to whoever waits
+      task = {};  // its contents belong to the waiting thread
       lock.lock();
       busy_ = false;
       changed_.notify_all();

@@ -37,7 +37,7 @@ using GroupKey = std::tuple<std::string, std::string, std::string, std::string>;
 /// Sequence, pair.
 using PairKey = std::pair<std::string, std::string>;
 
-/// What a run says of one selection: its repetitions.
+/// The rows of one selection of a run: its repetitions.
 struct PairValues {
   std::vector<double> values;   ///< defined ones
   std::vector<double> seconds;  ///< known ones

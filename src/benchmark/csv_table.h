@@ -14,7 +14,7 @@
 
 namespace corrsel::core {
 
-/// The value of a cell. A NaN stands for an undefined number; in the file its cell is empty.
+/// The text of a cell. An undefined number is NaN; its cell in the file is empty.
 using CellValue = std::variant<std::string, std::size_t, int, double>;
 
 std::string cellText(const CellValue& cell);
@@ -74,7 +74,7 @@ class CsvTable {
     return csvLine(names);
   }
 
-  /// Number of a column, from 0. Throws std::logic_error where the table has no such column.
+  /// Number of a column, from 0. Throws std::logic_error if the table has no such column.
   std::size_t indexOf(const std::string& name) const {
     const auto found = std::find_if(columns_.begin(), columns_.end(),
                                     [&name](const CsvColumn<Row>& column) { return column.name == name; });

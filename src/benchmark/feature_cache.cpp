@@ -9,7 +9,7 @@ namespace {
 
 std::size_t rowBytes(const cv::Mat& image) { return static_cast<std::size_t>(image.cols) * image.elemSize(); }
 
-/// Tells most images apart quickly; equality is then checked on the pixels. The bytes of a row that do not
+/// Distinguishes most images quickly; equality is then checked on the pixels. The bytes of a row that do not
 /// fill a word are left out.
 std::uint64_t hashOf(const cv::Mat& image) {
   Checksum checksum;

@@ -185,7 +185,7 @@ void addRemark(Selection& result, const std::string& text) {
   result.message += (result.message.empty() ? "" : "; ") + text;
 }
 
-void answer(const Correspondences& matches, const TwoViewProblem& problem, double threshold,
+void report(const Correspondences& matches, const TwoViewProblem& problem, double threshold,
             const Candidate& best, SearchMemory& work, Selection& result) {
   result.model = (work.matches.*problem.toPixels)(best.model);
   result.model_kind = problem.kind;
@@ -239,7 +239,7 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
                           ", max_seconds = " + formatNumber(options.max_seconds));
   }
   if (best.exists()) {
-    answer(matches, problem, threshold, best, work, result);
+    report(matches, problem, threshold, best, work, result);
   } else if (search.timedOut()) {
     return;
   } else if (result.iterations < options.max_iterations) {

@@ -92,7 +92,7 @@ void checkHomography(const cv::Matx33d& homography, const std::string& path, con
     if (!std::isfinite(value)) fail(path, "the homography has an entry that is not finite", remedy);
   }
   // In kilopixels the entries of a sound homography are of similar size, so that the smallest singular value
-  // tells rank deficiency from mere scale.
+  // distinguishes rank deficiency from mere scale.
   const cv::Matx33d to_kilopixels = cv::Matx33d::diag(cv::Vec3d(1e-3, 1e-3, 1.0));
   const cv::Matx33d to_pixels = cv::Matx33d::diag(cv::Vec3d(1e3, 1e3, 1.0));
   cv::Matx31d singular_values;

@@ -47,7 +47,7 @@ std::vector<std::string> subfolders(const std::string& root);
 /// Names of the regular files in `folder`, in byte order; none where it cannot be listed.
 std::vector<std::string> fileNames(const std::string& folder);
 
-/// Those of the paths that are regular files, in the given order.
+/// Returns the paths that are regular files, in the given order.
 std::vector<std::string> existingFiles(const std::vector<std::string>& paths);
 
 }  // namespace corrsel::core

@@ -9,10 +9,10 @@
 
 namespace corrsel::core {
 
-/// What an error about a photograph of the sample set tells the user to do.
+/// The remedy in errors about photographs of the sample set.
 inline constexpr const char* kSampleRemedy = "fetch the sample photographs with fetch_samples.sh";
 
-/// An engine of its own for each generated pair: a hash of seed, sequence and strength (0-based).
+/// The random engine of a generated pair, seeded by a hash of seed, sequence and strength (0-based).
 Random engineOf(std::int64_t seed, const std::string& sequence, int strength);
 
 /// Turns `map`, given in px about the image centre, into a homography between pixel coordinates.

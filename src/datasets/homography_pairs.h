@@ -24,14 +24,14 @@ enum class HomographyLayout {
   /// `<name>/01`, `<name>/02`, `<name>/H1to2`: SymBench (Hauagge and Snavely, CVPR 2012). One pair a
   /// folder, "1-2".
   kSymbench,
-  /// `<name>/left`, `<name>/right`, `<name>/H.txt`: a plain form for pairs of one's own. One pair a folder,
+  /// `<name>/left`, `<name>/right`, `<name>/H.txt`: a simple layout for pairs of the user. One pair a folder,
   /// "1-2".
   kPairs,
 };
 
 /// Reads image pairs with homographies. A folder below the root is a sequence, named like the folder, when it
-/// has any of the layout's files; sequences are in alphabetical order. A pair whose files are missing or
-/// broken costs nothing but that pair.
+/// has any of the layout's files; sequences are in alphabetical order. Pairs whose files are missing or
+/// broken do not affect the others.
 class HomographyPairReader : public DatasetReader {
  public:
   /// @param name  the dataset's name in the pairs' ids

@@ -88,7 +88,8 @@ cv::Matx33d tilt(double degrees, double axis_radians, const cv::Size& size) {
   return aboutCentre(cv::Matx33d::diag(cv::Vec3d(focal_length, focal_length, 1.0)) * pose, size);
 }
 
-/// Moves each corner a little, so that blur, light and JPEG pairs are not answered by "nothing moves".
+/// Moves each corner a little, so that blur, light and JPEG pairs are not solved by assuming that nothing
+/// moves.
 cv::Matx33d jitter(Random& random, const cv::Size& size) {
   const float right = static_cast<float>(size.width - 1);
   const float bottom = static_cast<float>(size.height - 1);

@@ -346,7 +346,7 @@ inline IntV shortOffset(IntV offset) {
 }
 
 /// Queries times a group of trains, less the trains' short offsets: in the upper halves of the lanes. These
-/// fit, see CoarseNumbers::kLargestSquares; on the way there they may overflow.
+/// fit, see CoarseNumbers::kLargestSquares; intermediate values may overflow.
 inline void coarseSums(const CoarseNumbers& coarse, std::size_t query, std::size_t first_train,
                        const IntV (&offsets)[kParts], IntV (&results)[kQueriesAtATime][kParts]) {
   const std::uint32_t* const queries = coarse.queries + query * coarse.words;

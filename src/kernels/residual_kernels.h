@@ -11,7 +11,7 @@ namespace {
 inline IntV both(IntV a, IntV b) { return a & b; }
 inline bool both(bool a, bool b) { return a && b; }
 
-/// A squared error as a fraction: whether it is below a threshold can be told without dividing.
+/// A squared error as a fraction, which can be compared with a threshold without a division.
 template <class T>
 struct Fraction {
   T numerator, denominator;

@@ -15,8 +15,8 @@ class UsageError : public std::invalid_argument {
 
 /// One argument of a program.
 struct Argument {
-  std::string name;   ///< as the help shows it; in a command line '-' and '_' are the same
-  std::string value;  ///< what stands for the value in the help, e.g. "FILE"; empty: a switch, which has none
+  std::string name;           ///< as the help shows it; in a command line '-' and '_' are the same
+  std::string value;          ///< placeholder of the value in the help, e.g. "FILE"; empty for a switch
   std::string default_value;  ///< empty: none
   std::string meaning;        ///< one sentence without a full stop
 };

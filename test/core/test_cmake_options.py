@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Configures the package with packages hidden from CMake and checks what it demands and what it says."""
+"""Configures the package with packages hidden from CMake and checks its requirements and messages."""
 
 import pathlib
 import shutil

@@ -185,7 +185,7 @@ TEST(Comparison, OnlyTheToleranceAndLabelledRowsCount) {
   EXPECT_EQ(comparison.groups[0].tau, 5);
   EXPECT_TRUE(std::isnan(comparison.groups[1].tau));
   EXPECT_EQ(comparison.groups[1].verdict, Verdict::kWorse);
-  // The other tolerance has another answer; one that no run has is refused.
+  // The other tolerance has another result; a tolerance that no run has is refused.
   ComparisonOptions options;
   options.tau = 10;
   EXPECT_NE(compareRuns(before, after, options).groups[0].verdict, Verdict::kEqual);
@@ -310,7 +310,7 @@ class RecordedFolder : public ::testing::Test {
     std::ofstream(folder_ / "pairs.csv") << joinList(lines, "\n") << end;
   }
 
-  /// What is said of the folder once a field of a line (both from 1) has been replaced.
+  /// Returns the error about the folder after a field of a line (both from 1) has been replaced.
   std::string errorWith(std::size_t line, std::size_t field, const std::string& text) {
     std::vector<std::string> lines = lines_, fields = parseCsvLine(lines[line - 1]);
     fields[field - 1] = text;

@@ -201,7 +201,7 @@ TEST(Fundamental, RefinementBeatsMinimalModelsAndHasRankTwo) {
   double fitted = 0, minimal = 0;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     const Scene noisy = stereoScene({80, 1.0, 1.0, seed});
-    // The same points without noise say how good a model is.
+    // The same points without noise measure the quality of a model.
     const Scene exact = stereoScene({80, 1.0, 0.0, seed + 1000});
     const NormalizedMatches m = normalizeMatches(noisy.matches);
     const auto distance = [&exact, &m](const cv::Matx33d& f) {

@@ -190,7 +190,7 @@ TEST(Gtm, StopsAtTheTimeLimit) {
     EXPECT_EQ(none.mask, Mask(1500, 0));
     EXPECT_EQ(clock.looks(), 2);
   }
-  // Stops where the limit says, and selects as that many steps do.
+  // Stops at the limit, and selects the same as with that number of steps.
   const TickingClock clock(1);
   const OptionMap limited = {{"steps", "100000"}, {"max_seconds", "100.5"}};
   const Selection stopped = createSelector("gtm", limited)->select(m);

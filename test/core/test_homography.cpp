@@ -72,7 +72,7 @@ TEST(Normalization, TakesHomographiesBackToPixels) {
     EXPECT_DOUBLE_EQ(h(2, 2), 1);
     EXPECT_LT(cv::norm(h - scene.model), 1e-9);
   }
-  // The sign tells what lies before the camera: it must not turn.
+  // The sign decides what lies in front of the camera, so it must not change.
   const cv::Matx33d turned = m.homographyToPixels(normalized * -1.0);
   EXPECT_LT(turned(2, 2), 0);
   EXPECT_NEAR(cv::norm(turned), 1, 1e-9);

@@ -264,7 +264,7 @@ TEST(AffinePatch, SamplesALinearImageExactly) {
       EXPECT_NEAR(patch[std::size_t((r + 5) * 11 + c + 5)], 1.5 * x - y + 5, 1e-3);
     }
   }
-  // All to the left of the image: the first column goes on.
+  // Everything lies to the left of the image, where the first column is repeated.
   EXPECT_EQ(samplePatch(level, {0, 0, -50, 0, 0, 20}, 5, 0.5, patch.data()), 121u);
   EXPECT_EQ(patch[0], image.at<float>(10, 0));
 }

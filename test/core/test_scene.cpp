@@ -9,7 +9,7 @@ namespace {
 
 using testing::quality;
 
-/// The scenes are what their description says, from which reports quote.
+/// The scenes agree with their description, which reports quote.
 TEST(Scene, HaveTheirInliersAndNoise) {
   for (const SceneKind kind : {SceneKind::kPlane, SceneKind::kSpace}) {
     const auto scene = makeScene({kind, 2000, 0.3, 5});

@@ -15,7 +15,7 @@ using Mask = std::vector<std::uint8_t>;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
-/// A selector that does what the test says.
+/// A selector whose behaviour the test defines.
 class Stub : public Selector {
  public:
   using Run = std::function<void(const Correspondences&, Selection&)>;

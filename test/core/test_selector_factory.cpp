@@ -420,7 +420,7 @@ TEST_P(EverySelector, KeepsATimeLimit) {
     const bool limited = optionsOf(*selector).count("max_seconds") == 1;
     const TickingClock clock(1);
     const Selection s = selector->select(m);
-    EXPECT_LE(clock.looks(), limited ? limit + 3 : 0) << "it goes on after the end of its time";
+    EXPECT_LE(clock.looks(), limited ? limit + 3 : 0) << "it continues after the end of its time";
     EXPECT_TRUE(s.status != Status::kOk || !limited || limit > 1);
     EXPECT_EQ(s.mask.size(), m.size());
     if (s.status != Status::kTooLarge && s.status != Status::kTimeLimit) continue;
@@ -711,7 +711,7 @@ TEST_P(ListedSelector, DoesNotDependOnTheUnit) {
     SCOPED_TRACE(scale);
     // Thresholds in pixels grow with the images.
     OptionMap options, unscaled;
-    if (name() == "usac") unscaled["threshold"] = fundamental() ? "1.5" : "10";  // what 0 stands for
+    if (name() == "usac") unscaled["threshold"] = fundamental() ? "1.5" : "10";  // what 0 means
     for (const OptionText& option : listOptions(createSelector(spec(), unscaled)->options())) {
       const double power = option.unit == "px" ? 1 : option.unit == "1/px" ? -1 : 0;
       if (power != 0)

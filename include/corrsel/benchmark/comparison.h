@@ -10,21 +10,21 @@
 
 namespace corrsel::core {
 
-/// What a run left behind, as far as a comparison needs it.
+/// The part of a run's results that a comparison needs.
 struct RecordedRun {
   std::string folder;
   std::string config;  ///< text of config.yaml
   std::vector<ResultRow> rows;
 };
 
-/// Throws RunFolderError: a file is missing or damaged (with its line, and what to do).
+/// Throws RunFolderError if a file is missing or damaged, naming the line and the remedy.
 RecordedRun readRun(const std::string& folder);
 
 /// Columns of pairs.csv that can be compared; all of them are better when higher.
 std::vector<std::string> comparisonMetrics();
 
 struct ComparisonOptions {
-  double tau = 5.0;  ///< px; labelled rows are compared too, whatever it is
+  double tau = 5.0;  ///< px; labelled rows are always compared
   std::string metric = "f_paper";
   double tolerance = 0.002;             ///< mean differences up to this do not matter, in units of the metric
   int resamples = kBootstrapResamples;  ///< of the bootstrap, at least 1
@@ -33,7 +33,7 @@ struct ComparisonOptions {
 
 enum class Verdict : std::uint8_t {
   kEqual,            ///< every pair has the same value in both runs
-  kWithinNoise,      ///< the 95 % interval of the mean difference holds 0
+  kWithinNoise,      ///< the 95 % interval of the mean difference contains 0
   kWithinTolerance,  ///< it does not, but the mean difference is at most the tolerance
   kBetter,
   kWorse
@@ -41,8 +41,8 @@ enum class Verdict : std::uint8_t {
 
 std::string toString(Verdict verdict);
 
-/// Below this many pairs the bootstrap interval is too narrow: of five differences of one sign, a sign test
-/// (two-sided, 5 %) would not reject chance.
+/// With fewer pairs than this the bootstrap interval is too narrow: with five differences of one sign, a sign
+/// test (two-sided, 5 %) does not reject chance.
 inline constexpr std::size_t kFewPairs = 6;
 
 /// One selector on one dataset with one kind of matches, in both runs.
@@ -54,10 +54,10 @@ struct GroupComparison {
   double difference = kUndefined;                  ///< mean of after - before
   Interval interval = {kUndefined, kUndefined};    ///< 95 %, of the difference
   Verdict verdict = Verdict::kEqual;
-  /// Median selection time after / before; NaN where a run has no times. For information: no verdict uses it.
+  /// Median selection time after / before; NaN if a run has no times. No verdict uses it.
   double time_ratio = kUndefined;
 
-  /// Whether the mean moved by more than the tolerance, by chance or not.
+  /// Returns whether the mean moved by more than the tolerance, by chance or not.
   bool beyond_tolerance = false;
 };
 
@@ -78,20 +78,22 @@ struct RunComparison {
 
   std::size_t count(Verdict verdict) const;
 
-  /// Groups that would be called better or worse if the runs differed by chance alone: 5 % of those that
-  /// differ at all. The verdicts are per group and not corrected for their number.
+  /// Expected number of groups that are called better or worse if the runs differ by chance alone: 5 % of
+  /// those that differ at all. Each verdict is for its group and not corrected for the number of groups.
   double expectedByChance() const;
 
-  /// Whether nothing became worse and AFTER has every value of BEFORE. @param strict  besides, no mean moved
-  /// by more than the tolerance in either direction, by chance or not, and BEFORE has every value of AFTER:
-  /// for deterministic runs of the same pairs, where a change is a change
+  /// Returns whether nothing became worse and AFTER has every value of BEFORE.
+  /// @param strict  require also that no mean moved by more than the tolerance in either direction, by chance
+  /// or not,
+  ///                and that BEFORE has every value of AFTER. Meant for deterministic runs of the same pairs.
   bool passes(bool strict) const;
 };
 
-/// Joins the runs by dataset, features, preselection, selector and pair (repetitions averaged) and judges
+/// Joins the runs by dataset, features, preselection, selector and pair, averages repetitions, and compares
 /// each group by a paired bootstrap of the mean difference (Efron 1979), see bootstrapMean(). Throws
-/// std::invalid_argument: unknown metric, option out of range, or a run that has rows of tolerances but none
-/// of `tau`; RunFolderError where a config.yaml is not YAML. O(rows log rows + groups * resamples * pairs).
+/// std::invalid_argument for an unknown metric, an option out of range, or a run that has rows with
+/// tolerances but none with `tau`, and RunFolderError if a config.yaml is not YAML. O(rows log rows + groups
+/// * resamples * pairs).
 RunComparison compareRuns(const RecordedRun& before, const RecordedRun& after,
                           const ComparisonOptions& options = {});
 

@@ -8,7 +8,7 @@
 
 namespace corrsel::core {
 
-/// A column of the grid: what the putative matches are made of, and what reduces them first.
+/// A column of the grid: the features of the putative matches and their preselection.
 struct Cell {
   std::string features, preselection;
 
@@ -19,20 +19,20 @@ struct Cell {
   }
 };
 
-/// Everything that decides what a benchmark run computes. Paths and switches that do not (output folder,
-/// report, verbosity) are not part of it.
+/// Everything that determines the results of a benchmark run. Output folder, report and verbosity are not
+/// part of it.
 struct BenchmarkConfig {
   std::string experiment;                         ///< name of the preset that filled this in; empty = none
   std::vector<std::string> sections;              ///< experiments that the report shows; empty without preset
-  std::vector<std::string> datasets;              ///< names for openDataset(); empty when bags are given
+  std::vector<std::string> datasets;              ///< names for openDataset(); empty if bags are given
   std::string data_root;                          ///< folder that holds one folder per dataset
   std::vector<std::string> bags;                  ///< bags, instead of datasets
   std::map<std::string, std::string> bag_topics;  ///< how to read the bags: BagTopics by name
   std::vector<std::string> features = {"sift+sift", "orb+orb"};  ///< "all" = the named combinations
   std::vector<std::string> preselection = {"none", "nnsr"};
-  std::vector<Cell> cells;  ///< instead of every one of features with every one of preselection
+  std::vector<Cell> cells;  ///< if not empty, replaces the grid of features and preselection
   std::vector<std::string> selectors = {
-      "all"};  ///< as createSelector() takes them; "all" = the defaults of this library's
+      "all"};  ///< names for createSelector(); "all" = the selectors of this library
   std::vector<double> tolerances = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< tau, px
   double ground_truth_tolerance = 10.0;                              ///< t_gt, px
   int repetitions = 1;  ///< runs of every selector on every pair, with seeds seed, seed + 1...
@@ -55,27 +55,27 @@ struct BenchmarkConfig {
   /// The columns of the grid.
   std::vector<Cell> grid() const;
 
-  /// The tolerance of tables and pictures, px: the paper's 5 px where it is evaluated, else the largest.
+  /// The tolerance of tables and pictures, px: the paper's 5 px if it is evaluated, otherwise the largest
+  /// one.
   double tableTolerance() const;
 
-  /// Preselections that putative matches of these features are run with. Matches that a dataset gives
-  /// ("given") are not preselected in a preset: NNSR needs what they lack, and the paper leaves them out,
-  /// too.
+  /// Preselections for putative matches of these features. In a preset, matches that come with a dataset
+  /// ("given") are not preselected, because they lack the columns that NNSR needs; the paper omits them too.
   std::vector<std::string> preselectionsOf(const std::string& features_name) const;
 
-  /// Whether the preset asks for selection times against the number of matches.
+  /// Returns whether the preset measures selection times against the number of matches.
   bool measuresScaling() const;
 };
 
-/// Whether NNSR is meant, with or without a preset: it is not run on its own survivors.
+/// Returns whether the name is that of NNSR, with or without a preset. NNSR is not run on its own survivors.
 bool isNnsr(const std::string& spec);
 
 /// Reads "gms.alpha=3,lpm.k=6" (comma-separated "algorithm.option=value") into config.options.
-/// Throws std::invalid_argument where a piece has another form.
+/// Throws std::invalid_argument if a piece has another form.
 void parseOptionAssignments(const std::string& text, std::map<std::string, OptionMap>& options);
 
 /// Keys whose values differ between two YAML documents, as "key: old -> new" (nested keys joined by '.').
-/// Throws std::invalid_argument where one is not YAML.
+/// Throws std::invalid_argument if one is not YAML.
 std::vector<std::string> yamlDifferences(const std::string& before, const std::string& now);
 
 }  // namespace corrsel::core

@@ -5,10 +5,10 @@
 
 namespace corrsel::core {
 
-/// Where a run stands.
+/// Progress of a run.
 struct Progress {
   std::size_t done = 0, total = 0;  ///< image pairs, those of an earlier session included
-  std::string current;              ///< what is being worked on
+  std::string current;              ///< current piece of work
   double rate = 0;                  ///< pairs per second of this session; NaN before the first
   double remaining = 0;             ///< s; NaN before the first
 };

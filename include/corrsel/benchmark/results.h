@@ -17,8 +17,8 @@ class RunFolderError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One row of pairs.csv: one selection judged at one tolerance. An undefined number is NaN here and empty in
-/// the file.
+/// One row of pairs.csv: one selection evaluated at one tolerance. An undefined number is NaN here and empty
+/// in the file.
 struct ResultRow {
   PairId id;
   std::string features, preselection, selector;
@@ -30,7 +30,7 @@ struct ResultRow {
   double detect_seconds = kUndefined, describe_seconds = kUndefined, match_seconds = kUndefined;
   double select_seconds = kUndefined;
 
-  /// Whether the selector returned a selection that can be judged.
+  /// Returns whether the selector returned a selection that can be evaluated.
   bool judged() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
 };
 

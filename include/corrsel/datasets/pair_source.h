@@ -15,7 +15,7 @@ class PairSource {
   virtual std::size_t size() const = 0;
 
   /// Reads the next pair. @return false at the end of the stream.
-  /// Throws DatasetError where a pair cannot be decoded; the next call goes on with the pair after it.
+  /// Throws DatasetError if a pair cannot be decoded; the next call continues with the pair after it.
   virtual bool next(ImagePair& pair) = 0;
 };
 

@@ -29,33 +29,35 @@ class DatasetReader {
   /// Reads one pair. Throws DatasetError naming the file, what is wrong with it and the remedy.
   virtual ImagePair read(std::size_t index) const = 0;
 
-  /// Throws DatasetError like read(), but spares itself what takes long, where it can: images are tried for
-  /// existence, not decoded.
+  /// Throws DatasetError like read(), but omits slow checks where possible: images must exist, but are not
+  /// decoded.
   virtual void check(std::size_t index) const { read(index); }
 
-  /// Names of folders in the dataset's folder that hold none of the files its layout asks for.
+  /// Names of folders in the dataset's folder that hold no file of its layout.
   virtual std::vector<std::string> ignored() const { return {}; }
 
-  /// Files that the pairs are read from or made of; their sizes and times identify the dataset's state.
+  /// Files from which the pairs are read or generated; their sizes and times identify the state of the
+  /// dataset.
   virtual std::vector<std::string> files() const = 0;
 };
 
-/// Opens dataset `name` from folder `path`. A name of datasetNames() stands for that dataset and its layout.
-/// Under any other name the folder's layout is recognised from its files: numbered images with homographies
-/// as in VGG or as in HPatches, a folder per pair as in SymBench or as in `pairs`, or .mat files as in
-/// AdelaideRMF (docs/datasets.md). The pairs' ids carry the name as given.
+/// Opens dataset `name` from folder `path`. A name of datasetNames() selects that dataset and its layout.
+/// For any other name the layout is recognised from the files in the folder: numbered images with
+/// homographies as in VGG or as in HPatches, a folder per pair as in SymBench or as in `pairs`, or .mat files
+/// as in AdelaideRMF (docs/datasets.md). The ids of the pairs contain the given name.
 ///
 /// Throws std::invalid_argument for a name that is empty, "." or ".." or has a path separator, and for an
-/// unknown name whose folder does not exist (listing the known ones). Throws DatasetError where a known
-/// dataset's folder is missing or holds nothing of it, and where no layout, or more than one, is recognised.
+/// unknown name whose folder does not exist (listing the known ones). Throws DatasetError if the
+/// folder of a known dataset is missing or holds none of its files, and if no layout, or more than one, is
+/// recognised.
 /// @param seed  used by datasets that generate pairs (sample, heinly_generated)
 std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::string& path, int seed = 0);
 
 /// Names that openDataset() knows, in alphabetical order.
 std::vector<std::string> datasetNames();
 
-/// Whether the dataset is made from the photographs that scripts/fetch_samples.sh collects, so that its
-/// folder is the sample set's.
+/// Returns whether the dataset is made from the photographs that scripts/fetch_samples.sh collects. Its
+/// folder is then that of the sample set.
 bool needsSamplePhotographs(const std::string& name);
 
 }  // namespace corrsel::core

@@ -11,27 +11,34 @@ namespace corrsel::core {
 
 enum class SceneKind { kPlane, kSpace };
 
-/// Matches to be generated between two images of 1024 x 768 px.
+/// Specification of generated matches between two images of 1024 x 768 px.
 struct SceneSpec {
   SceneKind kind = SceneKind::kPlane;
   std::size_t n = 1000;
   double inlier_ratio = 0.5;
   std::uint64_t seed = 0;
-  bool sorted = false;  ///< best ratio of descriptor distances first, as PROSAC in OpenCV wants it
+  bool sorted = false;  ///< best ratio of descriptor distances first, as OpenCV's PROSAC requires
 };
 
-/// Generated matches, and which of them are right.
+/// Generated matches with the mask of the correct ones.
 struct MatchScene {
   Correspondences matches;               ///< with descriptor distances; planes also with frames; random order
   std::vector<std::uint8_t> inlier;      ///< one entry per match
-  std::vector<cv::Point2f> left, right;  ///< the same points once more, as OpenCV wants them
+  std::vector<cv::Point2f> left, right;  ///< the same points in OpenCV's types
 };
 
-/// kPlane: a homography (rotation 8 degrees, scale 0.92, small perspective), right points with 1 px noise;
-/// frames are the homography's derivative with 10 % noise, random similarities at outliers. kSpace: points at
-/// depth 4 to 12 seen by two cameras side by side (f = 900 px), 1 px noise in both images. Outliers are
-/// uniform in both images. Descriptor distance ratios: N(.60, .12) for inliers, N(.78, .10) for outliers.
-/// Noise is per coordinate. O(n / inlier_ratio).
+/// Generates matches.
+///
+/// kPlane: the inliers follow a homography (rotation 8 degrees, scale 0.92, small perspective), and the right
+/// points have 1 px noise. The frames of inliers are the derivative of the homography with 10 % noise, those
+/// of outliers are random similarities.
+///
+/// kSpace: two cameras side by side (f = 900 px) see points at depth 4 to 12, with 1 px noise in both images.
+///
+/// Both: outliers are uniform in both images. The ratios of descriptor distances are N(.60, .12) for inliers
+/// and N(.78, .10) for outliers. Noise is per coordinate.
+///
+/// Cost: O(n / inlier_ratio).
 MatchScene makeScene(const SceneSpec& spec);
 
 }  // namespace corrsel::core

@@ -7,12 +7,17 @@
 
 namespace corrsel::core {
 
-/// Ground-truth error of every match in px: forward transfer distance (homography), distance of the right
-/// point to its epipolar line (fundamental), distance to the point that the disparity predicts. Labels give 0
-/// or +Inf. NaN where the truth is unknown (no ground truth, or a left point without disparity); +Inf where
-/// the homography gives a third coordinate that is not positive, the sign of the matrix being chosen so that
-/// the centre of the left image has a positive one, and where a coordinate is not finite. O(N). Throws
-/// std::invalid_argument when labels and matches differ in number.
+/// Computes the ground-truth error of every match, px.
+///
+///  - Homography: forward transfer distance; +Inf if the third coordinate is not positive. The sign of the
+///  matrix is
+///    chosen so that the centre of the left image has a positive one.
+///  - Fundamental matrix: distance of the right point to its epipolar line.
+///  - Disparity: distance to the point that the disparity predicts; NaN for a left point without disparity.
+///  - Labels: 0 for a member of a structure, +Inf for an outlier.
+///
+/// All errors are NaN without ground truth. An error is +Inf if a coordinate is not finite. O(N).
+/// Throws std::invalid_argument if labels and matches differ in number.
 std::vector<double> groundTruthErrors(const GroundTruth& truth, const Correspondences& matches);
 
 }  // namespace corrsel::core

@@ -12,21 +12,21 @@ namespace corrsel::core {
 
 inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
-/// Precision, recall and F of one selection at one tolerance. The paper's Eqs. for P, R and F; both readings
-/// of its recall, see docs/evaluation.md.
+/// Precision, recall and F of one selection at one tolerance, by the paper's equations. Recall has two
+/// readings, see docs/evaluation.md.
 struct Metrics {
   double tau = kUndefined;  ///< tolerance, px; NaN for labelled truth
   std::size_t n_correct = 0;
   double precision = kUndefined;        ///< correct / selected; NaN: nothing selected
   double recall_paper = kUndefined;     ///< correct(tau) / inliers(t_gt); NaN: no inlier
   double recall_same_tau = kUndefined;  ///< correct(tau) / inliers(tau); NaN: no inlier
-  double f_paper = kUndefined;          ///< 0 where nothing correct was selected; NaN: recall undefined
+  double f_paper = kUndefined;          ///< 0 if nothing correct was selected; NaN: recall undefined
   double f_same_tau = kUndefined;
 };
 
-/// The evaluation of one selection on one pair. Matches whose truth is unknown (NaN error) take part in no
-/// count, unless nothing at all is known about the pair (TruthKind::kNone): n_putative and n_selected are
-/// then those of all matches, and precision, recall and F are undefined.
+/// The evaluation of one selection on one pair. Matches whose truth is unknown (NaN error) are not counted.
+/// If the whole pair has no ground truth (TruthKind::kNone), n_putative and n_selected count all matches, and
+/// precision, recall and F are undefined.
 struct Evaluation {
   std::size_t n_putative = 0;
   std::size_t n_ground_truth = 0;  ///< matches with error <= ground_truth_tolerance

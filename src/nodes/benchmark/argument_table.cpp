@@ -54,7 +54,7 @@ const CommandLineTable& benchmarkArguments() {
           {"resume", "BOOL", "false", "continue the run that output_dir holds"},
           {"shard", "I/N", "", "run only the i-th of n parts of the pairs; merge joins the parts"},
           {"merge", "LIST", "",
-           "folders of such parts, comma-separated, whose pairs are copied before the run goes on"},
+           "folders of such parts, comma-separated, whose pairs are copied before the run continues"},
           {"report", "BOOL", "true", "write report.html at the end"},
           {"verbose", "BOOL", "false", "print every judged selection"},
           {"working_dir", "FOLDER", "", "folder that relative paths start from; default: the current one"},

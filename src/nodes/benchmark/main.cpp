@@ -192,9 +192,9 @@ bool writeReport(const core::BenchmarkConfig& config, const std::string& output_
     return std::find(config.sections.begin(), config.sections.end(), section) != config.sections.end();
   };
   bool written = !shows("guide") || runScript("guide.py", output_dir) == 0;
-  if (!written) std::cerr << "the guide could not be made: the message above says why" << std::endl;
+  if (!written) std::cerr << "the guide could not be made: see the message above" << std::endl;
   if (runScript("report.py", output_dir) != 0) {
-    std::cerr << "report.html could not be written: the message above says why" << std::endl;
+    std::cerr << "report.html could not be written: see the message above" << std::endl;
     written = false;
   }
   return written;

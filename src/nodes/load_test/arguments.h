@@ -25,7 +25,7 @@ struct Arguments {
   int seed = 0;
   std::string csv;        ///< file; empty = none
   double interval = 0.0;  ///< s per line of the table
-  double wait = 0.0;      ///< s, for the first answer
+  double wait = 0.0;      ///< s, for the first result
   double max_drop_ratio = 1.0;
   double max_memory_growth = std::numeric_limits<double>::infinity();
 };
