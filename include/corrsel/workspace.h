@@ -18,7 +18,9 @@ namespace corrsel::core {
 /// Selector::select(), which then leaves that of the thread alone, and releases or destroys it; or it calls
 /// Workspace::ofThread().release() on the thread that has selected.
 ///
-/// One workspace serves all selectors, one call at a time. Results do not depend on it.
+/// One workspace serves all selectors, one call at a time. Results do not depend on it. Threads that the
+/// option `threads` has started are no part of it; they wait for the next call and end with the thread that
+/// called.
 class Workspace {
  public:
   Workspace();

@@ -206,7 +206,7 @@ void report(const Correspondences& matches, const TwoViewProblem& problem, doubl
       result.status = Status::kDegenerate;
       result.message.clear();
     }
-    addRemark(result, "no more than the sample itself agrees with the best model: unverified");
+    addRemark(result, "only its own sample agrees with the best model, which is therefore unverified");
   }
 }
 
@@ -229,13 +229,14 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
   const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;
   const bool by_quality = prosac && work.ordering.byQuality(matches, work.rows, work.best_first);
   if (prosac && !by_quality)
-    result.message = "no descriptor distances: sampled uniformly instead of by PROSAC";
+    result.message =
+        "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC";
   Search search(options, problem, threshold, by_quality, deadline, work);
   const Candidate best = search.run(result.iterations);
   if (search.timedOut()) {
     result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
     addRemark(result, "stopped after " + std::to_string(result.iterations) + " hypotheses" +
-                          (best.exists() ? "" : ", none good enough") +
+                          (best.exists() ? "" : ", none of them good enough") +
                           ", max_seconds = " + formatNumber(options.max_seconds));
   }
   if (best.exists()) {
@@ -244,7 +245,7 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
     return;
   } else if (result.iterations < options.max_iterations) {
     result.status = Status::kDegenerate;
-    result.message = "no valid sample: the matches are collinear, equal or differently oriented";
+    result.message = "no sample is valid: the matches are collinear, equal or differently oriented";
   } else {
     result.status = Status::kNoModel;
     result.message = "no hypothesis could be fitted";

@@ -29,7 +29,7 @@ ImageGrid gridOver(const cv::Size& size, int side) {
           kOutside};
 }
 
-/// Gives the matches that are outside in one of the images this cell.
+/// Gives the cell `to` to all matches that are outside in one of the images.
 void moveOutside(std::uint16_t* cells, const std::uint16_t* right, std::size_t n, std::uint16_t to) {
   for (std::size_t i = 0; i < n; ++i) {
     const bool outside = (cells[i] == kOutside) | (right[i] == kOutside);
@@ -37,7 +37,7 @@ void moveOutside(std::uint16_t* cells, const std::uint16_t* right, std::size_t n
   }
 }
 
-/// The left grids, all four of them, and the memory that a call needs; kept between calls.
+/// The four left grids and the memory that a call needs. It is kept between calls.
 class Voting {
  public:
   /// Prepares the tables of a left grid and finds the half cells of the matches.
@@ -193,7 +193,7 @@ class Voting {
     for (std::size_t k = 0; k < 3; ++k) rows_[k] = {counts_.data() + k * entries, base_};
   }
 
-  /// Really clears the counts once in a few hundred calls or more.
+  /// Clears the counts, which is needed once in a few hundred calls or more.
   void forgetBeforeOverflow() {
     const std::uint64_t to_come = last_use_ + static_cast<std::uint64_t>(kShifts) * size_;
     if (base_ + to_come <= std::numeric_limits<std::uint32_t>::max()) return;
@@ -214,8 +214,8 @@ class Voting {
                         rows_[row % 3], best_.data());
   }
 
-  /// Makes whatever was counted in a row's memory count as nothing, for up to `matches` to come: clearing it
-  /// would cost more than counting.
+  /// Raises the base, so that what was counted in a row's memory before counts as zero while up to `matches`
+  /// are counted. Clearing the memory would take longer than counting.
   void nextUse(std::size_t matches) {
     base_ += static_cast<std::uint32_t>(last_use_);
     last_use_ = matches;
@@ -239,7 +239,7 @@ class Voting {
   std::vector<std::uint32_t> counts_, zeros_;  // see CountRow
   CountRow rows_[3] = {};                      // row r of the grid is in rows_[r % 3]
   std::vector<std::uint64_t> best_;
-  // Starts where the first clearing is a few dozen calls away, so that tests come by there.
+  // The start value lets the first clearing happen after a few dozen calls, so that tests reach it.
   std::uint32_t base_ = 0xFFF00000U;
   std::size_t last_use_ = 0;  // entries are at most base + this
 };

@@ -268,7 +268,7 @@ void GtmSelector::run(const Correspondences& matches, Selection& result) const {
     result.message = "no match has usable frames";
     return;
   }
-  if (rows.size() < n) result.message = std::to_string(n - rows.size()) + " matches without usable frames";
+  if (rows.size() < n) result.message = std::to_string(n - rows.size()) + " matches have no usable frames";
   PairMemory& space = WorkspaceScope::part<PairMemory>();
   space.distinct.assign(matches, maps, rows);
   double lambda = options_.lambda;

@@ -46,8 +46,8 @@ struct Motion {
   double x, y, squared;
 };
 
-/// Distinct matches in the order of their coordinates, which makes numbers of matches a tie rule that does
-/// not depend on the order of the input; and the memory that a call needs, kept between calls.
+/// Distinct matches and the memory that a call needs, which is kept between calls. Matches are numbered in
+/// the order of their coordinates: ties broken by number then do not depend on the order of the input.
 struct LpmMemory {
   std::vector<float> left_x, left_y, right_x, right_y;
   std::vector<std::uint32_t> of_input;  // per input match: its distinct match
@@ -107,8 +107,8 @@ void findMotions(LpmMemory& work) {
 bool disagree(const Motion& a, const Motion& b, double tau) {
   const double dot = a.x * b.x + a.y * b.y;
   const double shorter = std::min(a.squared, b.squared), longer = std::max(a.squared, b.squared);
-  // The square of the question needs neither division nor root; the answer is that of the question itself
-  // unless the two sides are as good as equal.
+  // Squaring both sides of the comparison avoids a division and a root. The result is the same unless both
+  // sides are equal but for rounding; then the comparison below decides.
   if (tau > 0 && dot > 0) {
     const double agreement = dot * dot * shorter, needed = tau * tau * longer * longer * longer;
     if (agreement > needed * 1.000001) return false;
@@ -136,14 +136,14 @@ void findNeighbours(const std::vector<std::uint32_t>* members, const Layout& lay
   constexpr std::size_t kBeyond = 8;  // numbers that the comparison may read behind the end
   work.near_left.resize(n * length + kBeyond);
   work.near_right.resize(n * length + kBeyond);
-  // Matches are numbered by x and cells along their first coordinate: exchanged, both run alike, which keeps
-  // what is used together in the processor's cache.
+  // Matches are numbered by x, cells along their first coordinate. With x and y exchanged both orders agree,
+  // which keeps what is used together in the processor's cache.
   const int k = layout.listed + 1;
   work.left.build(work.left_y.data(), work.left_x.data(), count, k, numbers);
   work.left.nearestToAll(work.left_y.data(), work.left_x.data(), n, k, work.near_left.data());
   work.right.build(work.right_y.data(), work.right_x.data(), count, k, numbers);
   work.right.nearestToAll(work.right_y.data(), work.right_x.data(), n, k, work.near_right.data());
-  if (compat) return;  // the nearest is dropped whatever it is
+  if (compat) return;  // the first neighbour is dropped even where it is not the match itself
   takeOutSelf(work.near_left, n, length);
   takeOutSelf(work.near_right, n, length);
 }
@@ -216,7 +216,7 @@ void findCosts(const std::vector<std::uint32_t>* members, const Layout& layout, 
 }
 
 void acceptWithin(double lambda, LpmMemory& work) {
-  // Costs are small fractions: the slack keeps 0.5 from failing a test against 0.5 for its last bit.
+  // Costs are small fractions. The slack lets a cost of 0.5 pass a test against 0.5 despite rounding.
   work.accepted.clear();
   for (std::size_t i = 0; i < work.cost.size(); ++i) {
     if (work.cost[i] <= lambda + 1e-6) work.accepted.push_back(static_cast<std::uint32_t>(i));

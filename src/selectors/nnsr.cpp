@@ -54,9 +54,10 @@ void NnsrSelector::run(const Correspondences& matches, Selection& result) const 
   double threshold = options_.fallback;
   if (otsu) {
     threshold = std::clamp(*otsu, options_.min_threshold, options_.max_threshold);
-    result.message = "threshold " + formatNumber(threshold);
+    result.message = "the threshold is " + formatNumber(threshold);
   } else if (n > 0) {
-    result.message = "Otsu's threshold is undefined here: fixed threshold " + formatNumber(threshold);
+    result.message = "Otsu's method is undefined for these ratios, so the threshold is fallback = " +
+                     formatNumber(threshold);
   }
   for (std::size_t i = 0; i < n; ++i) result.mask[i] = ratios[i] <= threshold ? 1 : 0;
   result.iterations = 1;

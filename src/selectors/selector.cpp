@@ -50,7 +50,8 @@ void fail(Selection& result, std::size_t n, Status status, const std::string& me
   result.message = message;
 }
 
-/// The algorithm may be another package's: nonsense must not take the caller down.
+/// Throws where the result makes no sense. The algorithm may come from another package, and an invalid result
+/// must not crash the caller.
 void requireSense(const Selection& result, std::size_t n) {
   if (result.mask.size() != n || (!result.score.empty() && result.score.size() != n)) {
     throw std::length_error("the selector returned a mask of " + std::to_string(result.mask.size()) +

@@ -23,14 +23,16 @@ constexpr double kPi = 3.14159265358979323846;
 // Constants of the authors' code.
 constexpr double kLeastPosterior = 1e-5, kLeastVariance = 1e-8;
 constexpr double kLeastInlierRatio = 0.05, kMostInlierRatio = 0.95;
-// Where the field vanishes from the start, matches within ten of the smallest standard deviations are right.
+// Where the field vanishes from the start, matches within ten times the smallest standard deviation are
+// right.
 constexpr double kLargestResidualAtRest = 1e-3;
-// Points spread like those of an image need a tenth of it.
+// Points spread over an image need a tenth of this.
 constexpr std::size_t kLargestRank = 400;
-// Points among which pivots are sought: that many, but no more than one out of so many.
+// Number of points among which pivots are sought, and the smallest step between two of them.
 constexpr std::size_t kPilots = 256, kLeastPilotStep = 4;
 constexpr double kPilotMargin = 2;
-// Points that get their columns between two looks at the clock: a few milliseconds with the most columns.
+// Points whose columns are computed between two readings of the clock: a few milliseconds with the most
+// columns.
 constexpr std::size_t kPointsPerLook = 1024;
 // Columns that start from less than this hold rounding errors.
 constexpr double kLeastTolerance = 1e-13;
@@ -68,7 +70,8 @@ std::size_t paddedSize(std::size_t n) { return (n + kFieldGroup - 1) / kFieldGro
 /// Distance of two columns: an odd number of groups keeps them from falling onto the same lines of the cache.
 std::size_t columnStride(std::size_t n) { return (paddedSize(n) / kFieldGroup | 1U) * kFieldGroup; }
 
-/// Rows in the order of their coordinates: sums then round alike whatever the order of the input.
+/// Writes the rows in the order of their coordinates. Sums then round the same way for any order of the
+/// input.
 void sortRows(const Correspondences& matches, VfcMemory& work) {
   sortByCoordinates(matches, work.keyed, work.scratch);
   work.rows.resize(matches.size());

@@ -254,7 +254,7 @@ TEST(Gtm, SetsUnusableFramesAside) {
     const Selection expected = createSelector(spec)->select(m.subset(good));
     const Selection s = createSelector(spec)->select(m);
     EXPECT_EQ(s.status, Status::kOk);
-    EXPECT_EQ(s.message, "20 matches without usable frames");
+    EXPECT_EQ(s.message, "20 matches have no usable frames");
     EXPECT_EQ(s.n_selected, expected.n_selected);
     for (std::size_t k = 0; k < good.size(); ++k) {
       EXPECT_EQ(s.mask[good[k]], expected.mask[k]);

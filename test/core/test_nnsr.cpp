@@ -34,7 +34,7 @@ TEST(Nnsr, SplitsTheRatiosOfDistances) {
   ASSERT_EQ(s.score.size(), 5u);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_FLOAT_EQ(s.score[i], expected[i]);
   // Otsu's bin of 0.3 is number 76: its upper side is the threshold.
-  EXPECT_EQ(s.message, "threshold 0.30078125");
+  EXPECT_EQ(s.message, "the threshold is 0.30078125");
 }
 
 TEST(Nnsr, ExactSplitPutsTheThresholdOnARatio) {
@@ -42,7 +42,7 @@ TEST(Nnsr, ExactSplitPutsTheThresholdOnARatio) {
   options.bins = 0;
   const Selection s = select({1, 1, 3, 3}, {4, 2, 4, 3}, options);
   EXPECT_EQ(s.mask, (Mask{1, 1, 0, 0}));
-  EXPECT_EQ(s.message, "threshold 0.5");
+  EXPECT_EQ(s.message, "the threshold is 0.5");
 }
 
 TEST(Nnsr, RejectsMatchesWithoutARatioAndLeavesThemOutOfTheThreshold) {
@@ -68,7 +68,7 @@ TEST(Nnsr, FallsBackWhereOtsuIsUndefined) {
   EXPECT_EQ(select({81}, {100}).mask, Mask{0});
   EXPECT_EQ(select({1, 2, 3}, {2, 4, 6}).mask, (Mask{1, 1, 1}));
   EXPECT_EQ(select({1, 2, 3}, {1, 2, 3}).mask, (Mask{0, 0, 0}));
-  EXPECT_TRUE(contains(select({4}, {5}).message, "fixed threshold 0.8"));
+  EXPECT_TRUE(contains(select({4}, {5}).message, "the threshold is fallback = 0.8"));
   NnsrOptions options;
   options.fallback = 0.4;
   EXPECT_EQ(select({1, 2, 3}, {2, 4, 6}, options).mask, (Mask{0, 0, 0}));

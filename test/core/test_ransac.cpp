@@ -195,7 +195,7 @@ TEST(Ransac, SaysAtTheTimeLimitThatThereIsNoModel) {
     const TickingClock clock(1);
     const Selection none = createSelector(spec, {{"max_seconds", "0.5"}})->select(scene.matches);
     EXPECT_EQ(none.status, Status::kTooLarge);
-    EXPECT_EQ(none.message, "stopped after 0 hypotheses, none good enough, max_seconds = 0.5");
+    EXPECT_EQ(none.message, "stopped after 0 hypotheses, none of them good enough, max_seconds = 0.5");
     EXPECT_EQ(none.iterations, 0);
     EXPECT_EQ(none.mask, Mask(5000, 0));
     EXPECT_EQ(none.model_kind, ModelKind::kNone);
@@ -209,7 +209,7 @@ TEST(Ransac, SaysAtTheTimeLimitThatThereIsNoModel) {
           ->select(scene.matches);
   EXPECT_EQ(s.status, Status::kTimeLimit);
   EXPECT_EQ(s.message, "stopped after " + std::to_string(s.iterations) +
-                           " hypotheses, none good enough, max_seconds = 19.5");
+                           " hypotheses, none of them good enough, max_seconds = 19.5");
   EXPECT_GT(s.iterations, 0);
   EXPECT_EQ(s.mask, Mask(5000, 0));
   EXPECT_EQ(s.model_kind, ModelKind::kNone);
@@ -225,10 +225,12 @@ TEST(Ransac, UnverifiedModelsStaySoAtTheTimeLimit) {
   EXPECT_EQ(s.status, Status::kTimeLimit);
   EXPECT_EQ(s.model_kind, ModelKind::kHomography);
   EXPECT_EQ(s.mask, Mask(40, 0));
-  EXPECT_EQ(s.message, "no descriptor distances: sampled uniformly instead of by PROSAC; stopped after " +
-                           std::to_string(s.iterations) +
-                           " hypotheses, max_seconds = 19.5; no more than the sample itself agrees with the "
-                           "best model: unverified");
+  EXPECT_EQ(s.message,
+            "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC; "
+            "stopped after " +
+                std::to_string(s.iterations) +
+                " hypotheses, max_seconds = 19.5; only its own sample agrees with the best model, which is "
+                "therefore unverified");
 }
 
 TEST(Ransac, LimitsThatAreNotReachedChangeNothing) {

@@ -92,7 +92,9 @@ TEST(Usac, ProsacNeedsFewerHypothesesAndSaysWhenItCannot) {
   EXPECT_GT(quality(sorted.mask, scene.inlier).recall, 99);
   const Scene blind = withoutDistances(scene);
   const Selection uniform = UsacSelector(homography(3)).select(blind.matches);
-  EXPECT_EQ(uniform.message, "no descriptor distances: sampled uniformly instead of by PROSAC");
+  EXPECT_EQ(uniform.message,
+            "the matches have no descriptor distances, so samples are drawn uniformly "
+            "instead of by PROSAC");
   EXPECT_GT(quality(uniform.mask, scene.inlier).recall, 99);
   EXPECT_LT(10 * sorted.iterations, uniform.iterations);
   // The wrong way round must only cost time.

@@ -8,32 +8,35 @@ namespace corrsel::core {
 
 struct PointGrid;
 
-/// Exact k nearest neighbours among points in the plane, by a uniform grid whose outer cells are open-ended,
-/// so that a few far points do not spoil the cell size. Neighbours are ordered by (distance, number), the
-/// distance being that of double precision: the result is unique.
+/// Exact k nearest neighbours among points in the plane.
+///
+/// The points are sorted into a uniform grid whose outer cells are open-ended, so that a few far points do
+/// not determine the cell size. Neighbours are ordered by distance, computed in double precision, and equal
+/// distances by the points' numbers. The result is therefore unique.
 class PlanarNeighbours {
  public:
   PlanarNeighbours() = default;
 
-  /// Like build().
+  /// An index of the given points; see build().
   PlanarNeighbours(const float* x, const float* y, std::size_t count, int max_k);
 
-  /// Replaces the points; memory is kept.
+  /// Replaces the points and keeps the memory.
   /// @param x, y     `count` finite coordinates, copied; a point's number is its position
   /// @param max_k    largest k that will be asked for, at most 64
-  /// @param members  ascending numbers of the points to take; nullptr = all. `count` is theirs then
-  /// O(count) for evenly spread points, O(count log count) for crowded ones.
+  /// @param members  ascending numbers of the points to take, `count` of them; nullptr = all points
+  /// O(count) time for evenly spread points, O(count log count) for crowded ones.
   void build(const float* x, const float* y, std::size_t count, int max_k,
              const std::uint32_t* members = nullptr);
 
-  /// Writes the min(k, count) nearest numbers to `out`, nearest first; a query that is itself in the set
-  /// finds itself. About O(k) for evenly spread points, O(count) at worst. @return how many were written.
-  /// Re-entrant.
+  /// Writes the numbers of the min(k, count) nearest points to `out`, nearest first. A query that is itself
+  /// in the set finds itself. About O(k) time for evenly spread points, O(count) at worst. Re-entrant.
+  /// @return how many were written
   int nearest(float x, float y, int k, std::uint32_t* out) const;
 
-  /// Writes the k nearest numbers of every position of the columns to out[position * k ..]: nearest() for
-  /// all, several times as fast because near queries are answered together.
-  /// @param x, y  the columns given to build(), `count` positions, members or not
+  /// Writes the numbers of the k points nearest to every position to out[position * k ..]. The result is that
+  /// of nearest() for each position. It is several times as fast, because neighbouring positions are searched
+  /// together.
+  /// @param x, y  the columns given to build(), all `count` positions of them, whether members or not
   /// @pre k <= max_k, and at least k points
   void nearestToAll(const float* x, const float* y, std::size_t count, int k, std::uint32_t* out) const;
 

@@ -12,23 +12,24 @@ namespace corrsel::core {
 /// The linear part of a local affine map, row-major.
 using LinearMap = std::array<float, 4>;
 
-/// Matches without their repetitions, in the order of their coordinates: what is computed from them does not
-/// depend on the order of the input, and equal matches are answered alike. Memory is kept between calls.
+/// Matches without their repetitions, in the order of their coordinates. What is computed from them does not
+/// depend on the order of the input, and equal matches get the same result. Memory is kept between calls.
 class DistinctMatches {
  public:
   static constexpr std::uint32_t kNone = 0xffffffffU;
 
   /// @param maps  empty, or one map per match, which then counts as part of the match
-  /// @param rows  the matches to take; the others belong to none. O(N log N).
+  /// @param rows  the matches to take; ofRow() returns kNone for the others
+  /// O(N log N) time.
   void assign(const Correspondences& matches, const std::vector<LinearMap>& maps,
               const std::vector<std::uint32_t>& rows);
 
   std::size_t size() const { return first_row_.size(); }
 
-  /// Columns of size() matches, filled up with zeros.
+  /// Columns of size() matches, padded with zeros.
   PairColumns columns() const;
 
-  /// Same columns, the matches in the order given. Valid until the next call.
+  /// The same columns with the matches in the given order. They are valid until the next call.
   PairColumns columns(const std::vector<std::uint32_t>& order);
 
   std::size_t multiplicity(std::size_t match) const { return multiplicity_[match]; }
