@@ -74,6 +74,10 @@ def main():
     spec.loader.exec_module(module)
     tests = unittest.defaultTestLoader.loadTestsFromModule(module)
     outcome = unittest.TextTestRunner(resultclass=JUnitResult, verbosity=2).run(tests)
+    # catkin requires these sums.
+    outcome.suite.set("tests", str(len(outcome.suite)))
+    for attribute, tag in (("errors", "error"), ("failures", "failure"), ("skipped", "skipped")):
+        outcome.suite.set(attribute, str(len(outcome.suite.findall("testcase/" + tag))))
     results.parent.mkdir(parents=True, exist_ok=True)
     ElementTree.ElementTree(outcome.suite).write(results, encoding="utf-8", xml_declaration=True)
     return 0 if outcome.wasSuccessful() else 1
