@@ -46,7 +46,7 @@ def options(name):
 def to_text(context, values):
     """Return keyword arguments as a dictionary of texts.
 
-    A trailing underscore is dropped from names that are Python's own words: lambda_ stands for the option lambda.
+    A trailing underscore is dropped from names that are Python's own words: lambda_ means the option lambda.
     Raises TypeError for a value that is neither a number, nor a bool, nor a text.
     """
     texts = {}

@@ -256,7 +256,7 @@ def match_features(left, right, *, threads=1, **options):
 
 def extractor_names():
     """Return pairings "detector+descriptor", the default first. Other pairings of detector_names() and
-    descriptor_names() work too, unless extract() tells why not."""
+    descriptor_names() work too, unless extract() raises an error with the reason."""
     return _features.extractor_names()
 
 

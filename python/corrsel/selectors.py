@@ -185,7 +185,7 @@ class Selector:
         return _options.options_from(self._selector.options())
 
     def select(self, matches):
-        """Return the Selection for Matches. It never raises on data: the status of the Selection tells what is wrong.
+        """Return the Selection for Matches. It never raises on data: the status of the Selection reports problems.
 
         Other Python threads run while the selector works. The same matches and options give the same mask, score and
         model, bit for bit, whatever the thread. KeyboardInterrupt comes after the selector has ended; give

@@ -105,7 +105,7 @@ class Voting {
   std::size_t cells() const { return static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_); }
   /// Matches without a left cell are counted here.
   std::uint32_t lostCell() const { return static_cast<std::uint32_t>(side_ * side_); }
-  /// Stands for cells outside the grid.
+  /// The number of all cells outside the grid.
   std::uint32_t noCell() const { return lostCell() + 1; }
 
   void layOut(int side, bool drop_first_cells) {

@@ -230,7 +230,7 @@ void GtmOptions::visit(OptionVisitor& visitor) const {
   visitor.flag("one_to_one", "Matches that share a point in one of the images pay nothing to each other",
                &GtmOptions::one_to_one);
   visitor.integer({"memory_limit", 0, 1 << 20, "MiB",
-                   "Payoffs that need more than this are computed anew in every step, same answer"},
+                   "Payoffs that need more than this are computed again in every step, with the same result"},
                   &GtmOptions::memory_limit);
   visitor.integer(
       {"threads", 1, 1024, "-", "Replicator: threads for large inputs; results do not depend on it"},

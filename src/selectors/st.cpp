@@ -185,9 +185,10 @@ void StOptions::visit(OptionVisitor& visitor) const {
                  &StOptions::noise_floor);
   visitor.flag("one_to_one", "Matches that share a point in one image only are in conflict",
                &StOptions::one_to_one);
-  visitor.integer({"memory_limit", 0, 1 << 20, "MiB",
-                   "Affinities that need more than this are computed anew in every step, same answer"},
-                  &StOptions::memory_limit);
+  visitor.integer(
+      {"memory_limit", 0, 1 << 20, "MiB",
+       "Affinities that need more than this are computed again in every step, with the same result"},
+      &StOptions::memory_limit);
   visitor.integer({"threads", 1, 1024, "-", "Threads for large inputs; results do not depend on it"},
                   &StOptions::threads);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &StOptions::max_seconds);

@@ -27,7 +27,7 @@ struct UsacOptions : ConsensusOptions {
 /// Input: coordinates; for PROSAC the column `distance` (and `second_distance`), without which samples are
 /// uniform and the message reports it.
 ///
-/// Options: `threshold` 0 stands for the paper's 10 px (homography) and 1.5 px (fundamental matrix). There
+/// Options: `threshold` 0 means the paper's 10 px (homography) and 1.5 px (fundamental matrix). There
 /// is no option `threads`, because each hypothesis is judged by the best one so far.
 ///
 /// Presets: `h` and `f` choose the model; `uniform` samples uniformly.
