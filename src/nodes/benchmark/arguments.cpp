@@ -154,17 +154,24 @@ void printOptions(const std::string& algorithm, const core::OptionSet& options) 
   }
 }
 
-/// Those that cannot be made are shown with the reason.
+void printSelector(const core::SelectorFactory& selector) {
+  std::cout << "  " << selector.name();
+  for (const auto& preset : selector.presets()) std::cout << "  " << selector.name() << ":" << preset.first;
+  if (!selector.meaning().empty()) std::cout << "  (" << selector.meaning() << ")";
+  std::cout << "\n";
+  printOptions(selector.name(), selector.create()->options());
+}
+
+/// A selector that cannot be made is shown with the reason.
 void printPlugins() {
   const std::vector<std::string> names = selectorPlugins(), problems = selectorPluginProblems();
   if (names.empty() && problems.empty()) return;
   std::cout << "selectors of other packages:\n";
   for (const std::string& name : names) {
-    std::cout << "  " << name << "\n";
     try {
-      printOptions(name, core::createSelector(name)->options());
+      printSelector(core::findSelector(name));
     } catch (const std::invalid_argument& error) {
-      std::cout << "      cannot be used: " << error.what() << "\n";
+      std::cout << "  " << name << "  cannot be used: " << error.what() << "\n";
     }
   }
   for (const std::string& problem : problems) std::cout << "  note: " << problem << "\n";
@@ -194,12 +201,13 @@ void printList() {
   }
   std::cout << "matching:\n";
   printOptions("match", core::MatchOptions());
-  std::cout << "selectors:\n";
-  for (const std::string& name : core::selectorNames()) {
-    std::cout << "  " << name;
-    for (const std::string& preset : core::selectorPresets(name)) std::cout << "  " << name << ":" << preset;
-    std::cout << "\n";
-    printOptions(name, core::createSelector(name)->options());
+  std::string group;
+  for (const core::SelectorFactory& selector : core::builtInSelectors()) {
+    if (core::toString(selector.group()) != group) {
+      group = core::toString(selector.group());
+      std::cout << "selectors (" << group << "):\n";
+    }
+    printSelector(selector);
   }
   printPlugins();
 }
