@@ -115,6 +115,8 @@ std::string toString(SelectorGroup group) {
   switch (group) {
     case SelectorGroup::kPaper:
       return "paper";
+    case SelectorGroup::kOther:
+      return "other methods";
     case SelectorGroup::kBaseline:
       return "baseline";
     default:

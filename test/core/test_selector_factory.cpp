@@ -260,6 +260,7 @@ TEST(SelectorFactory, ListsTheSelectorsOfThePaperFirstAndTheBaselineLast) {
   EXPECT_EQ(std::vector<std::string>(names.begin(), names.begin() + 8), paper);
   EXPECT_EQ(builtInSelectors().back().name(), "keep_all");
   EXPECT_EQ(toString(builtInSelectors().back().group()), "baseline");
+  EXPECT_EQ(toString(SelectorGroup::kOther), "other methods");
 }
 
 TEST(SelectorFactory, NamesTheClassThatThrows) {

@@ -77,6 +77,7 @@ class ExampleSelector(unittest.TestCase):
         code, text = self.shell.output_of("rosrun corrsel benchmark --list")
         self.assertEqual(code, 0, text)
         self.assertIn(f"{SELECTOR}.threshold = 2  [0, 1000]", text)
+        self.assertIn(f"{SELECTOR}:strict", text)
 
         code, text = self.benchmark(f"--selectors gms,{SELECTOR} --options {SELECTOR}.treshold=3")
         self.assertEqual(code, 2, text)
@@ -145,6 +146,9 @@ class ExampleSelector(unittest.TestCase):
         self.shell.wait_for("timeout 20 rostopic echo -n 1 /selection/n_selected", "19")
 
         set_parameter = "rosrun dynamic_reconfigure dynparam set /filter"
+        self.shell.output_of(f"{set_parameter} preset strict")
+        self.shell.wait_for("timeout 20 rostopic echo -n 1 /selection", f'selector: "{SELECTOR}:strict"')
+        self.shell.output_of(f"{set_parameter} preset ''")
         self.shell.output_of(f"{set_parameter} plugin_options threshold=1000,noise=1")
         self.shell.wait_for("timeout 20 rostopic echo -n 1 /selection/n_selected", "20")
         for name, value in (

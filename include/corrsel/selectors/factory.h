@@ -16,11 +16,12 @@ namespace corrsel::core {
 /// The heading under which listings and documentation show a selector.
 enum class SelectorGroup : std::uint8_t {
   kPaper,        ///< the eight of Zhao et al., arXiv:1904.13383
+  kOther,        ///< other methods
   kBaseline,     ///< what every selector is compared with
   kOtherPackage  ///< loaded at run time, "package/Class"
 };
 
-/// "paper", "baseline", "other packages".
+/// "paper", "other methods", "baseline", "other packages".
 std::string toString(SelectorGroup group);
 
 /// Makes the selectors of one class, built in or from another package: its name, group, presets and options,
