@@ -65,12 +65,19 @@ def to_text(context, values):
     return texts
 
 
+def keyword_of(name):
+    """Return the keyword argument for an option: lambda_ for the option lambda."""
+    return name + "_" if keyword.iskeyword(name) else name
+
+
 def describe(rows, indent):
     """Return a paragraph per option, for docstrings."""
     lines = []
     for option in rows:
         unit = "" if option.unit == "-" else " " + option.unit
-        lines.append("%s%s=%r%s (%s)" % (indent, option.name, option.value, unit, _range_text(option)))
+        lines.append(
+            "%s%s=%r%s (%s)" % (indent, keyword_of(option.name), option.value, unit, _range_text(option))
+        )
         lines.append("%s    %s" % (indent, option.description))
     return "\n".join(lines)
 

@@ -199,7 +199,9 @@ class Selector:
         return Selection(**self._selector.select(matches))
 
     def __repr__(self):
-        values = ", ".join("%s=%r" % (option.name, option.value) for option in self.options)
+        values = ", ".join(
+            "%s=%r" % (_options.keyword_of(option.name), option.value) for option in self.options
+        )
         return "<corrsel.Selector %s: %s>" % (self.name, values)
 
 
@@ -238,7 +240,7 @@ def select(
     Raises TypeError for arrays of another dtype; ValueError for arrays of another shape or length, naming the argument,
     and for an unknown selector, preset or option or an option out of its range.
 
-    Selectors with their options, defaults and ranges:
+    Selectors with the columns that they need, their presets, and their options with defaults and ranges:
     """
     return Matches(
         left,
@@ -285,12 +287,12 @@ def _needed_columns(selector):
 
 def _selectors_text():
     parts = []
-    for name in selector_names():
-        presets = ", ".join("%s:%s" % (name, preset) for preset in selector_presets(name))
-        needs = ", ".join(_needed_columns(Selector(name)))
-        remarks = ["presets: " + presets] if presets else []
-        remarks += ["needs " + needs] if needs else []
-        parts.append("    %s%s" % (name, " (%s)" % "; ".join(remarks) if remarks else ""))
+    for name, meaning in _core.selector_meanings().items():
+        parts.append("    %s: %s" % (name, meaning))
+        presets = ["%s:%s" % (name, preset) for preset in selector_presets(name)]
+        for title, items in (("needs", _needed_columns(Selector(name))), ("presets", presets)):
+            if items:
+                parts.append("        %s: %s" % (title, ", ".join(items)))
         parts.append(_options.describe(_options.options(name), " " * 8))
     return "\n".join(part for part in parts if part)
 

@@ -131,6 +131,15 @@ py::dict evaluate(const std::string& kind, const py::object& errors, const py::o
   return result;
 }
 
+/// Names and meanings of the built-in selectors.
+py::dict selectorMeanings() {
+  py::dict result;
+  for (const core::SelectorFactory& factory : core::builtInSelectors()) {
+    result[py::str(factory.name())] = factory.meaning();
+  }
+  return result;
+}
+
 }  // namespace
 }  // namespace corrsel::python
 
@@ -139,6 +148,7 @@ PYBIND11_MODULE(_core, module) {
   using namespace corrsel::python;
   module.attr("__version__") = CORRSEL_VERSION;
   module.def("selector_names", &core::selectorNames);
+  module.def("selector_meanings", &selectorMeanings);
   module.def("selector_presets", &core::selectorPresets);
   module.def("ground_truth_errors", &groundTruthErrors);
   module.def("evaluate", &evaluate);

@@ -282,7 +282,7 @@ class Errors(unittest.TestCase):
         )
         self.assert_raises(
             ValueError,
-            "unknown option gms.alfa; valid: alpha, grid, rotation, scale, drop_first_cells",
+            "unknown option gms.alfa; valid: " + ", ".join(option.name for option in corrsel.options("gms")),
             selector="gms",
             alfa=1,
         )
@@ -295,7 +295,7 @@ class Errors(unittest.TestCase):
                 {"model": "affine"},
                 "option ransac.model: 'affine' is not one of homography, fundamental",
             ),
-            ("gsm", {}, "unknown selector 'gsm'; valid: nnsr, ransac, "),
+            ("gsm", {}, "unknown selector 'gsm'; valid: "),
             ("lpm:v9", {}, "unknown preset 'v9' of selector lpm; valid: "),
             ("other/Selector", {}, "other/Selector"),
         ):
@@ -372,19 +372,25 @@ class Options(unittest.TestCase):
     def test_features_have_options_too(self):
         self.assertIn("max_features", {option.name for option in corrsel.options("orb")})
         self.assertIn("mutual", {option.name for option in corrsel.options("match")})
-        with self.assertRaisesRegex(
-            ValueError, "unknown selector 'sfit'; valid: nnsr, .*; of features: .*sift"
-        ):
+        with self.assertRaisesRegex(ValueError, "unknown selector 'sfit'; valid: .*; of features: .*sift"):
             corrsel.options("sfit")
 
     def test_the_help_has_every_option_with_its_range(self):
-        for name in corrsel.selector_names():
-            self.assertIn("    " + name, corrsel.select.__doc__)
-            for option in corrsel.options(name):
-                self.assertIn("%s=%r" % (option.name, option.value), corrsel.select.__doc__)
+        for selector in corrsel.selector_names():
+            self.assertIn("\n    %s: " % selector, corrsel.select.__doc__)
+            for preset in corrsel.selector_presets(selector):
+                self.assertIn("%s:%s" % (selector, preset), corrsel.select.__doc__)
+            for option in corrsel.options(selector):
+                name = "lambda_" if option.name == "lambda" else option.name
+                self.assertIn("        %s=%r" % (name, option.value), corrsel.select.__doc__)
                 self.assertIn(option.description, corrsel.select.__doc__)
-        self.assertRegex(corrsel.select.__doc__, r"gms \(presets: .*; needs left_size, right_size\)")
-        self.assertRegex(corrsel.select.__doc__, r"nnsr \(needs distance, second_distance\)")
+        self.assertIn(
+            "    gms: Grid-based motion statistics\n        needs: left_size, right_size\n",
+            corrsel.select.__doc__,
+        )
+        self.assertNotIn(
+            "needs: ", corrsel.select.__doc__.partition("    ransac: ")[2].partition("    st: ")[0]
+        )
 
 
 class MatchesTest(unittest.TestCase):
