@@ -1,6 +1,6 @@
 """The catalogue of all options, for what is generated from it: the cfg files, config/live.yaml and tables in docs/.
 
-It needs nothing but Python's standard library (3.8 or newer).
+It needs only Python's standard library (3.8 or newer).
 """
 
 import json
@@ -8,7 +8,7 @@ import os
 
 PATH = os.path.join(os.path.dirname(os.path.realpath(__file__)), "catalogue.json")
 
-# What a change of a parameter makes the FeatureMatcher and the Selector nodelets build anew.
+# The parts of the FeatureMatcher and the Selector nodelets that a change of a parameter rebuilds.
 FEATURES, MATCH, SEQUENCE, REGION = 1, 2, 4, 8
 SELECTOR = 2
 

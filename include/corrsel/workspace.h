@@ -28,7 +28,7 @@ class Workspace {
   Workspace(Workspace&&) noexcept;
   Workspace& operator=(Workspace&&) noexcept;
 
-  /// Frees the memory; the next call allocates anew. @pre no select() is using the workspace
+  /// Frees the memory; the next call allocates it again. @pre no select() is using the workspace
   void release();
 
   /// The workspace of the calling thread.

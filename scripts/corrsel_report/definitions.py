@@ -77,7 +77,7 @@ def definitions(run):
         (
             "Interval",
             (
-                "95 % bootstrap interval of the mean F: pairs are drawn anew with replacement. If two"
+                "95 % bootstrap interval of the mean F: pairs are resampled with replacement. If two"
                 " intervals do not overlap, the selectors differ. If they overlap, the question remains open."
                 " All selectors are given the same pairs, so <i>better on</i> (the number of pairs on which"
                 " the winner has a higher F than the runner-up) can be more conclusive."

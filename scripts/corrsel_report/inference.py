@@ -88,7 +88,7 @@ def mean_interval(values):
 
 
 def paired_difference(first, second):
-    """Return the Estimate of the mean of first[i] - second[i]; pairs, not values, are drawn anew."""
+    """Return the Estimate of the mean of first[i] - second[i]; pairs, not values, are resampled."""
     first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     if first.shape != second.shape:
         raise ValueError("paired difference: %s values against %s" % (first.shape, second.shape))

@@ -31,7 +31,7 @@ Layout layoutOf(const LpmOptions& options) {
   if (options.cost == LpmOptions::Cost::kCount) {
     layout.windows[0] = {0, options.k};
   } else {
-    // The authors' code slices its table anew at every scale and so loses one more of the nearest each time.
+    // The authors' code slices its table again at every scale and so loses one more of the nearest each time.
     const int step = options.compat ? 1 : 0;
     layout.count = 3;
     for (int i = 0; i < 3; ++i) layout.windows[i] = {i * step, options.k + 2 - 2 * i};

@@ -46,7 +46,7 @@ class BenchmarkRunner {
   /// Draws what every selector keeps on example pairs, which are chosen from the folder's rows so that every
   /// selector is shown at a success and at a failure. The pictures are drawn with the features and the
   /// preselection of the first cell. Nothing is done where these pictures exist already.
-  /// @param sources  those of run(), opened anew
+  /// @param sources  those of run(), opened again
   void drawExamples(const std::vector<std::unique_ptr<PairSource>>& sources);
 
  private:

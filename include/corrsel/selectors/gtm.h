@@ -16,7 +16,7 @@ struct GtmOptions : OptionSet {
   int steps = 100;                            ///< replicator: steps
   double min_share = 0.1;     ///< equilibrium: selected above this share of the largest population
   bool one_to_one = true;     ///< payoff 0 for matches that share a point
-  int memory_limit = 2048;    ///< payoffs above this size are computed anew for every step, MiB
+  int memory_limit = 2048;    ///< payoffs above this size are computed again for every step, MiB
   int threads = 1;            ///< for large inputs; results do not depend on it
   double max_seconds = 30.0;  ///< time limit, s; 0 = none
 

@@ -17,7 +17,7 @@ struct StOptions : OptionSet {
   double duplicate_affinity = 1.0;  ///< ratio: affinity of two equal matches, 0/0 by the formula
   double noise_floor = 0.0;   ///< distances that differ by no more than this do not conflict, px; 0 = off
   bool one_to_one = false;    ///< matches that share a point in one image only conflict
-  int memory_limit = 2048;    ///< affinities above this size are computed anew for every product, MiB
+  int memory_limit = 2048;    ///< affinities above this size are computed again for every product, MiB
   int threads = 1;            ///< for large inputs; results do not depend on it
   double max_seconds = 30.0;  ///< time limit, s; 0 = none
 

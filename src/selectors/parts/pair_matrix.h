@@ -15,7 +15,7 @@ namespace corrsel::core {
 ///
 /// Values are rounded to 16 bits, an error of at most 2^-17 (7.7e-6) each. The upper half is computed
 /// together with the first product and kept, N^2 bytes, unless that exceeds the memory limit: then every
-/// product computes it anew.
+/// product computes it again.
 ///
 /// A product runs over panels of 256 rows, whose sums are in single precision; panels are added up in double
 /// precision and in a fixed order. Products are therefore bit-identical for any number of threads, at any
