@@ -14,6 +14,8 @@
 #include "base/stopwatch.h"
 #include "features/descriptors/descriptor.h"
 #include "features/detectors/detector.h"
+#include "features/parts/feature_list.h"
+#include "features/parts/place_mask.h"
 #include "features/parts/spread.h"
 
 namespace corrsel::core {
@@ -32,14 +34,15 @@ void checkImage(const cv::Mat& image) {
 }
 
 cv::Mat toGrey(const cv::Mat& image) {
-  // OpenCV's BRISK looks beyond the border of a part of an image.
+  // OpenCV's BRISK reads pixels beyond the border of an image that is a part of another one.
   if (image.channels() == 1) return image.isSubmatrix() ? image.clone() : image;
   cv::Mat grey;
   cv::cvtColor(image, grey, image.channels() == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
   return grey;
 }
 
-void sortAndCap(const DetectorOptions& options, const cv::Size& image_size, Features& features) {
+/// Sorts features, strongest first, and keeps max_features of them.
+void sortAndCut(const DetectorOptions& options, const cv::Size& image_size, Features& features) {
   std::vector<int> order(features.keypoints.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&features](int a, int b) {
@@ -63,7 +66,7 @@ void sortAndCap(const DetectorOptions& options, const cv::Size& image_size, Feat
   reorder(order, features);
 }
 
-/// Reduces an image that is larger than allowed.
+/// The image, reduced to at most max_megapixels.
 cv::Mat reduced(const cv::Mat& grey, double max_megapixels) {
   const double scale = std::sqrt(max_megapixels * 1e6 / (static_cast<double>(grey.cols) * grey.rows));
   if (scale >= 1) return grey;
@@ -73,46 +76,10 @@ cv::Mat reduced(const cv::Mat& grey, double max_megapixels) {
   return result;
 }
 
-/// From pixels of the reduced area to those of the whole image.
-class ToWhole {
- public:
-  ToWhole(const cv::Size& from, const cv::Rect& area)
-      : reduced_(from != area.size()),
-        left_(static_cast<float>(area.x)),
-        top_(static_cast<float>(area.y)),
-        x_(static_cast<float>(area.width) / static_cast<float>(from.width)),
-        y_(static_cast<float>(area.height) / static_cast<float>(from.height)) {}
-
-  cv::Point2f operator()(const cv::Point2f& p) const {
-    if (!reduced_) return {p.x + left_, p.y + top_};
-    return {(p.x + 0.5F) * x_ - 0.5F + left_, (p.y + 0.5F) * y_ - 0.5F + top_};
-  }
-
-  void apply(Features& features) const {
-    // x and y differ by roundings to whole pixels only: shapes and angles stay.
-    const float scale = std::sqrt(x_ * y_);
-    for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
-      cv::KeyPoint& keypoint = features.keypoints[i];
-      AffineFrame& frame = features.frames[i];
-      if (reduced_) {
-        keypoint.size *= scale;
-        for (const std::size_t k : {0, 1, 3, 4}) frame[k] *= scale;
-      }
-      keypoint.pt = (*this)(keypoint.pt);
-      frame[2] = keypoint.pt.x;
-      frame[5] = keypoint.pt.y;
-    }
-  }
-
- private:
-  bool reduced_;
-  float left_, top_, x_, y_;
-};
-
 /// The part of the area that is inside the image.
 cv::Rect visibleArea(const cv::Rect& area, const cv::Size& image) {
   if (area.empty()) return {{0, 0}, image};
-  // In 64 bits, since the sums of any numbers must fit.
+  // In 64 bits, because the sum of two arbitrary ints must fit.
   const auto end = [](int begin, int length, int most) {
     return static_cast<int>(std::min<std::int64_t>(std::int64_t{begin} + length, most));
   };
@@ -134,25 +101,20 @@ void checkMask(const cv::Mat& mask, const cv::Size& image) {
   }
   if (mask.size() != image) {
     throw std::invalid_argument("mask has " + sizeText(mask.size()) + " px; needed: " + sizeText(image) +
-                                " px, as the image");
+                                " px, the size of the image");
   }
-}
-
-/// Whether the pixel of the mask below a place is not zero.
-PlaceFilter unmasked(const cv::Mat& mask, const ToWhole& to_whole) {
-  return [&mask, &to_whole](const cv::Point2f& place) {
-    const cv::Point2f at = to_whole(place);
-    const int x = std::clamp(static_cast<int>(std::floor(at.x + 0.5F)), 0, mask.cols - 1);
-    const int y = std::clamp(static_cast<int>(std::floor(at.y + 0.5F)), 0, mask.rows - 1);
-    return mask.at<std::uint8_t>(y, x) != 0;
-  };
 }
 
 }  // namespace
 
 FeatureExtractor::FeatureExtractor(std::string name, std::unique_ptr<Detector> detector,
                                    std::unique_ptr<Descriptor> descriptor)
-    : name_(std::move(name)), detector_(std::move(detector)), descriptor_(std::move(descriptor)) {}
+    : name_(std::move(name)), detector_(std::move(detector)), descriptor_(std::move(descriptor)) {
+  if (descriptor_ == nullptr && !detector_->describesKeypoints()) {
+    throw std::invalid_argument("features '" + name_ + "': the detector " + detector_->name() +
+                                " does not describe its keypoints; needed: a descriptor");
+  }
+}
 
 FeatureExtractor::~FeatureExtractor() = default;
 
@@ -163,26 +125,20 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
   checkImage(image);
   checkMask(region.mask, image.size());
   const cv::Rect area = visibleArea(region.area, image.size());
-  const bool masked = !region.mask.empty() && cv::countNonZero(region.mask(area)) < area.area();
-  const cv::Mat grey = reduced(toGrey(image(area)), detector_->options().max_megapixels);
-  const ToWhole to_whole(grey.size(), area);
-  const PlaceFilter allowed = unmasked(region.mask, to_whole);
-  if (descriptor_ == nullptr) {
-    const auto& detector = dynamic_cast<const SelfDescribingDetector&>(*detector_);
-    if (masked) {
-      detector.detectAndDescribeWhere(grey, threads, allowed, features);
-    } else {
-      detector.detectAndDescribe(grey, threads, features);
-    }
-  } else if (masked) {
-    detector_->detectWhere(grey, threads, allowed, features);
-  } else {
-    detector_->detect(grey, threads, features);
+  DetectionRequest request;
+  request.image = reduced(toGrey(image(area)), detector_->options().max_megapixels);
+  request.threads = threads;
+  request.describe = descriptor_ == nullptr;
+  const AreaTransform to_whole(request.image.size(), area);
+  // A mask that allows the whole area is left out, since masks cost OpenCV's detectors time.
+  if (!region.mask.empty() && cv::countNonZero(region.mask(area)) < area.area()) {
+    request.mask = PlaceMask(region.mask, to_whole);
   }
-  sortAndCap(detector_->options(), grey.size(), features);
+  detector_->detect(request, features);
+  sortAndCut(detector_->options(), request.image.size(), features);
   features.detect_seconds = watch.restart();
   if (descriptor_ != nullptr) {
-    descriptor_->describe(grey, threads, features);
+    descriptor_->describe(request.image, threads, features);
     features.describe_seconds = watch.seconds();
   }
   to_whole.apply(features);

@@ -1,9 +1,13 @@
 #include <algorithm>
 #include <stdexcept>
+#include <type_traits>
+#include <utility>
 
 #include "base/text.h"
 #include "corrsel/features/extractor.h"
+#include "features/descriptors/brisk.h"
 #include "features/descriptors/freak.h"
+#include "features/descriptors/orb.h"
 #include "features/descriptors/patch_sift.h"
 #include "features/detectors/akaze.h"
 #include "features/detectors/asift.h"
@@ -16,51 +20,68 @@
 namespace corrsel::core {
 namespace {
 
-/// An algorithm: its options and what it can be. The one place where it is announced.
+/// An algorithm, which is a detector, a descriptor or both.
 struct Algorithm {
   std::string name;
   std::unique_ptr<OptionSet> (*options)();
-  std::unique_ptr<Detector> (*detector)(const OptionSet& options);      ///< null: no detector
-  std::unique_ptr<Descriptor> (*descriptor)(const OptionSet& options);  ///< null: no descriptor of other
-                                                                        ///< detectors' keypoints
-  bool self_describing = false;  ///< describes its own keypoints while it detects them
+  std::unique_ptr<Detector> (*detector)(const std::string& name, const AlgorithmOptions& given);  ///< or null
+  /// For the keypoints of any detector; null where there is none.
+  std::unique_ptr<Descriptor> (*descriptor)(const std::string& name, const AlgorithmOptions& given);
+  bool self_describing = false;  ///< the detector describes its own keypoints
 };
 
-template <class O>
-std::unique_ptr<OptionSet> optionsOf() {
-  return std::make_unique<O>();
+template <class Options>
+Options optionsFrom(const std::string& name, const AlgorithmOptions& given) {
+  Options options;
+  const auto found = given.find(name);
+  if (found != given.end()) setOptions(options, found->second, name);
+  try {
+    options.check();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(name + ": " + error.what());
+  }
+  return options;
 }
 
-template <class D, class O>
-std::unique_ptr<Detector> detectorOf(const OptionSet& options) {
-  return std::make_unique<D>(dynamic_cast<const O&>(options));
+/// @tparam DetectorType, DescriptorType  void where there is none
+template <class Options, class DetectorType, class DescriptorType>
+Algorithm algorithm(std::string name) {
+  Algorithm result;
+  result.name = std::move(name);
+  result.options = []() -> std::unique_ptr<OptionSet> { return std::make_unique<Options>(); };
+  result.detector = nullptr;
+  result.descriptor = nullptr;
+  if constexpr (!std::is_void_v<DetectorType>) {
+    result.detector = [](const std::string& name, const AlgorithmOptions& given) {
+      return std::unique_ptr<Detector>(std::make_unique<DetectorType>(optionsFrom<Options>(name, given)));
+    };
+    result.self_describing = DetectorType().describesKeypoints();
+  }
+  if constexpr (!std::is_void_v<DescriptorType>) {
+    result.descriptor = [](const std::string& name, const AlgorithmOptions& given) {
+      return std::unique_ptr<Descriptor>(std::make_unique<DescriptorType>(optionsFrom<Options>(name, given)));
+    };
+  }
+  return result;
 }
 
-template <class D, class O>
-std::unique_ptr<Descriptor> descriptorOf(const OptionSet& options) {
-  return std::make_unique<D>(dynamic_cast<const O&>(options));
-}
-
+/// The only place that lists the algorithms.
 const std::vector<Algorithm>& algorithms() {
   static const std::vector<Algorithm> table = {
-      {"hessian_affine", optionsOf<HessianAffineOptions>,
-       detectorOf<HessianAffineDetector, HessianAffineOptions>, nullptr},
-      {"sift", optionsOf<SiftOptions>, detectorOf<SiftDetector, SiftOptions>,
-       descriptorOf<PatchSift, SiftOptions>, true},
-      {"orb", optionsOf<OrbOptions>, detectorOf<OrbDetector, OrbOptions>,
-       descriptorOf<OrbDescriptor, OrbOptions>, true},
-      {"asift", optionsOf<AsiftOptions>, detectorOf<AsiftDetector, AsiftOptions>, nullptr, true},
-      {"blob", optionsOf<BlobOptions>, detectorOf<BlobDetector, BlobOptions>, nullptr},
-      {"freak", optionsOf<FreakOptions>, nullptr, descriptorOf<FreakDescriptor, FreakOptions>},
-      {"akaze", optionsOf<AkazeOptions>, detectorOf<AkazeDetector, AkazeOptions>, nullptr, true},
-      {"brisk", optionsOf<BriskOptions>, detectorOf<BriskDetector, BriskOptions>,
-       descriptorOf<BriskDescriptor, BriskOptions>, true},
+      algorithm<HessianAffineOptions, HessianAffineDetector, void>("hessian_affine"),
+      algorithm<SiftOptions, SiftDetector, PatchSift>("sift"),
+      algorithm<OrbOptions, OrbDetector, OrbDescriptor>("orb"),
+      algorithm<AsiftOptions, AsiftDetector, void>("asift"),
+      algorithm<BlobOptions, BlobDetector, void>("blob"),
+      algorithm<FreakOptions, void, FreakDescriptor>("freak"),
+      algorithm<AkazeOptions, AkazeDetector, void>("akaze"),
+      algorithm<BriskOptions, BriskDetector, BriskDescriptor>("brisk"),
   };
   return table;
 }
 
-/// Those that describe the keypoints of any detector.
-std::vector<std::string> freeDescriptors() {
+/// The descriptors that describe the keypoints of any detector.
+std::vector<std::string> generalDescriptors() {
   std::vector<std::string> names;
   for (const Algorithm& algorithm : algorithms()) {
     if (algorithm.descriptor != nullptr) names.push_back(algorithm.name);
@@ -73,18 +94,6 @@ const Algorithm* find(const std::string& name) {
     if (algorithm.name == name) return &algorithm;
   }
   return nullptr;
-}
-
-std::unique_ptr<OptionSet> optionsFor(const Algorithm& algorithm, const AlgorithmOptions& given) {
-  std::unique_ptr<OptionSet> options = algorithm.options();
-  const auto found = given.find(algorithm.name);
-  if (found != given.end()) setOptions(*options, found->second, algorithm.name);
-  try {
-    options->check();
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(algorithm.name + ": " + error.what());
-  }
-  return options;
 }
 
 }  // namespace
@@ -104,17 +113,16 @@ std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const
                                 "; descriptors: " + joinList(descriptors));
   }
   if (detector == descriptor && detector->self_describing) {
-    return std::make_unique<FeatureExtractor>(name, detector->detector(*optionsFor(*detector, options)),
-                                              nullptr);
+    return std::make_unique<FeatureExtractor>(name, detector->detector(first, options), nullptr);
   }
   if (descriptor->descriptor == nullptr) {
-    throw std::invalid_argument("features '" + name + "' cannot work: the " + second +
-                                " descriptor needs what the " + second + " detector finds on the way; use " +
-                                second + "+" + second + ", or with " + first + " one of " +
-                                joinList(freeDescriptors()));
+    throw std::invalid_argument("features '" + name + "' cannot work: the descriptor " + second +
+                                " needs intermediate results of the detector " + second + "; use " + second +
+                                "+" + second + ", or combine " + first + " with one of the descriptors " +
+                                joinList(generalDescriptors()));
   }
-  return std::make_unique<FeatureExtractor>(name, detector->detector(*optionsFor(*detector, options)),
-                                            descriptor->descriptor(*optionsFor(*descriptor, options)));
+  return std::make_unique<FeatureExtractor>(name, detector->detector(first, options),
+                                            descriptor->descriptor(second, options));
 }
 
 const std::vector<FeatureCombination>& featureCombinations() {

@@ -59,7 +59,7 @@ void addImage(const cv::Mat& grey, Outcomes& outcomes) {
   options.max_sigma = 40;
   options.layers = 3;
   options.edge_ratio = 10;
-  BlobDetector(options).detect(grey, 1, features);
+  BlobDetector(options).detect({grey}, features);
   const FreakSampler sampler(grey, kPatternScale);
   const auto rounded = [](float value) {
     return static_cast<float>(std::round(value / kPlaceStep) * kPlaceStep);

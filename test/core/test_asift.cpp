@@ -9,6 +9,7 @@
 #include "corrsel/matching/matcher.h"
 #include "feature_checks.h"
 #include "features/detectors/asift.h"
+#include "features/parts/feature_list.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -57,7 +58,9 @@ cv::Mat warped(const cv::Mat& image, const cv::Matx33d& map) {
 Features extract(const cv::Mat& image, const AsiftOptions& options = {}, int threads = 1) {
   Features features;
   features.image_size = image.size();
-  AsiftDetector(options).detectAndDescribe(image, threads, features);
+  DetectionRequest request{image, threads};
+  request.describe = true;
+  AsiftDetector(options).detect(request, features);
   return features;
 }
 
@@ -156,7 +159,7 @@ TEST(Asift, DescriptorsAreWholeNumbersOfOpenCvsLength) {
 
 TEST(Asift, DetectFindsTheSameFeatures) {
   Features detected;
-  AsiftDetector().detect(picture(), 1, detected);
+  AsiftDetector().detect({picture()}, detected);
   expectSameKeypoints(detected, extract(picture()));
 }
 

@@ -53,7 +53,7 @@ cv::Mat picture(cv::Size size = {500, 400}, std::uint64_t seed = 1) {
 
 Features detect(const cv::Mat& image, const BlobOptions& options = {}, int threads = 1) {
   Features features;
-  BlobDetector(options).detect(image, threads, features);
+  BlobDetector(options).detect({image, threads}, features);
   EXPECT_EQ(features.frames.size(), features.keypoints.size());
   return features;
 }
@@ -240,8 +240,8 @@ TEST(Blob, PartsOfImagesAreImages) {
 
 TEST(Blob, ReplacesWhatWasThere) {
   Features features;
-  BlobDetector().detect(picture(), 1, features);
-  BlobDetector().detect(picture({300, 300}, 2), 1, features);
+  BlobDetector().detect({picture()}, features);
+  BlobDetector().detect({picture({300, 300}, 2)}, features);
   expectSameKeypoints(features, detect(picture({300, 300}, 2)));
 }
 

@@ -8,6 +8,8 @@
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "feature_checks.h"
+#include "features/descriptors/descriptor.h"
+#include "features/detectors/blob.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -251,8 +253,14 @@ TEST(Extractor, NamesWhatIsValid) {
             "fast_threshold, patch_size");
   EXPECT_EQ(
       errorOf<std::invalid_argument>([] { createExtractor("orb+akaze"); }),
-      "features 'orb+akaze' cannot work: the akaze descriptor needs what the akaze detector finds on the "
-      "way; use akaze+akaze, or with orb one of sift, orb, freak, brisk");
+      "features 'orb+akaze' cannot work: the descriptor akaze needs intermediate results of the detector "
+      "akaze; use akaze+akaze, or combine orb with one of the descriptors sift, orb, freak, brisk");
+}
+
+TEST(Extractor, NeedsADescriptorWhereTheDetectorHasNone) {
+  EXPECT_EQ(errorOf<std::invalid_argument>(
+                [] { FeatureExtractor("blob", std::make_unique<BlobDetector>(), nullptr); }),
+            "features 'blob': the detector blob does not describe its keypoints; needed: a descriptor");
 }
 
 TEST(Extractor, EveryPairingWorksOrSaysWhyNot) {

@@ -8,6 +8,7 @@
 #include "features/descriptors/freak.h"
 #include "features/descriptors/freak_pattern.h"
 #include "features/detectors/blob.h"
+#include "features/parts/feature_list.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -50,7 +51,7 @@ Features describe(const cv::Mat& image, const std::vector<cv::KeyPoint>& keypoin
 
 std::vector<cv::KeyPoint> blobs(const cv::Mat& image) {
   Features features;
-  BlobDetector().detect(image, 2, features);
+  BlobDetector().detect({image, 2}, features);
   return features.keypoints;
 }
 

@@ -30,7 +30,7 @@ cv::Mat picture(cv::Size size = {500, 400}, int n = 150, std::uint64_t seed = 1)
 
 Features detected(const cv::Mat& image, const HessianAffineOptions& options = {}, int threads = 1) {
   Features features;
-  HessianAffineDetector(options).detect(image, threads, features);
+  HessianAffineDetector(options).detect({image, threads}, features);
   EXPECT_EQ(features.keypoints.size(), features.frames.size());
   return features;
 }

@@ -5,6 +5,7 @@
 
 #include "features/descriptors/patch_sift.h"
 #include "features/parts/affine_patch.h"
+#include "features/parts/gradient.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -2,33 +2,29 @@
 
 #include <opencv2/core/mat.hpp>
 #include <string>
-#include <vector>
 
 #include "corrsel/features/features.h"
 #include "corrsel/options.h"
 
 namespace corrsel::core {
 
-/// Describes the surroundings of keypoints. describe() is const and re-entrant.
+/// Describes the surroundings of keypoints. All members are const and re-entrant.
 class Descriptor {
  public:
   virtual ~Descriptor() = default;
 
   /// Sets features.descriptors, one row per keypoint: CV_32F (compared by L2) or CV_8U (compared by Hamming
-  /// distance). Features that cannot be described, e.g. too near to the border, are removed with their
-  /// frames; the order of the others is kept.
-  /// @param grey      the image that the features were found in: 8-bit, one channel
+  /// distance). Features that cannot be described, e.g. those too close to the border, are removed with their
+  /// frames; the others keep their order.
+  /// @param grey      the image in which the features were found: 8-bit, one channel
   /// @param threads   threads that may be used; the result does not depend on it
-  /// @param features  keypoints and frames, one each
+  /// @param features  one frame per keypoint, and no descriptors yet
   virtual void describe(const cv::Mat& grey, int threads, Features& features) const = 0;
 
-  /// As in "detector+descriptor".
+  /// The part of "detector+descriptor" after the plus sign.
   virtual std::string name() const = 0;
 
   virtual const OptionSet& options() const = 0;
 };
-
-/// Keeps the features whose flag is not 0, with their frames, in order; descriptors are left alone.
-void keepFeatures(const std::vector<char>& keep, Features& features);
 
 }  // namespace corrsel::core

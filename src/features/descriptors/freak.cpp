@@ -7,7 +7,7 @@
 
 #include "base/parallel.h"
 #include "features/descriptors/freak_pattern.h"
-#include "features/detectors/detector.h"
+#include "features/parts/feature_list.h"
 
 namespace corrsel::core {
 

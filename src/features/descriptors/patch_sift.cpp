@@ -8,6 +8,9 @@
 
 #include "base/parallel.h"
 #include "features/parts/affine_patch.h"
+#include "features/parts/feature_list.h"
+#include "features/parts/gradient.h"
+#include "features/parts/root_sift.h"
 
 namespace corrsel::core {
 namespace {
@@ -19,7 +22,6 @@ constexpr int kHalf = 15;         // samples on each side of the centre
 constexpr int kSide = 2 * kHalf + 1;
 constexpr int kInner = kSide - 2;  // samples that have a gradient, and a weight in a cell
 constexpr int kMiddle = kInner / 2;
-constexpr std::size_t kInnerCount = std::size_t{kInner} * kInner;
 constexpr double kWindow = 2.0 * kCellSamples;  // sigma of the Gaussian weight, samples
 
 /// Blurred copies of an image, each half as fine as the one before once the blur allows.
@@ -32,8 +34,6 @@ struct Pyramid {
     levels.push_back({image.ptr<float>(), image.cols, image.rows, step, sigma});
   }
 };
-
-constexpr double kCameraBlur = 0.5;  // of the image as it comes, px (Lowe 2004, section 3.3)
 
 /// Levels a factor of sqrt(2) apart, for blurs from `smallest` to `largest`, px.
 Pyramid pyramidOf(const cv::Mat& grey, double smallest, double largest) {
@@ -74,36 +74,24 @@ struct Cell {
 
 struct Tables {
   std::array<Cell, kInner> cells;
-  std::array<float, kInnerCount> window;
+  std::vector<float> window = gaussianWindow(kMiddle, 1, kWindow);
 
   Tables() {
-    float* weight = window.data();
     for (int i = 0; i < kInner; ++i) {
       // Cell 0 has its middle a cell and a half, cell -1 two and a half cells (kHalf) before the centre.
       const int sample = i - kMiddle + kHalf;
       cells[static_cast<std::size_t>(i)] = {sample / kCellSamples - 1,
                                             static_cast<float>(sample % kCellSamples) / kCellSamples};
-      for (int j = 0; j < kInner; ++j) {
-        const double x = j - kMiddle, y = i - kMiddle;
-        *weight++ = static_cast<float>(std::exp(-(x * x + y * y) / (2 * kWindow * kWindow)));
-      }
     }
   }
 };
 
 /// The histogram of a patch, not normalised.
 void histogramOf(const float* patch, const Tables& tables, float* histogram) {
-  std::array<float, kInnerCount> dx, dy, length, direction;
-  for (int r = 0; r < kInner; ++r) {
-    const float* const row = patch + (std::ptrdiff_t{r} + 1) * kSide + 1;
-    const std::size_t start = static_cast<std::size_t>(r) * kInner;
-    for (int c = 0; c < kInner; ++c) {
-      dx[start + static_cast<std::size_t>(c)] = row[c + 1] - row[c - 1];
-      dy[start + static_cast<std::size_t>(c)] = row[c + kSide] - row[c - kSide];
-    }
-  }
-  polarGradients(dx.data(), dy.data(), kInnerCount, kDirections, length.data(), direction.data());
-  for (std::size_t i = 0; i < kInnerCount; ++i) length[i] *= tables.window[i];
+  PatchGradients<kSide> gradients;
+  gradients.compute(patch, kDirections);
+  auto& [dx, dy, length, direction] = gradients;
+  for (std::size_t i = 0; i < gradients.kCount; ++i) length[i] *= tables.window[i];
 
   std::fill(histogram, histogram + kLength, 0.0F);
   for (int r = 0; r < kInner; ++r) {

@@ -3,7 +3,7 @@
 namespace corrsel::core {
 
 void AkazeOptions::visit(OptionVisitor& visitor) const {
-  visitCap(visitor);
+  visitCommon(visitor);
   visitor.number({"threshold", 0, 1, "-", "AKAZE: smallest determinant of the Hessian"},
                  &AkazeOptions::threshold);
   visitor.integer({"octaves", 1, 8, "-", "AKAZE: octaves of the scale space"}, &AkazeOptions::octaves);

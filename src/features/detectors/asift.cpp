@@ -18,7 +18,7 @@
 namespace corrsel::core {
 
 void AsiftOptions::visit(OptionVisitor& visitor) const {
-  visitCap(visitor);
+  visitCommon(visitor);
   visitor.integer({"tilts", 0, 8, "-", "ASIFT: simulated tilts sqrt(2)^k, k = 1 to this; 0 = plain SIFT"},
                   &AsiftOptions::tilts);
   visitor.number({"rotation_step", 10, 180, "degrees", "ASIFT: between views of tilt t: this / t"},
@@ -249,27 +249,23 @@ std::vector<ViewFeature> allFeatures(const cv::Mat& grey, int threads, const Asi
 
 AsiftDetector::AsiftDetector(const AsiftOptions& options) : options_(options) { options_.check(); }
 
-void AsiftDetector::detect(const cv::Mat& grey, int threads, Features& features) const {
-  features.keypoints.clear();
-  features.frames.clear();
-  for (const ViewFeature& f : allFeatures(grey, threads, options_, false)) {
-    features.keypoints.push_back(f.keypoint);
-    features.frames.push_back(f.frame);
-  }
-}
-
-void AsiftDetector::detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const {
+void AsiftDetector::detect(const DetectionRequest& request, Features& features) const {
+  const std::vector<ViewFeature> all =
+      allFeatures(request.image, request.threads, options_, request.describe);
   features.keypoints.clear();
   features.frames.clear();
   features.descriptors.release();
-  const std::vector<ViewFeature> all = allFeatures(grey, threads, options_, true);
-  features.descriptors.create(static_cast<int>(all.size()), kDescriptorLength, CV_32F);
+  if (request.describe) {
+    features.descriptors.create(static_cast<int>(all.size()), kDescriptorLength, CV_32F);
+  }
   for (std::size_t i = 0; i < all.size(); ++i) {
     features.keypoints.push_back(all[i].keypoint);
     features.frames.push_back(all[i].frame);
+    if (!request.describe) continue;
     std::copy(all[i].descriptor.begin(), all[i].descriptor.end(),
               features.descriptors.ptr<float>(static_cast<int>(i)));
   }
+  request.mask.apply(features);
 }
 
 }  // namespace corrsel::core

@@ -1,7 +1,6 @@
 #include "features/detectors/blob.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -11,13 +10,17 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
+#include "features/parts/affine_patch.h"
+#include "features/parts/feature_list.h"
+#include "features/parts/orientation_histogram.h"
+#include "features/parts/quadratic_fit.h"
 
 namespace corrsel::core {
 
 void BlobOptions::visit(OptionVisitor& visitor) const {
-  visitCap(visitor);
+  visitCommon(visitor);
   visitor.number({"threshold", 0.1, 255, "grey levels",
-                  "Blob: weaker extrema are dropped; a disc answers with 0.74 of its contrast"},
+                  "Blob: weaker extrema are dropped; the response of a disc is 0.74 of its contrast"},
                  &BlobOptions::threshold);
   visitor.number({"min_sigma", 1, 16, "px", "Blob: smallest scale; a disc of radius r has the scale 0.71 r"},
                  &BlobOptions::min_sigma);
@@ -38,15 +41,13 @@ void BlobOptions::check() const {
 
 namespace {
 
-constexpr double kCameraBlur = 0.5;    // sigma of an image as it is taken, px (Lowe, IJCV 2004, section 3.3)
 constexpr int kBandRows = 512;         // most rows of an octave that are worked on at once
 constexpr int kSmallestSide = 8;       // an octave's, px
 constexpr int kMargin = 3;             // reach of the Laplacian (2) and of the comparison (1), px
 constexpr int kMaxMoves = 5;           // of the quadratic fit, to the sample nearest to the extremum
 constexpr double kWindowSigmas = 1.5;  // of the window in which gradients are counted, by the blob's sigma
 constexpr double kWindowReach = 3.0;   // of that window, by its own sigma
-constexpr int kBins = 36;              // of the gradient histogram
-constexpr int kSmoothings = 2;         // of the gradient histogram
+constexpr auto kBins = static_cast<int>(OrientationHistogram<float>::kBins);
 
 /// A Gaussian blur cut off where it no longer counts.
 struct Blur {
@@ -164,34 +165,21 @@ struct Extremum {
 /// Follows the quadratic fit to the extremum. False where it leads away, or where the extremum is an edge's.
 bool refine(const Band& band, int layers, double edge_ratio, Extremum& e) {
   for (int move = 0;; ++move) {
-    const auto at = [&](int dl, int dy, int dx) -> double {
-      return band.at(e.level + dl, e.y + dy, e.x + dx);
-    };
-    const double value = at(0, 0, 0);
-    const cv::Vec3d gradient((at(0, 0, 1) - at(0, 0, -1)) / 2, (at(0, 1, 0) - at(0, -1, 0)) / 2,
-                             (at(1, 0, 0) - at(-1, 0, 0)) / 2);
-    const double xx = at(0, 0, 1) + at(0, 0, -1) - 2 * value, yy = at(0, 1, 0) + at(0, -1, 0) - 2 * value;
-    const double ll = at(1, 0, 0) + at(-1, 0, 0) - 2 * value;
-    const double xy = (at(0, 1, 1) - at(0, 1, -1) - at(0, -1, 1) + at(0, -1, -1)) / 4;
-    const double xl = (at(1, 0, 1) - at(1, 0, -1) - at(-1, 0, 1) + at(-1, 0, -1)) / 4;
-    const double yl = (at(1, 1, 0) - at(1, -1, 0) - at(-1, 1, 0) + at(-1, -1, 0)) / 4;
-    bool solved = false;
-    const cv::Matx33d inverse = cv::Matx33d(xx, xy, xl, xy, yy, yl, xl, yl, ll).inv(cv::DECOMP_LU, &solved);
-    if (!solved) return false;
-    e.offset = -(inverse * gradient);
-    const double worst = std::max({std::abs(e.offset[0]), std::abs(e.offset[1]), std::abs(e.offset[2])});
-    if (!(worst < kMaxMoves)) return false;
+    const QuadraticFit fit = fitQuadratic(
+        [&](int dl, int dy, int dx) -> double { return band.at(e.level + dl, e.y + dy, e.x + dx); });
+    e.offset = fit.offset;
+    if (!fit.solved || !(fit.reach() < kMaxMoves)) return false;
     const auto step = [&e](int axis) {
       return std::clamp(static_cast<int>(std::lround(e.offset[axis])), -1, 1);
     };
     const int level = std::clamp(e.level + step(2), 1, layers);
     const bool stays = step(0) == 0 && step(1) == 0 && level == e.level;
-    // Halfway between two samples, or two octaves, the fit of each may point at the other.
+    // Halfway between two samples or two octaves, each of the two fits may point at the other sample.
     if (stays || move >= 2) {
-      if (worst <= 1) {
-        e.height = value + gradient.dot(e.offset) / 2;
-        const double trace = xx + yy, determinant = xx * yy - xy * xy;
-        return trace * trace * edge_ratio <= (edge_ratio + 1) * (edge_ratio + 1) * determinant;
+      if (fit.reach() <= 1) {
+        e.height = fit.extremum();
+        return fit.trace() * fit.trace() * edge_ratio <=
+               (edge_ratio + 1) * (edge_ratio + 1) * fit.determinant();
       }
       if (stays || move == kMaxMoves) return false;
     }
@@ -220,32 +208,22 @@ float dominantAngle(const Band& band, std::size_t level, double sigma, double x,
   };
   std::vector<float> column_weight;
   for (int c = left; c <= right; ++c) column_weight.push_back(weight(c - x));
-  std::array<float, kBins> histogram{};
+  OrientationHistogram<float> histogram;
   for (int r = top; r <= bottom; ++r) {
     const auto *up = image.ptr<float>(r - 1), *here = image.ptr<float>(r), *down = image.ptr<float>(r + 1);
     const float row_weight = weight(r - row);
     for (int c = left; c <= right; ++c) {
       const float dx = here[c + 1] - here[c - 1], dy = down[c] - up[c];
-      const int bin = static_cast<int>(cv::fastAtan2(dy, dx) * (kBins / 360.0F)) % kBins;
-      histogram[static_cast<std::size_t>(bin)] +=
-          std::sqrt(dx * dx + dy * dy) * row_weight * column_weight[static_cast<std::size_t>(c - left)];
+      const int bin = static_cast<int>(cv::fastAtan2(dy, dx) * (kBins / 360.0F));
+      histogram.add(static_cast<std::size_t>(bin), std::sqrt(dx * dx + dy * dy) * row_weight *
+                                                       column_weight[static_cast<std::size_t>(c - left)]);
     }
   }
-  const auto next = [](std::size_t bin) { return (bin + 1) % kBins; };
-  const auto previous = [](std::size_t bin) { return (bin + kBins - 1) % kBins; };
-  for (int i = 0; i < kSmoothings; ++i) {
-    const std::array<float, kBins> rough = histogram;
-    for (std::size_t b = 0; b < kBins; ++b) {
-      histogram[b] = 0.25F * (rough[previous(b)] + rough[next(b)]) + 0.5F * rough[b];
-    }
-  }
-  const auto peak =
-      static_cast<std::size_t>(std::max_element(histogram.begin(), histogram.end()) - histogram.begin());
-  const float before = histogram[previous(peak)], after = histogram[next(peak)];
-  const float curvature = before + after - 2 * histogram[peak];
-  const float shift = curvature < 0 ? 0.5F * (before - after) / curvature : 0.0F;
-  // A bin holds the directions from its number on.
-  const float angle = (static_cast<float>(peak) + 0.5F + shift) * (360.0F / kBins);
+  histogram.smooth(2, [](const auto& at) { return 0.25F * (at(-1) + at(1)) + 0.5F * at(0); });
+  const auto peak = histogram.highest();
+  const float shift = peak.curvature() < 0 ? peak.offset() : 0.0F;
+  // A bin holds the directions from its number to the next one.
+  const float angle = (static_cast<float>(peak.bin) + 0.5F + shift) * (360.0F / kBins);
   return angle >= 360.0F ? angle - 360.0F : angle;
 }
 
@@ -303,9 +281,9 @@ void removeDuplicates(std::vector<cv::KeyPoint>& keypoints) {
 
 BlobDetector::BlobDetector(const BlobOptions& options) : options_(options) { options_.check(); }
 
-void BlobDetector::detect(const cv::Mat& grey, int threads, Features& features) const {
+void BlobDetector::detect(const DetectionRequest& request, Features& features) const {
   features.keypoints.clear();
-  cv::Mat image = grey;
+  cv::Mat image = request.image;
   for (int octave = 0; options_.min_sigma * std::exp2(octave) <= options_.max_sigma &&
                        std::min(image.cols, image.rows) >= kSmallestSide;
        ++octave) {
@@ -317,10 +295,10 @@ void BlobDetector::detect(const cv::Mat& grey, int threads, Features& features) 
     };
     cv::Mat next((image.rows + step - 1) / step, (image.cols + step - 1) / step, CV_32F);
     std::vector<std::vector<cv::KeyPoint>> found(static_cast<std::size_t>(bands));
-    forEachBlock(found.size(), 1, threads, [&](std::size_t number, std::size_t) {
+    forEachBlock(found.size(), 1, request.threads, [&](std::size_t number, std::size_t) {
       const int i = static_cast<int>(number);
       const Band band = makeBand(image, beginOf(i), beginOf(i + 1), scales);
-      found[number] = findKeypoints(band, grey.size(), scales);
+      found[number] = findKeypoints(band, request.image.size(), scales);
       const cv::Mat& base = band.levels[static_cast<std::size_t>(options_.layers)];
       for (int y = band.begin; y < band.end; y += step) {
         const auto* const from = base.ptr<float>(y - band.first);
@@ -335,6 +313,7 @@ void BlobDetector::detect(const cv::Mat& grey, int threads, Features& features) 
     image = next;
   }
   features.frames = similarityFrames(features.keypoints);
+  request.mask.apply(features);
 }
 
 }  // namespace corrsel::core

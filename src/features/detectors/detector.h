@@ -1,65 +1,45 @@
 #pragma once
 
-#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <string>
-#include <vector>
 
 #include "corrsel/features/features.h"
 #include "features/detectors/detector_options.h"
+#include "features/parts/place_mask.h"
 
 namespace corrsel::core {
 
-/// Says whether a keypoint may lie at a place, px of the image that the detector sees.
-using PlaceFilter = std::function<bool(const cv::Point2f& place)>;
+/// What a detector is asked to do for one image.
+struct DetectionRequest {
+  cv::Mat image;          ///< grey: one channel, 8 bits, not empty
+  int threads = 1;        ///< threads that may be used; the result does not depend on it
+  PlaceMask mask = {};    ///< keypoints at other places are not returned and do not count for max_features
+  bool describe = false;  ///< compute descriptors too; allowed only where describesKeypoints() is true
+};
 
-/// Finds keypoints. detect() is const and re-entrant.
+/// Finds keypoints, and may describe them in the same pass. All members are const and re-entrant.
 class Detector {
  public:
   virtual ~Detector() = default;
 
-  /// Sets features.keypoints (position and size = diameter in px, angle in degrees, clockwise in the image,
-  /// never negative, response: larger is stronger) and features.frames, one per keypoint, whose first axis
-  /// (a11, a21) points along the angle. Any order, no cap: the extractor sorts and caps. No features where
-  /// the image is too small or blank.
-  /// @param grey     8-bit, one channel, not empty
-  /// @param threads  threads that may be used; the result does not depend on it
-  virtual void detect(const cv::Mat& grey, int threads, Features& features) const = 0;
+  /// Sets features.keypoints, features.frames and, where they are requested, features.descriptors, one entry
+  /// each per keypoint. The other members of `features` are left alone.
+  ///
+  /// Keypoints: position and size (a diameter) in px of the request's image, angle in degrees in [0, 360),
+  /// clockwise in the image, and response, where larger is stronger. Frames: the first column (a11, a21)
+  /// points along the angle. Descriptors: see Descriptor::describe(). An image that is too small or blank
+  /// gives no features. The order is arbitrary. A detector may return more than max_features, since the
+  /// extractor sorts and cuts; it may keep the strongest max_features itself where that saves time, but not
+  /// with `spread`.
+  virtual void detect(const DetectionRequest& request, Features& features) const = 0;
 
-  /// detect() without the keypoints that `allowed` refuses. Those who keep the strongest max_features
-  /// themselves must override it, since the refused ones do not count; others may, to save work.
-  virtual void detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
-                           Features& features) const;
+  /// Whether the detector has a descriptor of its own, i.e. accepts DetectionRequest::describe.
+  virtual bool describesKeypoints() const { return false; }
 
-  /// As in "detector+descriptor".
+  /// The part of "detector+descriptor" before the plus sign.
   virtual std::string name() const = 0;
 
   virtual const DetectorOptions& options() const = 0;
 };
-
-/// A detector with a descriptor of its own, computed in the same pass.
-class SelfDescribingDetector : public Detector {
- public:
-  /// Like detect(), with descriptors: one row per keypoint. May keep the strongest max_features itself where
-  /// that saves work.
-  virtual void detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const = 0;
-
-  /// As detectWhere(), with descriptors.
-  virtual void detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
-                                      Features& features) const;
-};
-
-/// Strongest first; ties are broken by position, scale and angle, so that threads inside OpenCV cannot
-/// reorder them.
-bool stronger(const cv::KeyPoint& a, const cv::KeyPoint& b);
-
-/// Puts features into the order of the given numbers, dropping those that are not named.
-void reorder(const std::vector<int>& order, Features& features);
-
-/// Drops the features at places that are not allowed.
-void dropRefused(const PlaceFilter& allowed, Features& features);
-
-/// Similarity frames from size and angle: column k is the keypoint's radius along and across its angle.
-std::vector<AffineFrame> similarityFrames(const std::vector<cv::KeyPoint>& keypoints);
 
 }  // namespace corrsel::core

@@ -11,6 +11,8 @@
 
 #include "base/parallel.h"
 #include "features/parts/affine_patch.h"
+#include "features/parts/gradient.h"
+#include "features/parts/orientation_histogram.h"
 
 extern "C" {
 #include <vl/covdet.h>
@@ -154,15 +156,7 @@ class ScaleSelection {
 /// Shape and directions of one frame after the other. Keeps a patch: one per thread.
 class FrameEstimator {
  public:
-  explicit FrameEstimator(const std::vector<ScaleLevel>& levels) : levels_(levels) {
-    float* weight = window_.data();
-    for (int r = -kHalf; r <= kHalf; ++r) {
-      for (int c = -kHalf; c <= kHalf; ++c) {
-        const double distance2 = kSpacing * kSpacing * (r * r + c * c);
-        *weight++ = static_cast<float>(std::exp(-distance2 / (2 * kWindow * kWindow)));
-      }
-    }
-  }
+  explicit FrameEstimator(const std::vector<ScaleLevel>& levels) : levels_(levels) {}
 
   /// The frame whose second moment matrix is a multiple of the identity, with orthogonal axes.
   AffineFrame adapted(const AffineFrame& start) {
@@ -205,33 +199,23 @@ class FrameEstimator {
     // The blur that the patch lacks, which differs between its axes.
     const double along = std::hypot(frame[0], frame[3]), across = std::hypot(frame[1], frame[4]);
     smooth(missingBlur(level_->sigma / along), missingBlur(level_->sigma / across));
-    gradients();
-    polarGradients(dx_.data(), dy_.data(), kInnerCount, kBins, length_.data(), direction_.data());
+    gradients_.compute(patch_.data(), kBins);
 
-    std::array<double, kBins> histogram{}, smoothed;
-    for (std::size_t i = 0; i < kInnerCount; ++i) {
-      const auto bin = static_cast<std::size_t>(direction_[i]);
-      const double weight = double{length_[i]} * window_[(i / kInner + 1) * kSide + i % kInner + 1];
-      const double share = double{direction_[i]} - static_cast<double>(bin);
-      histogram[bin] += weight * (1 - share);
-      histogram[bin + 1 < kBins ? bin + 1 : 0] += weight * share;
+    Histogram histogram;
+    for (std::size_t i = 0; i < gradients_.kCount; ++i) {
+      const auto bin = static_cast<std::size_t>(gradients_.direction[i]);
+      const double weight = double{gradients_.length[i]} * window_[(i / kInner + 1) * kSide + i % kInner + 1];
+      const double share = double{gradients_.direction[i]} - static_cast<double>(bin);
+      histogram.add(bin, weight * (1 - share));
+      histogram.add(bin + 1, weight * share);
     }
-    for (int round = 0; round < 6; ++round) {
-      for (std::size_t i = 0; i < kBins; ++i) {
-        smoothed[i] = (histogram[(i + kBins - 1) % kBins] + histogram[i] + histogram[(i + 1) % kBins]) / 3;
-      }
-      histogram = smoothed;
-    }
-    const double highest = *std::max_element(histogram.begin(), histogram.end());
+    histogram.smooth(6, [](const auto& at) { return (at(-1) + at(0) + at(1)) / 3; });
+    const double least = 0.8 * histogram.highest().here;
     std::vector<std::pair<double, double>> peaks;
-    for (std::size_t i = 0; i < kBins; ++i) {
-      const double before = histogram[(i + kBins - 1) % kBins], after = histogram[(i + 1) % kBins];
-      const double here = histogram[i];
-      if (here > 0.8 * highest && here > before && here > after) {
-        const double shift = -0.5 * (after - before) / (after + before - 2 * here);
-        peaks.emplace_back(-here, 2 * CV_PI * (static_cast<double>(i) + shift) / kBins);
-      }
-    }
+    histogram.forEachPeak([&](const Histogram::Peak& peak) {
+      if (!(peak.here > least)) return;
+      peaks.emplace_back(-peak.here, 2 * CV_PI * (static_cast<double>(peak.bin) + peak.offset()) / kBins);
+    });
     std::sort(peaks.begin(), peaks.end());
     std::vector<double> angles;
     angles.reserve(peaks.size());
@@ -240,15 +224,16 @@ class FrameEstimator {
   }
 
  private:
+  using Histogram = OrientationHistogram<double>;
+
   static constexpr int kHalf = 20, kSide = 2 * kHalf + 1;
   static constexpr int kInner = kSide - 2;  // samples that have a gradient
-  static constexpr std::size_t kInnerCount = std::size_t{kInner} * kInner;
   static constexpr std::size_t kCount = std::size_t{kSide} * kSide;
   static constexpr double kWindow = 3;                     // sigma of the weights, in units of the frame
   static constexpr double kSpacing = 3 * kWindow / kHalf;  // of the samples
   static constexpr int kMaxIterations = 15;
   static constexpr double kMaxAnisotropy = 5, kConverged = 1.05;
-  static constexpr std::size_t kBins = 36;
+  static constexpr std::size_t kBins = Histogram::kBins;
 
   static double missingBlur(double present) {
     return present < 1 ? std::sqrt(1 - present * present) / kSpacing : 0;
@@ -326,25 +311,14 @@ class FrameEstimator {
     return reach;
   }
 
-  /// Those of patch_, where they exist.
-  void gradients() {
-    for (std::size_t r = 0; r < kInner; ++r) {
-      const float* const row = patch_.data() + (r + 1) * kSide + 1;
-      for (std::size_t c = 0; c < kInner; ++c) {
-        dx_[r * kInner + c] = row[c + 1] - row[static_cast<std::ptrdiff_t>(c) - 1];
-        dy_[r * kInner + c] = row[c + kSide] - row[static_cast<std::ptrdiff_t>(c) - kSide];
-      }
-    }
-  }
-
   static constexpr int kMaxReach = 8;  // missingBlur() is below 1 / kSpacing = 2.3 samples
 
   const std::vector<ScaleLevel>& levels_;
   AffineFrame sampled_{};              // what patch_ shows; zeros: nothing
   const ScaleLevel* level_ = nullptr;  // it was sampled from
   std::vector<float> patch_ = std::vector<float>(kCount), smoothed_ = patch_;
-  std::array<float, kCount> window_;
-  std::array<float, kInnerCount> dx_, dy_, length_, direction_;
+  std::vector<float> window_ = gaussianWindow(kHalf, kSpacing, kWindow);
+  PatchGradients<kSide> gradients_;
   std::array<float, 2 * kMaxReach + 1> kernel_;
 };
 
@@ -442,7 +416,7 @@ std::vector<T> inOrder(std::size_t n, int threads, const Item& items) {
 }  // namespace
 
 void HessianAffineOptions::visit(OptionVisitor& visitor) const {
-  visitCap(visitor);
+  visitCommon(visitor);
   visitor.number({"peak_threshold", 0, 1, "-", "Smallest determinant of the Hessian, of grey values 0 to 1"},
                  &HessianAffineOptions::peak_threshold);
   visitor.number(
@@ -469,12 +443,9 @@ HessianAffineDetector::HessianAffineDetector(const HessianAffineOptions& options
   options_.check();
 }
 
-void HessianAffineDetector::detect(const cv::Mat& grey, int threads, Features& features) const {
-  detectWhere(grey, threads, {}, features);
-}
-
-void HessianAffineDetector::detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
-                                        Features& features) const {
+void HessianAffineDetector::detect(const DetectionRequest& request, Features& features) const {
+  const cv::Mat& grey = request.image;
+  const int threads = request.threads;
   features.keypoints.clear();
   features.frames.clear();
   // Below it VLFeat has no octave.
@@ -494,12 +465,11 @@ void HessianAffineDetector::detectWhere(const cv::Mat& grey, int threads, const 
         }
       });
   candidates = withoutOverlaps(std::move(candidates), static_cast<float>(options_.overlap), grey.size());
-  if (allowed) {  // neither adaptation nor orientation moves a feature
-    const auto refused = [&allowed](const Candidate& candidate) {
-      return !allowed({candidate.frame[2], candidate.frame[5]});
-    };
-    candidates.erase(std::remove_if(candidates.begin(), candidates.end(), refused), candidates.end());
-  }
+  // Neither shape nor direction moves a feature, so those of masked features need not be found.
+  const auto masked = [&request](const Candidate& candidate) {
+    return !request.mask.allows({candidate.frame[2], candidate.frame[5]});
+  };
+  candidates.erase(std::remove_if(candidates.begin(), candidates.end(), masked), candidates.end());
 
   candidates = inOrder<Candidate>(
       candidates.size(), threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& oriented) {

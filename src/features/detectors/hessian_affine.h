@@ -4,7 +4,7 @@
 
 namespace corrsel::core {
 
-/// The defaults are VLFeat's, but for the first octave.
+/// The defaults are VLFeat's, except for the first octave.
 struct HessianAffineOptions : DetectorOptions {
   double peak_threshold = 0.003;  ///< smallest determinant of the Hessian, of grey values from 0 to 1
   double edge_threshold = 10.0;   ///< largest ratio of the principal curvatures
@@ -19,25 +19,38 @@ struct HessianAffineOptions : DetectorOptions {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// "hessian_affine" (Mikolajczyk and Schmid, IJCV 2004): extrema of the determinant of the Hessian in every
-/// level of a Gaussian scale space (VLFeat's covdet), kept where the Laplacian has an extremum over scale;
-/// the affine shape by iterating the second moment matrix (Lindeberg and Garding, IVC 1997; Baumberg, CVPR
-/// 2000), and the direction of the strongest gradients (Lowe, IJCV 2004, section 5). The shape keeps its
-/// smaller half axis at the scale that was found and is left alone beyond a ratio of 5. One unit of a frame
-/// is the scale sigma; the keypoint's size is 2 sqrt(|det A|), its response |determinant of the Hessian|.
+/// "hessian_affine": Hessian-Laplace keypoints with an affine shape.
 ///
-/// No features in images whose smaller side is below 16 px (16 * 2^first_octave px for higher octaves). 45
-/// bytes per pixel (180 with first_octave = -1) and about 0.3 s for 3000 features of 0.5 megapixels on one
-/// thread, of which the scale space and its extrema, a third, are not shared among threads. Throws
-/// std::bad_alloc when memory ends.
+/// Idea: Blobs are located where the Hessian is extremal, their scale is where the Laplacian is extremal, and
+/// the second moments of the gradients around them give an elliptic shape that follows changes of viewpoint.
+///
+/// Algorithm: Extrema of the determinant of the Hessian in every level of a Gaussian scale space (VLFeat's
+/// covdet), kept where the Laplacian has an extremum over scale. The shape A is iterated until the second
+/// moment matrix M of the patch that it spans is a multiple of the identity: A A' <- A M^-1 A'. The smaller
+/// half axis stays at the scale that was found, and the iteration stops beyond a ratio of the half axes of 5.
+/// The direction is that of the strongest gradients in the normalised patch. One unit of a frame is the scale
+/// sigma; the keypoint's size is 2 sqrt(|det A|), and its response is |determinant of the Hessian|.
+///
+/// Input: 8-bit grey image.
+///
+/// Options: HessianAffineOptions.
+///
+/// Failure: Images whose smaller side is below 16 px (16 * 2^first_octave px where first_octave > 0) have no
+/// features. std::bad_alloc is thrown where the memory does not suffice.
+///
+/// Cost: 45 bytes per pixel (180 with first_octave = -1), and about 0.3 s for 3000 features of 0.5 megapixels
+/// on one thread. The scale space and its extrema take a third of this time and use one thread. Masked
+/// features save the time of their shapes and directions.
+///
+/// Source: Mikolajczyk and Schmid, "Scale & Affine Invariant Interest Point Detectors", IJCV 2004; shape:
+/// Lindeberg and Garding, IVC 1997, and Baumberg, CVPR 2000; direction: Lowe, IJCV 2004, section 5; scale
+/// space and extrema: VLFeat.
 class HessianAffineDetector : public Detector {
  public:
+  /// Throws std::invalid_argument for options out of range.
   explicit HessianAffineDetector(const HessianAffineOptions& options = {});
 
-  void detect(const cv::Mat& grey, int threads, Features& features) const override;
-  /// Saves the time of adaptation and orientation of what is refused.
-  void detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
-                   Features& features) const override;
+  void detect(const DetectionRequest& request, Features& features) const override;
   std::string name() const override { return "hessian_affine"; }
   const DetectorOptions& options() const override { return options_; }
 

@@ -7,7 +7,7 @@
 namespace corrsel::core {
 
 void OrbOptions::visit(OptionVisitor& visitor) const {
-  visitCap(visitor);
+  visitCommon(visitor);
   visitor.number({"scale_factor", 1.05, 3, "-", "ORB: scale between pyramid levels"},
                  &OrbOptions::scale_factor);
   visitor.integer({"levels", 1, 16, "-", "ORB: levels of the pyramid"}, &OrbOptions::levels);
@@ -18,15 +18,11 @@ void OrbOptions::visit(OptionVisitor& visitor) const {
                   &OrbOptions::patch_size);
 }
 
-namespace {
+// OpenCV's ORB cannot keep all features: it always divides a number among its levels.
+constexpr int kNoLimit = 1000000;
 
-/// Diameter of the circle of pixels that FAST looks at.
-constexpr double kFastDiameter = 7;
-/// OpenCV's ORB has no "no cap" and hands its number out over the levels.
-constexpr int kNoCap = 1000000;
-
-/// Levels on which a patch still fits: OpenCV fails on a pyramid that shrinks to nothing.
-int usableLevels(const OrbOptions& options, const cv::Size& size) {
+// OpenCV fails on a pyramid that shrinks to nothing.
+int usableOrbLevels(const OrbOptions& options, const cv::Size& size) {
   const double smallest = options.patch_size + 1.0;
   int levels = 1;
   for (double side = std::min(size.width, size.height) / options.scale_factor;
@@ -36,24 +32,22 @@ int usableLevels(const OrbOptions& options, const cv::Size& size) {
   return levels;
 }
 
-OpenCvDetector::Create create(const OrbOptions& options) {
+CreateOpenCv orbCreator(const OrbOptions& options) {
   return [options](const cv::Size& size, int most) {
-    return cv::ORB::create(most > 0 ? most : kNoCap, static_cast<float>(options.scale_factor),
-                           usableLevels(options, size), options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
+    return cv::ORB::create(most > 0 ? most : kNoLimit, static_cast<float>(options.scale_factor),
+                           usableOrbLevels(options, size), options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
                            options.patch_size, options.fast_threshold);
   };
 }
 
-}  // namespace
-
 OrbDetector::OrbDetector(const OrbOptions& options)
-    : OpenCvDetector("orb", create(options), options.patch_size, kFastDiameter / options.patch_size),
+    : OpenCvDetector("orb", orbCreator(options), options.patch_size, kFastDiameter / options.patch_size),
       options_(options) {
   options_.check();
 }
 
 std::vector<int> OrbDetector::shares(const cv::Size& image_size, int most) const {
-  const int levels = usableLevels(options_, image_size);
+  const int levels = usableOrbLevels(options_, image_size);
   const double factor = 1 / options_.scale_factor;
   double share = most * (1 - factor) / (1 - std::pow(factor, levels));
   std::vector<int> result;
@@ -64,18 +58,6 @@ std::vector<int> OrbDetector::shares(const cv::Size& image_size, int most) const
   }
   result.push_back(left);
   return result;
-}
-
-OrbDescriptor::OrbDescriptor(const OrbOptions& options)
-    : OpenCvDescriptor(
-          "orb", create(options), options.patch_size,
-          [options](const cv::Size& size, cv::KeyPoint& keypoint) {
-            const double level = std::log(keypoint.size / kFastDiameter) / std::log(options.scale_factor);
-            keypoint.octave =
-                static_cast<int>(std::clamp(std::round(level), 0.0, usableLevels(options, size) - 1.0));
-          }),
-      options_(options) {
-  options_.check();
 }
 
 }  // namespace corrsel::core

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <memory>
 #include <vector>
 
-#include "features/parts/opencv_features.h"
+#include "features/detectors/opencv_detector.h"
 
 namespace corrsel::core {
 
-/// ORB (Rublee et al., ICCV 2011) as in OpenCV's features2d.
 struct OrbOptions : DetectorOptions {
   double scale_factor = 1.2;  ///< between pyramid levels
   int levels = 8;             ///< of the pyramid
@@ -18,25 +16,34 @@ struct OrbOptions : DetectorOptions {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// "orb". Hands max_features out over the levels of the pyramid in proportion to their sides, unless they are
-/// to be spread.
+/// Diameter of the circle of pixels that FAST looks at, px.
+inline constexpr double kFastDiameter = 7;
+
+/// The number of pyramid levels on which a patch fits into the image, at most options.levels.
+int usableOrbLevels(const OrbOptions& options, const cv::Size& image_size);
+
+/// OpenCV's ORB with as many levels as the image allows.
+CreateOpenCv orbCreator(const OrbOptions& options);
+
+/// "orb": OpenCV's ORB, detector and descriptor.
+///
+/// Idea: The corner test FAST is the cheapest there is; a pyramid and an orientation make its corners usable
+/// under changes of scale and rotation. Algorithm: FAST 9-16 on every level; the Harris score ranks the
+/// corners; the direction points from the corner to the intensity centroid of its patch. The descriptor is
+/// OrbDescriptor's. Input: 8-bit grey image. Options: OrbOptions. `max_features` is divided among the levels
+/// in proportion to their sides, unless `spread` is set. With another descriptor the size of a keypoint is
+/// the diameter of FAST's circle (7 px times the scale) instead of the patch size. Failure: Images whose
+/// width or height is at most 2 patch_size have no features. Cost: O(pixels). Source: Rublee, Rabaud,
+/// Konolige and Bradski, "ORB: an efficient alternative to SIFT or SURF", ICCV 2011; implementation: OpenCV's
+/// features2d.
 class OrbDetector : public OpenCvDetector {
  public:
+  /// Throws std::invalid_argument for options out of range.
   explicit OrbDetector(const OrbOptions& options = {});
   const DetectorOptions& options() const override { return options_; }
 
  protected:
   std::vector<int> shares(const cv::Size& image_size, int most) const override;
-
- private:
-  OrbOptions options_;
-};
-
-/// "orb": rotated BRIEF, on the pyramid level that fits the keypoint's size.
-class OrbDescriptor : public OpenCvDescriptor {
- public:
-  explicit OrbDescriptor(const OrbOptions& options = {});
-  const OptionSet& options() const override { return options_; }
 
  private:
   OrbOptions options_;

@@ -1,13 +1,13 @@
 #include "features/detectors/sift.h"
 
-#include <algorithm>
-#include <cmath>
 #include <opencv2/features2d.hpp>
+
+#include "features/parts/root_sift.h"
 
 namespace corrsel::core {
 
 void SiftOptions::visit(OptionVisitor& visitor) const {
-  visitCap(visitor);
+  visitCommon(visitor);
   visitor.integer({"octave_layers", 1, 10, "-", "SIFT: layers per octave"}, &SiftOptions::octave_layers);
   visitor.number({"contrast_threshold", 0, 1, "-", "SIFT: extrema weaker than this are dropped"},
                  &SiftOptions::contrast_threshold);
@@ -30,29 +30,11 @@ SiftDetector::SiftDetector(const SiftOptions& options)
   options_.check();
 }
 
-void SiftDetector::detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const {
-  OpenCvDetector::detectAndDescribe(grey, threads, features);
-  if (options_.root) toRootSift(features.descriptors);
+void SiftDetector::detect(const DetectionRequest& request, Features& features) const {
+  OpenCvDetector::detect(request, features);
+  if (request.describe && options_.root) toRootSift(features.descriptors);
 }
 
 std::vector<int> SiftDetector::shares(const cv::Size&, int most) const { return {most}; }
-
-void SiftDetector::detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
-                                          Features& features) const {
-  OpenCvDetector::detectAndDescribeWhere(grey, threads, allowed, features);
-  if (options_.root) toRootSift(features.descriptors);
-}
-
-void toRootSift(cv::Mat& descriptors) {
-  for (int row = 0; row < descriptors.rows; ++row) {
-    auto* const values = descriptors.ptr<float>(row);
-    double total = 0;
-    for (int k = 0; k < descriptors.cols; ++k) total += values[k];
-    if (!(total > 0)) continue;
-    for (int k = 0; k < descriptors.cols; ++k) {
-      values[k] = static_cast<float>(std::min(255.0, std::round(512 * std::sqrt(values[k] / total))));
-    }
-  }
-}
 
 }  // namespace corrsel::core

@@ -1,30 +1,40 @@
 #pragma once
 
-#include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "features/parts/opencv_features.h"
+#include "features/detectors/opencv_detector.h"
 
 namespace corrsel::core {
 
-/// SIFT (Lowe, IJCV 2004) as in OpenCV's features2d.
 struct SiftOptions : DetectorOptions {
   int octave_layers = 3;             ///< layers per octave
-  double contrast_threshold = 0.04;  ///< weak extrema are dropped; divided by octave_layers inside
+  double contrast_threshold = 0.04;  ///< weak extrema are dropped; divided by octave_layers internally
   double edge_threshold = 10.0;      ///< edge-like extrema are dropped; larger keeps more
   double sigma = 1.6;                ///< blur of the first octave, px
-  bool root = false;                 ///< RootSIFT; the one option that the descriptor alone uses
+  bool root = false;                 ///< RootSIFT; the one option that only the descriptor uses
 
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// "sift".
+/// "sift": OpenCV's SIFT, detector and descriptor.
+///
+/// Idea: Extrema of the difference of Gaussians over space and scale are found again after changes of scale,
+/// rotation and brightness.
+/// Algorithm: Difference-of-Gaussian scale space of the doubled image, extrema refined by a quadratic fit,
+/// edges rejected by the ratio of principal curvatures, one feature per dominant gradient direction, and 4 x
+/// 4 x 8 histograms of gradients (128 whole numbers from 0 to 255). With `root` the descriptors pass through
+/// toRootSift().
+/// Input: 8-bit grey image.
+/// Options: SiftOptions. OpenCV keeps the strongest max_features itself, unless `spread` is set.
+/// Failure: Images whose width or height is at most 8 px have no features.
+/// Cost: O(pixels), up to 240 bytes per pixel.
+/// Source: Lowe, "Distinctive Image Features from Scale-Invariant Keypoints", IJCV 2004; implementation:
+/// OpenCV's features2d.
 class SiftDetector : public OpenCvDetector {
  public:
+  /// Throws std::invalid_argument for options out of range.
   explicit SiftDetector(const SiftOptions& options = {});
-  void detectAndDescribe(const cv::Mat& grey, int threads, Features& features) const override;
-  void detectAndDescribeWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
-                              Features& features) const override;
+  void detect(const DetectionRequest& request, Features& features) const override;
   const DetectorOptions& options() const override { return options_; }
 
  protected:
@@ -33,10 +43,5 @@ class SiftDetector : public OpenCvDetector {
  private:
   SiftOptions options_;
 };
-
-/// RootSIFT (Arandjelovic and Zisserman, CVPR 2012, section 3): square roots of every row divided by its sum,
-/// so that L2 compares as the Hellinger kernel does. Times 512 and rounded to whole numbers from 0 to 255, as
-/// SIFT is. @param descriptors  N x 128 CV_32F, not negative
-void toRootSift(cv::Mat& descriptors);
 
 }  // namespace corrsel::core

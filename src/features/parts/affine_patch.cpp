@@ -7,10 +7,10 @@
 namespace corrsel::core {
 namespace {
 
-/// Longest row of a patch that is sampled in one go.
+/// Samples that are computed at once: longer rows are split.
 constexpr int kRow = 64;
 
-/// Blends the four pixels around each of n positions: pairs of neighbours in the upper and lower row.
+/// Interpolates bilinearly at n positions, from pairs of neighbours in the upper and the lower row.
 void blend(const float* upper, const float* lower, const float* wx, const float* wy, std::ptrdiff_t n,
            float* out) {
   for (std::ptrdiff_t i = 0; i < n; ++i) {
@@ -45,8 +45,8 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
   const int side = 2 * half + 1;
   const bool inside =
       x - reach_x >= 1 && y - reach_y >= 1 && x + reach_x < level.width - 2 && y + reach_y < level.height - 2;
-  // Counted from a whole pixel nearby: positions stay small and positive, hence exact enough in single
-  // precision, and truncation rounds down.
+  // Positions are relative to a pixel nearby. They are therefore small and positive, so single precision is
+  // exact enough and truncation rounds down.
   const int origin_x = inside ? static_cast<int>(x - reach_x) - 1 : 0;
   const int origin_y = inside ? static_cast<int>(y - reach_y) - 1 : 0;
   const float* const pixels = level.pixels + static_cast<std::ptrdiff_t>(origin_y) * level.width + origin_x;
@@ -67,7 +67,7 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
       }
       if (!inside) {
         for (int i = 0; i < n; ++i) {
-          // In this order 0 comes out of a position that is not a number.
+          // The order of the arguments matters: a position that is NaN becomes 0.
           const float cx = std::min(last_x, std::max(0.0F, px[i]));
           const float cy = std::min(last_y, std::max(0.0F, py[i]));
           outside += cx == px[i] && cy == py[i] ? 0 : 1;
@@ -76,7 +76,7 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
         }
       }
       for (int i = 0; i < n; ++i) {
-        // In the last column and row the weight of the pixel before is 0.
+        // In the last column and row the pixel before has the weight 0.
         const int column = std::min(static_cast<int>(px[i]), last_column);
         const int row = std::min(static_cast<int>(py[i]), last_row);
         wx[i] = px[i] - static_cast<float>(column);
@@ -95,25 +95,15 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
   return static_cast<std::size_t>(outside);
 }
 
-void polarGradients(const float* dx, const float* dy, std::size_t n, float turn, float* length,
-                    float* direction) {
-  // The arc tangent on [0, 1] as an odd polynomial (Hastings, Approximations for Digital Computers, 1955,
-  // sheet 11), here in turns, then mirrored into the other octants.
-  constexpr float kTurns = 0.15915494309F;
-  for (std::size_t i = 0; i < n; ++i) {
-    const float x = std::abs(dx[i]), y = std::abs(dy[i]);
-    length[i] = std::sqrt(x * x + y * y);
-    const float large = std::max(x, y), small = std::min(x, y);
-    const float t = small / std::max(large, 1e-30F), s = t * t;
-    float angle =
-        kTurns * t *
-        (0.99997726F +
-         s * (-0.33262347F + s * (0.19354346F + s * (-0.11643287F + s * (0.05265332F - s * 0.01172120F)))));
-    angle = y > x ? 0.25F - angle : angle;
-    angle = dx[i] < 0 ? 0.5F - angle : angle;
-    angle = dy[i] < 0 ? 1.0F - angle : angle;
-    direction[i] = (angle >= 1.0F ? 0.0F : angle) * turn;
+std::vector<float> gaussianWindow(int half, double spacing, double sigma) {
+  std::vector<float> weights;
+  for (int r = -half; r <= half; ++r) {
+    for (int c = -half; c <= half; ++c) {
+      const double distance2 = spacing * spacing * (r * r + c * c);
+      weights.push_back(static_cast<float>(std::exp(-distance2 / (2 * sigma * sigma))));
+    }
   }
+  return weights;
 }
 
 }  // namespace corrsel::core

@@ -7,36 +7,40 @@
 
 namespace corrsel::core {
 
-/// One level of a Gaussian scale space. Pixel (i, j) shows the image at (i * step, j * step).
+/// The blur that an image is assumed to have when it is taken, sigma in px (Lowe, IJCV 2004, section 3.3).
+inline constexpr double kCameraBlur = 0.5;
+
+/// One level of a Gaussian scale space. Its pixel (i, j) shows the image at (i * step, j * step).
 struct ScaleLevel {
-  const float* pixels = nullptr;  ///< row-major, rows follow each other without gaps
+  const float* pixels = nullptr;  ///< row-major, without gaps between rows
   int width = 0, height = 0;      ///< in pixels of the level
-  double step = 1;                ///< distance of two pixels of the level, px of the image
-  double sigma = 0;               ///< blur against the scene, px of the image
+  double step = 1;                ///< distance between two pixels of the level, px of the image
+  double sigma = 0;               ///< total blur, including that of the camera, px of the image
 };
 
-/// The most blurred level with at most the given blur, else the least blurred one.
-/// @param levels  in order of sigma, at least one
+/// The most blurred level whose blur is at most sigma, or the least blurred level where there is none.
+/// @param levels  in the order of sigma, at least one
 const ScaleLevel& levelFor(const std::vector<ScaleLevel>& levels, double sigma);
 
-/// The half axes of the ellipse that a frame maps the unit disc to: the smaller one first, px.
+/// The half axes of the ellipse to which a frame maps the unit disc, px.
 struct HalfAxes {
   double smaller, larger;
 };
 HalfAxes halfAxes(const AffineFrame& frame);
 
-/// Samples the level bilinearly at the image points frame * (c * spacing, r * spacing), for r (rows) and c
-/// from -half to half; beyond the border the image goes on with its nearest pixel.
-/// @param level    2 x 2 pixels or more
+/// Samples a level bilinearly at the image points frame * (c * spacing, r * spacing), for r (rows) and c
+/// (columns) from -half to half. Beyond the border the nearest pixel is used. O(samples).
+/// @param level    at least 2 x 2 pixels
 /// @param spacing  of the samples, in units of the frame
-/// @param patch    (2 half + 1)^2 values, row-major
+/// @param patch    receives (2 half + 1)^2 values, row-major
 /// @return the number of samples beyond the border
 std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int half, double spacing,
                         float* patch);
 
-/// Length and direction of n gradients; the direction in [0, turn), counted from +x to +y.
-/// @param turn  what a full turn is to be, e.g. 2 pi or the number of histogram bins. Error below 2e-6 turns.
-void polarGradients(const float* dx, const float* dy, std::size_t n, float turn, float* length,
-                    float* direction);
+/// Weights exp(-d^2 / (2 sigma^2)) of the samples of a patch, where d is the distance to the centre.
+/// @param half     as in samplePatch()
+/// @param spacing  of the samples, in the unit of sigma
+/// @return (2 half + 1)^2 weights, row-major
+std::vector<float> gaussianWindow(int half, double spacing, double sigma);
 
 }  // namespace corrsel::core

@@ -5,13 +5,16 @@
 #include <cstddef>
 #include <opencv2/core.hpp>
 
+#include "features/parts/affine_patch.h"
+#include "features/parts/gradient.h"
+#include "features/parts/orientation_histogram.h"
+#include "features/parts/quadratic_fit.h"
+
 namespace corrsel::core {
 namespace {
 
 constexpr int kMinSide = 16;
 constexpr float kTwoPi = 6.283185307F;
-/// Blur that a photograph is taken to have, px.
-constexpr double kNominalBlur = 0.5;
 
 /// Half of a symmetric Gaussian, the middle first, cut at 3 sigma, sum of the whole 1.
 std::vector<float> gaussian(double sigma) {
@@ -83,18 +86,12 @@ cv::Mat halved(const cv::Mat& in) {
   return out;
 }
 
-/// Gradients of `n` pixels: length, and direction as a fraction of a full turn in [0, 1]. The arctangent is a
-/// polynomial good to 0.2 degrees.
+/// Lengths and directions of the gradients of n pixels; directions in turns, from 0 to 1.
 void gradients(const float* __restrict above, const float* __restrict row, const float* __restrict below,
                int n, float* __restrict length, float* __restrict turn) {
   for (int i = 0; i < n; ++i) {
     const float dx = row[i + 1] - row[i - 1], dy = below[i] - above[i];
-    const float ax = std::abs(dx), ay = std::abs(dy);
-    const float ratio = std::min(ax, ay) / (std::max(ax, ay) + 1e-12F), s = ratio * ratio;
-    float t = ratio * (0.15912117F + s * (-0.05185401F + s * (0.02476110F - 0.00705479F * s)));
-    t = ay > ax ? 0.25F - t : t;
-    t = dx < 0 ? 0.5F - t : t;
-    turn[i] = dy < 0 ? 1 - t : t;
+    turn[i] = directionOf<FastArctangent>(dx, dy);
     length[i] = std::sqrt(dx * dx + dy * dy);
   }
 }
@@ -128,7 +125,7 @@ class Sift {
     octave_.levels.resize(layers + 3);
     octave_.differences.resize(layers + 2);
     if (std::min(image.rows, image.cols) < kMinSide) return {};
-    blur(image, std::sqrt(std::max(0.01, p_.sigma * p_.sigma - kNominalBlur * kNominalBlur)),
+    blur(image, std::sqrt(std::max(0.01, p_.sigma * p_.sigma - kCameraBlur * kCameraBlur)),
          octave_.levels[0]);
     for (number_ = 0;; ++number_) {
       fill();
@@ -200,36 +197,22 @@ class Sift {
     constexpr int kSteps = 5;
     const int rows = octave_.levels[0].rows, cols = octave_.levels[0].cols;
     for (int step = 0; step < kSteps; ++step) {
-      const double v = at(level, x, y);
-      const cv::Vec3d slope(0.5 * (at(level, x + 1, y) - at(level, x - 1, y)),
-                            0.5 * (at(level, x, y + 1) - at(level, x, y - 1)),
-                            0.5 * (at(level + 1, x, y) - at(level - 1, x, y)));
-      const double xx = at(level, x + 1, y) + at(level, x - 1, y) - 2 * v;
-      const double yy = at(level, x, y + 1) + at(level, x, y - 1) - 2 * v;
-      const double ss = at(level + 1, x, y) + at(level - 1, x, y) - 2 * v;
-      const double xy = 0.25 * (at(level, x + 1, y + 1) - at(level, x - 1, y + 1) - at(level, x + 1, y - 1) +
-                                at(level, x - 1, y - 1));
-      const double xs = 0.25 * (at(level + 1, x + 1, y) - at(level + 1, x - 1, y) - at(level - 1, x + 1, y) +
-                                at(level - 1, x - 1, y));
-      const double ys = 0.25 * (at(level + 1, x, y + 1) - at(level + 1, x, y - 1) - at(level - 1, x, y + 1) +
-                                at(level - 1, x, y - 1));
-      bool solved = false;
-      const cv::Vec3d offset =
-          -(cv::Matx33d(xx, xy, xs, xy, yy, ys, xs, ys, ss).inv(cv::DECOMP_LU, &solved) * slope);
-      if (!solved || !(cv::norm(offset, cv::NORM_INF) < 1e3)) return false;
-      if (cv::norm(offset, cv::NORM_INF) < 0.5) {
-        const double value = v + 0.5 * slope.dot(offset), trace = xx + yy, area = xx * yy - xy * xy;
+      const QuadraticFit fit =
+          fitQuadratic([&](int dl, int dy, int dx) { return at(level + dl, x + dx, y + dy); });
+      if (!fit.solved || !(fit.reach() < 1e3)) return false;
+      if (fit.reach() < 0.5) {
+        const double value = fit.extremum(), trace = fit.trace(), area = fit.determinant();
         const double e = p_.edge_threshold;
         if (std::abs(value) < strongest || !(area > 0) || trace * trace * e >= (e + 1) * (e + 1) * area) {
           return false;
         }
-        found = {static_cast<float>(x + offset[0]), static_cast<float>(y + offset[1]),
-                 static_cast<float>(level + offset[2]), static_cast<float>(std::abs(value) / 255), level};
+        found = {static_cast<float>(x + fit.offset[0]), static_cast<float>(y + fit.offset[1]),
+                 static_cast<float>(level + fit.offset[2]), static_cast<float>(std::abs(value) / 255), level};
         return true;
       }
-      x += static_cast<int>(std::lround(offset[0]));
-      y += static_cast<int>(std::lround(offset[1]));
-      level += static_cast<int>(std::lround(offset[2]));
+      x += static_cast<int>(std::lround(fit.offset[0]));
+      y += static_cast<int>(std::lround(fit.offset[1]));
+      level += static_cast<int>(std::lround(fit.offset[2]));
       if (level < 1 || level > p_.octave_layers || x < 1 || x > cols - 2 || y < 1 || y > rows - 2)
         return false;
     }
@@ -249,7 +232,7 @@ class Sift {
 
   /// Dominant gradient directions (Lowe, section 5), as fractions of a turn.
   std::vector<float> directions(const cv::Mat& level, const Extremum& e, float sigma) {
-    constexpr int kBins = 36;
+    using Histogram = OrientationHistogram<float>;
     constexpr float kPeak = 0.8F;
     const float window = 1.5F * sigma;
     const int radius = static_cast<int>(std::lround(3 * window));
@@ -257,38 +240,28 @@ class Sift {
     windowWeights(radius, e.x - static_cast<float>(cx), window, across_);
     windowWeights(radius, e.y - static_cast<float>(cy), window, down_);
     const int first = std::max(1, cx - radius), last = std::min(level.cols - 2, cx + radius);
-    std::array<float, kBins + 4> histogram{};
+    Histogram histogram;
     for (int y = std::max(1, cy - radius); y <= std::min(level.rows - 2, cy + radius); ++y) {
       gradientRow(level, y, first, last);
       const float weight = down_[static_cast<std::size_t>(y - cy + radius)];
       const float* const across = across_.data() + (first - cx + radius);
       for (int i = 0; i <= last - first; ++i) {
         const auto k = static_cast<std::size_t>(i);
-        const int bin = static_cast<int>(turn_[k] * kBins + 0.5F);
-        histogram[static_cast<std::size_t>(bin == kBins ? 2 : bin + 2)] += length_[k] * weight * across[i];
+        histogram.add(static_cast<std::size_t>(static_cast<int>(turn_[k] * Histogram::kBins + 0.5F)),
+                      length_[k] * weight * across[i]);
       }
     }
-    // Two bins repeated at each end make it a circle.
-    histogram[0] = histogram[kBins];
-    histogram[1] = histogram[kBins + 1];
-    histogram[kBins + 2] = histogram[2];
-    histogram[kBins + 3] = histogram[3];
-    std::array<float, kBins> smooth;
-    float highest = 0;
-    for (std::size_t i = 0; i < kBins; ++i) {
-      smooth[i] = (histogram[i] + histogram[i + 4] + 4 * (histogram[i + 1] + histogram[i + 3]) +
-                   6 * histogram[i + 2]) /
-                  16;
-      highest = std::max(highest, smooth[i]);
-    }
+    histogram.smooth(1,
+                     [](const auto& at) { return (at(-2) + at(2) + 4 * (at(-1) + at(1)) + 6 * at(0)) / 16; });
+    const float least = kPeak * histogram.highest().here;
     std::vector<float> turns;
-    for (std::size_t i = 0; i < kBins; ++i) {
-      const float before = smooth[(i + kBins - 1) % kBins], after = smooth[(i + 1) % kBins];
-      if (smooth[i] < kPeak * highest || smooth[i] <= before || smooth[i] <= after) continue;
-      const float shift = 0.5F * (before - after) / (before - 2 * smooth[i] + after);
-      const float turn = (static_cast<float>(i) + shift) / kBins;
+    histogram.forEachPeak([&](const Histogram::Peak& peak) {
+      if (peak.here < least) return;
+      // The order of the sum is not that of Peak::curvature(), which rounds to other angles.
+      const float shift = peak.offset(peak.before - 2 * peak.here + peak.after);
+      const float turn = (static_cast<float>(peak.bin) + shift) / Histogram::kBins;
       turns.push_back(turn < 0 ? turn + 1 : turn >= 1 ? turn - 1 : turn);
-    }
+    });
     return turns;
   }
 

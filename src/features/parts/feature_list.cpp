@@ -1,31 +1,10 @@
-#include "features/detectors/detector.h"
+#include "features/parts/feature_list.h"
 
 #include <cmath>
 #include <tuple>
 #include <utility>
 
 namespace corrsel::core {
-
-void DetectorOptions::visitCap(OptionVisitor& visitor) const {
-  visitor.integer({"max_features", 0, 100000, "-", "Strongest features kept; 0 = no cap"},
-                  &DetectorOptions::max_features);
-  visitor.flag("spread", "With max_features: keep the strongest of every part of the image",
-               &DetectorOptions::spread);
-  visitor.number({"max_megapixels", 0.01, 1000, "10^6 px", "Larger images are reduced to this size first"},
-                 &DetectorOptions::max_megapixels);
-}
-
-void Detector::detectWhere(const cv::Mat& grey, int threads, const PlaceFilter& allowed,
-                           Features& features) const {
-  detect(grey, threads, features);
-  dropRefused(allowed, features);
-}
-
-void SelfDescribingDetector::detectAndDescribeWhere(const cv::Mat& grey, int threads,
-                                                    const PlaceFilter& allowed, Features& features) const {
-  detectAndDescribe(grey, threads, features);
-  dropRefused(allowed, features);
-}
 
 bool stronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
   return std::make_tuple(-a.response, a.pt.y, a.pt.x, a.size, a.angle, a.octave, a.class_id) <
@@ -35,6 +14,8 @@ bool stronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
 void reorder(const std::vector<int>& order, Features& features) {
   std::vector<cv::KeyPoint> keypoints;
   std::vector<AffineFrame> frames;
+  keypoints.reserve(order.size());
+  frames.reserve(order.size());
   for (const int i : order) {
     keypoints.push_back(features.keypoints[static_cast<std::size_t>(i)]);
     frames.push_back(features.frames[static_cast<std::size_t>(i)]);
@@ -48,10 +29,10 @@ void reorder(const std::vector<int>& order, Features& features) {
   features.descriptors = descriptors;
 }
 
-void dropRefused(const PlaceFilter& allowed, Features& features) {
+void keepFeatures(const std::vector<char>& keep, Features& features) {
   std::vector<int> order;
-  for (std::size_t i = 0; i < features.keypoints.size(); ++i) {
-    if (allowed(features.keypoints[i].pt)) order.push_back(static_cast<int>(i));
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    if (keep[i]) order.push_back(static_cast<int>(i));
   }
   reorder(order, features);
 }
