@@ -6,10 +6,11 @@
 
 namespace corrsel::core {
 
-/// The 64-bit FNV-1a checksum: hash = (hash ^ unit) * 0x100000001b3, starting at 0xcbf29ce484222325.
-/// It distinguishes data quickly, but does not protect against data that is made to collide. The value
-/// depends only on the bytes and their order, so it is the same on every machine. Source: Fowler, Noll, Vo
-/// and Eastlake, "The FNV Non-Cryptographic Hash Algorithm", IETF draft.
+/// The 64-bit FNV-1a checksum: hash = (hash ^ unit) * 0x100000001b3, starting at 0xcbf29ce484222325. It
+/// distinguishes data quickly, but does not protect against data that is made to collide. The value depends
+/// only on the bytes and their order, so it is the same on every machine.
+///
+/// Source: Fowler, Noll, Vo and Eastlake, "The FNV Non-Cryptographic Hash Algorithm", IETF draft.
 class Checksum {
  public:
   /// Adds bytes, one unit each. O(size).

@@ -8,37 +8,44 @@
 
 namespace corrsel::core {
 
-/// The nearest and second nearest train of every query and, on request, the nearest query of every train.
+/// Nearest neighbours between two sets of descriptors, called queries and trains as in OpenCV.
 struct Neighbours {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   std::vector<std::uint32_t> train;    ///< per query: row of the nearest train, or kNone
-  std::vector<float> distance;         ///< per query; NaN if there is none
+  std::vector<float> distance;         ///< per query; NaN where there is none
   std::vector<float> second_distance;  ///< per query; NaN where there is none
-  std::vector<std::uint32_t> query;    ///< per train: row of the nearest query, or kNone; empty if not asked
+  std::vector<std::uint32_t>
+      query;  ///< per train: row of the nearest query, or kNone; empty unless requested
 };
 
 struct NeighbourSearch {
-  int threads = 1;             ///< at least 1; affects only the time
+  int threads = 1;             ///< at least 1; the result does not depend on it
   bool nearest_query = false;  ///< fill Neighbours::query
-  /// If above 0: the second neighbour is at least this far from the nearest one, px.
+  /// Where above 0, the second neighbour is the nearest of the trains whose keypoints are at least this far
+  /// from that of the nearest train, px.
   double second_radius = 0;
-  const std::vector<cv::KeyPoint>* train_keypoints = nullptr;  ///< needed if second_radius > 0
+  const std::vector<cv::KeyPoint>* train_keypoints = nullptr;  ///< needed where second_radius > 0
 };
 
-/// Finds the exact two nearest neighbours by comparing all descriptors with all.
+/// The two nearest trains of every query.
 ///
-/// Distance: for CV_32F it is the L2 distance, the float square root of sum (q - t)^2, added up in float in
-/// the order of the columns. For CV_8U it is the Hamming distance. Among equal distances the lowest row wins.
-/// A row that holds NaN neither has a neighbour nor is one; neighbours at an infinite distance do not count.
+/// Idea: Comparing all pairs is exact, and with kernels for the processor's vector instructions it is fast
+/// enough for thousands of features.
 ///
-/// Algorithm: if all values are whole numbers from 0 to 255 and no sum can exceed 2^24, as with SIFT of
-/// OpenCV and VLFeat, products of integers give the same distances in less time.
+/// Algorithm: CV_32F: L2 distance, the float square root of sum (q - t)^2, added up in float in the order of
+/// the columns. CV_8U: Hamming distance. Equal distances are resolved by the lowest row. Where all float
+/// values are whole numbers from 0 to 255 and no sum can exceed 2^24, as with SIFT, products of integers give
+/// the same distances in less time; see kernels/descriptor_kernels.h.
 ///
-/// Cost: O(queries * trains * columns) time, and memory proportional to the descriptors.
+/// Input: One row per descriptor. @pre Both are CV_32F or both are CV_8U, with the same number of columns.
 ///
-/// @param queries, trains  one row per descriptor
-/// @pre both are CV_32F or both are CV_8U, with the same number of columns
+/// Options: NeighbourSearch.
+///
+/// Failure: A row that contains NaN has no neighbour and is nobody's neighbour. The same holds for rows at an
+/// infinite distance.
+///
+/// Cost: O(queries * trains * columns) time and memory of the order of the descriptors.
 Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const NeighbourSearch& search = {});
 
 }  // namespace corrsel::core

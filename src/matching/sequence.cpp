@@ -86,7 +86,7 @@ double overlap(const Correspondences& matches, const Features& reference, double
     if (right >= n) {
       throw std::invalid_argument("overlap: match " + std::to_string(i) + " ends at feature " +
                                   std::to_string(right) + " of a reference with " + std::to_string(n) +
-                                  ": the matches belong to another one");
+                                  "; the matches belong to another reference");
     }
     if (!distances || matches.distance[i] <= ratio * matches.second_distance[i]) found[right] = 1;
   }

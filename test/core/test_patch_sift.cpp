@@ -5,7 +5,6 @@
 
 #include "features/descriptors/patch_sift.h"
 #include "features/parts/affine_patch.h"
-#include "features/parts/gradient.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -287,30 +286,6 @@ TEST(AffinePatch, MeasuresHalfAxes) {
   EXPECT_NEAR(axes.smaller, 2, 1e-6);
   EXPECT_NEAR(axes.larger, 3, 1e-6);
   EXPECT_NEAR(halfAxes({2, 0, 0, 0, -5, 0}).smaller, 2, 1e-6);  // mirrored
-}
-
-TEST(AffinePatch, MeasuresGradients) {
-  std::vector<float> dx, dy;
-  for (int i = 0; i < 3600; ++i) {
-    dx.push_back(float(7 * std::cos(i * CV_PI / 1800)));
-    dy.push_back(float(7 * std::sin(i * CV_PI / 1800)));
-  }
-  dx.push_back(0);
-  dy.push_back(0);
-  dx.push_back(5);
-  dy.push_back(-1e-12F);
-  std::vector<float> length(dx.size()), direction(dx.size());
-  polarGradients(dx.data(), dy.data(), dx.size(), 8, length.data(), direction.data());
-  for (std::size_t i = 0; i < dx.size(); ++i) {
-    ASSERT_TRUE(direction[i] >= 0 && direction[i] < 8);
-    if (i < 3600) {
-      EXPECT_NEAR(length[i], 7, 1e-5);
-      const double difference = std::abs(direction[i] - double(i) * 8 / 3600);
-      EXPECT_LT(std::min(difference, 8 - difference), 8 * 2e-6) << i;
-    }
-  }
-  EXPECT_EQ(length[3600], 0);
-  EXPECT_EQ(direction[3600], 0);
 }
 
 }  // namespace

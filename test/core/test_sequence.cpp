@@ -120,8 +120,9 @@ TEST(Overlap, IsUndefinedWithoutFeatures) {
 
 TEST(Overlap, RefusesMatchesOfAnotherReference) {
   const auto features = gridFeatures(1);
-  EXPECT_EQ(errorOf<std::invalid_argument>([&] { overlap(gridMatches({1}), *features, 0.8); }),
-            "overlap: match 0 ends at feature 20 of a reference with 20: the matches belong to another one");
+  EXPECT_EQ(
+      errorOf<std::invalid_argument>([&] { overlap(gridMatches({1}), *features, 0.8); }),
+      "overlap: match 0 ends at feature 20 of a reference with 20; the matches belong to another reference");
   Correspondences matches;
   matches.add({1, 2}, {3, 4});
   EXPECT_EQ(errorOf<std::invalid_argument>([&] { overlap(matches, *features, 0.8); }),
@@ -288,7 +289,7 @@ TEST(SequenceOfFrames, RefusesWithoutChangingAnything) {
   EXPECT_TRUE(contains(errorOf<std::invalid_argument>([&] {
                          sequence.add({2, gridFeatures()}, gridMatches({5}));
                        }),
-                       "belong to another one"));
+                       "belong to another reference"));
   EXPECT_EQ(referenceId(sequence), 1);
   EXPECT_TRUE(std::isnan(sequence.lastOverlap()));
 }

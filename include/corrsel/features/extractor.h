@@ -19,24 +19,28 @@ class Detector;
 /// Options by the name of the algorithm they belong to: {"orb": {"levels": "4"}}.
 using AlgorithmOptions = std::map<std::string, OptionMap>;
 
-/// A detector with a descriptor: what is common to all combinations. extract() is const and re-entrant.
+/// Extracts features with a detector and a descriptor. It converts colours, reduces large images, applies
+/// regions, sorts the features and limits their number. extract() is const and re-entrant.
 class FeatureExtractor {
  public:
-  /// @param descriptor  null: the detector describes its keypoints itself (a SelfDescribingDetector)
+  /// Applications use createExtractor().
+  /// @param descriptor  null where the detector describes its keypoints itself
+  /// Throws std::invalid_argument where it is null and the detector has no descriptor of its own.
   FeatureExtractor(std::string name, std::unique_ptr<Detector> detector,
                    std::unique_ptr<Descriptor> descriptor);
   ~FeatureExtractor();
 
-  /// @param image    8-bit, 1, 3 (BGR) or 4 (BGRA) channels. A blank or tiny image gives zero features.
+  /// Finds and describes the features of an image.
+  /// @param image   8-bit with 1, 3 (BGR) or 4 (BGRA) channels. A blank or tiny image has no features.
   /// @param threads  threads that may be used; the result does not depend on it
-  /// @param region   where features are looked for. The area is treated as an image of its own, to which
-  /// max_megapixels and spread apply and whose border costs features as any border does; it takes the time of
-  /// an image of its size. Masked features are dropped before max_features is applied. The region of the
-  /// whole image, and a mask without zeros in the area, give the features that no region gives, bit for bit.
-  /// @return features in a fixed order (strongest first), at most max_features where the option is not 0, in
-  /// coordinates of the whole image.
-  /// Throws std::invalid_argument for an empty image or another depth, an area outside the image, and a mask
-  /// of another type or size, naming what it got.
+  /// @param region  the part of the image in which features are searched. Its area is treated as an image of
+  /// its own: max_megapixels and spread apply to the area, its border costs features as the border of an
+  /// image does, and the time is that of an image of its size. Masked features are dropped before
+  /// max_features is applied. A region that is the whole image, and a mask without zeros in the area, give
+  /// the same features as no region, bit for bit.
+  /// @return features in a fixed order, strongest first, in px of the whole image; at most max_features where
+  /// this option is not 0 Throws std::invalid_argument for an empty image or one of another type, an area
+  /// outside the image, and a mask of another type or size. The message names the value.
   Features extract(const cv::Mat& image, int threads = 1, const FeatureRegion& region = {}) const;
 
   /// "detector+descriptor".
@@ -51,14 +55,15 @@ class FeatureExtractor {
   std::unique_ptr<Descriptor> descriptor_;
 };
 
-/// Creates an extractor from "detector+descriptor"; options of other algorithms are not looked at. Throws
-/// std::invalid_argument for names that do not exist (listing those that do), for pairings that cannot work
-/// (saying why), and for options out of range.
+/// Creates an extractor from "detector+descriptor". Options of other algorithms are ignored. Throws
+/// std::invalid_argument for unknown names (the message lists the valid ones), for combinations that cannot
+/// work (the message gives the reason), and for options that are unknown or out of range.
 std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name,
                                                   const AlgorithmOptions& options = {});
 
-/// The combinations of the paper, the default first, then the other algorithms that do both. Any other
-/// pairing of detectorNames() and descriptorNames() works too, unless createExtractor() says why not.
+/// The combinations of the paper, the default first, then the other algorithms that detect and describe. Most
+/// other combinations of detectorNames() and descriptorNames() work too; createExtractor() throws for those
+/// that do not.
 std::vector<std::string> extractorNames();
 
 /// A combination of extractorNames() with a few words about it.
@@ -71,13 +76,14 @@ const std::vector<FeatureCombination>& featureCombinations();
 std::vector<std::string> detectorNames();
 std::vector<std::string> descriptorNames();
 
-/// Every algorithm with options, detector or descriptor or both, with its default options.
+/// Every algorithm (detector, descriptor or both) with its default options.
 std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> featureAlgorithms();
 
-/// The algorithms that a combination is made of: "sift+freak" gives sift and freak, "orb+orb" gives orb.
+/// The algorithms of a combination: "sift+freak" gives sift and freak, "orb+orb" gives orb.
 std::vector<std::string> algorithmsOf(const std::string& name);
 
-/// Extracts both images, side by side when threads > 1. The result does not depend on the thread count.
+/// Extracts the features of both images, at the same time where threads > 1. The result does not depend on
+/// the number of threads. Throws what extract() throws.
 std::pair<Features, Features> extractPair(const FeatureExtractor& extractor, const cv::Mat& left,
                                           const cv::Mat& right, int threads,
                                           const FeatureRegion& left_region = {},

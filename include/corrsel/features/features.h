@@ -16,8 +16,8 @@ struct Features {
   std::vector<AffineFrame> frames;  ///< affine frame of every keypoint, px
   cv::Mat descriptors;              ///< N x D; CV_32F is compared by L2, CV_8U by Hamming distance
   cv::Size image_size;              ///< px
-  double detect_seconds = 0.0;      ///< with the description where one pass makes both
-  double describe_seconds = 0.0;    ///< 0 where one pass makes both
+  double detect_seconds = 0.0;      ///< includes the description where one pass detects and describes
+  double describe_seconds = 0.0;    ///< 0 where one pass detects and describes
 };
 
 }  // namespace corrsel::core

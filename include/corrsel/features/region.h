@@ -5,11 +5,13 @@
 
 namespace corrsel::core {
 
-/// The part of an image in which features are looked for. Matrices are shared, not copied.
+/// The part of an image in which features are searched. Copies share the pixels of the mask.
 struct FeatureRegion {
-  cv::Rect area;  ///< px; empty = the whole image; what reaches over the image is cut off
-  cv::Mat mask;   ///< 8-bit, one channel, size of the whole image; features whose centre lies on a zero are
-                  ///< dropped; empty = none
+  /// px; empty = the whole image. The part beyond the image is cut off.
+  cv::Rect area;
+  /// 8-bit, one channel, of the size of the whole image; empty = none. Features whose centre lies on a zero
+  /// are dropped.
+  cv::Mat mask;
 };
 
 }  // namespace corrsel::core

@@ -10,19 +10,18 @@ namespace corrsel::core {
 
 /// Colours (BGR) that colour-blind people can distinguish (Okabe and Ito 2008).
 struct MatchColours {
-  cv::Scalar correct{115, 158, 0};    ///< bluish green: selected, right
-  cv::Scalar wrong{0, 94, 213};       ///< vermillion: selected, wrong
-  cv::Scalar missed{178, 114, 0};     ///< blue: right, not selected
-  cv::Scalar selected{66, 228, 240};  ///< yellow: selected, truth unknown
+  cv::Scalar correct{115, 158, 0};    ///< bluish green: selected and correct
+  cv::Scalar wrong{0, 94, 213};       ///< vermillion: selected and wrong
+  cv::Scalar missed{178, 114, 0};     ///< blue: correct but not selected
+  cv::Scalar selected{66, 228, 240};  ///< yellow: selected, ground truth unknown
 };
 
 /// Draws both images side by side with lines between matched points. An empty image is replaced by a plain
 /// one of the size that the matches state, or, if that is unknown, one that holds all points.
-/// @param errors     ground-truth errors in px, as long as the mask, or empty: truth unknown
-/// @param tolerance  matches with error <= tolerance count as right, px
-/// @param max_lines  largest number of lines of each class; more are thinned evenly, so that the picture
-/// stays
-///                   readable
+/// @param errors    ground-truth errors in px, as long as the mask, or empty: truth unknown
+/// @param tolerance  matches with error <= tolerance count as correct, px
+/// @param max_lines  largest number of lines of each class; others are left out evenly, so that the picture
+/// stays readable
 /// @return 8-bit BGR, height of the taller image, widths added
 cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Correspondences& matches,
                     const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,

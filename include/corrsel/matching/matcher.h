@@ -8,26 +8,34 @@ namespace corrsel::core {
 
 struct MatchOptions : OptionSet {
   bool mutual = false;                ///< keep matches whose features are nearest to each other
-  double second_distance_radius = 0;  ///< px; 0 = no minimum distance of the second nearest
+  double second_distance_radius = 0;  ///< px; 0 = no condition on the second nearest
 
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// Finds putative matches: the nearest right feature of every left feature, by exact brute force.
+/// Putative matches between two images.
 ///
-/// Algorithm: there is no ratio test, so several left features may have the same right one. The distance is
-/// L2 (not squared) for float descriptors and Hamming for binary ones. Among equal distances the lowest index
-/// wins.
+/// Idea: The right feature with the most similar descriptor is a candidate for every left feature. There is
+/// no ratio test, since the selectors decide which matches are correct; the distances they need are kept.
 ///
-/// Output: the matches with the distances to the first and second neighbour. Descriptors that hold NaN are in
-/// no match. The second distance is NaN if there is only one right feature, or none at second_distance_radius
-/// or more from the first. If one side has no features, there are no matches.
+/// Algorithm: Exact search by comparing all descriptors, see findNeighbours(): L2 distance (not squared) for
+/// CV_32F, Hamming distance for CV_8U. Equal distances are resolved by the lowest index. Several left
+/// features may have the same right feature. With `mutual`, only features that are each other's nearest are
+/// matched.
 ///
-/// Failure: throws std::invalid_argument if type or length of the descriptors differ between the images,
-/// naming both, if there are not as many descriptors as keypoints, and for options out of range.
+/// Input: One descriptor per keypoint; the descriptors of both images have the same type and length.
 ///
-/// Cost: O(N_left * N_right * D) time, O((N_left + N_right) * D) memory.
-/// @param threads  number of threads that may be used; matches do not depend on it
+/// Options: MatchOptions.
+///
+/// Failure: Without features on one side there are no matches. Descriptors that contain NaN are not matched.
+/// The second distance is NaN where there is only one right feature, or none at second_distance_radius or
+/// more from the nearest one. Throws std::invalid_argument for descriptors whose type or length differs
+/// between the images, for a number of descriptors other than that of the keypoints, and for options out of
+/// range.
+///
+/// Cost: O(N_left * N_right * D) time and O((N_left + N_right) * D) memory.
+///
+/// @param threads  threads that may be used; the result does not depend on it
 Correspondences matchFeatures(const Features& left, const Features& right, const MatchOptions& options = {},
                               int threads = 1);
 

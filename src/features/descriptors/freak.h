@@ -14,17 +14,31 @@ struct FreakOptions : OptionSet {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// "freak": 512 comparisons of mean grey levels in 43 receptive fields laid out as in the retina, coarse to
-/// fine (Alahi, Ortiz and Vandergheynst, "FREAK: Fast Retina Keypoint", CVPR 2012); 64 bytes per feature,
-/// test i in bit i % 8 of byte i / 8. The tests were chosen by the paper's procedure on the sample images
-/// (scripts/train_freak.sh): descriptors do not compare with those of other implementations.
+/// "freak" for the keypoints of any detector.
 ///
-/// Against the paper: scale and orientation of the pattern are not rounded to a table's, and small fields
-/// begin and end within pixels.
+/// Idea: Receptive fields laid out as in the human retina, dense in the centre and sparse outside, are
+/// compared in pairs; the large fields are compared first, so a matcher may stop early.
 ///
-/// Keypoints get the angle that the pattern was turned by, frames of similarities follow it; affine frames
-/// are kept as they are. Features whose pattern leaves the image are removed: with pattern_scale 22 those
-/// closer to the border than 3.1 times their size. O(pixels + features).
+/// Algorithm: 512 comparisons of mean grey levels in 43 receptive fields. The direction of the pattern is the
+/// mean gradient over 45 symmetric pairs. The comparisons were chosen on the sample images by the paper's
+/// procedure (scripts/train_freak.sh), so descriptors cannot be compared with those of other implementations.
+/// In contrast to the paper, scale and direction of the pattern are not rounded to a table's values, and
+/// small fields may begin and end within pixels.
+///
+/// Input: 8-bit grey image and keypoints with sizes.
+///
+/// Options: FreakOptions.
+///
+/// Output: 64 bytes per feature, comparison i in bit i % 8 of byte i / 8. A keypoint's angle becomes the
+/// direction of its pattern. Frames that are similarities are rotated with it; affine frames stay as they
+/// are.
+///
+/// Failure: Features whose pattern leaves the image are removed. With pattern_scale 22 these are the features
+/// closer to the border than 3.1 times their size.
+///
+/// Cost: O(pixels + features).
+///
+/// Source: Alahi, Ortiz and Vandergheynst, "FREAK: Fast Retina Keypoint", CVPR 2012.
 class FreakDescriptor : public Descriptor {
  public:
   /// Throws std::invalid_argument for options out of range.

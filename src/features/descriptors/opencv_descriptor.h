@@ -14,7 +14,7 @@ class OpenCvDescriptor : public Descriptor {
   /// Sets the octave or size that the algorithm expects of a keypoint of another detector.
   using Prepare = std::function<void(const cv::Size& image_size, cv::KeyPoint& keypoint)>;
 
-  /// @param border   images of at most twice this size have no features, px
+  /// @param border  images of at most twice this size have no features, px
   OpenCvDescriptor(std::string name, CreateOpenCv create, int border, Prepare prepare);
 
   void describe(const cv::Mat& grey, int threads, Features& features) const override;

@@ -25,13 +25,21 @@ CreateOpenCv briskCreator(const BriskOptions& options);
 /// "brisk": OpenCV's BRISK, detector and descriptor.
 ///
 /// Idea: Corners are found fast and at a continuous scale, by the corner test of AGAST on a pyramid with
-/// levels between the octaves. Algorithm: AGAST 9-16 on octaves and intra-octaves, non-maximum suppression
-/// over position and scale, and quadratic interpolation of the corner score over scale. The descriptor is
-/// BriskDescriptor's. Input: 8-bit grey image. Options: BriskOptions. OpenCV cannot limit the number of
-/// features, so `max_features` is applied afterwards. With another descriptor the size of a keypoint is the
-/// diameter of the corner test's circle (7 px times the scale) instead of the size of BRISK's own patch.
+/// levels between the octaves.
+///
+/// Algorithm: AGAST 9-16 on octaves and intra-octaves, non-maximum suppression over position and scale, and
+/// quadratic interpolation of the corner score over scale. The descriptor is BriskDescriptor's.
+///
+/// Input: 8-bit grey image.
+///
+/// Options: BriskOptions. OpenCV cannot limit the number of features, so `max_features` is applied
+/// afterwards. With another descriptor the size of a keypoint is the diameter of the corner test's circle (7
+/// px times the scale) instead of the size of BRISK's own patch.
+///
 /// Failure: Images whose width or height is at most 16 px have no features.
+///
 /// Cost: O(pixels).
+///
 /// Source: Leutenegger, Chli and Siegwart, "BRISK: Binary Robust Invariant Scalable Keypoints", ICCV 2011;
 /// implementation: OpenCV's features2d.
 class BriskDetector : public OpenCvDetector {

@@ -23,7 +23,7 @@ using CreateOpenCv = std::function<cv::Ptr<cv::Feature2D>(const cv::Size& image_
 /// features, and masked ones are dropped; where too few remain, it runs again with a larger number.
 class OpenCvDetector : public Detector {
  public:
-  /// @param border       images of at most twice this size have no features, px
+  /// @param border      images of at most twice this size have no features, px
   /// @param size_factor  diameter of what is detected, divided by the algorithm's keypoint size, which may be
   /// that of its descriptor's patch. It is applied to keypoints that another descriptor will describe.
   OpenCvDetector(std::string name, CreateOpenCv create, int border, double size_factor = 1);

@@ -28,14 +28,23 @@ CreateOpenCv orbCreator(const OrbOptions& options);
 /// "orb": OpenCV's ORB, detector and descriptor.
 ///
 /// Idea: The corner test FAST is the cheapest there is; a pyramid and an orientation make its corners usable
-/// under changes of scale and rotation. Algorithm: FAST 9-16 on every level; the Harris score ranks the
-/// corners; the direction points from the corner to the intensity centroid of its patch. The descriptor is
-/// OrbDescriptor's. Input: 8-bit grey image. Options: OrbOptions. `max_features` is divided among the levels
-/// in proportion to their sides, unless `spread` is set. With another descriptor the size of a keypoint is
-/// the diameter of FAST's circle (7 px times the scale) instead of the patch size. Failure: Images whose
-/// width or height is at most 2 patch_size have no features. Cost: O(pixels). Source: Rublee, Rabaud,
-/// Konolige and Bradski, "ORB: an efficient alternative to SIFT or SURF", ICCV 2011; implementation: OpenCV's
-/// features2d.
+/// under changes of scale and rotation.
+///
+/// Algorithm: FAST 9-16 on every level; the Harris score ranks the corners; the direction points from the
+/// corner to the intensity centroid of its patch. The descriptor is OrbDescriptor's.
+///
+/// Input: 8-bit grey image.
+///
+/// Options: OrbOptions. `max_features` is divided among the levels in proportion to their sides, unless
+/// `spread` is set. With another descriptor the size of a keypoint is the diameter of FAST's circle (7 px
+/// times the scale) instead of the patch size.
+///
+/// Failure: Images whose width or height is at most 2 patch_size have no features.
+///
+/// Cost: O(pixels).
+///
+/// Source: Rublee, Rabaud, Konolige and Bradski, "ORB: an efficient alternative to SIFT or SURF", ICCV 2011;
+/// implementation: OpenCV's features2d.
 class OrbDetector : public OpenCvDetector {
  public:
   /// Throws std::invalid_argument for options out of range.

@@ -20,14 +20,20 @@ struct SiftOptions : DetectorOptions {
 ///
 /// Idea: Extrema of the difference of Gaussians over space and scale are found again after changes of scale,
 /// rotation and brightness.
+///
 /// Algorithm: Difference-of-Gaussian scale space of the doubled image, extrema refined by a quadratic fit,
 /// edges rejected by the ratio of principal curvatures, one feature per dominant gradient direction, and 4 x
 /// 4 x 8 histograms of gradients (128 whole numbers from 0 to 255). With `root` the descriptors pass through
 /// toRootSift().
+///
 /// Input: 8-bit grey image.
+///
 /// Options: SiftOptions. OpenCV keeps the strongest max_features itself, unless `spread` is set.
+///
 /// Failure: Images whose width or height is at most 8 px have no features.
+///
 /// Cost: O(pixels), up to 240 bytes per pixel.
+///
 /// Source: Lowe, "Distinctive Image Features from Scale-Invariant Keypoints", IJCV 2004; implementation:
 /// OpenCV's features2d.
 class SiftDetector : public OpenCvDetector {

@@ -8,7 +8,9 @@
 namespace corrsel::core {
 
 /// The arc tangent of small / large, where 0 <= small <= large, in turns, i.e. from 0 to 1/8. The error is
-/// below 2e-6 turns. Source: Hastings, Approximations for Digital Computers, 1955, sheet 11.
+/// below 2e-6 turns.
+///
+/// Source: Hastings, Approximations for Digital Computers, 1955, sheet 11.
 struct FineArctangent {
   static float turns(float small, float large) {
     constexpr float kTurns = 0.15915494309F;
@@ -54,7 +56,7 @@ struct PatchGradients {
   std::array<float, kCount> dx, dy, length, direction;
 
   /// @param patch  kSide^2 samples
-  /// @param turn   as in polarGradients()
+  /// @param turn  as in polarGradients()
   void compute(const float* patch, float turn) {
     for (std::size_t r = 0; r < kInner; ++r) {
       const float* const row = patch + (r + 1) * kSide + 1;

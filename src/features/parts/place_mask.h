@@ -38,8 +38,8 @@ class PlaceMask {
   PlaceMask() = default;
 
   /// Keypoints are allowed where the mask is not zero.
-  /// @param mask          8-bit, one channel, not empty, in pixels of the whole image
-  /// @param to_mask       from pixels of the image that the detector sees to those of the mask
+  /// @param mask         8-bit, one channel, not empty, in pixels of the whole image
+  /// @param to_mask      from pixels of the image that the detector sees to those of the mask
   PlaceMask(const cv::Mat& mask, const AreaTransform& to_mask);
 
   bool everywhere() const { return mask_.empty(); }

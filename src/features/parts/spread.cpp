@@ -7,7 +7,7 @@
 namespace corrsel::core {
 
 namespace {
-// So that an evenly covered image keeps the strongest few of every cell, and not just one.
+// More than one, so that the strength still matters within a cell of an evenly covered image.
 constexpr double kPointsPerCell = 4;
 }  // namespace
 

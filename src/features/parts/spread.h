@@ -6,12 +6,17 @@
 
 namespace corrsel::core {
 
-/// Which points to keep so that they are strong and cover the image: the image is cut into about `most` / 4
-/// square cells, and the strongest of every cell go first, then the second strongest, and so on; within a
-/// round, stronger points first.
-/// @param points  strongest first, px
+/// Selects strong points that cover the image.
+///
+/// Algorithm: The image is divided into about `most` / 4 square cells. The strongest points of all cells are
+/// taken first, then the second strongest, and so on. Where a round exceeds `most`, its strongest points are
+/// taken. Points beyond the border belong to the nearest cell.
+///
+/// Cost: O(n log n).
+///
+/// @param points  sorted, strongest first, px
 /// @param size    of the image, px
-/// @return min(most, points) ranks in ascending order, that is strongest first. O(n log n).
+/// @return min(most, points) indices of points in ascending order, i.e. strongest first
 std::vector<std::size_t> spreadOverImage(const std::vector<cv::Point2f>& points, const cv::Size& size,
                                          std::size_t most);
 
