@@ -12,8 +12,8 @@ namespace corrsel::performance {
 
 inline constexpr double kNotMeasured = std::numeric_limits<double>::quiet_NaN();
 
-/// Processor time of the whole process, all threads: what other programs take from the wall time does not
-/// count, and threads would not help.
+/// Processor time of the whole process, summed over its threads. The load of other programs does not change
+/// it, and neither does a second thread.
 class ProcessorTime {
  public:
   ProcessorTime() : start_(now()) {}
@@ -25,21 +25,22 @@ class ProcessorTime {
   double start_;
 };
 
-/// One call of a method on the scene of the given number. Matchers give their outcome's bytes as the mask.
+/// One call of a method on the scene with the given number. Matchers return the bytes of their result as the
+/// mask.
 using Call = std::function<Mask(std::size_t scene)>;
 
-/// A selector or the matcher of this package, or what it is compared with.
+/// A selector or the matcher of this package, or the function that it is compared with.
 struct Method {
   std::string name;
   SceneSpec scene;
-  std::size_t scenes = 1;  ///< timed on so many scenes in turn
-  /// Makes everything that is not to be timed, then gives the call. May throw; the text is reported.
+  std::size_t scenes = 1;  ///< number of scenes on which it is timed in turn
+  /// Prepares everything that is not timed and returns the call. The text of an exception is reported.
   std::function<Call(const std::vector<Scene>&)> prepare;
   bool same_mask = false;  ///< must select exactly what the first method of the comparison selects
-  bool wall_time = false;  ///< instead of processor time: for what several threads gain
+  bool wall_time = false;  ///< instead of processor time; for comparisons of thread counts
 };
 
-/// What was measured of one method; times are NaN where it failed.
+/// The measurements of one method; times are NaN where it failed.
 struct Measurement {
   std::string name;
   std::string failure;                 ///< why there is no time
@@ -55,8 +56,8 @@ inline constexpr int kRepetitions = 20, kSlowRepetitions = 4;
 inline constexpr double kSlowCall = 0.5;    ///< s; slower calls are repeated less often
 inline constexpr double kShortest = 0.001;  ///< s; shorter calls are repeated within one repetition
 
-/// Times all methods in turn, again and again, so that whatever else the machine does meets all of them
-/// alike. Each has one call per scene beforehand, which gives masks and quality.
+/// Times all methods in turn, again and again, so that a disturbance of the machine affects all of them
+/// alike. Before that, each method is called once per scene, which gives the masks and the quality.
 std::vector<Measurement> measure(const std::vector<Method>& methods);
 
 /// A selector of this package.
@@ -77,8 +78,8 @@ struct OpenCvOptions {
 Method openCv(const std::string& name, const SceneSpec& scene, std::size_t scenes,
               const OpenCvOptions& options);
 
-/// Samples that cv::findHomography(RANSAC) draws on this scene: its stopping rule with the inliers it
-/// reports.
+/// Number of samples that cv::findHomography(RANSAC) draws on this scene, from its stopping rule and the
+/// inliers that it reports.
 int samplesOfOpenCv(const Scene& scene, const OpenCvOptions& options);
 
 }  // namespace corrsel::performance

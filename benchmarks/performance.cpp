@@ -1,4 +1,4 @@
-// Times every selector beside what users would pick instead; see docs/performance.md.
+// Times every selector and its alternatives; see docs/performance.md.
 #include <benchmark/benchmark.h>
 
 #include <fstream>
@@ -16,7 +16,7 @@ using namespace corrsel::performance;
 const corrsel::CommandLineTable& argumentTable() {
   static const corrsel::CommandLineTable table = {
       "performance",
-      "Times every selector beside what users would pick instead. Arguments of Google Benchmark "
+      "Times every selector and its alternatives, e.g. OpenCV's functions. Arguments of Google Benchmark "
       "(--benchmark_...) are "
       "passed on to it.",
       {},

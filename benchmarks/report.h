@@ -10,17 +10,17 @@ namespace corrsel::performance {
 
 /// The outcome of a target.
 struct Verdict {
-  std::string text;  ///< what was asked and what was measured
+  std::string text;  ///< the target and the measurement
   bool passed;
 };
 
-/// One selector beside what users would pick instead, on the same matches.
+/// One selector and its alternative, on the same matches.
 struct Row {
   std::string comparison;  ///< name of the benchmark
   SceneSpec scene;
-  Measurement ours, peer;     ///< peer.name is empty where there is nothing to compare with
+  Measurement ours, peer;     ///< peer.name is empty where there is no alternative
   bool same_mask = false;     ///< the masks must be identical
-  std::size_t differing = 0;  ///< matches that the two decide differently, over all scenes
+  std::size_t differing = 0;  ///< number of matches that the two select differently, over all scenes
 };
 
 /// One selector at two sizes.
@@ -30,15 +30,15 @@ struct GrowthRow {
   double exponent;  ///< p of time ~ N^p
 };
 
-/// Search for a model among few inliers, one line per method.
+/// The search for a model among few inliers, one row per method.
 struct HardRow {
   std::string comparison, method;
   double inlier_ratio;
-  int seeds, found;     ///< runs, and those that found the model
+  int seeds, found;     ///< number of runs, and of runs that found the model
   double milliseconds;  ///< median
 };
 
-/// Collects what was measured and writes it down.
+/// Collects the measurements and writes them as tables.
 class Report {
  public:
   void add(const Row& row);
@@ -54,13 +54,13 @@ class Report {
   /// The targets, one line each.
   std::string targets() const;
 
-  /// All of it as Markdown tables. @param command  what was run, for the heading
+  /// Everything as Markdown tables. @param command  the command, for the heading
   std::string markdown(const std::string& command) const;
 
   /// One line per row, with the machine.
   void writeCsv(std::ostream& out) const;
 
-  /// Whether all comparisons were made, all masks agree that must, and all targets are met.
+  /// Whether all comparisons were made, all masks that must agree do, and all targets are met.
   bool good() const;
 
   static std::string consoleHeader();

@@ -12,9 +12,9 @@ namespace corrsel::performance {
 /// Measurements of a comparison's methods, in their order.
 using Measurements = std::vector<Measurement>;
 
-/// One selector (the first method) and what it is compared with, timed together.
+/// One selector (the first method) and the methods that it is compared with, timed together.
 struct Comparison {
-  std::string name;  ///< unique; what the filter sees
+  std::string name;  ///< unique; the filter is applied to it
   std::vector<Method> methods;
   std::vector<std::function<Verdict(const Measurements&)>> targets;
   bool growth = false;  ///< the two methods are one selector at two sizes

@@ -37,7 +37,7 @@ using GroupKey = std::tuple<std::string, std::string, std::string, std::string>;
 /// Sequence, pair.
 using PairKey = std::pair<std::string, std::string>;
 
-/// The rows of one selection of a run: its repetitions.
+/// The values of the repetitions of one selection.
 struct PairValues {
   std::vector<double> values;   ///< defined ones
   std::vector<double> seconds;  ///< known ones

@@ -38,7 +38,7 @@ std::vector<std::string> withoutRepeats(const std::vector<std::string>& values) 
   return result;
 }
 
-/// With "all" replaced by all names.
+/// The values, with "all" replaced by all names.
 std::vector<std::string> withAll(const std::vector<std::string>& values,
                                  const std::vector<std::string>& names) {
   std::vector<std::string> result;
@@ -52,7 +52,7 @@ std::vector<std::string> withAll(const std::vector<std::string>& values,
   return result;
 }
 
-/// Checked.
+/// The options of the matcher, checked.
 MatchOptions matchOptions(const std::map<std::string, OptionMap>& given) {
   MatchOptions options;
   const auto found = given.find("match");
@@ -115,7 +115,7 @@ void BenchmarkConfig::resolve() {
   preselection = withoutRepeats(preselection);
   requireSome("features", features);
   requireSome("preselection", preselection);
-  if (datasets.empty() && bags.empty()) throw std::invalid_argument("neither dataset nor bag is given");
+  if (datasets.empty() && bags.empty()) throw std::invalid_argument("neither a dataset nor a bag is given");
   for (const std::string& name : preselection) {
     if (name != "none" && name != "nnsr") {
       throw std::invalid_argument("unknown preselection '" + name + "'; valid: none, nnsr");

@@ -18,9 +18,9 @@ struct JudgedPair {
   double best_f = 0;
 };
 
-/// What a set of examples has to show: one of the pairs that `value` holds; the higher the better.
+/// A demand on a set of examples: it must have one of the pairs of `value`, preferably one with a high value.
 struct Demand {
-  std::map<std::size_t, double> value;  ///< by place of the pair
+  std::map<std::size_t, double> value;  ///< by index of the pair
 };
 
 /// In order of the pairs' names.
@@ -49,7 +49,8 @@ std::vector<JudgedPair> judgedPairs(const std::vector<ResultRow>& rows, double t
 
 std::vector<Demand> demandsOf(const std::vector<JudgedPair>& pairs) {
   std::map<std::string, Demand> datasets, successes, failures;
-  // Where the thresholds are not met: (F), and (shortfall, -F) with the pairs that reach them.
+  // For selectors that never reach the thresholds: the highest F, and the largest (shortfall, -F), with their
+  // pairs.
   std::map<std::string, std::pair<double, Demand>> best;
   std::map<std::string, std::pair<std::pair<double, double>, Demand>> worst;
   const auto keepHighest = [](auto& slot, const auto& rank, std::size_t place, double value) {
@@ -106,7 +107,7 @@ std::vector<PairId> chooseExamples(const std::vector<ResultRow>& rows, double ta
     const auto shown = [best](const Demand& demand) { return demand.value.count(best) > 0; };
     open.erase(std::remove_if(open.begin(), open.end(), shown), open.end());
   }
-  // Later choices may show all that an earlier one was taken for.
+  // Later choices may cover everything for which an earlier one was made.
   for (std::size_t k = 0; open.empty() && k < chosen.size();) {
     const bool spare = std::all_of(demands.begin(), demands.end(), [&](const Demand& demand) {
       return std::any_of(chosen.begin(), chosen.end(), [&](std::size_t place) {

@@ -20,15 +20,16 @@ inline bool isExampleFailure(double f, double best_f) {
   return best_f >= kExampleFailureBestF && best_f - f >= kExampleFailureShortfall;
 }
 
-/// Chooses the pairs worth drawing, as few as a greedy cover finds, so that among them every selector but
-/// keep_all has a success (else the pair of its highest F) and a failure (else the pair of its largest
-/// shortfall to the best selector, of these the one of its lowest F), and every dataset has a pair. Among
-/// pairs that show equally much, those of the highest F and the largest shortfall come first.
+/// Chooses example pairs, as few as a greedy cover finds. Among them every selector except keep_all has a
+/// success (or else the pair of its highest F) and a failure (or else the pair of its largest shortfall
+/// against the best selector, of several the one of its lowest F), and every dataset has a pair. Among pairs
+/// that cover equally many of these demands, those of the highest F and the largest shortfall are preferred.
 /// @param rows  of one cell (features and preselection, "given" rows beside them); repetitions are averaged;
-///              rows that are not judged or have no F count for nothing
-/// @param tau  px; rows of other tolerances are left out, labelled rows always count
-/// @return at most max_pairs pairs (then the ones that show most), sorted by dataset, sequence and pair; the
-///         same for any order of the rows
+///              rows that are not judged or have no F are ignored
+/// @param tau  px; rows of other tolerances are left out, labelled rows are always used
+/// @return at most max_pairs pairs, sorted by dataset, sequence and pair; they do not depend on the order of
+/// the
+///         rows
 /// O(rows log rows + pairs^2 * selectors).
 std::vector<PairId> chooseExamples(const std::vector<ResultRow>& rows, double tau,
                                    std::size_t max_pairs = 16);

@@ -8,7 +8,7 @@ namespace corrsel::core {
 namespace {
 
 const std::vector<std::string> kPlanar = {"vgg", "symbench", "heinly"};
-// The two reconstructed pairs are a dataset of their own: they are never mixed into the originals' means.
+// The two reconstructed pairs are a dataset of their own: they never enter the means of the originals.
 const std::vector<std::string> kAll = {"vgg", "symbench", "heinly", "adelaidermf",
                                        "adelaidermf_reconstructed"};
 
@@ -80,7 +80,7 @@ void applyExperiment(const std::string& name, BenchmarkConfig& config) {
     config.cells = experiment.cells;
     return;
   }
-  // What the user names replaces the preset's; the other axis of the grid is the preset's.
+  // The user's choice replaces that of the preset on one axis of the grid; the preset decides the other one.
   const bool features = config.features.empty(), preselection = config.preselection.empty();
   for (const Cell& cell : experiment.cells) {
     if (features) config.features.push_back(cell.features);

@@ -9,7 +9,7 @@
 
 namespace corrsel::core {
 
-/// Works out rate and time left from the pairs done in this session.
+/// Computes rate and remaining time from the pairs done in this session.
 class ProgressMeter {
  public:
   /// @param done_before  pairs that an earlier session finished
@@ -22,7 +22,7 @@ class ProgressMeter {
   Stopwatch watch_;
 };
 
-/// Shows progress: a bar that is redrawn in place on a terminal, a line every few seconds elsewhere.
+/// Shows progress: on a terminal a bar that is redrawn in place, elsewhere a line every few seconds.
 class ProgressPrinter {
  public:
   /// @param interval  least time between two lines where `out` is not a terminal, s
@@ -30,7 +30,7 @@ class ProgressPrinter {
 
   void show(const Progress& progress);
 
-  /// Ends the bar's line, so that what follows starts on a fresh one.
+  /// Ends the line of the bar, so that later output starts on a new line.
   void finish();
 
  private:

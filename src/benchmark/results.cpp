@@ -22,7 +22,7 @@ double fOfCounts(double correct, double selected, double inliers) {
   return inliers > 0 ? 2 * correct / (selected + inliers) : kUndefined;
 }
 
-/// What in a row cannot be; empty for a row as the benchmark writes it.
+/// The contradiction in a row; empty for a row as the benchmark writes it.
 std::string contradictionIn(const ResultRow& row) {
   const Metrics& m = row.metrics;
   const auto exceeds = [](const char* part, std::size_t a, const char* whole, std::size_t b) {
@@ -58,7 +58,7 @@ std::string contradictionIn(const ResultRow& row) {
   if (m.n_correct > row.n_selected) {
     return exceeds("n_correct", m.n_correct, "n_selected", row.n_selected);
   }
-  // A pair about which nothing is known.
+  // The ground truth of this pair is unknown.
   const bool no_truth = row.n_ground_truth == 0 && m.n_correct == 0 && std::isnan(m.precision) &&
                         std::isnan(m.recall_paper) && std::isnan(m.recall_same_tau) &&
                         std::isnan(m.f_paper) && std::isnan(m.f_same_tau);

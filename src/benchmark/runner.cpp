@@ -31,10 +31,10 @@ namespace {
 
 constexpr int kExampleWidth = 1000;  // px
 constexpr std::size_t kExamplesPerDataset = 3;
-// A sequence's first image stays between its pairs even where every image has 15000 features.
+// Keeps the first image of a sequence between its pairs even where every image has 15000 features.
 constexpr std::size_t kFeatureCacheBytes = std::size_t{256} << 20U;
 
-/// A selector as the grid uses it: RANSAC-like ones fit the model that the ground truth is of.
+/// A selector of the grid. RANSAC and USAC estimate the model that the ground truth is of.
 struct GridSelector {
   std::string spec;
   std::vector<std::unique_ptr<Selector>> homography, fundamental;  // one per repetition
@@ -43,7 +43,7 @@ struct GridSelector {
   }
 };
 
-/// What shows each selector at its best and worst over the whole run, and over each dataset.
+/// The example pairs of the whole run, and up to kExamplesPerDataset more of each dataset.
 std::vector<PairId> examplesOf(const std::vector<ResultRow>& rows, double tau) {
   std::vector<PairId> chosen = chooseExamples(rows, tau);
   std::map<std::string, std::vector<ResultRow>> by_dataset;
@@ -65,7 +65,7 @@ struct BenchmarkRunner::Putative {
   std::vector<double> errors;
   std::size_t n_left = 0, n_right = 0;
   double detect_seconds = kUndefined, describe_seconds = kUndefined, match_seconds = kUndefined;
-  double extract_wall_seconds = 0;  ///< what detection and description of both images took here and now
+  double extract_wall_seconds = 0;  ///< wall time of detection and description of both images
 
   Putative survivors(const std::vector<std::uint8_t>& mask) const {
     const std::vector<std::uint32_t> rows = selectedRows(mask);
@@ -125,8 +125,8 @@ void BenchmarkRunner::warmUp() const {
   }
 }
 
-/// Calls use(source, number, i) for every place of a pair, max_pairs observed, until it returns false or the
-/// run is to stop. @return places in all
+/// Calls use(source, number) for every pair, up to max_pairs of each source, until the run is to stop.
+/// @return number of pairs
 template <class Use>
 std::size_t BenchmarkRunner::eachPair(const std::vector<std::unique_ptr<PairSource>>& sources,
                                       const Use& use) {

@@ -16,10 +16,10 @@ namespace corrsel::core {
 /// - `score`: optional, N numbers.
 ///
 /// Any numeric class is accepted for data, label and score. The matches become ImagePair::given. Their
-/// coordinates are kept as stored, though MATLAB counts pixels from 1 where the rest of this package counts
-/// from 0, because published results are computed from these very numbers.
-/// The score becomes the column `distance`: it comes from SIFT matching, and correct matches have the lower
-/// ones. Pairs are in alphabetical order, sequence = file name without ".mat", pair = "1-2".
+/// coordinates are kept as stored, because published results are computed from these numbers, although MATLAB
+/// counts pixels from 1 and the rest of this package counts from 0. The score comes from SIFT matching and
+/// becomes the column `distance`; correct matches have lower scores. Pairs are in alphabetical order,
+/// sequence = file name without ".mat", pair = "1-2".
 class AdelaideRmfReader : public DatasetReader {
  public:
   /// @param name  the dataset's name in the pairs' ids
@@ -31,8 +31,8 @@ class AdelaideRmfReader : public DatasetReader {
   PairId id(std::size_t index) const override;
 
   /// Throws DatasetError naming the file, the field and what is wrong with it when the file cannot be read,
-  /// is cut off, or has a field that is missing or of the wrong class, shape or length. The other pairs stay
-  /// readable.
+  /// is cut off, or has a field that is missing or of the wrong class, shape or length. The other pairs can
+  /// still be read.
   ImagePair read(std::size_t index) const override;
 
   std::vector<std::string> files() const override { return files_; }

@@ -8,7 +8,7 @@
 namespace corrsel::core {
 namespace {
 
-/// The sequences of a dataset as it was published; none where that is not known.
+/// The sequences of the published dataset; none where they are not known.
 std::vector<std::string> publishedSequences(const std::string& dataset) {
   if (dataset == "vgg") return {"bark", "bikes", "boat", "graf", "leuven", "trees", "ubc", "wall"};
   if (dataset == "symbench") {

@@ -8,21 +8,21 @@
 
 namespace corrsel::core {
 
-/// What a dataset's folder holds, what it lacks and what is wrong with which file.
+/// What a dataset's folder holds, what it lacks, and which files are broken.
 struct DatasetReport {
   std::string dataset;
   std::size_t sequences = 0;
-  std::size_t pairs = 0;              ///< that should be there, broken ones included
+  std::size_t pairs = 0;              ///< pairs that should exist, broken ones included
   std::vector<std::string> missing;   ///< sequences of the published dataset that the folder lacks
-  std::vector<std::string> ignored;   ///< folders that hold none of the files that the layout asks for
+  std::vector<std::string> ignored;   ///< folders that have no file of the layout
   std::vector<std::string> problems;  ///< one sentence for each broken pair: pair, file, fault and remedy
 
-  /// Lines for people, each ended by a line break.
+  /// A text to print; every line ends with a line break.
   std::string text() const;
 };
 
-/// Tries every pair's files with DatasetReader::check(): a broken one becomes a problem and ends nothing.
-/// What is missing is known of vgg, symbench and adelaidermf.
+/// Checks the files of every pair with DatasetReader::check(). A broken pair is listed and does not end the
+/// check. Missing sequences are known for vgg, symbench and adelaidermf.
 DatasetReport describe(const DatasetReader& reader);
 
 }  // namespace corrsel::core

@@ -67,7 +67,7 @@ bool hasMatFile(const std::string& root) {
   return false;
 }
 
-/// Layouts that a folder may have whose name is not known. VGG's is a case of the numbered one.
+/// Layouts that a folder with an unknown name may have. The layout of VGG is a case of the numbered one.
 std::vector<Layout> layouts() {
   return {homographyLayout<HomographyLayout::kNumbered>(),
           homographyLayout<HomographyLayout::kHpatches>(),

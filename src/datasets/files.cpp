@@ -91,8 +91,8 @@ void checkHomography(const cv::Matx33d& homography, const std::string& path, con
   for (const double value : homography.val) {
     if (!std::isfinite(value)) fail(path, "the homography has an entry that is not finite", remedy);
   }
-  // In kilopixels the entries of a sound homography are of similar size, so that the smallest singular value
-  // distinguishes rank deficiency from mere scale.
+  // In kilopixels the entries of a valid homography are of similar size, so that the smallest singular value
+  // reveals a rank deficiency whatever the scale.
   const cv::Matx33d to_kilopixels = cv::Matx33d::diag(cv::Vec3d(1e-3, 1e-3, 1.0));
   const cv::Matx33d to_pixels = cv::Matx33d::diag(cv::Vec3d(1e3, 1e3, 1.0));
   cv::Matx31d singular_values;

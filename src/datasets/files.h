@@ -10,7 +10,7 @@ namespace corrsel::core {
 /// Reads an image as it is stored: 8 bit, one channel or three (BGR); deeper images are scaled to 8 bit, an
 /// alpha channel is dropped and an Exif orientation is not applied, since ground truth counts stored pixels.
 /// Throws DatasetError naming the file when it is missing or cannot be decoded.
-/// @param remedy  what the user can do about it, the last sentence of the error
+/// @param remedy  the last part of the error: what the user can do
 cv::Mat readImageFile(const std::string& path, const std::string& remedy);
 
 /// Throws DatasetError naming the file when it is missing. It is not opened.
@@ -28,8 +28,8 @@ std::string requireImage(const std::string& stem, const std::string& remedy);
 bool isImageExtension(const std::string& extension);
 
 /// Reads a homography from a text file of nine numbers, row by row, separated by white space. The matrix is
-/// kept as written. Throws DatasetError naming the file when it is missing, holds anything else than nine
-/// finite numbers or a singular matrix.
+/// kept as written. Throws DatasetError naming the file when it is missing, or holds anything but nine finite
+/// numbers of a regular matrix.
 cv::Matx33d readHomographyFile(const std::string& path, const std::string& remedy);
 
 /// Throws DatasetError naming `path` when the matrix has an entry that is not finite or is singular as a map

@@ -9,10 +9,10 @@
 
 namespace corrsel::core {
 
-/// The remedy in errors about photographs of the sample set.
+/// The remedy in errors about the photographs of the sample set.
 inline constexpr const char* kSampleRemedy = "fetch the sample photographs with fetch_samples.sh";
 
-/// The random engine of a generated pair, seeded by a hash of seed, sequence and strength (0-based).
+/// The random engine of a generated pair. Its seed is a hash of seed, sequence and strength (0-based).
 Random engineOf(std::int64_t seed, const std::string& sequence, int strength);
 
 /// Turns `map`, given in px about the image centre, into a homography between pixel coordinates.
@@ -21,8 +21,8 @@ cv::Matx33d aboutCentre(const cv::Matx33d& map, const cv::Size& size);
 /// Rotates by `degrees` (from x to y) and shrinks by the factor `scale` about the image centre.
 cv::Matx33d similarity(double scale, double degrees, const cv::Size& size);
 
-/// Warps onto a canvas of the same size. Where the map shrinks, the image is smoothed first, as a lens and a
-/// pixel's area do, so that a far view is blurred rather than aliased.
+/// Warps onto a canvas of the same size. Where the map shrinks, the image is smoothed first, as the lens and
+/// the area of a pixel do, so that a distant view is blurred and not aliased.
 cv::Mat warp(const cv::Mat& image, const cv::Matx33d& homography);
 
 /// Adds a sensor's noise: Gaussian, 2 grey levels.

@@ -19,7 +19,7 @@ struct Scene {
   int pairs;
 };
 
-// Far views need a photograph with pixels to spare.
+// Distant views need photographs of high resolution.
 constexpr Scene kScenes[] = {
     {"zoom_1", "scenetext03.jpg", true, 7},
     {"zoom_2", "scenetext04.jpg", true, 7},

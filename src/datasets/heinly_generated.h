@@ -11,12 +11,12 @@ namespace corrsel::core {
 
 /// A generated stand-in for the paper's subset of the Heinly dataset (Heinly et al., ECCV 2012): as many
 /// scenes (four) and pairs (29) with the same challenges, but made from photographs of the sample set:
-/// - "zoom_1", "zoom_2": seven pairs each, seen from ever farther, the scale falling to 1/4 in equal ratios;
+/// - "zoom_1", "zoom_2": seven pairs each, scaled down in equal ratios to 1/4;
 /// - "rotation_1" (seven pairs), "rotation_2" (eight): turned about the image centre in equal steps over 360
 ///   degrees.
 ///
-/// The pairs are "0-1" to "0-8", the truth is the homography. A little noise is added to the right image; it
-/// depends on the seed and the pair alone, not on the order of reading.
+/// The pairs are "0-1" to "0-8", and the ground truth is the homography. A little noise is added to the right
+/// image. It depends only on the seed and the pair, not on the order of reading.
 class HeinlyGeneratedReader : public DatasetReader {
  public:
   /// @param root  the sample set's folder, see SampleReader

@@ -8,30 +8,32 @@
 
 namespace corrsel::core {
 
-/// How a dataset of image pairs with homographies lies in its folder. Images are .ppm, .pgm, .png, .jpg,
-/// .jpeg, .bmp, .tif or .tiff (where one lies there with several extensions, the first of these counts). A
-/// homography file holds nine numbers, row by row, that map the left image's pixel coordinates (x to the
-/// right, y down, px) to the right image's.
+/// Layout of a dataset of image pairs with homographies. Images are .ppm, .pgm, .png, .jpg, .jpeg, .bmp, .tif
+/// or .tiff; where an image exists with several extensions, the first of these is taken. A homography file
+/// has nine numbers, row by row, which map the pixel coordinates of the left image (x to the right, y down,
+/// px) to those of the right image.
 enum class HomographyLayout {
   /// `<scene>/img1..img6`, `<scene>/H1to2p..H1to6p`: the Oxford affine covariant regions (Mikolajczyk et al.,
-  /// IJCV 2005). Five pairs a scene, "1-2" to "1-6", whether or not their files are there.
+  /// IJCV 2005). A scene has five pairs, "1-2" to "1-6", whether or not their files exist.
   kVgg,
-  /// The same with any number of images, the highest (up to 999) that an image or a homography of the scene
-  /// has: pairs "1-2" to "1-N". The Heinly dataset (Heinly et al., ECCV 2012).
+  /// The same with N images, where N is the highest number (up to 999) that an image or a homography of the
+  /// scene
+  /// has. The pairs are "1-2" to "1-N". The Heinly dataset (Heinly et al., ECCV 2012).
   kNumbered,
   /// `<scene>/1..N`, `<scene>/H_1_2..H_1_N`: HPatches (Balntas et al., CVPR 2017), where N is 6.
   kHpatches,
-  /// `<name>/01`, `<name>/02`, `<name>/H1to2`: SymBench (Hauagge and Snavely, CVPR 2012). One pair a
-  /// folder, "1-2".
+  /// `<name>/01`, `<name>/02`, `<name>/H1to2`: SymBench (Hauagge and Snavely, CVPR 2012). Each folder
+  /// has one pair, "1-2".
   kSymbench,
-  /// `<name>/left`, `<name>/right`, `<name>/H.txt`: a simple layout for pairs of the user. One pair a folder,
-  /// "1-2".
+  /// `<name>/left`, `<name>/right`, `<name>/H.txt`: a simple layout for pairs of your own. Each folder has
+  /// one
+  /// pair, "1-2".
   kPairs,
 };
 
 /// Reads image pairs with homographies. A folder below the root is a sequence, named like the folder, when it
-/// has any of the layout's files; sequences are in alphabetical order. Pairs whose files are missing or
-/// broken do not affect the others.
+/// has any file of the layout; sequences are in alphabetical order. Only the pairs whose own files are
+/// missing or broken cannot be read.
 class HomographyPairReader : public DatasetReader {
  public:
   /// @param name  the dataset's name in the pairs' ids
@@ -52,7 +54,7 @@ class HomographyPairReader : public DatasetReader {
 
   std::vector<std::string> files() const override;
 
-  /// Whether `root` is a folder with at least one pair of which all three files are there.
+  /// Whether `root` is a folder with at least one pair of which all three files exist.
   static bool recognises(const std::string& root, HomographyLayout layout);
 
   /// The files of a sequence's folder in words, e.g. "img1..img6 and H1to2p..H1to6p".

@@ -32,7 +32,8 @@ struct Sequence {
   Nuisance nuisance;
 };
 
-// Small, far views need a photograph with pixels to spare; viewpoint changes one that is mostly planar.
+// Small, distant views need a photograph of high resolution; changes of the viewpoint need one that is mostly
+// planar.
 constexpr Sequence kSequences[] = {
     {"zoom_rotation_1", "building.jpg", Nuisance::kZoomRotation},
     {"zoom_rotation_2", "scenetext04.jpg", Nuisance::kZoomRotation},
@@ -47,7 +48,7 @@ constexpr Sequence kSequences[] = {
 };
 
 constexpr int kStrengths = 5;
-constexpr std::size_t kTakenPairs = 2;  // graf and aloe come before the generated ones
+constexpr std::size_t kTakenPairs = 2;  // graf and aloe precede the generated pairs
 
 constexpr double kZoomRotationScale[kStrengths] = {1.2, 1.6, 2.1, 2.8, 3.5};  // size left / size right
 constexpr double kZoomRotationAngle[kStrengths] = {15, 30, 45, 60, 75};       // degrees, either way
@@ -88,8 +89,7 @@ cv::Matx33d tilt(double degrees, double axis_radians, const cv::Size& size) {
   return aboutCentre(cv::Matx33d::diag(cv::Vec3d(focal_length, focal_length, 1.0)) * pose, size);
 }
 
-/// Moves each corner a little, so that blur, light and JPEG pairs are not solved by assuming that nothing
-/// moves.
+/// Moves each corner a little, so that the identity is not a correct model of the blur, light and JPEG pairs.
 cv::Matx33d jitter(Random& random, const cv::Size& size) {
   const float right = static_cast<float>(size.width - 1);
   const float bottom = static_cast<float>(size.height - 1);

@@ -17,7 +17,7 @@ namespace corrsel::core {
 ///   homography and one nuisance. They follow the paper's eight VGG cases (zoom_rotation_1, zoom_rotation_2,
 ///   blur_1, blur_2, viewpoint_1, viewpoint_2, light, jpeg), plus pure zoom and pure rotation.
 ///
-/// The generated images depend on the seed and the pair alone, not on the order of reading.
+/// The generated images depend only on the seed and the pair, not on the order of reading.
 class SampleReader : public DatasetReader {
  public:
   /// @param root  the folder with the files named by imageNames()
@@ -32,10 +32,11 @@ class SampleReader : public DatasetReader {
 
   PairId id(std::size_t index) const override;
 
-  /// Throws DatasetError when a source file is missing or cannot be decoded. The other pairs stay readable.
+  /// Throws DatasetError when a source file is missing or cannot be decoded. The other pairs can still be
+  /// read.
   ImagePair read(std::size_t index) const override;
 
-  /// Images are tried for existence only.
+  /// Checks the existence of the images only.
   void check(std::size_t index) const override;
 
   std::vector<std::string> files() const override;

@@ -21,6 +21,7 @@
 #include "corrsel/Progress.h"
 #include "corrsel/Score.h"
 #include "corrsel/random.h"
+#include "corrsel/selectors/factory.h"
 #include "shell.h"
 #include "test_paths.h"
 
@@ -31,7 +32,7 @@ using testing::Output;
 using testing::shell;
 
 // Every selector, and every one but nnsr after nnsr.
-constexpr std::size_t kSelections = 9 + 8;
+std::size_t selections() { return 2 * core::selectorNames().size() - 1; }
 
 namespace fs = std::filesystem;
 
@@ -123,8 +124,8 @@ TEST_F(BenchmarkLaunch, LaunchWritesACompleteFolderAndPublishes) {
     EXPECT_TRUE(fs::exists(run / file)) << file;
   }
   EXPECT_NE(readAll(run / "summary.json").find("\"complete\": true"), std::string::npos);
-  // 5 pairs x 2 features x kSelections x 10 tolerances.
-  EXPECT_EQ(timelessRows(run).size(), 1U + 5 * 2 * kSelections * 10);
+  // 5 pairs x 2 features x selections() x 10 tolerances.
+  EXPECT_EQ(timelessRows(run).size(), 1U + 5 * 2 * selections() * 10);
   EXPECT_GT(scores, 0);
   EXPECT_TRUE(finished);
 }
@@ -136,7 +137,7 @@ TEST_F(BenchmarkLaunch, WithoutMasterDeterministicForAnyThreads) {
   const Output two = shell(no_master + benchmark("--threads 2 " + common + (root_ / "t2").string()));
   EXPECT_EQ(one.code, 0) << one.text;
   EXPECT_EQ(two.code, 0) << two.text;
-  EXPECT_EQ(timelessRows(root_ / "t1").size(), 1U + 5 * kSelections * 10);
+  EXPECT_EQ(timelessRows(root_ / "t1").size(), 1U + 5 * selections() * 10);
   EXPECT_EQ(timelessRows(root_ / "t1"), timelessRows(root_ / "t2"));
 }
 
@@ -224,7 +225,7 @@ TEST_F(BenchmarkLaunch, HoleInTheDatasetIsNamedAndTheRestIsRun) {
   EXPECT_EQ(output.code, 1) << output.text;
   EXPECT_NE(output.text.find("img4"), std::string::npos) << output.text;
   EXPECT_NE(readAll(run / "failures.csv").find("img4"), std::string::npos);
-  EXPECT_EQ(timelessRows(run).size(), 1U + 4 * kSelections * 10);
+  EXPECT_EQ(timelessRows(run).size(), 1U + 4 * selections() * 10);
 
   const fs::path bag = root_ / "holed.bag";
   const Output made = shell("rosrun corrsel make_dataset_bag --dataset vgg --path " +
@@ -241,7 +242,7 @@ TEST_F(BenchmarkLaunch, BagsAreRunAndBrokenOnesRefused) {
   const std::string start = "rosrun corrsel benchmark --report false --features orb+orb --bag ";
   const Output run = shell(start + bag.string() + " --output_dir " + (root_ / "bag_run").string());
   EXPECT_EQ(run.code, 0) << run.text;
-  EXPECT_EQ(timelessRows(root_ / "bag_run").size(), 1U + 5 * kSelections * 10);
+  EXPECT_EQ(timelessRows(root_ / "bag_run").size(), 1U + 5 * selections() * 10);
   const Output info = shell("rosbag info " + bag.string());
   EXPECT_NE(info.text.find("corrsel/GroundTruth"), std::string::npos) << info.text;
 
@@ -257,7 +258,7 @@ TEST_F(BenchmarkLaunch, PresetRunsItsCellsAndSaysSoInTheReport) {
       shell("rosrun corrsel benchmark experiment:=preselected dataset:=vgg features:=orb+orb data_root:=" +
             (root_ / "data").string() + " output_dir:=" + run.string());
   EXPECT_EQ(output.code, 0) << output.text;
-  EXPECT_EQ(timelessRows(run).size(), 1U + 5 * kSelections * 10);
+  EXPECT_EQ(timelessRows(run).size(), 1U + 5 * selections() * 10);
   const std::string config = readAll(run / "config.yaml");
   EXPECT_NE(config.find("experiment: preselected"), std::string::npos) << config;
   EXPECT_NE(config.find("cells: [orb+orb/none, orb+orb/nnsr]"), std::string::npos) << config;
@@ -295,7 +296,7 @@ TEST_F(BenchmarkLaunch, ShardsMadeSideBySideMergeIntoTheUncutRun) {
   std::size_t pairs = 0;
   for (const char* part : {"3", "1", "2"}) {
     const fs::path folder = root_ / ("shard" + std::string(part));
-    pairs += (timelessRows(folder).size() - 1) / (kSelections * 10);
+    pairs += (timelessRows(folder).size() - 1) / (selections() * 10);
     EXPECT_NE(readAll(folder / "summary.json").find("\"complete\": true"), std::string::npos) << shards.text;
     list += (list.empty() ? "" : ",") + folder.string();
   }
@@ -367,7 +368,7 @@ TEST_F(BenchmarkLaunch, OwnBagWithoutTheNamedTopicsListsWhatItHas) {
   const Output named =
       shell(start + " --left /left/image --right /right/image --output_dir " + (root_ / "own").string());
   EXPECT_EQ(named.code, 0) << named.text;
-  EXPECT_EQ(timelessRows(root_ / "own").size(), 1U + 5 * kSelections * 10);
+  EXPECT_EQ(timelessRows(root_ / "own").size(), 1U + 5 * selections() * 10);
   const Output without_bag = shell("rosrun corrsel benchmark --left /left/image");
   EXPECT_EQ(without_bag.code, 2) << without_bag.text;
   EXPECT_NE(without_bag.text.find("without a bag"), std::string::npos) << without_bag.text;

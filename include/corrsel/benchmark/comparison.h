@@ -10,23 +10,24 @@
 
 namespace corrsel::core {
 
-/// The part of a run's results that a comparison needs.
+/// The results of a run that a comparison needs.
 struct RecordedRun {
   std::string folder;
   std::string config;  ///< text of config.yaml
   std::vector<ResultRow> rows;
 };
 
-/// Throws RunFolderError if a file is missing or damaged, naming the line and the remedy.
+/// Reads a run folder. Throws RunFolderError where a file is missing or damaged; the text names the file, the
+/// line and the remedy.
 RecordedRun readRun(const std::string& folder);
 
 /// Columns of pairs.csv that can be compared; all of them are better when higher.
 std::vector<std::string> comparisonMetrics();
 
 struct ComparisonOptions {
-  double tau = 5.0;  ///< px; labelled rows are always compared
+  double tau = 5.0;  ///< px; labelled rows, which have none, are always compared
   std::string metric = "f_paper";
-  double tolerance = 0.002;             ///< mean differences up to this do not matter, in units of the metric
+  double tolerance = 0.002;             ///< mean differences up to this are ignored, in units of the metric
   int resamples = kBootstrapResamples;  ///< of the bootstrap, at least 1
   std::uint64_t seed = kBootstrapSeed;  ///< of the bootstrap
 };
@@ -34,18 +35,18 @@ struct ComparisonOptions {
 enum class Verdict : std::uint8_t {
   kEqual,            ///< every pair has the same value in both runs
   kWithinNoise,      ///< the 95 % interval of the mean difference contains 0
-  kWithinTolerance,  ///< it does not, but the mean difference is at most the tolerance
+  kWithinTolerance,  ///< the interval leaves out 0, but the mean difference is at most the tolerance
   kBetter,
   kWorse
 };
 
 std::string toString(Verdict verdict);
 
-/// With fewer pairs than this the bootstrap interval is too narrow: with five differences of one sign, a sign
-/// test (two-sided, 5 %) does not reject chance.
+/// Below this many pairs the bootstrap interval is too narrow: for five differences of one sign, a two-sided
+/// sign test at 5 % would not reject the hypothesis that they are due to chance.
 inline constexpr std::size_t kFewPairs = 6;
 
-/// One selector on one dataset with one kind of matches, in both runs.
+/// The comparison of one selector on one dataset with one kind of features and preselection.
 struct GroupComparison {
   std::string dataset, features, preselection, selector;
   double tau = kUndefined;                         ///< px; NaN for labelled truth
@@ -54,18 +55,18 @@ struct GroupComparison {
   double difference = kUndefined;                  ///< mean of after - before
   Interval interval = {kUndefined, kUndefined};    ///< 95 %, of the difference
   Verdict verdict = Verdict::kEqual;
-  /// Median selection time after / before; NaN if a run has no times. No verdict uses it.
+  /// Median selection time after / before; NaN where a run has no times. No verdict uses it.
   double time_ratio = kUndefined;
 
-  /// Returns whether the mean moved by more than the tolerance, by chance or not.
+  /// Whether the mean moved by more than the tolerance, significantly or not.
   bool beyond_tolerance = false;
 };
 
 /// A value that only one of the runs has.
 struct UnmatchedValue {
   std::string dataset, features, preselection, selector;
-  std::string pair;    ///< "sequence/pair"; empty: the whole group
-  std::string reason;  ///< why the other run has none
+  std::string pair;    ///< "sequence/pair"; empty where the whole group is missing
+  std::string reason;  ///< why the other run has no value
 
   /// "dataset, features, preselection none, selector: sequence/pair: reason".
   std::string text() const;
@@ -78,22 +79,22 @@ struct RunComparison {
 
   std::size_t count(Verdict verdict) const;
 
-  /// Expected number of groups that are called better or worse if the runs differ by chance alone: 5 % of
-  /// those that differ at all. Each verdict is for its group and not corrected for the number of groups.
+  /// Number of groups that would be called better or worse if the runs differed by chance alone: 5 % of the
+  /// groups that differ at all. Each verdict holds for its group alone and is not corrected for their number.
   double expectedByChance() const;
 
-  /// Returns whether nothing became worse and AFTER has every value of BEFORE.
-  /// @param strict  require also that no mean moved by more than the tolerance in either direction, by chance
-  /// or not,
-  ///                and that BEFORE has every value of AFTER. Meant for deterministic runs of the same pairs.
+  /// Whether nothing became worse and AFTER has every value of BEFORE.
+  /// @param strict  whether to demand also that no mean moved by more than the tolerance in either direction,
+  ///                significantly or not, and that BEFORE has every value of AFTER. This suits deterministic
+  ///                runs of the same pairs, where every change has a cause.
   bool passes(bool strict) const;
 };
 
-/// Joins the runs by dataset, features, preselection, selector and pair, averages repetitions, and compares
-/// each group by a paired bootstrap of the mean difference (Efron 1979), see bootstrapMean(). Throws
-/// std::invalid_argument for an unknown metric, an option out of range, or a run that has rows with
-/// tolerances but none with `tau`, and RunFolderError if a config.yaml is not YAML. O(rows log rows + groups
-/// * resamples * pairs).
+/// Joins the runs by dataset, features, preselection, selector and pair, averages repetitions, and judges
+/// each group by the bootstrap interval of the mean of the paired differences, see bootstrapMean(). Throws
+/// std::invalid_argument for an unknown metric, an option out of range, or a run that has rows of tolerances
+/// but none of `tau`. Throws RunFolderError where a config.yaml is not YAML. O(rows log rows + groups *
+/// resamples * pairs).
 RunComparison compareRuns(const RecordedRun& before, const RecordedRun& after,
                           const ComparisonOptions& options = {});
 

@@ -8,7 +8,8 @@
 
 namespace corrsel::core {
 
-/// A column of the grid: the features of the putative matches and their preselection.
+/// A column of the grid: the features that the putative matches are made of, and the preselection that
+/// reduces these matches.
 struct Cell {
   std::string features, preselection;
 
@@ -19,8 +20,8 @@ struct Cell {
   }
 };
 
-/// Everything that determines the results of a benchmark run. Output folder, report and verbosity are not
-/// part of it.
+/// Everything that decides what a benchmark run computes. The output folder and switches such as the
+/// verbosity are not part of it.
 struct BenchmarkConfig {
   std::string experiment;                         ///< name of the preset that filled this in; empty = none
   std::vector<std::string> sections;              ///< experiments that the report shows; empty without preset
@@ -41,9 +42,9 @@ struct BenchmarkConfig {
   int max_pairs = 0;                         ///< first pairs of every dataset or bag; 0 = all
   std::map<std::string, OptionMap> options;  ///< per algorithm ("gms", "sift"): options given by the user
 
-  /// Replaces "all", adds the baseline keep_all, drops repeated names, makes cells, features and preselection
-  /// agree and checks every value by creating each extractor and selector once. Throws std::invalid_argument
-  /// naming argument, value and what is valid.
+  /// Replaces "all", adds the baseline keep_all, drops repeated names, and makes cells, features and
+  /// preselection agree. Every value is checked; each extractor and selector is created once for that. Throws
+  /// std::invalid_argument naming the argument, the value and what is valid.
   void resolve();
 
   /// The resolved configuration as YAML, every option of every algorithm with its value.
@@ -59,19 +60,20 @@ struct BenchmarkConfig {
   /// one.
   double tableTolerance() const;
 
-  /// Preselections for putative matches of these features. In a preset, matches that come with a dataset
-  /// ("given") are not preselected, because they lack the columns that NNSR needs; the paper omits them too.
+  /// Preselections for putative matches of these features. A preset does not preselect the matches that a
+  /// dataset provides ("given"): they lack what NNSR needs, and the paper does not preselect them either.
   std::vector<std::string> preselectionsOf(const std::string& features_name) const;
 
   /// Returns whether the preset measures selection times against the number of matches.
   bool measuresScaling() const;
 };
 
-/// Returns whether the name is that of NNSR, with or without a preset. NNSR is not run on its own survivors.
+/// Whether the selector is NNSR, with or without a preset. It is not run on the matches that it has
+/// preselected.
 bool isNnsr(const std::string& spec);
 
 /// Reads "gms.alpha=3,lpm.k=6" (comma-separated "algorithm.option=value") into config.options.
-/// Throws std::invalid_argument if a piece has another form.
+/// Throws std::invalid_argument where an assignment has another form.
 void parseOptionAssignments(const std::string& text, std::map<std::string, OptionMap>& options);
 
 /// Keys whose values differ between two YAML documents, as "key: old -> new" (nested keys joined by '.').

@@ -7,14 +7,15 @@
 
 namespace corrsel::core {
 
-/// Names of the presets: the paper's experiments and "paper", all of them together.
+/// Names of the presets: the paper's experiments, and "paper", which comprises all of them.
 std::vector<std::string> experimentNames();
 
-/// Datasets of a preset if the user names none. Throws std::invalid_argument for an unknown name.
+/// Datasets of a preset, which are used where the user names none. Throws std::invalid_argument for an
+/// unknown name.
 std::vector<std::string> experimentDatasets(const std::string& name);
 
-/// Fills in the values of the preset that the user has left empty: cells (features and preselection),
-/// selectors, and the parts of the report. Throws std::invalid_argument for an unknown name (listing the
+/// Fills in what the preset decides and the user has left empty: cells (features and preselection),
+/// selectors, and the sections of the report. Throws std::invalid_argument for an unknown name (listing the
 /// valid ones). An empty name fills in the defaults of a run without preset.
 void applyExperiment(const std::string& name, BenchmarkConfig& config);
 

@@ -6,7 +6,7 @@
 
 namespace corrsel::core {
 
-/// A stream of image pairs, read once from front to back; one pair in memory at a time.
+/// A stream of image pairs. It is read once from front to back, with one pair in memory at a time.
 class PairSource {
  public:
   virtual ~PairSource() = default;
@@ -15,7 +15,7 @@ class PairSource {
   virtual std::size_t size() const = 0;
 
   /// Reads the next pair. @return false at the end of the stream.
-  /// Throws DatasetError if a pair cannot be decoded; the next call continues with the pair after it.
+  /// Throws DatasetError where a pair cannot be decoded; the next call reads the pair after it.
   virtual bool next(ImagePair& pair) = 0;
 };
 

@@ -16,12 +16,12 @@ class DatasetError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Reads a dataset folder pair by pair: one pair in memory at a time.
+/// Reads a dataset folder pair by pair, with one pair in memory at a time.
 class DatasetReader {
  public:
   virtual ~DatasetReader() = default;
 
-  /// Number of pairs the dataset should have, in a fixed order, broken ones included.
+  /// Number of pairs that the dataset should have, broken ones included. Their order is fixed.
   virtual std::size_t size() const = 0;
 
   virtual PairId id(std::size_t index) const = 0;
@@ -29,26 +29,25 @@ class DatasetReader {
   /// Reads one pair. Throws DatasetError naming the file, what is wrong with it and the remedy.
   virtual ImagePair read(std::size_t index) const = 0;
 
-  /// Throws DatasetError like read(), but omits slow checks where possible: images must exist, but are not
-  /// decoded.
+  /// Throws DatasetError like read(), but is faster where possible: the existence of images is checked, and
+  /// they are not decoded.
   virtual void check(std::size_t index) const { read(index); }
 
-  /// Names of folders in the dataset's folder that hold no file of its layout.
+  /// Names of folders in the dataset's folder that have no file of the layout.
   virtual std::vector<std::string> ignored() const { return {}; }
 
-  /// Files from which the pairs are read or generated; their sizes and times identify the state of the
-  /// dataset.
+  /// Files that the pairs are read from or made of. Their sizes and times identify the state of the dataset.
   virtual std::vector<std::string> files() const = 0;
 };
 
-/// Opens dataset `name` from folder `path`. A name of datasetNames() selects that dataset and its layout.
-/// For any other name the layout is recognised from the files in the folder: numbered images with
-/// homographies as in VGG or as in HPatches, a folder per pair as in SymBench or as in `pairs`, or .mat files
-/// as in AdelaideRMF (docs/datasets.md). The ids of the pairs contain the given name.
+/// Opens dataset `name` from folder `path`. A name of datasetNames() stands for that dataset and its layout.
+/// Under any other name the folder's layout is recognised from its files: numbered images with homographies
+/// as in VGG or as in HPatches, a folder per pair as in SymBench or as in `pairs`, or .mat files as in
+/// AdelaideRMF (docs/datasets.md). The ids of the pairs contain the name as given.
 ///
 /// Throws std::invalid_argument for a name that is empty, "." or ".." or has a path separator, and for an
-/// unknown name whose folder does not exist (listing the known ones). Throws DatasetError if the
-/// folder of a known dataset is missing or holds none of its files, and if no layout, or more than one, is
+/// unknown name whose folder does not exist (listing the known ones). Throws DatasetError where a known
+/// dataset's folder is missing or has none of its files, and where no layout, or more than one, is
 /// recognised.
 /// @param seed  used by datasets that generate pairs (sample, heinly_generated)
 std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::string& path, int seed = 0);

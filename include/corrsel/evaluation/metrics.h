@@ -12,8 +12,8 @@ namespace corrsel::core {
 
 inline constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
-/// Precision, recall and F of one selection at one tolerance, by the paper's equations. Recall has two
-/// readings, see docs/evaluation.md.
+/// Precision, recall and F of one selection at one tolerance, as defined by Zhao et al., arXiv:1904.13383.
+/// The two readings of the paper's recall are explained in docs/evaluation.md.
 struct Metrics {
   double tau = kUndefined;  ///< tolerance, px; NaN for labelled truth
   std::size_t n_correct = 0;
@@ -25,7 +25,7 @@ struct Metrics {
 };
 
 /// The evaluation of one selection on one pair. Matches whose truth is unknown (NaN error) are not counted.
-/// If the whole pair has no ground truth (TruthKind::kNone), n_putative and n_selected count all matches, and
+/// Where nothing is known about the pair (TruthKind::kNone), n_putative and n_selected count all matches, and
 /// precision, recall and F are undefined.
 struct Evaluation {
   std::size_t n_putative = 0;
@@ -39,7 +39,8 @@ struct EvaluationOptions {
   double ground_truth_tolerance = 10.0;                              ///< t_gt, px
 };
 
-/// @param errors  ground-truth errors as given by groundTruthErrors(), px
+/// Evaluates a selection at every tolerance.
+/// @param errors  ground-truth errors as returned by groundTruthErrors(), px
 /// @param mask    same length as errors; throws std::invalid_argument otherwise
 /// O(N * tolerances).
 Evaluation evaluate(TruthKind kind, const std::vector<double>& errors, const std::vector<std::uint8_t>& mask,

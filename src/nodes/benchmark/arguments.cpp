@@ -49,8 +49,8 @@ std::vector<std::string> absolutePaths(const std::string& list, const Values& va
   return paths;
 }
 
-/// Datasets of a preset that are below data_root; those that are not are noted. Without data_root the sample
-/// set stands in for all.
+/// Datasets of a preset that exist below data_root; the others are noted. Without data_root, the sample set
+/// stands in for all of them.
 std::vector<std::string> datasetsOf(const std::string& experiment, const std::string& data_root,
                                     Arguments& arguments) {
   const std::vector<std::string> wanted = core::experimentDatasets(experiment);
@@ -162,7 +162,7 @@ void printSelector(const core::SelectorFactory& selector) {
   printOptions(selector.name(), selector.create()->options());
 }
 
-/// A selector that cannot be made is shown with the reason.
+/// Prints the selectors of other packages; those that cannot be created are printed with the reason.
 void printPlugins() {
   const std::vector<std::string> names = selectorPlugins(), problems = selectorPluginProblems();
   if (names.empty() && problems.empty()) return;

@@ -1,5 +1,5 @@
-// The benchmark node: reads bags in its own process, runs the grid, leaves a results folder. Works with and
-// without a ROS master; see --help.
+// The benchmark node. It reads bags in its own process, runs the grid and writes a results folder. It works
+// with and without a ROS master; see --help.
 
 #include <ros/package.h>
 #include <ros/ros.h>
@@ -75,8 +75,8 @@ int runScript(const std::string& name, const std::string& argument) {
   return 127;
 }
 
-/// Folder of a dataset: below data_root. What is made of the sample photographs lies where the sample set
-/// does: in the cache, unless data_root has it.
+/// Folder of a dataset below data_root. Datasets that are made from the sample photographs use the folder of
+/// the sample set, which is in the cache unless data_root has it.
 std::string datasetFolder(const std::string& name, const std::string& data_root) {
   if (core::needsSamplePhotographs(name)) {
     const fs::path below = fs::path(data_root) / "sample";
@@ -112,8 +112,8 @@ Readers openDatasets(const core::BenchmarkConfig& config) {
   return readers;
 }
 
-/// The bags of the datasets, made where the cache lacks them. What could not be read is recorded.
-/// @param broken  pairs that could not be read are added to it
+/// The bags of the datasets. Bags that the cache lacks are made. Pairs that cannot be read are recorded.
+/// @param broken  the number of pairs that could not be read is added to it
 std::vector<std::string> datasetBags(const core::BenchmarkConfig& config, const Readers& readers,
                                      core::RunFolder& folder, Reporter& reporter, std::size_t* broken) {
   std::vector<std::string> bags;
@@ -140,7 +140,7 @@ std::vector<std::string> datasetBags(const core::BenchmarkConfig& config, const 
   return bags;
 }
 
-/// @param notes  print what was left out of the bags
+/// @param notes  whether to print what is left out of the bags
 Sources openBags(const std::vector<std::string>& bags, const BagTopics& topics, bool notes) {
   Sources sources;
   for (const std::string& bag : bags) {
@@ -162,14 +162,15 @@ int dryRun(const Arguments& arguments, const Readers& readers) {
   return kExitComplete;
 }
 
-/// The grid, then what needs its results. @return the state at the end
+/// Runs the grid, and then the stages that need its results. @return the state at the end
 core::RunState runStages(const Arguments& arguments, const std::vector<std::string>& bags,
                          const Sources& sources, core::RunFolder& folder, Reporter& reporter) {
   const core::BenchmarkConfig& config = arguments.config;
   core::BenchmarkRunner runner(config, folder, reporter, stop_requested);
   core::RunState state = runner.run(sources, arguments.shard);
   reporter.endLine();
-  // A part of a run neither knows which pairs are worth drawing nor should time what is timed once.
+  // A part of a run does not have the results that example pairs are chosen from, and selectors are timed
+  // only once.
   if (arguments.shard.count == 1 && !stop_requested) {
     runner.timeSelectors();
     reporter.endLine();
@@ -200,9 +201,9 @@ bool writeReport(const core::BenchmarkConfig& config, const std::string& output_
   return written;
 }
 
-/// Parts of a run go on side by side: each is a node of its own name.
+/// The parts of a run may run at the same time, so each of them has its own node name.
 void initRos(int argc, char** argv, const core::Shard& shard) {
-  // ROS takes its remappings out of its own copy; names like dataset:=vgg are this program's arguments.
+  // ROS removes its remappings from this copy; names like dataset:=vgg are arguments of this program.
   std::vector<char*> ros_argv;
   for (int i = 0; i < argc; ++i) {
     if (i == 0 || std::string(argv[i]).compare(0, 2, "__") == 0) ros_argv.push_back(argv[i]);
@@ -229,7 +230,7 @@ int run(int argc, char** argv) {
   const Readers readers = openDatasets(config);
   if (arguments.dry_run) return dryRun(arguments, readers);
 
-  // All input is tried before a folder is made: what cannot be run leaves none behind.
+  // All input is checked before the folder is made, so that a run that cannot start leaves no folder.
   Sources sources = openBags(config.bags, arguments.bag_topics, true);
   for (const std::string& other : arguments.merge) core::requireMergeable(other, config);
   core::RunFolder folder(output_dir, config, arguments.resume);

@@ -12,7 +12,7 @@
 
 namespace corrsel {
 
-/// Shows the run to people and publishes ~progress and ~score where a master is there.
+/// Prints the progress of the run, and publishes ~progress and ~score where there is a ROS master.
 class Reporter : public core::RunObserver {
  public:
   /// @param verbose  print every judged selection
