@@ -15,7 +15,7 @@ Block = namedtuple("Block", "label ours paper_label theirs")
 
 
 def paper_dataset(dataset):
-    """Return the name of the paper's dataset that one of ours is or stands in for; None without one."""
+    """Return the paper's dataset that a dataset is, or that it replaces; None without one."""
     name = STAND_INS.get(dataset, dataset)
     return name if name in paper.DATASET_PAIRS else None
 

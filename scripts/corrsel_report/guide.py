@@ -38,7 +38,7 @@ SIGNS = OrderedDict(
 )
 MEANINGS = OrderedDict(
     [
-        (CONFIRMED, "the measured set holds it too"),
+        (CONFIRMED, "the measured set has it too"),
         (CONTRADICTED, "it is in the opposite set"),
         (UNCONFIRMED, "it is in neither set"),
         (OPEN, "these pairs separate it neither from the best nor from the worst"),
@@ -46,17 +46,18 @@ MEANINGS = OrderedDict(
     ]
 )
 RULE = (
-    "F at 5 px (labelled data: F). Superior: selectors whose F is not significantly below that of the selector with the"
-    " highest mean F. Inferior: not significantly above that of the selector with the lowest. Significantly: the 95 %"
-    " bootstrap interval (2000 resamples, fixed seed) of the mean difference, pair by pair, leaves out 0. A selector in"
-    " both sets is in neither: the pairs cannot place it. Each set is in order of mean F and may hold any number. Fewer"
-    " than {pairs} pairs decide nothing; with as few as that an interval is rough, and 0 is out as soon as one selector"
-    " is ahead on every pair. Comparisons are not corrected for their number.",
-    "Efficiency: the same with times, where an order of magnitude counts: superior are selectors not significantly"
-    " slower than ten times the fastest, inferior those not significantly faster than a tenth of the slowest"
-    " (geometric means over the rounds).",
-    "keep_all takes no part. A name with a preset (lpm:v2) takes part under its own name; the comparison with the paper"
-    " is made among the bare names alone, as in the paper.",
+    "The measure is F at 5 px, and F itself for labelled data. A selector is superior if its F is not significantly below"
+    " that of the selector with the highest mean F. It is inferior if its F is not significantly above that of the"
+    " selector with the lowest mean F. A difference is significant if the 95 % bootstrap interval (2000 resamples, fixed"
+    " seed) of its mean over the pairs does not contain 0. A selector that meets both conditions belongs to neither set,"
+    " because the pairs cannot separate it from either end. Each set is in order of mean F and may have any number of"
+    " selectors. Nothing is decided with fewer than {pairs} pairs. With as few as that, an interval is rough: it does not"
+    " contain 0 as soon as one selector is ahead on every pair. Comparisons are not corrected for their number.",
+    "Efficiency is judged in the same way by times, where an order of magnitude is allowed for. Superior selectors are not"
+    " significantly slower than ten times the fastest one, and inferior selectors are not significantly faster than a"
+    " tenth of the slowest one (geometric means over the rounds).",
+    "keep_all is not judged. A name with a preset (lpm:v2) is judged under its own name. Only bare names are compared with"
+    " the paper, as in the paper.",
 )
 
 
@@ -182,7 +183,7 @@ def measure_time(run):
 
 
 def time_group(run):
-    """Return the group whose times stand in for scaling.csv: unselected matches, the paper's features first."""
+    """Return the group whose times replace scaling.csv: unselected matches, the paper's features first."""
     groups = [g for g in run.rows if g.preselection == "none"]
     default = [g for g in groups if g.features == paper.FEATURES_DEFAULT]
     return (default or groups or [None])[0]
@@ -524,7 +525,7 @@ def html(run, figures):
     out = [
         paragraph(
             "<strong>How to read.</strong> Each row is a scenario of the paper's summary. <i>Superior</i> selectors are"
-            " the ones to try first there, <i>inferior</i> ones those to avoid; the others lie between. Beside them"
+            " the ones to try first there, <i>inferior</i> selectors are those to avoid. The others lie between them. Beside them"
             " are the selectors that the paper names, with their outcome in this run. %s." % meanings
         )
     ]

@@ -44,7 +44,7 @@ def find_program():
 
 
 class MeanIntervals:
-    """The running program; it answers one line of numbers with one line."""
+    """The running program. For each line of numbers it prints one line with the result."""
 
     def __init__(self):
         """Start the program; it ends with this object."""

@@ -23,7 +23,7 @@ from .words import (
 )
 
 
-MAX_FINDINGS = 8  # more sentences on single groups stand with the groups, not in the overview
+MAX_FINDINGS = 8  # further sentences on single groups are shown with the groups, not in the overview
 
 
 def state_html(run):
@@ -126,7 +126,7 @@ def sentence(run, group, named=True):
 
 
 def versus(run, group, ranking):
-    """Return how the winner stands to the runner-up, as the rest of a sentence."""
+    """Return how the winner compares with the runner-up, as the rest of a sentence."""
     if len(ranking) == 1:
         return ", the only selector with a result"
     first, second = ranking[:2]
@@ -166,7 +166,7 @@ def baseline_sentence(run, group, ranking):
 
 
 def findings_in_place(run):
-    """Tell whether there are too many groups for the overview, so that their sentences stand with the groups."""
+    """Tell whether there are too many groups for the overview, so that their sentences are shown with the groups."""
     return sum(group in run.means for group in run.groups) > MAX_FINDINGS
 
 

@@ -81,7 +81,7 @@ def read_table(path, header, notes):
     found = next(csv.reader(io.StringIO(text)))
     if found != header:
         raise ReportError(
-            "%s: wrong header: %s. Found '%s', expected '%s'. Remedy: write the folder anew with the"
+            "%s: wrong header: %s. Found '%s', expected '%s'. Remedy: write the folder again with the"
             " benchmark of this package version."
             % (path, describe_header_difference(found, header), ",".join(found), ",".join(header))
         )
@@ -171,7 +171,7 @@ def unquote(text):
 
 
 def read_run(folder):
-    """Read everything a run left behind into a Run; raises ReportError without a usable pairs.csv."""
+    """Read the folder of a run into a Run; raises ReportError without a usable pairs.csv."""
     if not folder.is_dir():
         raise ReportError("%s: no such folder. Remedy: give the output folder of a benchmark run." % folder)
     pairs_file = folder / "pairs.csv"

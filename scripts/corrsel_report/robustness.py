@@ -384,8 +384,8 @@ def overview_table(group, cases):
     head = ["Case", "Pairs", "Matches", "Within 10 px<br>Within 5 px", "Highest F", "Runner-up", "Separate"]
     caption = (
         "The cases of %s. Matches: median number of putative matches; within 10 and 5 px: mean share of them so near the"
-        " truth. Separate: the 95 %% interval of the difference in F between the first two, pair by pair, leaves out 0;"
-        " with five pairs that interval is rough." % esc(group_text(group))
+        " truth. Separate: the 95 %% interval of the difference in F between the first two, pair by pair, does not contain"
+        " 0; with five pairs that interval is rough." % esc(group_text(group))
     )
     if compared:
         head += ["Highest F<br>in the paper", "Same", "\u03c1"]
@@ -432,7 +432,7 @@ def dot_panel(run, figures, group, result):
 
 
 def intro_html(group, cases):
-    """Return what the tables of a group show and what stands beside them."""
+    """Return an introduction to the tables of a group and to the numbers beside them."""
     if group.dataset == "sample":
         return paragraph(
             "<strong>Generated data.</strong> The eight sequences of the dataset sample take the place of the eight"
@@ -444,7 +444,7 @@ def intro_html(group, cases):
             " \u201cUASC\u201d; here they are fractions too." % esc(paper.ROBUSTNESS_SOURCE)
         )
     return paragraph(
-        "The paper's numbers are of %s at %g px; they do not stand beside these."
+        "The paper's numbers are for %s at %g px, so they are not shown here."
         % (esc(paper.FEATURES_DEFAULT), paper.TAU_PX)
     )
 

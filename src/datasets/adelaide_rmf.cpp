@@ -135,7 +135,7 @@ class Field {
   template <typename T>
   const T* values() const {
     if (variable_->data_size != static_cast<int>(sizeof(T)) || variable_->nbytes < count_ * sizeof(T)) {
-      fail("holds fewer bytes than its shape " + description() + " asks for");
+      fail("has fewer bytes than its shape " + description() + " requires");
     }
     return static_cast<const T*>(variable_->data);
   }
@@ -157,7 +157,7 @@ class Field {
 /// Throws DatasetError when a version 5 file ends before its last element does. libmatio may take such a file
 /// for one that has fewer fields.
 void checkLength(const std::string& path) {
-  constexpr std::uint64_t kHeaderLength = 128;  // bytes; the last two tell the byte order
+  constexpr std::uint64_t kHeaderLength = 128;  // bytes; the last two give the byte order
   std::ifstream stream(path, std::ios::binary);
   std::array<unsigned char, kHeaderLength> header{};
   stream.read(reinterpret_cast<char*>(header.data()), header.size());

@@ -23,8 +23,8 @@ double disparityAt(const cv::Mat& disparity, float x, float y) {
 }
 
 /// A homography is given up to scale, and some files have a negative one (VGG's leuven 1-5): the sign is
-/// chosen so that the centre of the left image, or of the matches where its size is unknown, lies before the
-/// camera.
+/// chosen so that the centre of the left image, or of the matches where its size is unknown, has a positive
+/// third coordinate.
 cv::Matx33d oriented(const cv::Matx33d& h, const Correspondences& matches) {
   double x = 0.5 * matches.left_size.width, y = 0.5 * matches.left_size.height;
   if (matches.left_size.empty()) {

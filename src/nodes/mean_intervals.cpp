@@ -1,5 +1,5 @@
-// Prints means with their bootstrap intervals. The report asks this program, so that the definition of the
-// interval stands in the library only.
+// Prints means with their bootstrap intervals. The report calls this program, so that the interval is
+// defined in the library only.
 
 #include <exception>
 #include <iostream>

@@ -502,7 +502,7 @@ class GuideTest(RunTest):
             "contradicted",
             "generated data",
             "<h3>Rule</h3>",
-            "keep_all takes no part",
+            "keep_all is not judged",
         ):
             self.assertIn(part, text)
         self.assertIn("<b>", text)
@@ -582,7 +582,7 @@ class RobustnessTest(RunTest):
     def test_other_features_have_no_printed_numbers(self):
         text = self.section(robustness, self.rows({"usac": 0.8, "st": 0.1}, features="orb+orb"))
         self.assertNotIn("Paper: precision", text)
-        self.assertIn("they do not stand beside these", text)
+        self.assertIn("so they are not shown here", text)
 
     def test_a_run_without_cases(self):
         self.assertIn(

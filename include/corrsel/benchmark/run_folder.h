@@ -24,7 +24,7 @@ struct StageTime {
   double seconds = kUndefined;
 };
 
-/// How a run stands, or how it ended.
+/// How far a run has got, or how it ended.
 struct RunState {
   std::size_t pairs_done = 0, pairs_total = 0, pairs_failed = 0;
   bool interrupted = false;

@@ -40,7 +40,7 @@ class DatasetReader {
   virtual std::vector<std::string> files() const = 0;
 };
 
-/// Opens dataset `name` from folder `path`. A name of datasetNames() stands for that dataset and its layout.
+/// Opens dataset `name` from folder `path`. A name of datasetNames() means that dataset and its layout.
 /// Under any other name the folder's layout is recognised from its files: numbered images with homographies
 /// as in VGG or as in HPatches, a folder per pair as in SymBench or as in `pairs`, or .mat files as in
 /// AdelaideRMF (docs/datasets.md). The ids of the pairs contain the name as given.
