@@ -17,8 +17,7 @@ enum class HomographyLayout {
   /// IJCV 2005). A scene has five pairs, "1-2" to "1-6", whether or not their files exist.
   kVgg,
   /// The same with N images, where N is the highest number (up to 999) that an image or a homography of the
-  /// scene
-  /// has. The pairs are "1-2" to "1-N". The Heinly dataset (Heinly et al., ECCV 2012).
+  /// scene has. The pairs are "1-2" to "1-N". The Heinly dataset (Heinly et al., ECCV 2012).
   kNumbered,
   /// `<scene>/1..N`, `<scene>/H_1_2..H_1_N`: HPatches (Balntas et al., CVPR 2017), where N is 6.
   kHpatches,
@@ -26,8 +25,7 @@ enum class HomographyLayout {
   /// has one pair, "1-2".
   kSymbench,
   /// `<name>/left`, `<name>/right`, `<name>/H.txt`: a simple layout for pairs of your own. Each folder has
-  /// one
-  /// pair, "1-2".
+  /// one pair, "1-2".
   kPairs,
 };
 

@@ -9,15 +9,14 @@ namespace corrsel::core {
 
 /// Ground-truth error of every match, px:
 /// - homography: distance between the right point and the projected left point (forward only); +Inf where the
-/// third
-///   coordinate of the projection is not positive. The sign of the matrix is chosen so that the centre of the
-///   left image has a positive one.
+///   third coordinate of the projection is not positive. The sign of the matrix is chosen so that the centre
+///   of the left image has a positive one.
 /// - fundamental matrix: distance of the right point from its epipolar line;
-/// - disparity: distance of the right point from the point that the disparity predicts; NaN where the left
-/// point has
-///   no disparity;
+/// - disparity: distance of the right point from the point that the disparity predicts; NaN for a left point
+///   without disparity;
 /// - labels: 0 for an inlier, +Inf for an outlier;
 /// - no ground truth: NaN.
+///
 /// The error is also +Inf where a coordinate is not finite. Throws std::invalid_argument when labels and
 /// matches differ in number. O(N).
 std::vector<double> groundTruthErrors(const GroundTruth& truth, const Correspondences& matches);
