@@ -232,7 +232,7 @@ TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
 }
 
 TEST(Sample, FetchScriptKnowsTheSameFiles) {
-  const fs::path script = fs::path(__FILE__).parent_path() / "../../scripts/fetch_samples.sh";
+  const fs::path script = fs::path(corrsel::testing::sourceDir()) / "scripts" / "fetch_samples.sh";
   std::ifstream stream(script);
   ASSERT_TRUE(stream) << script;
   std::stringstream content;
