@@ -35,7 +35,7 @@ TYPES = {"number": "number", "integer": "whole number"}
 
 
 class Problem(Exception):
-    """Something that the user can mend; the text says how."""
+    """An error that the user can correct; the text contains the remedy."""
 
 
 def built_program(folder):

@@ -38,7 +38,7 @@ struct UsacOptions : ConsensusOptions {
 ///
 /// Source: Raguram, Chum, Pollefeys, Matas and Frahm, PAMI 2013. Deviations from USAC 1.0:
 ///  - The score is MSAC.
-///  - The SPRT is designed for the smallest inlier ratio that is to be found, with the times of this
+///  - The SPRT is designed for the smallest inlier ratio that must be found, with the times of this
 ///    implementation, and never loses more than one right model in eight (consensus/sprt.h).
 ///  - Models from local optimisation are scored in full.
 ///  - Degenerate samples are recognised by sqrt(3) times the user's threshold.

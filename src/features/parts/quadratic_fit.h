@@ -21,8 +21,8 @@ struct QuadraticFit {
   /// The value of the quadratic at its extremum.
   double extremum() const { return value + gradient.dot(offset) / 2; }
 
-  /// Trace and determinant of the Hessian over x and y, whose ratio tells edges from blobs (Lowe, IJCV 2004,
-  /// section 4.1).
+  /// Trace and determinant of the Hessian over x and y, whose ratio separates edges from blobs (Lowe, IJCV
+  /// 2004, section 4.1).
   double trace() const { return xx + yy; }
   double determinant() const { return xx * yy - xy * xy; }
 };
