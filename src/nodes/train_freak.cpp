@@ -46,13 +46,13 @@ std::int64_t countBits(const std::vector<std::uint64_t>& a, const std::vector<st
   return count;
 }
 
-/// Adds the keypoints of an image. Their places and sizes are rounded: what processors and libraries differ
-/// in must not reach the table.
+/// Adds the keypoints of an image. Their positions and sizes are rounded, so that small differences between
+/// processors and libraries do not change the table.
 void addImage(const cv::Mat& grey, Outcomes& outcomes) {
   const std::vector<FreakPair> pairs = freakCandidatePairs();
   outcomes.columns.resize(pairs.size());
   Features features;
-  // Not the defaults: these may change without a need to train again.
+  // These are not the defaults, which may change without a new training.
   BlobOptions options;
   options.threshold = 4;
   options.min_sigma = 2;
@@ -79,29 +79,29 @@ void addImage(const cv::Mat& grey, Outcomes& outcomes) {
   }
 }
 
-/// The choice, as places in freakCandidatePairs(), and the limit of correlation that it took.
+/// The chosen tests, as indices in freakCandidatePairs(), and the largest correlation that was allowed.
 struct Choice {
   std::vector<std::size_t> tests;
   double limit = 0;
 };
 
-/// The paper finds the order of variance to be coarse to fine. For blobs it is not: tests of all sizes are
-/// about even.
+/// The paper finds that the order of variance is coarse to fine. This does not hold for blobs, where tests of
+/// all sizes have about the same variance.
 void sortCoarseToFine(std::vector<std::size_t>& tests) {
   const auto fields = freakPattern();
   const std::vector<FreakPair> pairs = freakCandidatePairs();
   const auto extent = [&](std::size_t test) {
     return fields[pairs[test].first].sigma + fields[pairs[test].second].sigma;
   };
-  // Fields of one ring may differ by rounding.
+  // Fields of one ring may differ by rounding errors.
   constexpr double kEqual = 1e-9;
   std::stable_sort(tests.begin(), tests.end(), [&](std::size_t a, std::size_t b) {
     return std::round(extent(a) / kEqual) > std::round(extent(b) / kEqual);
   });
 }
 
-/// Section 4.2 of the paper: tests in the order of their variance, the most even first; each is kept if its
-/// correlation with all that were kept before is below a limit. The limit is the smallest that leaves enough.
+/// Section 4.2 of the paper: the tests are visited by falling variance. A test is kept if its correlation
+/// with every test kept before is below a limit; the limit is the smallest that leaves enough tests.
 Choice choose(const Outcomes& outcomes) {
   const std::size_t candidates = outcomes.columns.size();
   std::vector<std::int64_t> ones;
@@ -112,7 +112,7 @@ Choice choose(const Outcomes& outcomes) {
     return std::abs(2 * ones[a] - outcomes.keypoints) < std::abs(2 * ones[b] - outcomes.keypoints);
   });
 
-  // In the order of variance; of every test the largest correlation with those before decides.
+  // In the order of variance, the correlation of every test with the tests before it.
   std::vector<std::vector<double>> correlation(candidates);
   const auto n = static_cast<double>(outcomes.keypoints);
   for (std::size_t i = 0; i < candidates; ++i) {
@@ -140,7 +140,7 @@ Choice choose(const Outcomes& outcomes) {
     return choice;
   }
   throw std::runtime_error(
-      "fewer than 512 tests differ on these images; give the folder of fetch_samples.sh");
+      "fewer than 512 tests differ on these images; needed: the folder that fetch_samples.sh fills");
 }
 
 std::string source(const Choice& choice, const Outcomes& outcomes, std::size_t images) {
@@ -160,7 +160,7 @@ std::string source(const Choice& choice, const Outcomes& outcomes, std::size_t i
 }
 
 bool isImage(const std::string& name) {
-  // The others of the sample set are a homography and a disparity map.
+  // The other files of the sample set are a homography and a disparity map.
   return name.find(".xml") == std::string::npos && name.find("GT") == std::string::npos;
 }
 
@@ -171,7 +171,7 @@ int run(const std::string& folder) {
     if (!isImage(name)) continue;
     const cv::Mat grey = cv::imread(folder + "/" + name, cv::IMREAD_GRAYSCALE);
     if (grey.empty()) {
-      throw std::runtime_error(folder + "/" + name + " is missing or broken; run: fetch_samples.sh");
+      throw std::runtime_error(folder + "/" + name + " is missing or cannot be read; run fetch_samples.sh");
     }
     addImage(grey, outcomes);
     ++images;

@@ -8,8 +8,8 @@ namespace corrsel::core {
 namespace {
 
 constexpr std::size_t kRings = 7, kPerRing = 6, kTriangleRings = 4;
-constexpr double kSmallestHalfSide =
-    0.5;                        // of a box, px: below, it would see less than bilinear interpolation
+// Half side of the smallest box, px. A smaller box would average over less than bilinear interpolation does.
+constexpr double kSmallestHalfSide = 0.5;
 constexpr double kLevels = 16;  // steps per grey level
 
 std::uint8_t fieldOf(std::size_t ring, std::size_t number) {
@@ -79,7 +79,7 @@ FreakSampler::FreakSampler(const cv::Mat& grey, double pattern_scale)
 bool FreakSampler::fits(const cv::Point2f& position, double size) const {
   const FreakField& outer = fields_[0];
   const double scale = scaleOf(size), half = std::max(scale * outer.sigma, kSmallestHalfSide);
-  // Pixels reach half a pixel beyond the centres of the outermost ones.
+  // The image extends half a pixel beyond the centres of its outermost pixels.
   const double reach = scale * std::hypot(outer.x, outer.y) + half - 0.5;
   return size > 0 && 2 * half <= kLargestBox && position.x >= reach && position.y >= reach &&
          position.x <= width_ - 1 - reach && position.y <= height_ - 1 - reach;

@@ -24,7 +24,7 @@ constexpr int kInner = kSide - 2;  // samples that have a gradient, and a weight
 constexpr int kMiddle = kInner / 2;
 constexpr double kWindow = 2.0 * kCellSamples;  // sigma of the Gaussian weight, samples
 
-/// Blurred copies of an image, each half as fine as the one before once the blur allows.
+/// Blurred copies of an image. The resolution is halved whenever the blur allows it.
 struct Pyramid {
   std::vector<cv::Mat> images;
   std::vector<ScaleLevel> levels;
@@ -35,7 +35,7 @@ struct Pyramid {
   }
 };
 
-/// Levels a factor of sqrt(2) apart, for blurs from `smallest` to `largest`, px.
+/// Levels whose blurs are a factor of sqrt(2) apart, from `smallest` to `largest`, px.
 Pyramid pyramidOf(const cv::Mat& grey, double smallest, double largest) {
   Pyramid pyramid;
   cv::Mat image;
@@ -44,7 +44,7 @@ Pyramid pyramidOf(const cv::Mat& grey, double smallest, double largest) {
   double step = 1, sigma = kCameraBlur;
   for (int k = 0; std::exp2(0.5 * k) <= largest; ++k) {
     const double next = std::exp2(0.5 * k);
-    // Blurred by two pixels, every other one is enough.
+    // After a blur of two pixels, every second pixel suffices.
     if (sigma / step >= 1.99 && std::min(image.cols, image.rows) >= 4) {
       cv::Mat half((image.rows + 1) / 2, (image.cols + 1) / 2, CV_32F);
       for (int r = 0; r < half.rows; ++r) {
@@ -66,7 +66,8 @@ Pyramid pyramidOf(const cv::Mat& grey, double smallest, double largest) {
   return pyramid;
 }
 
-/// Where the samples of one row or column go: to cell `first` by 1 - share and to the next one by share.
+/// The cells to which the samples of one row or column contribute: cell `first` by 1 - share, the next one by
+/// share.
 struct Cell {
   int first;  // -1 .. 3; -1 and 4 are outside the descriptor
   float share;
@@ -78,7 +79,8 @@ struct Tables {
 
   Tables() {
     for (int i = 0; i < kInner; ++i) {
-      // Cell 0 has its middle a cell and a half, cell -1 two and a half cells (kHalf) before the centre.
+      // The middle of cell 0 is one and a half cells before the centre, that of cell -1 two and a half (kHalf
+      // samples).
       const int sample = i - kMiddle + kHalf;
       cells[static_cast<std::size_t>(i)] = {sample / kCellSamples - 1,
                                             static_cast<float>(sample % kCellSamples) / kCellSamples};
@@ -86,7 +88,7 @@ struct Tables {
   }
 };
 
-/// The histogram of a patch, not normalised.
+/// The histogram of a patch before normalisation.
 void histogramOf(const float* patch, const Tables& tables, float* histogram) {
   PatchGradients<kSide> gradients;
   gradients.compute(patch, kDirections);
@@ -95,7 +97,7 @@ void histogramOf(const float* patch, const Tables& tables, float* histogram) {
 
   std::fill(histogram, histogram + kLength, 0.0F);
   for (int r = 0; r < kInner; ++r) {
-    // One row of cells, with a cell outside on either side.
+    // One row of cells, with an additional cell on both sides.
     float line[(kCells + 2) * kDirections] = {};
     for (int c = 0; c < kInner; ++c) {
       const auto i = static_cast<std::size_t>(r) * kInner + static_cast<std::size_t>(c);
@@ -121,7 +123,7 @@ void histogramOf(const float* patch, const Tables& tables, float* histogram) {
   }
 }
 
-/// Normalises a histogram in place to what describe() promises. False where it is empty.
+/// Normalises a histogram in place to the values that describe() documents. Returns false where it is empty.
 bool normalize(float* v) {
   const auto scaleToLength = [v](double length) {
     double sum = 0;
@@ -162,7 +164,7 @@ void PatchSift::describe(const cv::Mat& grey, int threads, Features& features) c
     smallest = std::min(smallest, blur[i]);
     largest = std::max(largest, blur[i]);
   }
-  // Blurred by more than its own height or width an image hardly changes.
+  // A blur larger than the height or width of the image hardly changes it.
   const Pyramid pyramid =
       pyramidOf(grey, smallest, std::min<double>(largest, std::min(grey.cols, grey.rows)));
 

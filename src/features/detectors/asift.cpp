@@ -47,7 +47,7 @@ struct ViewFeature {
   std::array<std::uint8_t, kDescriptorLength> descriptor;
 };
 
-/// One simulated camera: the image turned, then compressed vertically by the tilt.
+/// One simulated camera: the image is rotated and then compressed vertically by the tilt.
 struct View {
   double tilt = 1, turn = 0;
 };
@@ -66,7 +66,7 @@ struct SimulatedView {
   cv::Matx23d to_image;  ///< from its pixels to those of the image
 };
 
-/// Turned by OpenCV in strips that are too small for its own threads.
+/// The image, rotated by OpenCV in strips that are too small for its own threads.
 cv::Mat turned(const cv::Mat& image, const cv::Matx23d& to_image, const cv::Size& size) {
   constexpr int kSerialPixels = 1 << 16;
   cv::Mat result(size, CV_8U);
@@ -82,7 +82,7 @@ cv::Mat turned(const cv::Mat& image, const cv::Matx23d& to_image, const cv::Size
   return result;
 }
 
-/// Every tilt-th row, after the blur that keeps finer rows from aliasing.
+/// Every tilt-th row, after a blur that prevents aliasing.
 cv::Mat compressed(const cv::Mat& image, double tilt) {
   const double sigma = 0.8 * std::sqrt(tilt * tilt - 1);
   const int rows = static_cast<int>(std::floor((image.rows - 1) / tilt)) + 1;
@@ -141,7 +141,7 @@ std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const View& view, in
   const auto toImage = [&m](double x, double y) {
     return cv::Point2d(m(0, 0) * x + m(0, 1) * y + m(0, 2), m(1, 0) * x + m(1, 1) * y + m(1, 2));
   };
-  // Pixels of the image per pixel of the view, across the borders.
+  // Pixels of the image per pixel of the view, perpendicular to the borders.
   const double x_slope = std::hypot(m(0, 0), m(0, 1)), y_slope = std::hypot(m(1, 0), m(1, 1));
   const double margin = view.tilt == 1 ? 0 : options.margin;
   const auto inside = [&](float x, float y, float sigma) {
@@ -185,12 +185,13 @@ double difference(const AffineFrame& kept, const AffineFrame& other, double& dis
   return std::sqrt(m00 * m00 + m01 * m01 + m10 * m10 + m11 * m11);
 }
 
-/// The strongest of the views of each keypoint (see the class), strongest first.
+/// The features that remain after merging (see the class), strongest first.
 std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOptions& options) {
   std::stable_sort(features.begin(), features.end(), [](const ViewFeature& a, const ViewFeature& b) {
     return a.keypoint.response > b.keypoint.response;
   });
-  // Level l holds frames that reach up to 2^l px, in cells of twice that: each is in at most four.
+  // Level l holds frames that reach up to 2^l px, in cells of twice this size, so each frame is in at most
+  // four cells.
   using Grid = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
   std::vector<Grid> levels;
   const auto cell = [](double x, double y, double side) {
@@ -232,7 +233,7 @@ std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOp
   return kept;
 }
 
-/// Merged features of all views, strongest first.
+/// The merged features of all views, strongest first.
 std::vector<ViewFeature> allFeatures(const cv::Mat& grey, int threads, const AsiftOptions& options,
                                      bool with_descriptors) {
   const std::vector<View> views = viewsOf(options);

@@ -41,15 +41,15 @@ void BlobOptions::check() const {
 
 namespace {
 
-constexpr int kBandRows = 512;         // most rows of an octave that are worked on at once
-constexpr int kSmallestSide = 8;       // an octave's, px
+constexpr int kBandRows = 512;         // largest number of rows of an octave that are processed at once
+constexpr int kSmallestSide = 8;       // of an octave, px
 constexpr int kMargin = 3;             // reach of the Laplacian (2) and of the comparison (1), px
 constexpr int kMaxMoves = 5;           // of the quadratic fit, to the sample nearest to the extremum
 constexpr double kWindowSigmas = 1.5;  // of the window in which gradients are counted, by the blob's sigma
 constexpr double kWindowReach = 3.0;   // of that window, by its own sigma
 constexpr auto kBins = static_cast<int>(OrientationHistogram<float>::kBins);
 
-/// A Gaussian blur cut off where it no longer counts.
+/// A Gaussian blur that is cut off at 4 sigma.
 struct Blur {
   double sigma;
 
@@ -57,17 +57,17 @@ struct Blur {
 
   cv::Mat apply(const cv::Mat& image) const {
     cv::Mat blurred;
-    // Isolated: the pixels around a part of an image are none of its own.
+    // Isolated: a part of an image must not depend on the pixels around it.
     cv::GaussianBlur(image, blurred, {2 * radius() + 1, 2 * radius() + 1}, sigma, sigma,
                      cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED);
     return blurred;
   }
 };
 
-/// The scales of an octave. Extrema are looked for on the levels 1 to layers; level `layers` is level 0 of
-/// the next octave. The first two octaves have the image's pixels and only then the image is halved, since
-/// blobs of less than some 3 pixels' sigma come and go with the place of the pixels: of those found in an
-/// image, half were found in the same image turned by 180 degrees.
+/// The scales of an octave. Extrema are searched on the levels 1 to layers; level `layers` is level 0 of the
+/// next octave. The first two octaves have the image's own pixels, and only then is the image halved. The
+/// reason is that blobs with a sigma below 3 pixels depend on the position of the pixels: only half of the
+/// blobs found in an image were found in the same image rotated by 180 degrees.
 struct Scales {
   Scales(const BlobOptions& options, int octave)
       : options(options), octave(octave), unit(std::exp2(std::max(octave - 1, 0))) {
@@ -90,8 +90,8 @@ struct Scales {
   int octave;
   double unit;                ///< a pixel of the octave, px
   std::vector<double> sigma;  ///< of each level
-  std::vector<Blur> blur;     ///< from the level before; the first octave's first from the image
-  int halo;                   ///< rows around a band that its keypoints depend on
+  std::vector<Blur> blur;  ///< from the level before; for the first level of the first octave from the image
+  int halo;                ///< rows around a band on which its keypoints depend
 };
 
 /// sigma^2 times the Laplacian, second derivatives with errors of fourth order; zero at the border.
@@ -111,8 +111,8 @@ cv::Mat response(const cv::Mat& level, double sigma) {
   return result;
 }
 
-/// Part of the scale space of one octave: the rows [begin, end) that keypoints are looked for in and those
-/// around that they depend on, from row `first` of the octave.
+/// Part of the scale space of one octave. Keypoints are searched in the rows [begin, end); the stored rows
+/// begin with row `first` and include those on which the keypoints depend.
 struct Band {
   int first, begin, end;
   cv::Size octave;
@@ -138,8 +138,8 @@ Band makeBand(const cv::Mat& image, int begin, int end, const Scales& scales) {
   return band;
 }
 
-/// Larger (bright: smaller) than its 26 neighbours. Of equal samples the first one counts, so that a blob
-/// halfway between two pixels is found once.
+/// Whether a sample is an extremum among its 26 neighbours: a maximum where it is positive, a minimum where
+/// it is negative. Of equal samples the first one counts, so a blob halfway between two pixels is found once.
 bool isExtremum(const Band& band, int level, int y, int x) {
   const float value = band.at(level, y, x), sign = value < 0 ? -1.0F : 1.0F;
   const float height = sign * value;
@@ -162,7 +162,8 @@ struct Extremum {
   double height;     ///< signed
 };
 
-/// Follows the quadratic fit to the extremum. False where it leads away, or where the extremum is an edge's.
+/// Follows the quadratic fit to the extremum. Returns false where it does not converge or where the extremum
+/// lies on an edge.
 bool refine(const Band& band, int layers, double edge_ratio, Extremum& e) {
   for (int move = 0;; ++move) {
     const QuadraticFit fit = fitQuadratic(
@@ -230,7 +231,7 @@ float dominantAngle(const Band& band, std::size_t level, double sigma, double x,
 /// Keypoints of a band, in the image's pixels.
 std::vector<cv::KeyPoint> findKeypoints(const Band& band, const cv::Size& image, const Scales& scales) {
   const BlobOptions& options = scales.options;
-  // The fit may raise a sample that lies beside its extremum.
+  // The extremum of the fit may be stronger than the nearest sample, so the samples have a lower threshold.
   const auto candidate = static_cast<float>(0.8 * options.threshold);
   std::vector<Extremum> extrema;
   for (int level = 1; level <= options.layers; ++level) {
@@ -266,7 +267,8 @@ std::vector<cv::KeyPoint> findKeypoints(const Band& band, const cv::Size& image,
   return keypoints;
 }
 
-/// Neighbouring samples may lead to the same extremum, from two bands even. Leaves them in the order of rows.
+/// Removes extrema that were found from several samples or in two bands. The keypoints are then sorted by
+/// rows.
 void removeDuplicates(std::vector<cv::KeyPoint>& keypoints) {
   const auto place = [](const cv::KeyPoint& k) { return std::tie(k.pt.y, k.pt.x, k.size); };
   std::sort(keypoints.begin(), keypoints.end(),

@@ -21,15 +21,15 @@ extern "C" {
 namespace corrsel::core {
 namespace {
 
-/// A feature on its way: frame, and strength = |determinant of the Hessian|.
+/// A feature that is being computed: frame, and strength = |determinant of the Hessian|.
 struct Candidate {
   AffineFrame frame;
   float strength;
 };
 
-/// VLFeat's detector, used for the scale space and the extrema of the Hessian. What follows from them per
-/// feature is done here: VLFeat would need a scale space for every thread, compares all features with all
-/// others, and takes four times as long.
+/// VLFeat's detector, which computes the scale space and the extrema of the Hessian. The steps for each
+/// feature are implemented in this file, because VLFeat would need a scale space for every thread, compares
+/// all features with all others, and takes four times as long.
 class HessianExtrema {
  public:
   HessianExtrema(const cv::Mat& grey, const HessianAffineOptions& options)
@@ -93,7 +93,7 @@ class ScaleSelection {
 
   ScaleSelection() {
     for (int k = 0; k < kLevels; ++k) {
-      // What is missing from the blur of the patch, in samples.
+      // The blur that the patch lacks, in samples.
       const double sigma = std::sqrt(square(scaleAt(k)) - square(kBlur)) / kSpacing;
       const auto gaussian = [sigma](int x) {
         if (sigma < 1e-6) return x == 0 ? 1.0 : 0.0;
@@ -124,7 +124,7 @@ class ScaleSelection {
     for (std::size_t q = 0; q < patch.size(); ++q) {
       for (std::size_t k = 0; k < kPadded; ++k) sums[k] += filters_[q * kPadded + k] * patch[q];
     }
-    // The finest level may be more blurred than asked for: the scales are those of the real blur.
+    // The finest level may be more blurred than requested. The scales are therefore those of its actual blur.
     const double excess = square(level.sigma / unit) - square(kBlur);
     const auto realScale = [excess](double k) { return std::sqrt(square(scaleAt(k)) + excess); };
     std::array<double, kLevels> response;
@@ -153,7 +153,8 @@ class ScaleSelection {
   std::array<float, kCount * kPadded> filters_{};
 };
 
-/// Shape and directions of one frame after the other. Keeps a patch: one per thread.
+/// Computes shape and directions of frames, one after the other. It keeps a patch, so each thread needs its
+/// own.
 class FrameEstimator {
  public:
   explicit FrameEstimator(const std::vector<ScaleLevel>& levels) : levels_(levels) {}
@@ -245,9 +246,9 @@ class FrameEstimator {
     sampled_ = frame;
   }
 
-  /// Of the gradients of patch_.
+  /// The second moments of the gradients of patch_.
   void secondMoments(double& xx, double& xy, double& yy) const {
-    // One sum per column, so that neighbours are added side by side.
+    // There is one sum per column, so that the compiler adds neighbours in parallel.
     std::array<float, kInner> sum_xx{}, sum_xy{}, sum_yy{};
     for (std::size_t r = 1; r + 1 < kSide; ++r) {
       const float* const row = patch_.data() + r * kSide + 1;
@@ -314,15 +315,15 @@ class FrameEstimator {
   static constexpr int kMaxReach = 8;  // missingBlur() is below 1 / kSpacing = 2.3 samples
 
   const std::vector<ScaleLevel>& levels_;
-  AffineFrame sampled_{};              // what patch_ shows; zeros: nothing
-  const ScaleLevel* level_ = nullptr;  // it was sampled from
+  AffineFrame sampled_{};              // the frame that patch_ shows; zeros where there is none
+  const ScaleLevel* level_ = nullptr;  // the level from which patch_ was sampled
   std::vector<float> patch_ = std::vector<float>(kCount), smoothed_ = patch_;
   std::vector<float> window_ = gaussianWindow(kHalf, kSpacing, kWindow);
   PatchGradients<kSide> gradients_;
   std::array<float, 2 * kMaxReach + 1> kernel_;
 };
 
-/// Buckets of positions in a grid, to find those nearby.
+/// A grid of positions, which finds those near a place.
 class Grid {
  public:
   explicit Grid(const cv::Size& size)
@@ -332,7 +333,7 @@ class Grid {
 
   void add(float x, float y, std::size_t index) { cells_[cellOf(column(x), row(y))].push_back(index); }
 
-  /// True where `test` is for one of the positions within `reach`; others are tested too.
+  /// Whether `test` is true for a position within `reach`. Positions farther away may be tested too.
   template <class Test>
   bool any(float x, float y, float reach, const Test& test) const {
     for (int r = row(y - reach); r <= row(y + reach); ++r) {
@@ -359,7 +360,7 @@ class Grid {
   std::vector<std::vector<std::size_t>> cells_;
 };
 
-/// Drops candidates that lie on a stronger one of nearly the same scale.
+/// Drops candidates close to a stronger one of nearly the same scale.
 std::vector<Candidate> withoutOverlaps(std::vector<Candidate> candidates, float overlap,
                                        const cv::Size& size) {
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -380,7 +381,7 @@ std::vector<Candidate> withoutOverlaps(std::vector<Candidate> candidates, float 
   return kept;
 }
 
-/// The box around the frame's square of `margin` units on each side of its centre is inside the image.
+/// Whether the square of `margin` units of the frame on each side of its centre lies inside the image.
 bool insideImage(const AffineFrame& frame, double margin, const cv::Size& size) {
   const double reach_x = margin * (std::abs(frame[0]) + std::abs(frame[1]));
   const double reach_y = margin * (std::abs(frame[3]) + std::abs(frame[4]));
@@ -401,7 +402,7 @@ cv::KeyPoint keypointOf(const AffineFrame& frame, float strength) {
   return {frame[2], frame[5], static_cast<float>(2 * std::sqrt(area)), static_cast<float>(angle), strength};
 }
 
-/// The results of blocks in the order of the blocks.
+/// Processes n items in blocks, in parallel, and concatenates the results in the order of the blocks.
 template <class T, class Item>
 std::vector<T> inOrder(std::size_t n, int threads, const Item& items) {
   constexpr std::size_t kBlock = 64;
@@ -448,7 +449,7 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
   const int threads = request.threads;
   features.keypoints.clear();
   features.frames.clear();
-  // Below it VLFeat has no octave.
+  // In smaller images VLFeat has no octave.
   if (std::min(grey.cols, grey.rows) < 15 * (1 << std::max(0, options_.first_octave)) + 1) return;
   const HessianExtrema extrema(grey, options_);
   const std::vector<ScaleLevel> levels = extrema.levels();

@@ -16,7 +16,8 @@ namespace {
 constexpr int kMinSide = 16;
 constexpr float kTwoPi = 6.283185307F;
 
-/// Half of a symmetric Gaussian, the middle first, cut at 3 sigma, sum of the whole 1.
+/// Half of a symmetric Gaussian, beginning with the middle. It is cut off at 3 sigma, and the sum of both
+/// halves is 1.
 std::vector<float> gaussian(double sigma) {
   const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma)));
   std::vector<double> weights;
@@ -30,8 +31,8 @@ std::vector<float> gaussian(double sigma) {
   return half;
 }
 
-/// out[x] = half[0] * middle[x] + sum over k of half[k] * (before_k[x] + after_k[x]), in blocks whose sums
-/// stay in registers.
+/// out[x] = half[0] * middle[x] + sum over k of half[k] * (before_k[x] + after_k[x]). It is computed in
+/// blocks, so that the sums stay in registers.
 template <class Before, class After>
 void weightedSum(const std::vector<float>& half, const float* middle, const Before& before,
                  const After& after, int n, float* out) {
@@ -54,7 +55,7 @@ void weightedSum(const std::vector<float>& half, const float* middle, const Befo
   }
 }
 
-/// Gaussian blur; pixels outside are those of the border.
+/// Gaussian blur. Pixels outside the image equal the nearest pixel of the border.
 void blur(const cv::Mat& in, double sigma, cv::Mat& out) {
   const std::vector<float> half = gaussian(sigma);
   const int radius = static_cast<int>(half.size()) - 1, width = in.cols;
@@ -96,7 +97,7 @@ void gradients(const float* __restrict above, const float* __restrict row, const
   }
 }
 
-/// Gaussian weights of the offsets -radius..radius from a centre that is `shift` off a pixel.
+/// Gaussian weights of the offsets -radius..radius from a centre at `shift` from a pixel.
 void windowWeights(int radius, float shift, float sigma, std::vector<float>& weights) {
   weights.resize(static_cast<std::size_t>(2 * radius + 1));
   for (int k = -radius; k <= radius; ++k) {
@@ -163,7 +164,7 @@ class Sift {
       for (int y = 1; y < rows - 1; ++y) {
         const float* const row = octave_.differences[static_cast<std::size_t>(level)].ptr<float>(y);
         for (int x = 1; x < cols - 1; ++x) {
-          // The row's own neighbours first: most pixels end here.
+          // The neighbours in the row are compared first, since they exclude most pixels.
           const float v = row[x];
           const bool candidate = (v > threshold && v >= row[x - 1] && v >= row[x + 1]) ||
                                  (v < -threshold && v <= row[x - 1] && v <= row[x + 1]);
@@ -192,7 +193,7 @@ class Sift {
     return octave_.differences[static_cast<std::size_t>(level)].at<float>(y, x);
   }
 
-  /// The maximum of the quadratic through the neighbours (Lowe, section 4), and the test for edges.
+  /// Finds the extremum of the quadratic through the neighbours and rejects edges (Lowe, section 4).
   bool refine(int level, int x, int y, double strongest, Extremum& found) const {
     constexpr int kSteps = 5;
     const int rows = octave_.levels[0].rows, cols = octave_.levels[0].cols;
@@ -230,7 +231,7 @@ class Sift {
     }
   }
 
-  /// Dominant gradient directions (Lowe, section 5), as fractions of a turn.
+  /// Dominant gradient directions (Lowe, section 5), in turns.
   std::vector<float> directions(const cv::Mat& level, const Extremum& e, float sigma) {
     using Histogram = OrientationHistogram<float>;
     constexpr float kPeak = 0.8F;
@@ -280,7 +281,8 @@ class Sift {
   void describe(const cv::Mat& level, const Extremum& e, float sigma, float turn,
                 std::array<std::uint8_t, 128>& descriptor) {
     constexpr int kSide = 4, kBins = 8;
-    // One cell more on every side, and one direction more, take what falls outside.
+    // An additional cell on every side and an additional direction receive the contributions that fall
+    // outside.
     constexpr int kRow = (kSide + 2) * (kBins + 1), kColumn = kBins + 1;
     const float cell = 3 * sigma, reach = 0.5F * (kSide + 1);
     const float c = std::cos(turn * kTwoPi) / cell, s = std::sin(turn * kTwoPi) / cell;
