@@ -80,11 +80,11 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     try {
       const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings);
       if (!message) return;  // the first image of a sequence
-      diagnostics_->answered({{"wait", message->wait_seconds},
-                              {"detect", message->detect_seconds},
-                              {"describe", message->describe_seconds},
-                              {"match", message->match_seconds},
-                              {"publish", message->publish_seconds},
+      diagnostics_->answered({{"wait", message->seconds.wait},
+                              {"detect", message->seconds.detect},
+                              {"describe", message->seconds.describe},
+                              {"match", message->seconds.match},
+                              {"publish", message->seconds.publish},
                               {"age", ros::Time::now().toSec() - images.left->header.stamp.toSec()}});
       publisher_.publish(message);
     } catch (const std::exception& error) {  // encodings, images without pixels, masks, OpenCV

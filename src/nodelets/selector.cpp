@@ -82,7 +82,7 @@ class SelectorNodelet : public nodelet::Nodelet {
       const LiveSelector::Answer answer = selector_.select(*item.message, item.waiting.seconds());
       const core::Stopwatch watch;
       matches_publisher_.publish(answer.matches);
-      answer.selection->publish_seconds += watch.seconds();
+      answer.selection->seconds.publish += watch.seconds();
       selection_publisher_.publish(answer.selection);
       report(answer);
     } catch (const std::exception& error) {  // malformed messages
@@ -92,12 +92,12 @@ class SelectorNodelet : public nodelet::Nodelet {
 
   void report(const LiveSelector::Answer& answer) {
     const Selection& selection = *answer.selection;
-    diagnostics_->answered({{"wait", selection.wait_seconds},
-                            {"detect", selection.detect_seconds},
-                            {"describe", selection.describe_seconds},
-                            {"match", selection.match_seconds},
-                            {"select", selection.select_seconds},
-                            {"publish", selection.publish_seconds},
+    diagnostics_->answered({{"wait", selection.seconds.wait},
+                            {"detect", selection.seconds.detect},
+                            {"describe", selection.seconds.describe},
+                            {"match", selection.seconds.match},
+                            {"select", selection.seconds.select},
+                            {"publish", selection.seconds.publish},
                             {"age", ros::Time::now().toSec() - selection.header.stamp.toSec()}});
     if (selection.n_input > 0) {
       diagnostics_->inlierRatio(static_cast<double>(selection.n_selected) /

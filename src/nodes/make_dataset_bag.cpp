@@ -10,7 +10,7 @@
 #include "corrsel/datasets/reader.h"
 #include "datasets/dataset_report.h"
 #include "nodes/command_line.h"
-#include "ros/bags/dataset_bag.h"
+#include "ros/bags/dataset_bag_writer.h"
 
 namespace {
 

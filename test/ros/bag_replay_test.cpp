@@ -22,7 +22,7 @@
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/selectors/factory.h"
-#include "ros/bags/dataset_bag.h"
+#include "ros/bags/dataset_bag_writer.h"
 
 namespace corrsel {
 namespace {

@@ -91,7 +91,7 @@ class LiveFlow : public Live {
       correspondences_.publish(madeUpMatches(stamp, *n));
       const SelectionConstPtr selection = selections_->wait(stamp);
       if (!selection) return 0.0;
-      taken = selection->select_seconds;
+      taken = selection->seconds.select;
       if (taken >= seconds) break;
     }
     return taken;
@@ -134,8 +134,8 @@ TEST_F(LiveFlow, StampsFramesAndTimesAreThoseOfTheImages) {
   EXPECT_EQ(matches->header.frame_id, "left_camera_optical");
   EXPECT_EQ(matches->left_x.size(), selection->n_selected);
   for (const double seconds :
-       {selection->wait_seconds, selection->detect_seconds, selection->describe_seconds,
-        selection->match_seconds, selection->select_seconds, selection->publish_seconds}) {
+       {selection->seconds.wait, selection->seconds.detect, selection->seconds.describe,
+        selection->seconds.match, selection->seconds.select, selection->seconds.publish}) {
     EXPECT_GE(seconds, 0.0);  // and not NaN
     EXPECT_LT(seconds, 60.0);
   }
@@ -164,7 +164,7 @@ TEST_F(LiveFlow, SlowSelectorsAnswerTheNewest) {
     if (item.message->header.stamp < ros::Time(1e8)) continue;  // those that looked for the load
     ++answered;
     // The time between two answers is the selector's period as this machine allows it at the moment.
-    period = std::max(period, item.message->select_seconds);
+    period = std::max(period, item.message->seconds.select);
     if (!before.isZero()) period = std::max(period, (item.arrival - before).toSec());
     before = item.arrival;
     oldest = std::max(oldest, age(item.message->header.stamp, item.arrival));
@@ -216,7 +216,7 @@ TEST_F(LiveFlow, TimeBudgetsEndSlowSelections) {
   EXPECT_TRUE(selection->status == Selection::STATUS_TIME_LIMIT ||
               selection->status == Selection::STATUS_TOO_LARGE)
       << selection->message;
-  EXPECT_LT(selection->select_seconds, slow);
+  EXPECT_LT(selection->seconds.select, slow);
   EXPECT_FALSE(selection->message.empty());
   // And the node says so.
   EXPECT_TRUE(waitFor([&] {
@@ -405,8 +405,8 @@ TEST_F(LiveFlow, OverheadIsSmall) {
     const SelectionConstPtr selection = selections_->wait(stamp);
     ASSERT_TRUE(selection);
     const double total = (selections_->all().back().arrival - ready).toSec();
-    overheads.push_back(total - selection->detect_seconds - selection->describe_seconds -
-                        selection->match_seconds - selection->select_seconds);
+    overheads.push_back(total - selection->seconds.detect - selection->seconds.describe -
+                        selection->seconds.match - selection->seconds.select);
     n_input = selection->n_input;
   }
   // The least is what the pipeline itself costs; the rest is what else goes on on the machine.

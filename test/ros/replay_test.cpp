@@ -157,7 +157,7 @@ class Replay : public ::testing::Test {
     EXPECT_EQ(selection->n_ignored, 1u);
     EXPECT_EQ(selection->right_stamp, info.right_stamp);
     EXPECT_EQ(selection->right_frame_id, info.right_frame_id);
-    EXPECT_GT(selection->select_seconds, 0.0);
+    EXPECT_GT(selection->seconds.select, 0.0);
 
     const CorrespondencesConstPtr kept = matches_->wait(stamp);
     ASSERT_TRUE(kept);
@@ -300,9 +300,9 @@ class Matcher : public Replay {
     EXPECT_EQ(msg->header.frame_id, "left_camera_optical");
     EXPECT_EQ(msg->right_frame_id, "right_camera_optical");
     EXPECT_EQ(msg->right_stamp, stamp);
-    EXPECT_TRUE(msg->detect_seconds >= 0.0);
-    EXPECT_TRUE(msg->describe_seconds >= 0.0);
-    EXPECT_TRUE(msg->match_seconds >= 0.0);
+    EXPECT_TRUE(msg->seconds.detect >= 0.0);
+    EXPECT_TRUE(msg->seconds.describe >= 0.0);
+    EXPECT_TRUE(msg->seconds.match >= 0.0);
     const core::Correspondences actual = fromMsg(*msg);
     EXPECT_EQ(actual.left_size, expected.left_size);
     EXPECT_EQ(actual.right_size, expected.right_size);

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include "ros/bags/bag_cache.h"
+#include "ros/bags/open_bag.h"
 
 namespace corrsel {
 namespace {
@@ -58,7 +59,7 @@ TEST_F(BagCache, ReusesUntilFilesOrSeedChange) {
   const CachedBag first = cachedDatasetBag(bags_folder, "tiny", reader, 0);
   EXPECT_FALSE(first.reused);
   EXPECT_TRUE(fs::exists(first.path));
-  EXPECT_EQ(BagSource(first.path).size(), 2U);
+  EXPECT_EQ(openBag(first.path)->size(), 2U);
   EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).reused);
   const CachedBag seeded = cachedDatasetBag(bags_folder, "tiny", reader, 1);
   EXPECT_FALSE(seeded.reused);
@@ -97,7 +98,7 @@ TEST_F(BagCache, ProcessesSideBySideDoNotDisturbEachOther) {
     if (children.back() != 0) continue;
     int code = 1;
     try {
-      code = BagSource(cachedDatasetBag(bags_folder, "tiny", reader, 0).path).size() == 2 ? 0 : 2;
+      code = openBag(cachedDatasetBag(bags_folder, "tiny", reader, 0).path)->size() == 2 ? 0 : 2;
     } catch (const std::exception&) {
     }
     _exit(code);
@@ -119,7 +120,7 @@ TEST_F(BagCache, ProblemsAreReportedEveryTime) {
     EXPECT_FALSE(bag.reused);
     ASSERT_EQ(bag.problems.size(), 1U);
     EXPECT_NE(bag.problems[0].find("picture b is broken"), std::string::npos);
-    EXPECT_EQ(BagSource(bag.path).size(), 1U);
+    EXPECT_EQ(openBag(bag.path)->size(), 1U);
   }
   reader.broken = false;
   EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).problems.empty());

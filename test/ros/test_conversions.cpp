@@ -51,10 +51,10 @@ PairInfo exampleInfo() {
   info.features = "sift+sift";
   info.n_left_features = 100;
   info.n_right_features = 200;
-  info.wait_seconds = 0.125;
-  info.detect_seconds = 0.25;
-  info.match_seconds = 0.5;  // describe_seconds stays NaN
-  info.publish_seconds = 0.0625;
+  info.seconds.wait = 0.125;
+  info.seconds.detect = 0.25;
+  info.seconds.match = 0.5;  // describe stays NaN
+  info.seconds.publish = 0.0625;
   return info;
 }
 
@@ -96,11 +96,11 @@ TEST(CorrespondencesMessage, RoundTripKeepsEverything) {
   EXPECT_EQ(back.features, info.features);
   EXPECT_EQ(back.n_left_features, info.n_left_features);
   EXPECT_EQ(back.n_right_features, info.n_right_features);
-  EXPECT_EQ(back.detect_seconds, info.detect_seconds);
-  EXPECT_TRUE(std::isnan(back.describe_seconds));
-  EXPECT_EQ(back.match_seconds, info.match_seconds);
-  EXPECT_EQ(back.wait_seconds, info.wait_seconds);
-  EXPECT_EQ(back.publish_seconds, info.publish_seconds);
+  EXPECT_EQ(back.seconds.detect, info.seconds.detect);
+  EXPECT_TRUE(std::isnan(back.seconds.describe));
+  EXPECT_EQ(back.seconds.match, info.seconds.match);
+  EXPECT_EQ(back.seconds.wait, info.seconds.wait);
+  EXPECT_EQ(back.seconds.publish, info.seconds.publish);
 }
 
 TEST(CorrespondencesMessage, RoundTripOfCoordinatesOnly) {
@@ -110,7 +110,7 @@ TEST(CorrespondencesMessage, RoundTripOfCoordinatesOnly) {
   EXPECT_TRUE(msg.distance.empty());
   EXPECT_TRUE(msg.left_frame.empty());
   EXPECT_EQ(msg.left_width, 0u);
-  EXPECT_TRUE(std::isnan(msg.detect_seconds));
+  EXPECT_TRUE(std::isnan(msg.seconds.detect));
   expectSame(fromMsg(msg), matches);
 }
 
@@ -172,7 +172,7 @@ TEST(SelectionMessage, RoundTripKeepsEverything) {
   EXPECT_EQ(selector, "lpm:v2");
   EXPECT_EQ(info.header.stamp, exampleInfo().header.stamp);
   EXPECT_EQ(info.right_frame_id, exampleInfo().right_frame_id);
-  EXPECT_EQ(info.detect_seconds, exampleInfo().detect_seconds);
+  EXPECT_EQ(info.seconds.detect, exampleInfo().seconds.detect);
 }
 
 TEST(SelectionMessage, WithoutModelItIsNaN) {

@@ -18,7 +18,8 @@
 #include "corrsel/datasets/reader.h"
 #include "corrsel/random.h"
 #include "corrsel/ros/conversions.h"
-#include "ros/bags/dataset_bag.h"
+#include "ros/bags/dataset_bag_writer.h"
+#include "ros/bags/open_bag.h"
 
 namespace corrsel {
 namespace {
@@ -116,7 +117,7 @@ class DatasetBag : public ::testing::Test {
   }
 
   std::string openError() {
-    return errorOf([this] { BagSource source(path_); });
+    return errorOf([this] { openBag(path_); });
   }
 
   fs::path folder_;
@@ -135,11 +136,11 @@ TEST_F(DatasetBag, RoundTripRawAndCompressed) {
     SCOPED_TRACE(compressed);
     write({homographyPair(), labelledPair()}, compressed);
     EXPECT_FALSE(fs::exists(path_ + ".part"));
-    BagSource source(path_);
-    EXPECT_EQ(source.size(), 2u);
+    const auto source = openBag(path_);
+    EXPECT_EQ(source->size(), 2u);
 
     core::ImagePair pair;
-    ASSERT_TRUE(source.next(pair));
+    ASSERT_TRUE(source->next(pair));
     EXPECT_EQ(pair.id, homographyPair().id);
     EXPECT_TRUE(equal(pair.left, homographyPair().left));
     EXPECT_TRUE(equal(pair.right, homographyPair().right));
@@ -147,7 +148,7 @@ TEST_F(DatasetBag, RoundTripRawAndCompressed) {
     EXPECT_EQ(pair.truth.matrix, homographyPair().truth.matrix);
     EXPECT_FALSE(pair.given);
 
-    ASSERT_TRUE(source.next(pair));
+    ASSERT_TRUE(source->next(pair));
     EXPECT_EQ(pair.id, labelledPair().id);
     EXPECT_TRUE(equal(pair.left, labelledPair().left));
     EXPECT_EQ(pair.truth.labels, labelledPair().truth.labels);
@@ -155,8 +156,8 @@ TEST_F(DatasetBag, RoundTripRawAndCompressed) {
     EXPECT_EQ(pair.given->right_x, labelledPair().given->right_x);
     EXPECT_EQ(pair.given->left_size, labelledPair().given->left_size);
 
-    EXPECT_FALSE(source.next(pair));
-    EXPECT_FALSE(source.next(pair));
+    EXPECT_FALSE(source->next(pair));
+    EXPECT_FALSE(source->next(pair));
   }
 }
 
@@ -169,12 +170,12 @@ TEST_F(DatasetBag, DisparityAndUnknownTruthSurvive) {
   disparity.truth.disparity = cv::Mat(48, 64, CV_32FC1, cv::Scalar(12.5));
   disparity.truth.disparity.at<float>(3, 4) = std::numeric_limits<float>::quiet_NaN();
   write({unknown, disparity});
-  BagSource source(path_);
+  const auto source = openBag(path_);
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.truth.kind, core::TruthKind::kNone);
   EXPECT_EQ(pair.id, unknown.id);
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   ASSERT_EQ(pair.truth.disparity.size(), cv::Size(64, 48));
   EXPECT_EQ(pair.truth.disparity.at<float>(0, 0), 12.5F);
   EXPECT_TRUE(std::isnan(pair.truth.disparity.at<float>(3, 4)));
@@ -239,7 +240,7 @@ TEST_F(DatasetBag, ConversionSkipsBrokenPairs) {
   ASSERT_EQ(problems.size(), 1u);
   EXPECT_NE(problems[0].find("made_up/broken/x"), std::string::npos);
   EXPECT_NE(problems[0].find("img7.ppm is missing"), std::string::npos);
-  EXPECT_EQ(BagSource(path_).size(), 2u);
+  EXPECT_EQ(openBag(path_)->size(), 2u);
 }
 
 TEST_F(DatasetBag, MissingFileIsNamed) {
@@ -286,14 +287,14 @@ TEST_F(DatasetBag, DamagedChunkCostsPairsNotTheRun) {
     file.seekp(9000);  // inside the chunk with the images
     file << std::string(64, '\xa5');
   }
-  BagSource source(path_);
+  const auto source = openBag(path_);
   core::ImagePair pair;
   int calls = 0;
   bool more = true;
   while (more && calls < 20) {
     ++calls;
     try {
-      more = source.next(pair);
+      more = source->next(pair);
     } catch (const core::DatasetError&) {  // as long as it goes on
     }
   }
@@ -322,11 +323,11 @@ TEST_F(DatasetBag, WrongTypeIsNamed) {
     bag.write(bag_topics::kLeft, ros::Time(1), std_msgs::String());
     bag.write(bag_topics::kRight, ros::Time(1), std_msgs::String());
   });
-  BagSource source(path_);
+  const auto source = openBag(path_);
   core::ImagePair pair;
-  const std::string error = errorOf([&] { source.next(pair); });
+  const std::string error = errorOf([&] { source->next(pair); });
   EXPECT_NE(error.find("std_msgs/String"), std::string::npos) << error;
-  EXPECT_FALSE(source.next(pair));
+  EXPECT_FALSE(source->next(pair));
 }
 
 TEST_F(DatasetBag, MixedEncodingsWithoutGroundTruth) {
@@ -337,18 +338,18 @@ TEST_F(DatasetBag, MixedEncodingsWithoutGroundTruth) {
     writeImage(bag, bag_topics::kRight, ros::Time(2), "bgra8",
                cv::Mat(10, 11, CV_8UC4, cv::Scalar(1, 2, 3, 4)));
   });
-  BagSource source(path_);
-  EXPECT_EQ(source.size(), 2u);
+  const auto source = openBag(path_);
+  EXPECT_EQ(source->size(), 2u);
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.left.at<cv::Vec3b>(0, 0), cv::Vec3b(3, 2, 1));
   EXPECT_EQ(pair.right.at<std::uint8_t>(0, 0), 255);
   EXPECT_EQ(pair.truth.kind, core::TruthKind::kNone);
   EXPECT_EQ(pair.id.text(), "made_up/bag/1.000000000");
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.left.type(), CV_8UC1);
   EXPECT_EQ(pair.right.type(), CV_8UC3);
-  EXPECT_FALSE(source.next(pair));
+  EXPECT_FALSE(source->next(pair));
 }
 
 TEST_F(DatasetBag, BrokenPairIsNamedAndTheNextOneRead) {
@@ -371,10 +372,10 @@ TEST_F(DatasetBag, BrokenPairIsNamedAndTheNextOneRead) {
     writeImage(bag, bag_topics::kLeft, ros::Time(5), "mono8", noise(8, 8, CV_8UC1, 5));
     writeImage(bag, bag_topics::kRight, ros::Time(5), "mono8", noise(8, 8, CV_8UC1, 5));
   });
-  BagSource source(path_);
+  const auto source = openBag(path_);
   core::ImagePair pair;
   const auto expectError = [&](const std::string& pair_text, const std::string& what) {
-    const std::string error = errorOf([&] { source.next(pair); });
+    const std::string error = errorOf([&] { source->next(pair); });
     EXPECT_NE(error.find(pair_text), std::string::npos) << error;
     EXPECT_NE(error.find(what), std::string::npos) << error;
   };
@@ -382,9 +383,9 @@ TEST_F(DatasetBag, BrokenPairIsNamedAndTheNextOneRead) {
   expectError("made_up/bag/2.000000000", "no message on /right/image");
   expectError("d/s/p", "/ground_truth: GroundTruth message: kind");
   expectError("made_up/bag/4.000000000", "/right/image has several messages");
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_TRUE(equal(pair.left, noise(8, 8, CV_8UC1, 5)));
-  EXPECT_FALSE(source.next(pair));
+  EXPECT_FALSE(source->next(pair));
 }
 
 }  // namespace

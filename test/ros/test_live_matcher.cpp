@@ -73,8 +73,8 @@ TEST_F(LiveMatcherTest, PairsAreMatchedAsTheCoreDoes) {
   EXPECT_EQ(answer->right_frame_id, "right_optical");
   EXPECT_EQ(answer->features, "orb+orb");
   EXPECT_EQ(answer->n_left_features, features.first.keypoints.size());
-  for (const double seconds : {answer->wait_seconds, answer->detect_seconds, answer->describe_seconds,
-                               answer->match_seconds, answer->publish_seconds}) {
+  for (const double seconds : {answer->seconds.wait, answer->seconds.detect, answer->seconds.describe,
+                               answer->seconds.match, answer->seconds.publish}) {
     EXPECT_GE(seconds, 0.0);
     EXPECT_LT(seconds, 60.0);
   }

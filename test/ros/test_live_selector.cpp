@@ -47,8 +47,10 @@ TEST(LiveSelector, SelectsAsTheCoreDoes) {
   EXPECT_EQ(answer.matches->header.stamp, input.header.stamp);
   EXPECT_EQ(answer.selection->header.frame_id, "left_optical");
   EXPECT_EQ(answer.selection->selector, "lpm");
-  EXPECT_DOUBLE_EQ(answer.selection->wait_seconds, 0.25);
-  EXPECT_GE(answer.selection->publish_seconds, 0.0);
+  EXPECT_DOUBLE_EQ(answer.selection->seconds.wait, 0.25);
+  EXPECT_GE(answer.selection->seconds.publish, 0.0);
+  EXPECT_GT(answer.selection->seconds.select, 0.0);
+  EXPECT_EQ(answer.matches->seconds.select, answer.selection->seconds.select);
   EXPECT_EQ(answer.warning, "");
 }
 

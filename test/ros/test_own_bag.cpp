@@ -22,7 +22,8 @@
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/ros/conversions.h"
-#include "ros/bags/dataset_bag.h"
+#include "ros/bags/dataset_bag_writer.h"
+#include "ros/bags/open_bag.h"
 #include "ros/bags/stereo_rig.h"
 #include "test_paths.h"
 
@@ -125,7 +126,7 @@ class OwnBag : public ::testing::Test {
   }
 
   std::string openError(const BagTopics& topics = stereoTopics()) {
-    return errorOf([&] { BagSource source(path_, topics); });
+    return errorOf([&] { openBag(path_, topics); });
   }
 
   static void expectContains(const std::string& text, const std::string& part) {
@@ -150,10 +151,10 @@ class OwnBag : public ::testing::Test {
 
 TEST_F(OwnBag, CalibrationIsTheTruth) {
   recordStereo(3, [](rosbag::Bag& bag) { writeInfos(bag); });
-  BagSource source(path_, stereoTopics());
-  EXPECT_EQ(source.size(), 3u);
-  EXPECT_TRUE(source.notes().empty()) << source.notes().front();
-  const std::vector<core::ImagePair> pairs = readAll(source);
+  const auto source = openBag(path_, stereoTopics());
+  EXPECT_EQ(source->size(), 3u);
+  EXPECT_TRUE(source->notes().empty()) << source->notes().front();
+  const std::vector<core::ImagePair> pairs = readAll(*source);
   ASSERT_EQ(pairs.size(), 3u);
   EXPECT_EQ(pairs[0].id.text(), "robot/bag/1.000000000");
   EXPECT_EQ(pairs[2].id.text(), "robot/bag/1.200000000");
@@ -186,9 +187,9 @@ TEST_F(OwnBag, RawImagesAreRectifiedAndRectifiedOnesAreNot) {
     topics.left = "/stereo/left/" + name;
     topics.right = "/stereo/right/" + name;
     topics.images = images;
-    BagSource source(path_, topics);
+    const auto source = openBag(path_, topics);
     core::ImagePair pair;
-    EXPECT_TRUE(source.next(pair));
+    EXPECT_TRUE(source->next(pair));
     const bool changed =
         cv::countNonZero(pair.left != pair.right) > 0 || pair.left.at<std::uint8_t>(3, 2) != 255;
     EXPECT_EQ(pair.truth.kind, core::TruthKind::kFundamental);
@@ -217,9 +218,9 @@ TEST_F(OwnBag, CompressedImagesAndNamesOfTopics) {
     BagTopics topics;
     topics.left = side("left");
     topics.right = side("right");
-    BagSource source(path_, topics);
+    const auto source = openBag(path_, topics);
     core::ImagePair pair;
-    ASSERT_TRUE(source.next(pair));
+    ASSERT_TRUE(source->next(pair));
     EXPECT_EQ(middle(pair.left), 10);
     EXPECT_EQ(middle(pair.right), 11);
   }
@@ -227,7 +228,7 @@ TEST_F(OwnBag, CompressedImagesAndNamesOfTopics) {
   BagTopics topics;
   topics.left = std::string(kLeft) + "/compressed";
   topics.right = kRight;
-  EXPECT_EQ(BagSource(path_, topics).size(), 1u);
+  EXPECT_EQ(openBag(path_, topics)->size(), 1u);
 }
 
 TEST_F(OwnBag, NamedCameraInfo) {
@@ -238,7 +239,7 @@ TEST_F(OwnBag, NamedCameraInfo) {
   BagTopics topics = stereoTopics();
   topics.left_info = "/calibration/a";
   topics.right_info = "calibration/b";
-  EXPECT_EQ(readAll(*std::make_unique<BagSource>(path_, topics)).size(), 1u);
+  EXPECT_EQ(readAll(*openBag(path_, topics)).size(), 1u);
   topics.right_info = "/calibration/c";
   const std::string error = openError(topics);
   expectContains(error, "no sensor_msgs/CameraInfo for right on /calibration/c");
@@ -260,19 +261,19 @@ TEST_F(OwnBag, NearestStampsWithinTheTolerance) {
     writeImage(bag, kRight, 1.007, plain(12), 3);
     writeImage(bag, kRight, 1.004, plain(11), 3);
   });
-  BagSource source(path_, stereoTopics());
-  const std::vector<core::ImagePair> pairs = readAll(source);
+  const auto source = openBag(path_, stereoTopics());
+  const std::vector<core::ImagePair> pairs = readAll(*source);
   ASSERT_EQ(pairs.size(), 2u);
   EXPECT_EQ(pairs[0].id.pair, "1.000000000");
   EXPECT_EQ(middle(pairs[0].right), 11);
   EXPECT_EQ(pairs[1].id.pair, "1.105000000");
   EXPECT_EQ(middle(pairs[1].right), 31);
-  ASSERT_EQ(source.notes().size(), 1u);
-  EXPECT_EQ(source.notes()[0], "3 of 5 left images have no right image within 0.01 s and are left out");
+  ASSERT_EQ(source->notes().size(), 1u);
+  EXPECT_EQ(source->notes()[0], "3 of 5 left images have no right image within 0.01 s and are left out");
 
   BagTopics wider = stereoTopics();
   wider.max_stamp_difference = 0.02;
-  EXPECT_EQ(readAll(*std::make_unique<BagSource>(path_, wider)).size(), 3u);
+  EXPECT_EQ(readAll(*openBag(path_, wider)).size(), 3u);
 }
 
 TEST_F(OwnBag, EqualStampsArePairedOnce) {
@@ -281,8 +282,8 @@ TEST_F(OwnBag, EqualStampsArePairedOnce) {
     for (const int value : {10, 20}) writeImage(bag, kLeft, 1, plain(value));
     for (const int value : {11, 21}) writeImage(bag, kRight, 1, plain(value));
   });
-  BagSource source(path_, stereoTopics());
-  const std::vector<core::ImagePair> pairs = readAll(source);
+  const auto source = openBag(path_, stereoTopics());
+  const std::vector<core::ImagePair> pairs = readAll(*source);
   ASSERT_EQ(pairs.size(), 1u);
   EXPECT_EQ(middle(pairs[0].left), 10);
   EXPECT_EQ(middle(pairs[0].right), 11);
@@ -296,12 +297,12 @@ TEST_F(OwnBag, ImagesWithoutStampCountWithTheTimeOfRecording) {
       writeImage(bag, kRight, 0, plain(10 * i + 1), i + 0.003);
     }
   });
-  BagSource source(path_, stereoTopics());
-  const std::vector<core::ImagePair> pairs = readAll(source);
+  const auto source = openBag(path_, stereoTopics());
+  const std::vector<core::ImagePair> pairs = readAll(*source);
   ASSERT_EQ(pairs.size(), 2u);
   EXPECT_EQ(pairs[1].id.pair, "2.000000000");
-  ASSERT_EQ(source.notes().size(), 2u);
-  expectContains(source.notes()[0], "2 messages on " + std::string(kLeft) + " have no stamp");
+  ASSERT_EQ(source->notes().size(), 2u);
+  expectContains(source->notes()[0], "2 messages on " + std::string(kLeft) + " have no stamp");
 }
 
 TEST_F(OwnBag, GroundTruthWinsOverCalibration) {
@@ -310,8 +311,8 @@ TEST_F(OwnBag, GroundTruthWinsOverCalibration) {
     writeTruth(bag, "/ground_truth", 1.1, 7);
     writeTruth(bag, "/ground_truth", 5.0);
   });
-  BagSource source(path_, stereoTopics());
-  const std::vector<core::ImagePair> pairs = readAll(source);
+  const auto source = openBag(path_, stereoTopics());
+  const std::vector<core::ImagePair> pairs = readAll(*source);
   ASSERT_EQ(pairs.size(), 3u);
   EXPECT_EQ(pairs[0].truth.kind, core::TruthKind::kFundamental);
   EXPECT_EQ(pairs[1].truth.kind, core::TruthKind::kHomography);
@@ -320,9 +321,9 @@ TEST_F(OwnBag, GroundTruthWinsOverCalibration) {
   EXPECT_EQ(cv::countNonZero(pairs[1].left != 20), 0) << "rectified, though the truth is of the raw images";
   EXPECT_EQ(pairs[1].left.size(), cv::Size(kWidth, kHeight));
   EXPECT_NE(pairs[0].left.size(), cv::Size(kWidth, kHeight)) << "not rectified and cut";
-  ASSERT_EQ(source.notes().size(), 2u);
-  EXPECT_EQ(source.notes()[0], "1 of 3 pairs are judged by /ground_truth, the others by camera_info");
-  EXPECT_EQ(source.notes()[1], "1 of 2 messages on /ground_truth belong to no pair");
+  ASSERT_EQ(source->notes().size(), 2u);
+  EXPECT_EQ(source->notes()[0], "1 of 3 pairs are judged by /ground_truth, the others by camera_info");
+  EXPECT_EQ(source->notes()[1], "1 of 2 messages on /ground_truth belong to no pair");
 }
 
 TEST_F(OwnBag, GroundTruthAlone) {
@@ -332,13 +333,13 @@ TEST_F(OwnBag, GroundTruthAlone) {
   });
   BagTopics topics = stereoTopics();
   topics.ground_truth = "/target/truth";
-  BagSource source(path_, topics);
-  const std::vector<core::ImagePair> pairs = readAll(source);
+  const auto source = openBag(path_, topics);
+  const std::vector<core::ImagePair> pairs = readAll(*source);
   ASSERT_EQ(pairs.size(), 2u);
   EXPECT_EQ(pairs[1].id.pair, "1.200000000");
   EXPECT_EQ(pairs[1].truth.matrix(0, 2), 2.0);
-  ASSERT_EQ(source.notes().size(), 1u);
-  expectContains(source.notes()[0],
+  ASSERT_EQ(source->notes().size(), 1u);
+  expectContains(source->notes()[0],
                  "1 of 3 pairs have no message on /target/truth and are left out, since there "
                  "is no camera_info on /stereo/left/camera_info and /stereo/right/camera_info");
   topics.ground_truth = "/truth";
@@ -350,10 +351,10 @@ TEST_F(OwnBag, GroundTruthOfAnotherTypeIsNotLookedAt) {
     writeInfos(bag);
     bag.write("/ground_truth", ros::Time(1), std_msgs::String());
   });
-  BagSource source(path_, stereoTopics());
-  EXPECT_EQ(source.size(), 1u);
-  ASSERT_EQ(source.notes().size(), 1u);
-  expectContains(source.notes()[0], "/ground_truth is std_msgs/String");
+  const auto source = openBag(path_, stereoTopics());
+  EXPECT_EQ(source->size(), 1u);
+  ASSERT_EQ(source->notes().size(), 1u);
+  expectContains(source->notes()[0], "/ground_truth is std_msgs/String");
 }
 
 TEST_F(OwnBag, BrokenGroundTruthCostsItsPair) {
@@ -364,13 +365,13 @@ TEST_F(OwnBag, BrokenGroundTruthCostsItsPair) {
     bag.write("/ground_truth", ros::Time(1), truth);
     writeTruth(bag, "/ground_truth", 1.1);
   });
-  BagSource source(path_, stereoTopics());
+  const auto source = openBag(path_, stereoTopics());
   core::ImagePair pair;
-  const std::string error = errorOf([&] { source.next(pair); });
+  const std::string error = errorOf([&] { source->next(pair); });
   expectContains(error, "robot/bag/1.000000000: /ground_truth: GroundTruth message: kind");
   EXPECT_EQ(pair.id.text(), "robot/bag/1.000000000");
-  EXPECT_TRUE(source.next(pair));
-  EXPECT_FALSE(source.next(pair));
+  EXPECT_TRUE(source->next(pair));
+  EXPECT_FALSE(source->next(pair));
 }
 
 TEST_F(OwnBag, TopicsOfADatasetBagWithCameraInfo) {
@@ -384,9 +385,9 @@ TEST_F(OwnBag, TopicsOfADatasetBagWithCameraInfo) {
     });
     BagTopics topics;
     if (with_truth) topics.ground_truth = "/ground_truth";  // else nothing is named
-    BagSource source(path_, topics);
+    const auto source = openBag(path_, topics);
     core::ImagePair pair;
-    EXPECT_TRUE(source.next(pair));
+    EXPECT_TRUE(source->next(pair));
     return pair;
   };
   EXPECT_EQ(pairOf(false).truth.kind, core::TruthKind::kFundamental);
@@ -495,13 +496,13 @@ TEST_F(OwnBag, ImagesOfAnotherSizeThanCameraInfo) {
     writeImage(bag, kLeft, 1.5, plain(10, 32, 24));
     writeImage(bag, kRight, 1.5, plain(11));
   });
-  BagSource source(path_, stereoTopics());
-  EXPECT_EQ(source.size(), 2u);
+  const auto source = openBag(path_, stereoTopics());
+  EXPECT_EQ(source->size(), 2u);
   core::ImagePair pair;
-  EXPECT_TRUE(source.next(pair));
-  expectContains(errorOf([&] { source.next(pair); }),
+  EXPECT_TRUE(source->next(pair));
+  expectContains(errorOf([&] { source->next(pair); }),
                  "robot/bag/1.500000000: /stereo/left/image_raw: the image has");
-  EXPECT_FALSE(source.next(pair));
+  EXPECT_FALSE(source->next(pair));
 }
 
 TEST_F(OwnBag, ChangingCameraInfoIsNoted) {
@@ -511,9 +512,9 @@ TEST_F(OwnBag, ChangingCameraInfoIsNoted) {
     changed.P[3] = -6;
     bag.write(kRightInfo, ros::Time(2), changed);
   });
-  BagSource source(path_, stereoTopics());
-  ASSERT_EQ(source.notes().size(), 1u);
-  EXPECT_EQ(source.notes()[0],
+  const auto source = openBag(path_, stereoTopics());
+  ASSERT_EQ(source->notes().size(), 1u);
+  EXPECT_EQ(source->notes()[0],
             "camera_info on /stereo/right/camera_info changes in the bag: its first message is used");
 }
 
@@ -529,15 +530,15 @@ TEST_F(OwnBag, BrokenImageIsNamedAndTheNextPairRead) {
     writeCompressed(bag, kLeft, 2, plain(20));
     writeCompressed(bag, kRight, 2, plain(21));
   });
-  BagSource source(path_, stereoTopics());
-  EXPECT_EQ(source.size(), 2u);
+  const auto source = openBag(path_, stereoTopics());
+  EXPECT_EQ(source->size(), 2u);
   core::ImagePair pair;
   expectContains(
-      errorOf([&] { source.next(pair); }),
+      errorOf([&] { source->next(pair); }),
       "robot/bag/1.000000000: /stereo/left/image_raw/compressed: compressed image of format 'png'");
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(middle(pair.left), 20);
-  EXPECT_FALSE(source.next(pair));
+  EXPECT_FALSE(source->next(pair));
 }
 
 TEST_F(OwnBag, DamagedChunkCostsPairsNotTheRun) {
@@ -560,23 +561,23 @@ TEST_F(OwnBag, DamagedChunkCostsPairsNotTheRun) {
     file.seekp(static_cast<std::streamoff>(fs::file_size(path_) / 2));
     file << std::string(64, '\xa5');
   }
-  BagSource source(path_, stereoTopics());
-  EXPECT_GE(source.size(), 15u);
-  EXPECT_LT(source.size(), 20u);
-  ASSERT_FALSE(source.notes().empty());
-  expectContains(source.notes()[0], "cannot be read");
-  readAll(source);
+  const auto source = openBag(path_, stereoTopics());
+  EXPECT_GE(source->size(), 15u);
+  EXPECT_LT(source->size(), 20u);
+  ASSERT_FALSE(source->notes().empty());
+  expectContains(source->notes()[0], "cannot be read");
+  readAll(*source);
 }
 
 TEST_F(OwnBag, OptionsOutOfRange) {
   recordStereo(1, [](rosbag::Bag& bag) { writeInfos(bag); });
   BagTopics topics = stereoTopics();
   topics.images = "rectify";
-  EXPECT_THROW(BagSource(path_, topics), std::invalid_argument);
+  EXPECT_THROW(openBag(path_, topics), std::invalid_argument);
   for (const double value : {-0.1, 11.0, std::nan("")}) {
     topics = stereoTopics();
     topics.max_stamp_difference = value;
-    EXPECT_THROW(BagSource(path_, topics), std::invalid_argument);
+    EXPECT_THROW(openBag(path_, topics), std::invalid_argument);
   }
 }
 
@@ -609,18 +610,18 @@ TEST_F(KittiBag, MatchesLieOnTheEpipolarLinesOfTheRectifiedFrames) {
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
 
   Share rectified, raw;
-  BagSource source(path_, stereoTopics());
+  const auto source = openBag(path_, stereoTopics());
   BagTopics untouched = stereoTopics();
   untouched.images = "rectified";  // a lie: they are raw
-  BagSource control(path_, untouched);
-  EXPECT_EQ(source.size(), 5u);
+  const auto control = openBag(path_, untouched);
+  EXPECT_EQ(source->size(), 5u);
   core::ImagePair pair;
-  while (source.next(pair)) {
+  while (source->next(pair)) {
     EXPECT_EQ(pair.left.size(), pair.right.size());
     EXPECT_GE(pair.left.cols, 1220);  // KITTI's own rectified frames have 1224x370 px
     EXPECT_GE(pair.left.rows, 365);
     count(pair, rectified);
-    ASSERT_TRUE(control.next(pair));
+    ASSERT_TRUE(control->next(pair));
     count(pair, raw);
   }
   RecordProperty("rectified", std::to_string(rectified.value()));

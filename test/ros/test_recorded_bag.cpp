@@ -15,7 +15,8 @@
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/random.h"
 #include "corrsel/ros/conversions.h"
-#include "ros/bags/dataset_bag.h"
+#include "ros/bags/dataset_bag_writer.h"
+#include "ros/bags/open_bag.h"
 #include "ros/bags/stereo_rig.h"
 
 namespace corrsel {
@@ -117,16 +118,16 @@ class RecordedBag : public ::testing::Test {
 
   std::string path() const { return (folder_ / "drive.bag").string(); }
 
-  BagSource open(const BagTopics& topics = {}) {
+  std::unique_ptr<BagSource> open(const BagTopics& topics = {}) {
     bag_.close();
-    return BagSource(path(), topics);
+    return openBag(path(), topics);
   }
 
   /// What opening the bag is refused with.
   std::string refusal(const BagTopics& topics = {}) {
     bag_.close();
     try {
-      BagSource(path(), topics);
+      openBag(path(), topics);
     } catch (const std::exception& error) {
       return error.what();
     }
@@ -142,16 +143,16 @@ TEST_F(RecordedBag, PutativeMatchesAreTakenNotTheSelectedOnes) {
   writeMatches(bag_, kMatches, 2.5, all);
   writeMatches(bag_, kSelected, 2.5, all.subset({0, 1}));
   writeInfos(bag_);
-  BagSource source = open();
-  ASSERT_EQ(source.size(), 1U);
+  const auto source = open();
+  ASSERT_EQ(source->size(), 1U);
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.id, (core::PairId{"drive", "bag", "2.500000000"}));
   ASSERT_TRUE(pair.given);
   EXPECT_EQ(pair.given->left_x, all.left_x);
   EXPECT_TRUE(pair.left.empty());
-  EXPECT_TRUE(hasNote(source, "the matches are those on /correspondences"));
-  EXPECT_FALSE(source.next(pair));
+  EXPECT_TRUE(hasNote(*source, "the matches are those on /correspondences"));
+  EXPECT_FALSE(source->next(pair));
 }
 
 TEST_F(RecordedBag, ATopicCanBeChosen) {
@@ -160,9 +161,9 @@ TEST_F(RecordedBag, ATopicCanBeChosen) {
   writeMatches(bag_, kSelected, 1, all.subset({0, 1}));
   BagTopics topics;
   topics.correspondences = "matches";
-  BagSource source = open(topics);
+  const auto source = open(topics);
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.given->size(), 2U);
 }
 
@@ -181,11 +182,11 @@ TEST_F(RecordedBag, MatchesOfRectifiedImagesAreJudgedAsTheyAre) {
   const core::Correspondences matches = sceneMatches(true);
   writeMatches(bag_, kMatches, 1, matches);
   writeInfos(bag_);
-  BagSource source = open();
-  EXPECT_TRUE(hasNote(source, "taken to be of rectified images: 100 % of them"));
-  EXPECT_TRUE(hasNote(source, "1 of 1 pair are judged by camera_info"));
+  const auto source = open();
+  EXPECT_TRUE(hasNote(*source, "taken to be of rectified images: 100 % of them"));
+  EXPECT_TRUE(hasNote(*source, "1 of 1 pair are judged by camera_info"));
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.given->right_x, matches.right_x);
   ASSERT_EQ(pair.truth.kind, core::TruthKind::kFundamental);
   for (const double error : core::groundTruthErrors(pair.truth, *pair.given)) EXPECT_LT(error, 1e-3);
@@ -200,10 +201,10 @@ TEST_F(RecordedBag, MatchesOfRawImagesAreUndistortedAndRectified) {
   }
   writeMatches(bag_, kMatches, 1, matches);
   writeInfos(bag_);
-  BagSource source = open();
-  EXPECT_TRUE(hasNote(source, "taken to be of raw images: 100 % of them")) << source.notes()[1];
+  const auto source = open();
+  EXPECT_TRUE(hasNote(*source, "taken to be of raw images: 100 % of them")) << source->notes()[1];
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   ASSERT_TRUE(pair.given);
   const core::Correspondences& seen = *pair.given;
   ASSERT_EQ(seen.size(), matches.size() - 1) << "only the one beyond the image is left out";
@@ -226,12 +227,12 @@ TEST_F(RecordedBag, ImagesSaysWhatTheMatchesAreOf) {
   writeInfos(bag_);
   BagTopics topics;
   topics.images = "raw";
-  BagSource source = open(topics);
+  const auto source = open(topics);
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.given->left_size, rig(false).leftArea().size());
   topics.images = "cooked";
-  EXPECT_THROW(BagSource(path(), topics), std::invalid_argument);
+  EXPECT_THROW(openBag(path(), topics), std::invalid_argument);
 }
 
 TEST_F(RecordedBag, GroundTruthComesFirst) {
@@ -244,23 +245,23 @@ TEST_F(RecordedBag, GroundTruthComesFirst) {
   truth.kind = GroundTruth::KIND_HOMOGRAPHY;
   truth.matrix = {1, 0, 5, 0, 1, 0, 0, 0, 1};
   bag_.write("/ground_truth", ros::Time(2), truth);
-  BagSource source = open();
-  EXPECT_TRUE(hasNote(source, "1 of 2 pairs are judged by /ground_truth"));
+  const auto source = open();
+  EXPECT_TRUE(hasNote(*source, "1 of 2 pairs are judged by /ground_truth"));
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.truth.kind, core::TruthKind::kFundamental);
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.truth.kind, core::TruthKind::kHomography);
   EXPECT_EQ(pair.given->left_x, matches.left_x) << "truth is about the images as they were matched";
 }
 
 TEST_F(RecordedBag, WithoutTruthMatchesAreStillGiven) {
   writeMatches(bag_, kMatches, 1, sceneMatches(true));
-  BagSource source = open();
-  EXPECT_TRUE(hasNote(source, "no precision and no recall"));
-  EXPECT_TRUE(hasNote(source, "there is no camera_info"));
+  const auto source = open();
+  EXPECT_TRUE(hasNote(*source, "no precision and no recall"));
+  EXPECT_TRUE(hasNote(*source, "there is no camera_info"));
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.truth.kind, core::TruthKind::kNone);
   EXPECT_EQ(pair.given->size(), 60U);
 }
@@ -268,17 +269,17 @@ TEST_F(RecordedBag, WithoutTruthMatchesAreStillGiven) {
 TEST_F(RecordedBag, ASequenceIsNotJudgedByTheRig) {
   writeMatches(bag_, kMatches, 2, sceneMatches(true), 1.9);
   writeInfos(bag_);
-  BagSource source = open();
-  EXPECT_TRUE(hasNote(source, "not taken at the same time (within 0.01 s)"));
+  const auto source = open();
+  EXPECT_TRUE(hasNote(*source, "not taken at the same time (within 0.01 s)"));
   core::ImagePair pair;
-  ASSERT_TRUE(source.next(pair));
+  ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.truth.kind, core::TruthKind::kNone);
 }
 
 TEST_F(RecordedBag, CamerasAreToldApartByFrameIds) {
   writeMatches(bag_, kMatches, 1, sceneMatches(true));
   writeInfos(bag_, "/cam1/camera_info", "/cam0/camera_info");
-  EXPECT_TRUE(hasNote(open(), "judged by camera_info on /cam1/camera_info and /cam0/camera_info"));
+  EXPECT_TRUE(hasNote(*open(), "judged by camera_info on /cam1/camera_info and /cam0/camera_info"));
 }
 
 TEST_F(RecordedBag, CamerasCanBeNamed) {
@@ -286,11 +287,11 @@ TEST_F(RecordedBag, CamerasCanBeNamed) {
   message.right_frame_id = message.header.frame_id;
   bag_.write(kMatches, ros::Time(1), message);
   writeInfos(bag_, "/cam1/camera_info", "/cam0/camera_info");
-  EXPECT_TRUE(hasNote(open(), "name them by left_info and right_info"));
+  EXPECT_TRUE(hasNote(*open(), "name them by left_info and right_info"));
   BagTopics topics;
   topics.left_info = "/cam1/camera_info";
   topics.right_info = "cam0/camera_info";
-  EXPECT_TRUE(hasNote(BagSource(path(), topics), "1 of 1 pair are judged by camera_info"));
+  EXPECT_TRUE(hasNote(*openBag(path(), topics), "1 of 1 pair are judged by camera_info"));
   topics.right_info = "/elsewhere";
   EXPECT_NE(refusal(topics).find("has no sensor_msgs/CameraInfo for right on /elsewhere"), std::string::npos);
 }
@@ -300,7 +301,7 @@ TEST_F(RecordedBag, CameraInfoOfAnotherSizeJudgesNothing) {
   matches.left_size = {320, 240};
   writeMatches(bag_, kMatches, 1, matches);
   writeInfos(bag_);
-  EXPECT_TRUE(hasNote(open(), "the matches are of images of 320x240 px"));
+  EXPECT_TRUE(hasNote(*open(), "the matches are of images of 320x240 px"));
 }
 
 TEST_F(RecordedBag, AMessageThatMakesNoSenseCostsItsPairOnly) {
@@ -312,11 +313,11 @@ TEST_F(RecordedBag, AMessageThatMakesNoSenseCostsItsPairOnly) {
   BagTopics topics;
   topics.images = "rectified";
   bag_.close();
-  BagSource source(path(), topics);
-  ASSERT_EQ(source.size(), 2U);
+  const auto source = openBag(path(), topics);
+  ASSERT_EQ(source->size(), 2U);
   core::ImagePair pair;
-  EXPECT_THROW(source.next(pair), core::DatasetError);
-  EXPECT_TRUE(source.next(pair));
+  EXPECT_THROW(source->next(pair), core::DatasetError);
+  EXPECT_TRUE(source->next(pair));
 }
 
 TEST_F(RecordedBag, ACutOffRecordingSaysWhatToDo) {

@@ -15,6 +15,7 @@
 #include "corrsel/GroundTruth.h"
 #include "corrsel/Score.h"
 #include "corrsel/Selection.h"
+#include "corrsel/StageTimes.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/ground_truth.h"
@@ -23,8 +24,16 @@
 
 namespace corrsel {
 
-/// What travels in messages beside the data itself: where, when and how a pair was made. Times are NaN where
-/// they were not measured.
+/// Times of stages none of which has been measured.
+inline StageTimes unmeasured() {
+  StageTimes times;
+  times.wait = times.detect = times.describe = std::numeric_limits<double>::quiet_NaN();
+  times.match = times.select = times.publish = std::numeric_limits<double>::quiet_NaN();
+  return times;
+}
+
+/// Everything in a Correspondences or Selection message beside the data itself: which images the pair
+/// consists of and how its matches were made.
 struct PairInfo {
   std_msgs::Header header;     ///< stamp and frame of the left image
   ros::Time right_stamp;       ///< stamp of the right image
@@ -32,58 +41,62 @@ struct PairInfo {
   core::PairId id;             ///< empty in live use
   std::string features;        ///< "detector+descriptor" or "given"
   std::uint32_t n_left_features = 0, n_right_features = 0;
-  double wait_seconds = std::numeric_limits<double>::quiet_NaN();
-  double detect_seconds = std::numeric_limits<double>::quiet_NaN();
-  double describe_seconds = std::numeric_limits<double>::quiet_NaN();
-  double match_seconds = std::numeric_limits<double>::quiet_NaN();
-  double publish_seconds = std::numeric_limits<double>::quiet_NaN();
+  StageTimes seconds = unmeasured();
 };
 
-/// Everything of a Score message that the evaluation does not know.
+/// Everything in a Score message beside the evaluation.
 struct ScoreLabels {
   PairInfo pair;
   std::string preselection = "none";  ///< "none" or "nnsr"
-  std::string selector;               ///< name, with preset as given
+  std::string selector;               ///< name, with the preset where one was given
   core::Status status = core::Status::kOk;
   double select_seconds = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Core type to message. The message has as many matches as `matches`; optional columns stay optional.
+/// Converts matches to a message with as many matches. An optional column that is empty stays empty.
 Correspondences toMsg(core::Correspondences matches, const PairInfo& info);
 
-/// Message to core type. Throws std::invalid_argument naming the field that makes no sense: array lengths
-/// that disagree, frames that are not six numbers a match, sizes beyond what an image can have.
-/// @param info  filled with everything else in the message where not null
+/// Converts a message to matches.
+/// @param info  filled with everything else in the message where it is not null
+/// Throws std::invalid_argument that names the field if array lengths disagree, if a frame does not have six
+/// numbers per match, or if an image size is larger than any image can be.
 core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info = nullptr);
 
-/// @param selector  name, with preset as given, e.g. "lpm:v2"
+/// Converts a selection to a message.
+/// @param info      pair of the selection; its times are copied, except that of the selection itself
+/// @param selector  name, with the preset where one was given, e.g. "lpm:v2"
 Selection toMsg(const core::Selection& selection, const PairInfo& info, const std::string& selector);
 
-/// Throws std::invalid_argument naming the field: unknown status or model kind, a mask with anything but 0
-/// and 1, counts and lengths that disagree with the mask, a model that is not finite.
-/// @param info      header, right stamp and frame and the times are filled where not null
-/// @param selector  filled with the selector's name where not null
+/// Converts a message to a selection.
+/// @param info      header, right stamp, right frame and times are filled where it is not null
+/// @param selector  filled with the selector's name where it is not null
+/// Throws std::invalid_argument that names the field if the status or the kind of model is unknown, if the
+/// mask contains anything but 0 and 1, if counts or lengths disagree with the mask, or if the model is not
+/// finite.
 core::Selection fromMsg(const Selection& msg, PairInfo* info = nullptr, std::string* selector = nullptr);
 
-/// Uses header and id of `info`. Only the fields of the truth's kind are filled.
+/// Converts ground truth to a message, with the header and the id of `info`. Only the fields that belong to
+/// the kind of truth are filled.
 GroundTruth toMsg(const core::GroundTruth& truth, const PairInfo& info);
 
-/// Throws std::invalid_argument naming the field: unknown kind, a matrix that is not finite, a disparity
-/// array that is not width times height.
-/// @param info  header and id are filled where not null
+/// Converts a message to ground truth.
+/// @param info  header and id are filled where it is not null
+/// Throws std::invalid_argument that names the field if the kind is unknown, if a matrix is not finite, or if
+/// the disparity array does not have width times height elements.
 core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info = nullptr);
 
 Score toMsg(const core::Evaluation& evaluation, const ScoreLabels& labels);
 
-/// An image message as 8-bit grey or BGR, as the core expects it. mono8, bgr8, 8UC1 and 8UC3 are shared, not
-/// copied; other colour, Bayer and YUV encodings are converted, 16 bits of either byte order are scaled to 8,
-/// four channels without a meaning (8UC4, 16UC4) are taken as BGRA. Throws std::invalid_argument naming the
-/// encoding for anything else (floats, odd channel counts), for an image without pixels and for data that
-/// does not fit the header: the step at least a row, step times height bytes.
+/// Converts an image message to 8-bit grey or BGR, as the core expects it. mono8, bgr8, 8UC1 and 8UC3 share
+/// the message's data. Other colour, Bayer and YUV encodings are converted, 16-bit values of either byte
+/// order are scaled to 8 bits, and four channels without a meaning (8UC4, 16UC4) are taken as BGRA.
+/// Throws std::invalid_argument that names the encoding for anything else (floats, other numbers of
+/// channels), for an image without pixels, and for data that do not fit the header: a step shorter than a
+/// row, or a number of bytes other than step times height.
 cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& image);
 
-/// Decodes PNG, JPEG and whatever else OpenCV reads to 8-bit grey or BGR. Throws std::invalid_argument naming
-/// the format where that fails, or where a JPEG is cut off.
+/// Decodes PNG, JPEG and every other format that OpenCV reads to 8-bit grey or BGR. Throws
+/// std::invalid_argument that names the format if the data cannot be decoded or if a JPEG is cut off.
 cv::Mat fromMsg(const sensor_msgs::CompressedImage& msg);
 
 }  // namespace corrsel

@@ -7,7 +7,7 @@
 #include "corrsel/benchmark/config.h"
 #include "corrsel/benchmark/shard.h"
 #include "nodes/command_line.h"
-#include "ros/bags/dataset_bag.h"
+#include "ros/bags/bag_topics.h"
 
 namespace corrsel {
 

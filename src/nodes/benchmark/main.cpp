@@ -28,6 +28,7 @@
 #include "nodes/benchmark/arguments.h"
 #include "nodes/benchmark/reporter.h"
 #include "ros/bags/bag_cache.h"
+#include "ros/bags/open_bag.h"
 
 namespace corrsel {
 namespace {
@@ -144,7 +145,7 @@ std::vector<std::string> datasetBags(const core::BenchmarkConfig& config, const 
 Sources openBags(const std::vector<std::string>& bags, const BagTopics& topics, bool notes) {
   Sources sources;
   for (const std::string& bag : bags) {
-    auto source = std::make_unique<BagSource>(bag, topics);
+    std::unique_ptr<BagSource> source = openBag(bag, topics);
     for (const std::string& note : notes ? source->notes() : std::vector<std::string>()) {
       std::cout << "note: " << bag << ": " << note << std::endl;
     }
@@ -157,7 +158,7 @@ int dryRun(const Arguments& arguments, const Readers& readers) {
   std::cout << arguments.config.toYaml() << "output_dir: " << arguments.output_dir << "\n";
   for (const auto& [name, reader] : readers) std::cout << name << ": " << reader->size() << " pairs\n";
   for (const std::string& bag : arguments.config.bags) {
-    std::cout << bag << ": " << BagSource(bag, arguments.bag_topics).size() << " pairs\n";
+    std::cout << bag << ": " << openBag(bag, arguments.bag_topics)->size() << " pairs\n";
   }
   return kExitComplete;
 }

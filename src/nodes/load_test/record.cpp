@@ -64,8 +64,9 @@ void Record::receive(const Selection& msg) {
     return;
   }
   pair->selection_latency = latency;
-  pair->stages = {msg.wait_seconds,  msg.detect_seconds, msg.describe_seconds,
-                  msg.match_seconds, msg.select_seconds, msg.publish_seconds};
+  const StageTimes& seconds = msg.seconds;
+  pair->stages = {seconds.wait,  seconds.detect, seconds.describe,
+                  seconds.match, seconds.select, seconds.publish};
   pair->selector = msg.selector;
   pair->status = msg.status;
   pair->n_input = msg.n_input;

@@ -14,11 +14,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// To be raised when what is written into bags changes.
-constexpr char kFormat[] = "3";
+// Must be raised whenever the content of the bags changes.
+constexpr char kFormat[] = "4";
 
-/// Whether a file is prefix + fingerprint + ".bag", with or without a further ending: the bags of "set-2"
-/// must not be taken for those of "set".
+/// Whether a file name is prefix + fingerprint + ".bag", with or without a further ending. The bags of
+/// "set-2" must not be taken for those of "set".
 bool isBagOf(const std::string& prefix, const std::string& name) {
   constexpr std::size_t kDigits = 16;
   const std::size_t end = prefix.size() + kDigits;
@@ -66,7 +66,7 @@ CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset
     // Another process may be writing the very same bag.
     if (isBagOf(prefix, name) && name.compare(0, own.size(), own) != 0) fs::remove(entry.path(), error);
   }
-  // Other processes may be about the same: each writes a file of its own, the last one's stays.
+  // Other processes may make the same bag now: each writes a file of its own, and the last one's stays.
   const std::string written = bag.path + "-" + std::to_string(::getpid());
   if (writeDatasetBag(reader, written, {}, progress, &bag.problems) > 0) fs::rename(written, bag.path);
   fs::remove(incomplete, error);

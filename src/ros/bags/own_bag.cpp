@@ -1,6 +1,5 @@
 #include "ros/bags/own_bag.h"
 
-#include <rosbag/view.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
 
@@ -11,8 +10,9 @@
 #include <utility>
 
 #include "base/text.h"
+#include "corrsel/datasets/reader.h"
 #include "corrsel/ros/conversions.h"
-#include "ros/bags/bag_messages.h"
+#include "ros/bags/bag_scan.h"
 #include "ros/bags/stereo_rig.h"
 
 namespace corrsel {
@@ -39,11 +39,11 @@ std::string besideImage(const std::string& topic) {
 }
 
 /// The topic, raw or compressed, with the images that the name stands for; empty where there are none.
-std::string imageTopic(const Types& types, const std::string& given) {
+std::string imageTopic(const BagFile& file, const std::string& given) {
   const std::string base = withoutCompressed(given);
   for (const std::string& name : {given, base, base + kCompressedSuffix}) {
-    std::string topic = nameInBag(types, name);
-    if (!topic.empty() && (types.at(topic) == kImageType || types.at(topic) == kCompressedType)) return topic;
+    std::string topic = file.find(name);
+    if (file.has(topic, kImageType) || file.has(topic, kCompressedType)) return topic;
   }
   return "";
 }
@@ -52,7 +52,7 @@ bool isRectified(const std::string& images, const std::string& topic) {
   return images == "auto" ? topic.find("image_rect") != std::string::npos : images == "rectified";
 }
 
-/// What a bag says about one camera.
+/// What a bag holds about one camera.
 struct Camera {
   std::string topic;  ///< of the images
   bool rectified = false;
@@ -68,10 +68,9 @@ struct OwnBagSource::Impl {
     std::optional<Stamped> truth;
   };
 
-  std::unique_ptr<rosbag::Bag> bag;
-  std::string path;
+  BagFile file;
   BagTopics options;
-  Types types;
+  std::vector<std::string>& notes;
   Camera left, right;
   std::string truth_topic;  ///< empty: none
   std::vector<Stamped> truths;
@@ -79,13 +78,11 @@ struct OwnBagSource::Impl {
   std::string rig_problem;  ///< why there is no rig
   std::vector<Pair> pairs;
   std::size_t position = 0;
-  std::vector<std::string> notes;
-  ScanProblems problems;
 
+  Impl(BagFile bag, const BagTopics& topics, std::vector<std::string>& all_notes);
   void findTopics();
   Camera findCamera(const std::string& side, const std::string& images, const std::string& info) const;
   void scan();
-  void add(const rosbag::MessageInstance& message);
   void makeRig();
   void makePairs();
   void checkSizes() const;
@@ -98,21 +95,18 @@ struct OwnBagSource::Impl {
 Camera OwnBagSource::Impl::findCamera(const std::string& side, const std::string& images,
                                       const std::string& info) const {
   Camera camera;
-  camera.topic = imageTopic(types, images);
+  camera.topic = imageTopic(file, images);
   if (camera.topic.empty()) {
-    fail("bag " + path + " has no images for " + side + " on " + images + ", raw or " + kCompressedSuffix +
-         "; it has " + describeTopics(types));
+    fail("bag " + file.path() + " has no images for " + side + " on " + images + ", raw or " +
+         kCompressedSuffix + "; it has " + file.describeTopics());
   }
   camera.rectified = isRectified(options.images, camera.topic);
-  const bool named = !info.empty();
-  const std::string wanted = named ? info : besideImage(camera.topic);
-  const std::string found = nameInBag(types, wanted);
-  const bool usable = !found.empty() && types.at(found) == kInfoType;
-  if (named && !usable) {
-    fail("bag " + path + " has no " + kInfoType + " for " + side + " on " + info + "; it has " +
-         describeTopics(types));
+  if (!info.empty()) {
+    camera.calibration.topic = namedInfoTopic(file, info, side);
+  } else {
+    const std::string usual = besideImage(camera.topic), found = file.find(usual, kInfoType);
+    camera.calibration.topic = found.empty() ? usual : found;
   }
-  camera.calibration.topic = usable ? found : wanted;
   return camera;
 }
 
@@ -121,42 +115,28 @@ void OwnBagSource::Impl::findTopics() {
   right = findCamera("right", options.right.empty() ? bag_topics::kRight : options.right, options.right_info);
   if (withoutCompressed(left.topic) == withoutCompressed(right.topic)) {
     fail("left and right are both " + withoutCompressed(left.topic) + ": a pair needs two cameras; bag " +
-         path + " has " + describeTopics(types));
+         file.path() + " has " + file.describeTopics());
   }
-  truth_topic = truthTopic(types, options.ground_truth, path, notes);
-}
-
-void OwnBagSource::Impl::add(const rosbag::MessageInstance& message) {
-  const std::string& topic = message.getTopic();
-  try {
-    for (Camera* camera : {&left, &right}) {
-      if (topic == camera->calibration.topic) camera->calibration.add(message);
-    }
-    std::vector<Stamped>* list = topic == left.topic    ? &left.images
-                                 : topic == right.topic ? &right.images
-                                 : topic == truth_topic ? &truths
-                                                        : nullptr;
-    if (list != nullptr) addStamped(message, *list, problems);
-  } catch (const std::exception&) {  // a damaged chunk
-    ++problems.unreadable[topic];
-  }
+  truth_topic = truthTopic(file, options.ground_truth, notes);
 }
 
 void OwnBagSource::Impl::scan() {
-  std::vector<std::string> wanted = {left.topic, right.topic, left.calibration.topic,
-                                     right.calibration.topic};
-  if (!truth_topic.empty()) wanted.push_back(truth_topic);
-  rosbag::View view(*bag, rosbag::TopicQuery(wanted));
-  for (const rosbag::MessageInstance& message : view) add(message);
-  for (std::vector<Stamped>* list : {&left.images, &right.images, &truths}) sortByStamp(*list);
-  problems.describe(notes);
+  std::vector<BagScan::Topic> topics = {{left.topic}, {right.topic}};
+  if (!truth_topic.empty()) topics.push_back({truth_topic});
+  BagScan scan(file, topics, {left.calibration.topic, right.calibration.topic});
+  for (Camera* camera : {&left, &right}) {
+    camera->images = scan.take(camera->topic);
+    camera->calibration = scan.calibration(camera->calibration.topic);
+  }
+  truths = scan.take(truth_topic);
+  scan.describe(notes);
 }
 
 void OwnBagSource::Impl::makeRig() {
   std::vector<std::string> missing, present;
   for (const Camera* camera : {&left, &right}) {
     (camera->calibration.info ? present : missing).push_back(camera->calibration.topic);
-    camera->calibration.describe(notes);
+    describeChanges(camera->calibration, notes);
   }
   if (!missing.empty()) {
     rig_problem = "there is no camera_info on " + core::joinList(missing, " and ");
@@ -176,12 +156,12 @@ void OwnBagSource::Impl::makeRig() {
 
 void OwnBagSource::Impl::failUnpaired(const Partners& found) const {
   for (const Camera* camera : {&left, &right}) {
-    if (camera->images.empty()) fail("bag " + path + " has no readable image on " + camera->topic);
+    if (camera->images.empty()) fail("bag " + file.path() + " has no readable image on " + camera->topic);
   }
-  fail("bag " + path + ": no image on " + right.topic + " comes within " +
+  fail("bag " + file.path() + ": no image on " + right.topic + " comes within " +
        core::formatNumber(options.max_stamp_difference) + " s of one on " + left.topic +
        "; the smallest difference of stamps is " + secondsText(found.least_difference) +
-       (found.least_difference > static_cast<std::int64_t>(kLongestStampDifference * 1e9)
+       (found.least_difference > static_cast<std::int64_t>(BagTopics::kLongestStampDifference * 1e9)
             ? ": are the clocks of the cameras set?"
             : ": set max_stamp_difference to at least that"));
 }
@@ -195,19 +175,18 @@ void OwnBagSource::Impl::failUnjudged(const Partners& found) const {
                     " has the stamp of a left image (the smallest difference is " +
                     secondsText(found.least_difference) + ")";
   }
-  fail("bag " + path + " has nothing to judge by: " + rig_problem + "; and " + truth_problem + "; it has " +
-       describeTopics(types));
+  fail("bag " + file.path() + " has nothing to judge by: " + rig_problem + "; and " + truth_problem +
+       "; it has " + file.describeTopics());
 }
 
 void OwnBagSource::Impl::makePairs() {
-  const auto tolerance = static_cast<std::int64_t>(std::llround(options.max_stamp_difference * 1e9));
-  const Partners rights = partners(stampsOf(left.images), stampsOf(right.images), tolerance);
+  const Partners rights = partners(stampsOf(left.images), stampsOf(right.images), tolerance(options));
   if (rights.size() == 0) failUnpaired(rights);
   std::vector<std::int64_t> paired;
   for (std::size_t i = 0; i < left.images.size(); ++i) {
     if (rights.of[i]) paired.push_back(left.images[i].stamp);
   }
-  const Partners judged = partners(paired, stampsOf(truths), tolerance);
+  const Partners judged = partners(paired, stampsOf(truths), tolerance(options));
   if (!rig && judged.size() == 0) failUnjudged(judged);
 
   std::size_t k = 0, unjudged = 0;
@@ -239,7 +218,7 @@ void OwnBagSource::Impl::makePairs() {
   }
 }
 
-/// The first pair that the rig judges tells whether camera_info is that of the images.
+/// The first pair that the rig judges shows whether camera_info belongs to the images.
 void OwnBagSource::Impl::checkSizes() const {
   const auto first =
       std::find_if(pairs.begin(), pairs.end(), [](const Pair& pair) { return !pair.truth.has_value(); });
@@ -248,14 +227,14 @@ void OwnBagSource::Impl::checkSizes() const {
   try {
     left_image = image(left, first->left);
     right_image = image(right, first->right);
-  } catch (const std::exception&) {  // next() says so
+  } catch (const std::exception&) {  // next() reports it
     return;
   }
   const auto check = [this](const Camera& camera, const auto& rectify) {
     try {
       rectify();
     } catch (const std::invalid_argument& error) {
-      fail("bag " + path + ": " + camera.topic + ": " + error.what());
+      fail("bag " + file.path() + ": " + camera.topic + ": " + error.what());
     }
   };
   check(left, [&] { rig->rectifyLeft(left_image); });
@@ -264,7 +243,7 @@ void OwnBagSource::Impl::checkSizes() const {
 
 /// Throws std::invalid_argument or an exception of rosbag.
 cv::Mat OwnBagSource::Impl::image(const Camera& camera, const Stamped& message) const {
-  if (types.at(camera.topic) == kImageType) {
+  if (file.has(camera.topic, kImageType)) {
     const auto raw = message.message.instantiate<sensor_msgs::Image>();
     if (raw != nullptr) return fromMsg(sensor_msgs::ImageConstPtr(raw))->image.clone();
   } else {
@@ -277,7 +256,7 @@ cv::Mat OwnBagSource::Impl::image(const Camera& camera, const Stamped& message) 
 
 void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
   pair = {};
-  pair.id = idInBag(path, from.left.stamp);
+  pair.id = file.idAt(from.left.stamp);
   const std::string* topic = &left.topic;
   try {
     pair.left = image(left, from.left);
@@ -297,33 +276,27 @@ void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
   }
 }
 
-OwnBagSource::OwnBagSource(std::unique_ptr<rosbag::Bag> bag, const std::string& path, const BagTopics& topics)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->bag = std::move(bag);
-  impl_->path = path;
-  impl_->options = topics;
-  checkOptions(topics);
-  try {
-    impl_->types = topicTypes(*impl_->bag);
-    impl_->findTopics();
-    impl_->scan();
-  } catch (const rosbag::BagException& error) {
-    fail(damagedBagText(path, error.what()));
-  }
-  impl_->makeRig();
-  impl_->makePairs();
-  impl_->checkSizes();
+OwnBagSource::Impl::Impl(BagFile bag, const BagTopics& topics, std::vector<std::string>& all_notes)
+    : file(std::move(bag)), options(topics), notes(all_notes) {
+  options.check();
+  findTopics();
+  scan();
+  makeRig();
+  makePairs();
+  checkSizes();
 }
+
+OwnBagSource::OwnBagSource(BagFile file, const BagTopics& topics)
+    : impl_(std::make_unique<Impl>(std::move(file), topics, notes_)) {}
 
 OwnBagSource::~OwnBagSource() = default;
 
-bool OwnBagSource::recognises(const std::map<std::string, std::string>& types) {
+bool OwnBagSource::recognises(const BagFile& file) {
   for (const char* const topic : {bag_topics::kGroundTruth, bag_topics::kCorrespondences}) {
-    if (types.count(topic) != 0) return false;
+    if (file.types().count(topic) != 0) return false;
   }
   for (const char* const topic : {bag_topics::kLeft, bag_topics::kRight}) {
-    const auto info = types.find(besideImage(topic));
-    if (imageTopic(types, topic).empty() || info == types.end() || info->second != kInfoType) return false;
+    if (imageTopic(file, topic).empty() || !file.has(besideImage(topic), kInfoType)) return false;
   }
   return true;
 }
@@ -335,7 +308,5 @@ bool OwnBagSource::next(core::ImagePair& pair) {
   impl_->read(impl_->pairs[impl_->position++], pair);
   return true;
 }
-
-const std::vector<std::string>& OwnBagSource::notes() const { return impl_->notes; }
 
 }  // namespace corrsel

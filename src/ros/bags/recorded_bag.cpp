@@ -1,7 +1,5 @@
 #include "ros/bags/recorded_bag.h"
 
-#include <rosbag/view.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -11,15 +9,16 @@
 #include <utility>
 
 #include "base/text.h"
+#include "corrsel/datasets/reader.h"
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/ros/conversions.h"
-#include "ros/bags/bag_messages.h"
+#include "ros/bags/bag_scan.h"
 #include "ros/bags/stereo_rig.h"
 
 namespace corrsel {
 namespace {
 
-/// The beginning of Correspondences: of which images they are.
+/// The beginning of a Correspondences message: the images that the matches belong to.
 struct PairHeader {
   std_msgs::Header header;
   ros::Time right_stamp;
@@ -53,19 +52,11 @@ namespace {
 
 constexpr char kMatchesType[] = "corrsel/Correspondences";
 constexpr char kPutativeName[] = "correspondences";
-// Matches of this many messages tell raw images from rectified ones, by how many are this near their lines.
+// Raw and rectified images are told apart by how many matches of so many messages are near their lines.
 constexpr std::size_t kProbes = 20;
 constexpr double kProbeTolerance = 2.0;  // px
 
 [[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
-
-std::vector<std::string> topicsOfType(const Types& types, const std::string& type) {
-  std::vector<std::string> topics;
-  for (const auto& [topic, its_type] : types) {
-    if (its_type == type) topics.push_back(topic);
-  }
-  return topics;
-}
 
 std::string lastPart(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
 
@@ -73,7 +64,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// The only element that the predicate holds for; null where there is none or several.
+/// The only element for which the predicate holds; null where there is none or more than one.
 template <class Range, class Predicate>
 auto only(Range& range, const Predicate& predicate) -> decltype(&*range.begin()) {
   const auto found = std::find_if(range.begin(), range.end(), predicate);
@@ -115,7 +106,7 @@ void requireSize(const cv::Size& images, const cv::Size& calibrated, const std::
       std::to_string(calibrated.height) + " px; record the camera_info that belongs to the images");
 }
 
-/// Matches of a rig's images between its rectified images; those that are not in both are left out.
+/// Moves matches of a rig's images to its rectified images; those that are not in both of them are left out.
 core::Correspondences rectified(const StereoRig& rig, core::Correspondences matches) {
   const std::vector<cv::Matx23d> left = rig.rectifyLeft(pointsOf(matches.left_x, matches.left_y));
   const std::vector<cv::Matx23d> right = rig.rectifyRight(pointsOf(matches.right_x, matches.right_y));
@@ -147,10 +138,9 @@ struct RecordedMatchesSource::Impl {
     bool by_rig;
   };
 
-  std::unique_ptr<rosbag::Bag> bag;
-  std::string path;
+  BagFile file;
   BagTopics options;
-  Types types;
+  std::vector<std::string>& notes;
   std::string topic, truth_topic;  ///< of the matches; of the truth, empty: none
   std::vector<Stamped> matches, truths;
   std::string left_frame, right_frame;  ///< of the first matches
@@ -160,8 +150,8 @@ struct RecordedMatchesSource::Impl {
   std::string rig_problem;  ///< why there is no rig
   std::vector<Pair> pairs;
   std::size_t position = 0;
-  std::vector<std::string> notes;
 
+  Impl(BagFile bag, const BagTopics& topics, std::vector<std::string>& all_notes);
   void findTopics();
   void scan();
   void findCameras();
@@ -180,12 +170,12 @@ struct RecordedMatchesSource::Impl {
 };
 
 void RecordedMatchesSource::Impl::findTopics() {
-  const std::vector<std::string> found = topicsOfType(types, kMatchesType);
+  const std::vector<std::string> found = file.topicsOfType(kMatchesType);
   if (!options.correspondences.empty()) {
-    topic = nameInBag(types, options.correspondences);
-    if (topic.empty() || types.at(topic) != kMatchesType) {
-      fail("bag " + path + " has no " + kMatchesType + " on " + options.correspondences + "; it has " +
-           describeTopics(types));
+    topic = file.find(options.correspondences, kMatchesType);
+    if (topic.empty()) {
+      fail("bag " + file.path() + " has no " + kMatchesType + " on " + options.correspondences + "; it has " +
+           file.describeTopics());
     }
   } else if (found.size() == 1) {
     topic = found.front();
@@ -193,55 +183,35 @@ void RecordedMatchesSource::Impl::findTopics() {
     const auto is_putative = [](const std::string& name) { return lastPart(name) == kPutativeName; };
     const std::string* const putative = only(found, is_putative);
     if (putative == nullptr) {
-      fail("bag " + path + " has matches on " + core::joinList(found, ", ") +
-           ": say which ones by correspondences");
+      fail("bag " + file.path() + " has matches on " + core::joinList(found, ", ") +
+           ": name the topic to use by correspondences");
     }
     topic = *putative;
   }
   notes.push_back("the matches are those on " + topic);
-  truth_topic = truthTopic(types, options.ground_truth, path, notes);
-  for (const std::string& info : topicsOfType(types, kInfoType)) {
-    calibrations.emplace_back();
-    calibrations.back().topic = info;
-  }
+  truth_topic = truthTopic(file, options.ground_truth, notes);
 }
 
 void RecordedMatchesSource::Impl::scan() {
-  std::vector<std::string> wanted = {topic};
-  if (!truth_topic.empty()) wanted.push_back(truth_topic);
-  for (const Calibration& calibration : calibrations) wanted.push_back(calibration.topic);
-  ScanProblems problems;
-  rosbag::View view(*bag, rosbag::TopicQuery(wanted));
-  for (const rosbag::MessageInstance& message : view) {
-    const std::string& its_topic = message.getTopic();
-    try {
-      if (its_topic == topic) {
-        const auto header = message.instantiate<PairHeader>();
-        if (header == nullptr) throw std::invalid_argument("another version of the message type");
-        if (matches.empty()) {
-          left_frame = header->header.frame_id;
-          right_frame = header->right_frame_id;
-        }
-        addStamped(message, matches, problems);
-      } else if (its_topic == truth_topic) {
-        addStamped(message, truths, problems);
-      } else {
-        only(calibrations, [&](const Calibration& entry) { return entry.topic == its_topic; })->add(message);
-      }
-    } catch (const std::exception&) {  // a damaged chunk, another version
-      ++problems.unreadable[its_topic];
-    }
-  }
-  sortByStamp(matches);
-  sortByStamp(truths);
-  problems.describe(notes);
+  std::vector<BagScan::Topic> topics = {{topic, ros::message_traits::MD5Sum<Correspondences>::value()}};
+  if (!truth_topic.empty()) topics.push_back({truth_topic});
+  const std::vector<std::string> infos = file.topicsOfType(kInfoType);
+  BagScan scan(file, topics, infos);
+  matches = scan.take(topic);
+  truths = scan.take(truth_topic);
+  for (const std::string& info : infos) calibrations.push_back(scan.calibration(info));
+  scan.describe(notes);
   if (matches.empty()) {
-    fail("bag " + path + " has no message on " + topic + " that can be read" +
-         (problems.unreadable.count(topic) != 0
-              ? ": " + count(problems.unreadable[topic], "message") + " of another version of " +
-                    kMatchesType + ", or damaged"
-              : ""));
+    const std::size_t unreadable = scan.unreadable(topic);
+    fail("bag " + file.path() + " has no message on " + topic + " that can be read" +
+         (unreadable > 0 ? ": " + count(unreadable, "message") + " of another version of " + kMatchesType +
+                               ", or damaged; read the bag with the version of corrsel that recorded it, or "
+                               "record the matches again"
+                         : ""));
   }
+  const auto first = matches.front().message.instantiate<PairHeader>();
+  left_frame = first->header.frame_id;
+  right_frame = first->right_frame_id;
 }
 
 /// Null where it is not clear. @param other  what is in the name of the other camera's topic
@@ -249,11 +219,7 @@ const Calibration* RecordedMatchesSource::Impl::findCamera(const std::string& na
                                                            const std::string& other,
                                                            const std::string& frame) const {
   if (!named.empty()) {
-    const std::string found = nameInBag(types, named);
-    if (found.empty() || types.at(found) != kInfoType) {
-      fail("bag " + path + " has no " + kInfoType + " for " + side + " on " + named + "; it has " +
-           describeTopics(types));
-    }
+    const std::string found = namedInfoTopic(file, named, side);
     return only(calibrations, [&](const Calibration& entry) { return entry.topic == found; });
   }
   const Calibration* const by_name = only(calibrations, [&](const Calibration& entry) {
@@ -290,7 +256,7 @@ std::optional<StereoRig> RecordedMatchesSource::Impl::makeRig(bool is_rectified)
   }
 }
 
-/// Of the matches of some messages, spread over the bag.
+/// Share of matches near their epipolar lines, in some messages that are spread over the bag.
 double RecordedMatchesSource::Impl::shareNearLines(const StereoRig& candidate) const {
   std::size_t near = 0, all = 0;
   const std::size_t probes = std::min(kProbes, matches.size());
@@ -302,7 +268,7 @@ double RecordedMatchesSource::Impl::shareNearLines(const StereoRig& candidate) c
         ++all;
         near += error <= kProbeTolerance ? 1 : 0;
       }
-    } catch (const std::exception&) {  // next() says so
+    } catch (const std::exception&) {  // next() reports it
     }
   }
   return all == 0 ? 0.0 : static_cast<double>(near) / static_cast<double>(all);
@@ -311,7 +277,7 @@ double RecordedMatchesSource::Impl::shareNearLines(const StereoRig& candidate) c
 void RecordedMatchesSource::Impl::makeRig() {
   if (!rig_problem.empty()) return;
   for (const Calibration* camera : {&left, &right}) {
-    camera->describe(notes);
+    describeChanges(*camera, notes);
     if (!camera->info) rig_problem = "no message on " + camera->topic + " can be read";
   }
   if (!rig_problem.empty()) return;
@@ -337,7 +303,7 @@ void RecordedMatchesSource::Impl::makeRig() {
   }
   if (!rig) return;
   rig_problem.clear();
-  // The first matches tell whether camera_info is that of their images.
+  // The first matches show whether camera_info belongs to their images.
   try {
     const core::Correspondences first = read(matches.front());
     requireSize(first.left_size, rig->leftSize(), left.topic);
@@ -355,8 +321,7 @@ bool RecordedMatchesSource::Impl::simultaneous(const Stamped& message) const {
 }
 
 void RecordedMatchesSource::Impl::makePairs() {
-  const auto tolerance = static_cast<std::int64_t>(std::llround(options.max_stamp_difference * 1e9));
-  const Partners judged = partners(stampsOf(matches), stampsOf(truths), tolerance);
+  const Partners judged = partners(stampsOf(matches), stampsOf(truths), tolerance(options));
   std::size_t by_rig = 0, apart = 0;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     pairs.push_back({matches[i], std::nullopt, false});
@@ -392,34 +357,28 @@ core::Correspondences RecordedMatchesSource::Impl::read(const Stamped& message, 
   const auto msg = message.message.instantiate<Correspondences>();
   PairInfo info;
   core::Correspondences result = fromMsg(*msg, &info);
-  id = info.id.pair.empty() ? idInBag(path, message.stamp) : info.id;
+  id = info.id.pair.empty() ? file.idAt(message.stamp) : info.id;
   return result;
 }
 
-RecordedMatchesSource::RecordedMatchesSource(std::unique_ptr<rosbag::Bag> bag, const std::string& path,
-                                             const BagTopics& topics)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->bag = std::move(bag);
-  impl_->path = path;
-  impl_->options = topics;
-  checkOptions(topics);
-  try {
-    impl_->types = topicTypes(*impl_->bag);
-    impl_->findTopics();
-    impl_->scan();
-  } catch (const rosbag::BagException& error) {
-    fail(damagedBagText(path, error.what()));
-  }
-  impl_->findCameras();
-  impl_->makeRig();
-  impl_->makePairs();
+RecordedMatchesSource::Impl::Impl(BagFile bag, const BagTopics& topics, std::vector<std::string>& all_notes)
+    : file(std::move(bag)), options(topics), notes(all_notes) {
+  options.check();
+  findTopics();
+  scan();
+  findCameras();
+  makeRig();
+  makePairs();
 }
+
+RecordedMatchesSource::RecordedMatchesSource(BagFile file, const BagTopics& topics)
+    : impl_(std::make_unique<Impl>(std::move(file), topics, notes_)) {}
 
 RecordedMatchesSource::~RecordedMatchesSource() = default;
 
-bool RecordedMatchesSource::recognises(const std::map<std::string, std::string>& types) {
-  return !topicsOfType(types, kMatchesType).empty() && topicsOfType(types, "sensor_msgs/Image").empty() &&
-         topicsOfType(types, "sensor_msgs/CompressedImage").empty();
+bool RecordedMatchesSource::recognises(const BagFile& file) {
+  return !file.topicsOfType(kMatchesType).empty() && file.topicsOfType("sensor_msgs/Image").empty() &&
+         file.topicsOfType("sensor_msgs/CompressedImage").empty();
 }
 
 std::size_t RecordedMatchesSource::size() const { return impl_->pairs.size(); }
@@ -428,7 +387,7 @@ bool RecordedMatchesSource::next(core::ImagePair& pair) {
   if (impl_->position == impl_->pairs.size()) return false;
   const Impl::Pair& from = impl_->pairs[impl_->position++];
   pair = {};
-  pair.id = idInBag(impl_->path, from.matches.stamp);
+  pair.id = impl_->file.idAt(from.matches.stamp);
   const std::string* topic = &impl_->topic;
   try {
     core::Correspondences matches = impl_->read(from.matches, pair.id);
@@ -447,7 +406,5 @@ bool RecordedMatchesSource::next(core::ImagePair& pair) {
   }
   return true;
 }
-
-const std::vector<std::string>& RecordedMatchesSource::notes() const { return impl_->notes; }
 
 }  // namespace corrsel

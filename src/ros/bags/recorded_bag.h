@@ -1,46 +1,39 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <memory>
-#include <string>
-#include <vector>
 
-#include "corrsel/datasets/pair_source.h"
 #include "ros/bags/bag_file.h"
-#include "ros/bags/dataset_bag.h"
+#include "ros/bags/bag_source.h"
+#include "ros/bags/bag_topics.h"
 
 namespace corrsel {
 
 /// Reads putative matches that were recorded live (live.launch record:=true) as given matches, without
-/// images. Matches are judged by the GroundTruth message of their stamp, as they are; else by the epipolar
-/// geometry of the recorded camera_info (StereoRig): matches of raw images are undistorted and rectified, and
-/// those beyond the area that StereoRig keeps are left out. Matches between images that were not taken at the
-/// same time (a sequence), and those of a bag without either, have TruthKind::kNone. Pairs are named as the
-/// message names them, else {bag's name, "bag", stamp}.
-class RecordedMatchesSource : public core::PairSource {
+/// images. Matches are judged by the GroundTruth message of their stamp, and then stay as they are. Without
+/// such a message they are judged by the epipolar geometry of the recorded camera_info (StereoRig): matches
+/// of raw images are undistorted and rectified, and those beyond the area that StereoRig keeps are left out.
+/// Matches between images that were not taken at the same time (a sequence), and the matches of a bag with
+/// neither ground truth nor calibration, have TruthKind::kNone. A pair has the name that its message gives,
+/// or else {bag's name, "bag", stamp}.
+class RecordedMatchesSource : public BagSource {
  public:
-  /// Reads the bag once. The matches are on BagTopics::correspondences; where that is empty, on the only
-  /// topic of their type or the only one of them that ends in "correspondences". The two camera_info topics
-  /// are the ones named, else the ones with "left" and "right" in their names, else those with the frame ids
-  /// of the matches. BagTopics::images tells whether the matches are of raw or of rectified images; "auto"
-  /// takes what brings more of them near their epipolar lines, and says so.
-  /// Throws core::DatasetError for topics that are not there, of another type, not readable, or not to be
-  /// told apart (listing those of the bag); std::invalid_argument for options out of range.
-  RecordedMatchesSource(std::unique_ptr<rosbag::Bag> bag, const std::string& path, const BagTopics& topics);
+  /// Reads the bag once. The matches are on BagTopics::correspondences. Where that is empty, they are on the
+  /// only topic of their type, or on the only one of these that ends in "correspondences". The two
+  /// camera_info topics are the named ones, or else those with "left" and "right" in their names, or else
+  /// those with the frame ids of the matches. BagTopics::images tells whether the matches are of raw or of
+  /// rectified images; "auto" takes whichever brings more of them near their epipolar lines, and adds a note.
+  /// Throws core::DatasetError for topics that do not exist, have another type, cannot be read or are
+  /// ambiguous (it lists those of the bag); std::invalid_argument for options out of range.
+  RecordedMatchesSource(BagFile file, const BagTopics& topics);
   ~RecordedMatchesSource() override;
-  RecordedMatchesSource(const RecordedMatchesSource&) = delete;
-  RecordedMatchesSource& operator=(const RecordedMatchesSource&) = delete;
 
-  /// Whether a bag is one of these when no topic tells: it has matches and no image.
-  static bool recognises(const std::map<std::string, std::string>& types);
+  /// Whether a bag that is read without named topics is of this kind: it has matches and no image.
+  static bool recognises(const BagFile& file);
 
-  /// Readable messages of matches, in the order of their stamps.
+  /// Readable messages with matches, in the order of their stamps.
   std::size_t size() const override;
   bool next(core::ImagePair& pair) override;
-
-  /// What was left out and why, and what the reader decided; one sentence each.
-  const std::vector<std::string>& notes() const;
 
  private:
   struct Impl;

@@ -33,7 +33,7 @@ PairInfo infoOf(const ImageSet& images, const LiveMatcher::Settings& settings, d
   PairInfo info;
   info.header = images.left->header;
   info.features = settings.extractor->name();
-  info.wait_seconds = wait_seconds;
+  info.seconds.wait = wait_seconds;
   return info;
 }
 
@@ -46,12 +46,12 @@ boost::shared_ptr<Correspondences> finish(const core::Features& left, const core
                                           core::Correspondences* kept = nullptr) {
   core::Stopwatch watch;
   core::Correspondences matches = core::matchFeatures(left, right, options, threads);
-  info.match_seconds = watch.restart();
+  info.seconds.match = watch.restart();
   info.n_left_features = static_cast<std::uint32_t>(left.keypoints.size());
   info.n_right_features = static_cast<std::uint32_t>(right.keypoints.size());
   if (kept != nullptr) *kept = matches;
   auto message = boost::make_shared<Correspondences>(toMsg(std::move(matches), info));
-  message->publish_seconds = conversion_seconds + watch.seconds();
+  message->seconds.publish = conversion_seconds + watch.seconds();
   return message;
 }
 
@@ -72,8 +72,8 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
   const double conversion_seconds = watch.seconds();
   const auto features =
       core::extractPair(*settings.extractor, left->image, right->image, threads_, left_region, right_region);
-  info.detect_seconds = features.first.detect_seconds + features.second.detect_seconds;
-  info.describe_seconds = features.first.describe_seconds + features.second.describe_seconds;
+  info.seconds.detect = features.first.detect_seconds + features.second.detect_seconds;
+  info.seconds.describe = features.first.describe_seconds + features.second.describe_seconds;
   return finish(features.first, features.second, settings.match, threads_, conversion_seconds, info);
 }
 
@@ -86,8 +86,8 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
   const double conversion_seconds = watch.seconds();
   auto features =
       std::make_shared<core::Features>(settings.extractor->extract(image->image, threads_, where));
-  info.detect_seconds = features->detect_seconds;
-  info.describe_seconds = features->describe_seconds;
+  info.seconds.detect = features->detect_seconds;
+  info.seconds.describe = features->describe_seconds;
 
   const std::uint64_t id = info.header.stamp.toNSec();
   sequence_.setOptions(settings.sequence);

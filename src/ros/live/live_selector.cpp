@@ -86,16 +86,17 @@ LiveSelector::Answer LiveSelector::select(const Correspondences& message, double
   PairInfo info;
   const core::Correspondences input = fromMsg(message, &info);
   // What was not measured before counts as nothing: matches that somebody else has made.
-  info.wait_seconds = orNothing(info.wait_seconds) + waited;
-  info.publish_seconds = orNothing(info.publish_seconds) + watch.seconds();
+  info.seconds.wait = orNothing(info.seconds.wait) + waited;
+  info.seconds.publish = orNothing(info.seconds.publish) + watch.seconds();
 
   const core::Selection selection = active.selector->select(input);
+  info.seconds.select = selection.seconds;
   watch.restart();
   Answer answer;
   answer.matches =
       boost::make_shared<Correspondences>(toMsg(input.subset(core::selectedRows(selection.mask)), info));
   answer.selection = boost::make_shared<Selection>(toMsg(selection, info, active.spec));
-  answer.selection->publish_seconds += watch.seconds();
+  answer.selection->seconds.publish += watch.seconds();
 
   if (selection.n_input == 0) {
     answer.warning = "no putative matches: are the images dark, blurred or masked?";

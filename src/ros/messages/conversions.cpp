@@ -79,14 +79,14 @@ bool isSupported(const std::string& encoding) {
   return enc::isColor(encoding) || enc::isBayer(encoding) || kOthers.count(encoding) != 0;
 }
 
-/// What an image message says of itself, for complaints.
+/// Description of an image message, for error texts.
 std::string imageText(const sensor_msgs::Image& msg) {
   return "image with encoding '" + msg.encoding + "', " + std::to_string(msg.width) + "x" +
          std::to_string(msg.height) + " px, step " + std::to_string(msg.step) + ", " +
          std::to_string(msg.data.size()) + " bytes";
 }
 
-/// Throws unless the data are what the header says. cv_bridge looks too, but in 32 bits, which overflow.
+/// Throws unless the data fit the header. cv_bridge checks this too, but in 32 bits, which overflow.
 /// @param pixel_size  bytes
 void requirePixels(const sensor_msgs::Image& msg, std::size_t pixel_size) {
   const auto refusal = [&msg](const std::string& what) {
@@ -101,7 +101,8 @@ void requirePixels(const sensor_msgs::Image& msg, std::size_t pixel_size) {
   if (msg.data.size() != expected) throw refusal("expected " + std::to_string(expected) + " bytes");
 }
 
-/// The image with the bytes of every 16-bit number exchanged, or the image itself where they are in order.
+/// The image in this machine's byte order: the image itself, or a copy with the bytes of every 16-bit number
+/// exchanged.
 sensor_msgs::ImageConstPtr inNativeOrder(const sensor_msgs::ImageConstPtr& msg, int depth) {
   constexpr bool kNativeIsBig = boost::endian::order::native == boost::endian::order::big;
   if (depth != 16 || (msg->is_bigendian != 0) == kNativeIsBig) return msg;
@@ -114,7 +115,7 @@ sensor_msgs::ImageConstPtr inNativeOrder(const sensor_msgs::ImageConstPtr& msg, 
 }
 
 /// Whether a JPEG has no end-of-image marker behind its last start-of-scan marker; inside a scan neither can
-/// occur (ITU-T T.81, B.1.1.2 and F.1.2.3). OpenCV decodes such data without a word.
+/// occur (ITU-T T.81, B.1.1.2 and F.1.2.3). OpenCV decodes such data without an error.
 bool isCutOffJpeg(const std::vector<std::uint8_t>& data) {
   constexpr std::uint8_t kStartOfImage[] = {0xff, 0xd8}, kStartOfScan[] = {0xff, 0xda},
                          kEndOfImage[] = {0xff, 0xd9};
@@ -150,11 +151,7 @@ Correspondences toMsg(core::Correspondences matches, const PairInfo& info) {
   msg.right_index = std::move(matches.right_index);
   msg.n_left_features = info.n_left_features;
   msg.n_right_features = info.n_right_features;
-  msg.wait_seconds = info.wait_seconds;
-  msg.detect_seconds = info.detect_seconds;
-  msg.describe_seconds = info.describe_seconds;
-  msg.match_seconds = info.match_seconds;
-  msg.publish_seconds = info.publish_seconds;
+  msg.seconds = info.seconds;
   return msg;
 }
 
@@ -192,11 +189,7 @@ core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
     info->features = msg.features;
     info->n_left_features = msg.n_left_features;
     info->n_right_features = msg.n_right_features;
-    info->wait_seconds = msg.wait_seconds;
-    info->detect_seconds = msg.detect_seconds;
-    info->describe_seconds = msg.describe_seconds;
-    info->match_seconds = msg.match_seconds;
-    info->publish_seconds = msg.publish_seconds;
+    info->seconds = msg.seconds;
   }
   return matches;
 }
@@ -217,12 +210,8 @@ Selection toMsg(const core::Selection& selection, const PairInfo& info, const st
   msg.n_ignored = static_cast<std::uint32_t>(selection.n_ignored);
   msg.n_selected = static_cast<std::uint32_t>(selection.n_selected);
   msg.iterations = selection.iterations;
-  msg.wait_seconds = info.wait_seconds;
-  msg.detect_seconds = info.detect_seconds;
-  msg.describe_seconds = info.describe_seconds;
-  msg.match_seconds = info.match_seconds;
-  msg.publish_seconds = info.publish_seconds;
-  msg.select_seconds = selection.seconds;
+  msg.seconds = info.seconds;
+  msg.seconds.select = selection.seconds;
   return msg;
 }
 
@@ -261,16 +250,12 @@ core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selec
   selection.n_ignored = msg.n_ignored;
   selection.n_selected = msg.n_selected;
   selection.iterations = msg.iterations;
-  selection.seconds = msg.select_seconds;
+  selection.seconds = msg.seconds.select;
   if (info != nullptr) {
     info->header = msg.header;
     info->right_stamp = msg.right_stamp;
     info->right_frame_id = msg.right_frame_id;
-    info->wait_seconds = msg.wait_seconds;
-    info->detect_seconds = msg.detect_seconds;
-    info->describe_seconds = msg.describe_seconds;
-    info->match_seconds = msg.match_seconds;
-    info->publish_seconds = msg.publish_seconds;
+    info->seconds = msg.seconds;
   }
   if (selector != nullptr) *selector = msg.selector;
   return selection;
