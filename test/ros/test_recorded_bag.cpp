@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
 #include <sensor_msgs/CameraInfo.h>
+#include <topic_tools/shape_shifter.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -170,9 +171,9 @@ TEST_F(RecordedBag, ATopicCanBeChosen) {
 TEST_F(RecordedBag, TopicsThatCannotBeToldApartAreRefused) {
   writeMatches(bag_, "/front/correspondences", 1, sceneMatches(true));
   writeMatches(bag_, "/rear/correspondences", 1, sceneMatches(true));
-  EXPECT_NE(
-      refusal().find("/front/correspondences, /rear/correspondences: say which ones by correspondences"),
-      std::string::npos);
+  EXPECT_NE(refusal().find(
+                "/front/correspondences, /rear/correspondences: name the topic to use by correspondences"),
+            std::string::npos);
   BagTopics topics;
   topics.correspondences = "/nothing";
   EXPECT_NE(refusal(topics).find("has no corrsel/Correspondences on /nothing"), std::string::npos);
@@ -318,6 +319,29 @@ TEST_F(RecordedBag, AMessageThatMakesNoSenseCostsItsPairOnly) {
   core::ImagePair pair;
   EXPECT_THROW(source->next(pair), core::DatasetError);
   EXPECT_TRUE(source->next(pair));
+}
+
+/// The message as a bag of another version has it: other definition, other checksum.
+void writeOtherVersion(rosbag::Bag& bag, double stamp) {
+  topic_tools::ShapeShifter message;
+  const Correspondences content = recorded(stamp, sceneMatches(true));
+  message.morph("0123456789abcdef0123456789abcdef", "corrsel/Correspondences", "Header header\n", "");
+  std::vector<std::uint8_t> bytes(ros::serialization::serializationLength(content));
+  ros::serialization::OStream out(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(out, content);
+  ros::serialization::IStream in(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  message.read(in);
+  bag.write(kMatches, ros::Time(stamp), message);
+}
+
+TEST_F(RecordedBag, MatchesOfAnotherVersionAreRefusedWithTheRemedy) {
+  writeOtherVersion(bag_, 1);
+  const std::string text = refusal();
+  for (const char* part :
+       {"no message on /correspondences that can be read",
+        "1 message of another version of corrsel/Correspondences", "record the matches again"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  }
 }
 
 TEST_F(RecordedBag, ACutOffRecordingSaysWhatToDo) {
