@@ -1,4 +1,4 @@
-"""Arrays and OpenCV's keypoints from corrsel/Correspondences and corrsel/Selection messages, for consumers.
+"""Convert corrsel/Correspondences and corrsel/Selection messages to arrays and to OpenCV's keypoints.
 
     import cv2, rospy
     from corrsel import matches
@@ -20,16 +20,16 @@ import numpy as np
 
 __all__ = ["KeypointsAndMatches", "keypoints", "points", "selected_rows"]
 
-#: Two lists of cv2.KeyPoint and a list of cv2.DMatch between them: queryIdx counts the left ones.
+#: Two lists of cv2.KeyPoint and a list of cv2.DMatch between them: queryIdx is an index into the left list.
 KeypointsAndMatches = collections.namedtuple("KeypointsAndMatches", "left right matches")
 
 FRAME_NUMBERS = 6
 
 
 def points(msg):
-    """Return the positions in the left and in the right image: two float32 arrays of N rows (x, y), px.
+    """Return the positions in the left and the right image as two float32 arrays of shape (N, 2): x, y in px.
 
-    Raises ValueError naming an array of the message whose length is not the number of matches.
+    Raises ValueError that names an array of the message whose length is not the number of matches.
     """
     count = len(msg.left_x)
     left = np.stack([_column(msg, "left_x", count), _column(msg, "left_y", count)], axis=1)
@@ -38,15 +38,15 @@ def points(msg):
 
 
 def keypoints(msg):
-    """Return KeypointsAndMatches of a Correspondences message; matches are in the message's order.
+    """Return the KeypointsAndMatches of a Correspondences message, with the matches in the message's order.
 
-    A feature of several matches is one keypoint where the message numbers its features (class_id is that
-    number), else every match has keypoints of its own (class_id -1). With affine frames, the size is the
-    diameter of the circle as large as the frame's ellipse, px, and the angle is that of the frame's first
-    axis, degrees in [0, 360); without them they are 0 and -1. The distance of a match is the largest float32,
-    as OpenCV has it, where the message has none.
+    If the message has indices of features, a feature of several matches is one keypoint, with the index as
+    class_id; otherwise every match has keypoints of its own, with class_id -1. If the message has affine
+    frames, the size of a keypoint is the diameter, px, of the circle with the area of the frame's ellipse, and
+    its angle is that of the frame's first axis, degrees in [0, 360); otherwise they are 0 and -1. The distance
+    of a match is the largest float32, as in OpenCV, if the message has no distances.
 
-    Raises ValueError naming an array of the wrong length, and ImportError where OpenCV's module is missing.
+    Raises ValueError that names an array of the wrong length, and ImportError if OpenCV's module is missing.
     """
     cv2 = _opencv()
     count = len(msg.left_x)
@@ -61,10 +61,11 @@ def keypoints(msg):
 
 
 def selected_rows(msg):
-    """Return the numbers of the matches that a Selection message kept, rising.
+    """Return the indices of the matches that a Selection message kept, in rising order.
 
-    They are rows of the Correspondences with the same stamp on the topic that the selector reads, not of the
-    topic `matches`, which holds nothing else. Raises ValueError where n_input is not the length of the mask.
+    They are rows of the Correspondences with the same stamp on the topic that the selector reads
+    (`correspondences`), not on the topic `matches`, which holds only the selected ones. Raises ValueError if
+    n_input is not the length of the mask.
     """
     mask = np.frombuffer(bytes(msg.mask), np.uint8)
     if len(mask) != msg.n_input:
@@ -83,7 +84,7 @@ def _opencv():
 
 
 def _column(msg, field, length, optional=False, dtype=np.float32):
-    """Return a field as an array, None where it is optional and empty."""
+    """Return a field as an array, or None if it is optional and empty."""
     values = np.asarray(getattr(msg, field), dtype)
     if optional and len(values) == 0:
         return None
@@ -96,7 +97,7 @@ def _column(msg, field, length, optional=False, dtype=np.float32):
 
 
 def _side(cv2, msg, side, positions):
-    """Return the keypoints of one image and, per match, the number of its keypoint."""
+    """Return the keypoints of one image and, per match, the index of its keypoint."""
     count = len(positions)
     index = _column(msg, side + "_index", count, optional=True, dtype=np.int64)
     frames = _column(msg, side + "_frame", FRAME_NUMBERS * count, optional=True)

@@ -1,18 +1,20 @@
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
 
-#include <algorithm>
 #include <boost/make_shared.hpp>
-#include <cmath>
+#include <memory>
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
-#include <vector>
+#include <string>
 
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/ros/conversions.h"
 #include "ros/live/callback_thread.h"
-#include "ros/live/stamp_cache.h"
+#include "ros/live/nodelet_parameters.h"
+#include "ros/live/parameters.h"
+#include "ros/live/result_collector.h"
+#include "ros/live/wall_throttle.h"
 
 namespace corrsel {
 
@@ -23,69 +25,28 @@ class EvaluatorNodelet : public nodelet::Nodelet {
   ~EvaluatorNodelet() override { thread_.stop(); }
 
  private:
-  /// What has arrived for one stamp. Several selectors may answer the same correspondences.
-  struct Pending {
-    CorrespondencesConstPtr correspondences;
-    GroundTruthConstPtr truth;
-    std::vector<SelectionConstPtr> selections;
-  };
-
   void onInit() override {
-    ros::NodeHandle& pnh = getPrivateNodeHandle();
-    std::vector<double> tolerances;
-    if (pnh.getParam("tolerances", tolerances)) {
-      if (!tolerances.empty() && std::all_of(tolerances.begin(), tolerances.end(), isTolerance)) {
-        options_.tolerances = tolerances;
-      } else {
-        NODELET_ERROR("~tolerances is not a list of positive numbers; the default is used");
-      }
+    EvaluatorParameters parameters;
+    for (const std::string& text : readParameters(getPrivateNodeHandle(), parameters)) {
+      NODELET_ERROR_STREAM(text);
     }
-    const double standard = options_.ground_truth_tolerance;
-    pnh.param("ground_truth_tolerance", options_.ground_truth_tolerance, standard);
-    if (!isTolerance(options_.ground_truth_tolerance)) {
-      NODELET_ERROR_STREAM("~ground_truth_tolerance is not a positive number; " << standard << " px is used");
-      options_.ground_truth_tolerance = standard;
-    }
-    const auto queue = static_cast<std::uint32_t>(std::max(1, pnh.param("subscriber_queue_size", 10)));
-
+    options_.tolerances = parameters.toleranceList();
+    options_.ground_truth_tolerance = parameters.ground_truth_tolerance;
     ros::NodeHandle nh = thread_.handle(getNodeHandle());
     publisher_ = nh.advertise<Score>("score", kCapacity);
-    subscribers_.push_back(nh.subscribe("ground_truth", queue, &EvaluatorNodelet::onTruth, this));
-    subscribers_.push_back(
-        nh.subscribe("correspondences", queue, &EvaluatorNodelet::onCorrespondences, this));
-    subscribers_.push_back(nh.subscribe("selection", queue, &EvaluatorNodelet::onSelection, this));
+    results_.subscribe(nh, static_cast<std::uint32_t>(parameters.subscriber_queue_size));
   }
 
-  static bool isTolerance(double value) { return std::isfinite(value) && value > 0.0; }
-
-  void onTruth(const GroundTruthConstPtr& msg) {
-    Pending& pending = pending_[msg->header.stamp];
-    pending.truth = msg;
-    score(pending);
-  }
-
-  void onCorrespondences(const CorrespondencesConstPtr& msg) {
-    Pending& pending = pending_[msg->header.stamp];
-    pending.correspondences = msg;
-    score(pending);
-  }
-
-  void onSelection(const SelectionConstPtr& msg) {
-    Pending& pending = pending_[msg->header.stamp];
-    pending.selections.push_back(msg);
-    score(pending);
-  }
-
-  void score(Pending& pending) {
-    if (!pending.correspondences || !pending.truth) return;
-    for (const SelectionConstPtr& selection : pending.selections) {
+  void score(ResultCollector::Result& result) {
+    if (!result.correspondences || !result.truth) return;
+    for (const SelectionConstPtr& selection : result.selections) {
       try {
-        publish(*pending.correspondences, *pending.truth, *selection);
+        publish(*result.correspondences, *result.truth, *selection);
       } catch (const std::invalid_argument& error) {
-        NODELET_WARN_STREAM_THROTTLE(5.0, selection->selector << ": no score: " << error.what());
+        if (warning_.due()) NODELET_WARN_STREAM(selection->selector << ": no score: " << error.what());
       }
     }
-    pending.selections.clear();
+    result.selections.clear();
   }
 
   void publish(const Correspondences& correspondences_msg, const GroundTruth& truth_msg,
@@ -103,13 +64,13 @@ class EvaluatorNodelet : public nodelet::Nodelet {
     publisher_.publish(boost::make_shared<Score>(toMsg(evaluation, labels)));
   }
 
-  static constexpr std::size_t kCapacity = 100;  ///< stamps remembered
+  static constexpr std::size_t kCapacity = 100;  ///< stamps that are remembered
 
-  CallbackThread thread_;  ///< one callback at a time: no locks
+  CallbackThread thread_;  ///< one callback at a time, so that no locks are needed; first: see CallbackThread
   core::EvaluationOptions options_;
-  StampCache<Pending> pending_{kCapacity};
+  WallThrottle warning_;
   ros::Publisher publisher_;
-  std::vector<ros::Subscriber> subscribers_;
+  ResultCollector results_{kCapacity, [this](ResultCollector::Result& result) { score(result); }};
 };
 
 }  // namespace corrsel

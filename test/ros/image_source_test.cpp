@@ -31,6 +31,7 @@
 #include <vector>
 
 #include "corrsel/random.h"
+#include "ros/live/parameters.h"
 
 namespace corrsel {
 namespace {
@@ -70,11 +71,12 @@ class ImageSourceTest : public ::testing::Test {
         left_(nh_.advertise<sensor_msgs::Image>("left/image", 100)),
         right_(nh_.advertise<sensor_msgs::Image>("right/image", 100)) {
     nh_.setCallbackQueue(&queue_);
-    pnh_.setParam("subscriber_queue_size", 100);
+    parameters_.subscriber_queue_size = 100;
   }
 
   void open() {
-    source_ = openImageSource(nh_, pnh_, [this](ImageSet set) { sets_.push_back(std::move(set)); });
+    source_ =
+        openImageSource(nh_, pnh_, parameters_, [this](ImageSet set) { sets_.push_back(std::move(set)); });
   }
 
   void openPair() {
@@ -125,6 +127,7 @@ class ImageSourceTest : public ::testing::Test {
   std::string name_;
   ros::CallbackQueue queue_;
   ros::NodeHandle nh_, pnh_;
+  FeatureMatcherParameters parameters_;
   ros::Publisher left_, right_;
   std::unique_ptr<ImageSource> source_;
   std::vector<ImageSet> sets_;
@@ -230,7 +233,7 @@ TEST_F(ImageSourceTest, ExactPairsAfterAJumpBack) {
 }
 
 TEST_F(ImageSourceTest, ApproximatePairsAfterAJumpBack) {
-  pnh_.setParam("approximate_sync", true);
+  parameters_.approximate_sync = true;
   openPair();
   for (int i = 0; i < 5; ++i) sendLeft(at(1000 + i));
   for (int i = 0; i < 10; ++i) sendPair(at(10 + i));
@@ -250,7 +253,7 @@ TEST_F(ImageSourceTest, EveryLoopOfABagLosesNothing) {
 
 TEST_F(ImageSourceTest, OneWildStampDoesNoHarm) {
   for (const bool approximate : {false, true}) {
-    pnh_.setParam("approximate_sync", approximate);
+    parameters_.approximate_sync = approximate;
     sets_.clear();
     source_.reset();
     openPair();
@@ -266,7 +269,7 @@ TEST_F(ImageSourceTest, OneWildStampDoesNoHarm) {
 
 TEST_F(ImageSourceTest, ZeroStampsPairAndAreComplainedAbout) {
   for (const bool approximate : {false, true}) {
-    pnh_.setParam("approximate_sync", approximate);
+    parameters_.approximate_sync = approximate;
     sets_.clear();
     source_.reset();
     openPair();
@@ -282,7 +285,7 @@ TEST_F(ImageSourceTest, ZeroStampsPairAndAreComplainedAbout) {
 
 TEST_F(ImageSourceTest, RepeatedStampsPairAndAreComplainedAbout) {
   for (const bool approximate : {false, true}) {
-    pnh_.setParam("approximate_sync", approximate);
+    parameters_.approximate_sync = approximate;
     sets_.clear();
     source_.reset();
     openPair();
@@ -296,7 +299,7 @@ TEST_F(ImageSourceTest, RepeatedStampsPairAndAreComplainedAbout) {
 
 TEST_F(ImageSourceTest, AnyStampsAreSurvived) {
   for (const bool approximate : {false, true}) {
-    pnh_.setParam("approximate_sync", approximate);
+    parameters_.approximate_sync = approximate;
     for (std::uint64_t seed = 0; seed < 10; ++seed) {
       core::Random random(seed);
       sets_.clear();
@@ -387,8 +390,8 @@ TEST_F(ImageSourceTest, SlowCamerasAreCountedUntilThereIsSomethingToSay) {
 }
 
 TEST_F(ImageSourceTest, MaxIntervalKeepsApart) {
-  pnh_.setParam("approximate_sync", true);
-  pnh_.setParam("approximate_sync_max_interval", 0.1);
+  parameters_.approximate_sync = true;
+  parameters_.approximate_sync_max_interval = 0.1;
   openPair();
   for (int i = 0; i < 20; ++i) {
     sendLeft(at(10 + i));
@@ -400,7 +403,7 @@ TEST_F(ImageSourceTest, MaxIntervalKeepsApart) {
 }
 
 TEST_F(ImageSourceTest, ApproximatePairsAreNotHeldBack) {
-  pnh_.setParam("approximate_sync", true);
+  parameters_.approximate_sync = true;
   openPair();
   for (int i = 0; i < 50; ++i) {
     sendLeft(at(10.0 + 0.1 * i));
@@ -415,8 +418,8 @@ TEST_F(ImageSourceTest, ApproximatePairsAreNotHeldBack) {
 }
 
 TEST_F(ImageSourceTest, ApproximatePairsAreTheNearestOnesInSpiteOfJitterAndLosses) {
-  pnh_.setParam("approximate_sync", true);
-  pnh_.setParam("approximate_sync_max_interval", 0.03);
+  parameters_.approximate_sync = true;
+  parameters_.approximate_sync_max_interval = 0.03;
   openPair();
   core::Random random(3);
   int n_both = 0;
@@ -445,7 +448,7 @@ TEST_F(ImageSourceTest, NothingWaitsWhileUnsubscribed) {
 }
 
 TEST_F(ImageSourceTest, MayBeUnsubscribedFromTheCallback) {
-  source_ = openImageSource(nh_, pnh_, [this](ImageSet set) {
+  source_ = openImageSource(nh_, pnh_, parameters_, [this](ImageSet set) {
     source_->unsubscribe();
     sets_.push_back(std::move(set));
   });
@@ -462,7 +465,7 @@ TEST_F(ImageSourceTest, UnsubscribeWaitsForTheCallbackAndNoneFollows) {
   for (int round = 0; round < 5; ++round) {
     std::atomic<bool> entered{false}, go_on{false}, left_it{false};
     std::atomic<int> n_calls{0};
-    source_ = openImageSource(nh_, pnh_, [&](const ImageSet&) {
+    source_ = openImageSource(nh_, pnh_, parameters_, [&](const ImageSet&) {
       ++n_calls;
       entered = true;
       while (!go_on) std::this_thread::sleep_for(1ms);
@@ -516,7 +519,7 @@ TEST_F(ImageSourceTest, CountsAndComplaintsFromOtherThreads) {
 
 // Faster than it is taken: whatever is lost on the way, the newest pair comes through.
 TEST_F(ImageSourceTest, TwoHundredHertz) {
-  pnh_.setParam("subscriber_queue_size", 5);
+  parameters_.subscriber_queue_size = 5;
   openPair();
   constexpr int kPairs = 400;
   std::thread cameras([this] {
@@ -534,7 +537,7 @@ TEST_F(ImageSourceTest, TwoHundredHertz) {
 }
 
 TEST_F(ImageSourceTest, MasksStandForLaterImages) {
-  pnh_.setParam("use_mask", true);
+  parameters_.use_mask = true;
   const ros::Publisher left_mask = nh_.advertise<sensor_msgs::Image>("left/mask", 1);
   const ros::Publisher right_mask = nh_.advertise<sensor_msgs::Image>("right/mask", 1);
   openPair();
@@ -573,7 +576,7 @@ TEST_F(ImageSourceTest, MasksAreNotSubscribedUnlessWanted) {
 class SequenceTest : public ImageSourceTest {
  protected:
   void openSequence() {
-    pnh_.setParam("mode", "sequence");
+    parameters_.mode = FeatureMatcherParameters::Mode::kSequence;
     images_ = nh_.advertise<sensor_msgs::Image>("image", 100);
     open();
     source_->subscribe();
@@ -586,7 +589,7 @@ class SequenceTest : public ImageSourceTest {
 };
 
 TEST_F(SequenceTest, EveryImageIsASet) {
-  pnh_.setParam("use_mask", true);
+  parameters_.use_mask = true;
   const ros::Publisher masks = nh_.advertise<sensor_msgs::Image>("mask", 1, true);
   masks.publish(imageAt(at(1)));
   openSequence();
@@ -616,20 +619,30 @@ TEST_F(SequenceTest, OddStampsArePassedOnAndComplainedAbout) {
   EXPECT_TRUE(holds(text, "backwards 2 times")) << text;
 }
 
-TEST_F(ImageSourceTest, UnknownModeIsRefused) {
+TEST_F(ImageSourceTest, ParametersAreReadAndWrongOnesAreReportedAndWrittenBack) {
   pnh_.setParam("mode", "stereo");
-  try {
-    open();
-    ADD_FAILURE() << "accepted";
-  } catch (const std::invalid_argument& error) {
-    for (const char* part : {"mode", "'stereo'", "pair", "sequence"}) {
-      EXPECT_TRUE(holds(error.what(), part)) << error.what();
-    }
+  pnh_.setParam("approximate_sync", true);
+  pnh_.setParam("queue_size", -3);
+  pnh_.setParam("subscriber_queue_size", 7);
+  const std::vector<std::string> problems = readParameters(pnh_, parameters_);
+  ASSERT_EQ(problems.size(), 2u);
+  for (const char* part : {"/node/mode", "'stereo'", "pair", "sequence"}) {
+    EXPECT_TRUE(holds(problems[0], part)) << problems[0];
   }
+  EXPECT_TRUE(holds(problems[1], "/node/queue_size = -3 is outside [1, 1000]")) << problems[1];
+  EXPECT_EQ(parameters_.mode, FeatureMatcherParameters::Mode::kPair);
+  EXPECT_TRUE(parameters_.approximate_sync);
+  EXPECT_EQ(parameters_.queue_size, 1);
+  EXPECT_EQ(parameters_.subscriber_queue_size, 7);
+  EXPECT_EQ(pnh_.param<std::string>("mode", ""), "pair");
+  EXPECT_EQ(pnh_.param("queue_size", 0), 1);
+  openPair();
+  sendPair(at(10));
+  EXPECT_EQ(sets_.size(), 1u);
 }
 
 TEST_F(ImageSourceTest, UnknownTransportFallsBackToRaw) {
-  pnh_.setParam("image_transport", "carrier_pigeon");
+  parameters_.image_transport = "carrier_pigeon";
   openPair();
   sendPair(at(10));
   EXPECT_EQ(sets_.size(), 1u);
@@ -638,7 +651,7 @@ TEST_F(ImageSourceTest, UnknownTransportFallsBackToRaw) {
 }
 
 TEST_F(ImageSourceTest, CompressedImagesAreDecoded) {
-  pnh_.setParam("image_transport", "compressed");
+  parameters_.image_transport = "compressed";
   open();
   left_ = nh_.advertise<sensor_msgs::CompressedImage>("left/image/compressed", 100);
   right_ = nh_.advertise<sensor_msgs::CompressedImage>("right/image/compressed", 100);

@@ -63,19 +63,17 @@ class Reader {
 /// A made-up node: its counts are polled twenty times a second.
 class LiveDiagnosticsTest : public ::testing::Test {
  protected:
-  std::unique_ptr<LiveDiagnostics> make(const std::string& node,
-                                        const std::map<std::string, double>& parameters = {}) {
-    ros::NodeHandle pnh("/" + node);
-    pnh.setParam("diagnostic_period", 0.05);
-    for (const auto& [name, value] : parameters) pnh.setParam(name, value);
-    return std::make_unique<LiveDiagnostics>(ros::NodeHandle(), pnh, "/" + node, [this] {
-      LiveDiagnostics::Flow flow;
-      flow.wanted = wanted_;
-      flow.inputs = {{"left", left_ += left_step_}, {"right", right_ += right_step_}};
-      flow.done = done_ += done_step_;
-      flow.dropped = dropped_ += dropped_step_;
-      return flow;
-    });
+  std::unique_ptr<LiveDiagnostics> make(const std::string& node, SelectorParameters parameters = {}) {
+    parameters.diagnostic_period = 0.05;
+    return std::make_unique<LiveDiagnostics>(
+        ros::NodeHandle(), ros::NodeHandle("/" + node), "/" + node, parameters, [this] {
+          LiveDiagnostics::Flow flow;
+          flow.wanted = wanted_;
+          flow.inputs = {{"left", left_ += left_step_}, {"right", right_ += right_step_}};
+          flow.done = done_ += done_step_;
+          flow.dropped = dropped_ += dropped_step_;
+          return flow;
+        });
   }
 
   Reader reader_;
@@ -88,7 +86,7 @@ TEST_F(LiveDiagnosticsTest, KeepingUpIsOk) {
   left_step_ = right_step_ = done_step_ = 1;
   const auto diagnostics = make("fine");
   diagnostics->set("selector", "lpm:v2");
-  for (int i = 1; i <= 100; ++i) diagnostics->answered({{"select", 0.001 * i}, {"detect", std::nan("")}});
+  for (int i = 1; i <= 100; ++i) diagnostics->finished({{"select", 0.001 * i}, {"detect", std::nan("")}});
   diagnostics->inlierRatio(0.5);
   diagnostics->inlierRatio(std::nan(""));
   EXPECT_EQ(reader_.waitForValue("fine: processing", "selector", "lpm:v2"), "lpm:v2");
@@ -124,7 +122,10 @@ TEST_F(LiveDiagnosticsTest, DropsWarnAndBecomeErrors) {
 
 TEST_F(LiveDiagnosticsTest, ASilentCameraIsNamedAndForgivenWhenItComesBack) {
   left_step_ = done_step_ = 1;
-  const auto diagnostics = make("silent", {{"warn_silence", 0.3}, {"error_silence", 1.0}});
+  SelectorParameters parameters;
+  parameters.warn_silence = 0.3;
+  parameters.error_silence = 1.0;
+  const auto diagnostics = make("silent", parameters);
   const auto warned = reader_.waitFor("silent: input", [](const auto& s) { return s.level == 1; });
   EXPECT_NE(warned.message.find("no right for"), std::string::npos) << warned.message;
   EXPECT_EQ(warned.message.find("no left"), std::string::npos) << warned.message;
@@ -135,7 +136,10 @@ TEST_F(LiveDiagnosticsTest, ASilentCameraIsNamedAndForgivenWhenItComesBack) {
 
 TEST_F(LiveDiagnosticsTest, NobodyWantsNothingIsSilent) {
   wanted_ = false;
-  const auto diagnostics = make("idle", {{"warn_silence", 0.1}, {"error_silence", 0.2}});
+  SelectorParameters parameters;
+  parameters.warn_silence = 0.1;
+  parameters.error_silence = 0.2;
+  const auto diagnostics = make("idle", parameters);
   const auto status = reader_.waitFor(
       "idle: input", [](const auto& s) { return s.message.find("idle") != std::string::npos; });
   EXPECT_EQ(status.level, DiagnosticStatus::OK);
@@ -156,9 +160,12 @@ TEST_F(LiveDiagnosticsTest, FailuresWarnForAWhileAndAreRemembered) {
 
 TEST_F(LiveDiagnosticsTest, LatencyAndInlierRatioHaveLimits) {
   left_step_ = right_step_ = done_step_ = 1;
-  const auto diagnostics =
-      make("late", {{"warn_latency", 0.1}, {"error_latency", 0.5}, {"error_inlier_ratio", 0.05}});
-  diagnostics->answered({{"age", 0.2}});
+  SelectorParameters parameters;
+  parameters.warn_latency = 0.1;
+  parameters.error_latency = 0.5;
+  const auto diagnostics = make("late", parameters);
+  diagnostics->limitInlierRatio(0.1, 0.05);
+  diagnostics->finished({{"age", 0.2}});
   auto status = reader_.waitFor("late: processing", [](const auto& s) { return s.level == 1; });
   EXPECT_NE(status.message.find("0.200 s old"), std::string::npos) << status.message;
   diagnostics->inlierRatio(0.01);
@@ -169,13 +176,12 @@ TEST_F(LiveDiagnosticsTest, LatencyAndInlierRatioHaveLimits) {
 TEST_F(LiveDiagnosticsTest, LimitsOfZeroAreOff) {
   left_step_ = 1;
   dropped_step_ = 1;
-  const auto diagnostics = make("quiet", {{"warn_silence", 0.0},
-                                          {"error_silence", 0.0},
-                                          {"warn_drop_ratio", 0.0},
-                                          {"error_drop_ratio", 0.0},
-                                          {"warn_inlier_ratio", 0.0}});
+  SelectorParameters parameters;
+  parameters.warn_silence = parameters.error_silence = 0;
+  parameters.warn_drop_ratio = parameters.error_drop_ratio = 0;
+  const auto diagnostics = make("quiet", parameters);
   diagnostics->inlierRatio(0.0);
-  diagnostics->answered({{"age", 1e9}});
+  diagnostics->finished({{"age", 1e9}});
   const auto status = reader_.waitFor(
       "quiet: processing", [](const auto& s) { return Reader::valueOf(s, "drop ratio") == "1.000"; });
   EXPECT_EQ(Reader::valueOf(status, "drop ratio"), "1.000");

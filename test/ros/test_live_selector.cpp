@@ -40,18 +40,18 @@ TEST(LiveSelector, SelectsAsTheCoreDoes) {
   EXPECT_EQ(change.spec, "lpm");
 
   const Correspondences input = message(250);
-  const LiveSelector::Answer answer = selector.select(input, 0.25);
+  const LiveSelector::Result result = selector.select(input, 0.25);
   const core::Selection expected = core::createSelector("lpm", {{"k", "8"}})->select(fromMsg(input));
-  EXPECT_EQ(fromMsg(*answer.selection).mask, expected.mask);
-  EXPECT_EQ(answer.matches->left_x.size(), expected.n_selected);
-  EXPECT_EQ(answer.matches->header.stamp, input.header.stamp);
-  EXPECT_EQ(answer.selection->header.frame_id, "left_optical");
-  EXPECT_EQ(answer.selection->selector, "lpm");
-  EXPECT_DOUBLE_EQ(answer.selection->seconds.wait, 0.25);
-  EXPECT_GE(answer.selection->seconds.publish, 0.0);
-  EXPECT_GT(answer.selection->seconds.select, 0.0);
-  EXPECT_EQ(answer.matches->seconds.select, answer.selection->seconds.select);
-  EXPECT_EQ(answer.warning, "");
+  EXPECT_EQ(fromMsg(*result.selection).mask, expected.mask);
+  EXPECT_EQ(result.matches->left_x.size(), expected.n_selected);
+  EXPECT_EQ(result.matches->header.stamp, input.header.stamp);
+  EXPECT_EQ(result.selection->header.frame_id, "left_optical");
+  EXPECT_EQ(result.selection->selector, "lpm");
+  EXPECT_DOUBLE_EQ(result.selection->seconds.wait, 0.25);
+  EXPECT_GE(result.selection->seconds.publish, 0.0);
+  EXPECT_GT(result.selection->seconds.select, 0.0);
+  EXPECT_EQ(result.matches->seconds.select, result.selection->seconds.select);
+  EXPECT_EQ(result.warning, "");
 }
 
 TEST(LiveSelector, WhatDoesNotWorkLeavesTheSelectorBeforeInForce) {
@@ -108,9 +108,9 @@ TEST(LiveSelector, TheStricterLimitCounts) {
     limited.ransac_max_seconds = own;
     limited.max_seconds = common;
     ASSERT_EQ(selector.configure(limited).error, "");
-    const LiveSelector::Answer answer = selector.select(input, 0.0);
-    EXPECT_NE(answer.selection->status, Selection::STATUS_OK) << own << " " << common;
-    EXPECT_NE(answer.warning.find("max_seconds"), std::string::npos) << answer.warning;
+    const LiveSelector::Result result = selector.select(input, 0.0);
+    EXPECT_NE(result.selection->status, Selection::STATUS_OK) << own << " " << common;
+    EXPECT_NE(result.warning.find("max_seconds"), std::string::npos) << result.warning;
   }
 }
 
@@ -138,8 +138,8 @@ TEST(LiveSelector, ConfiguresWhileItSelects) {
   });
   const Correspondences input = message(120);
   while (!over) {
-    const LiveSelector::Answer answer = selector.select(input, 0.0);
-    EXPECT_EQ(answer.matches->left_x.size(), answer.selection->n_selected);
+    const LiveSelector::Result result = selector.select(input, 0.0);
+    EXPECT_EQ(result.matches->left_x.size(), result.selection->n_selected);
   }
   storm.join();
 }

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <future>
 #include <string>
 
@@ -41,19 +43,33 @@ TEST(OnDemand, RunsAlwaysWhereItIsNotLazy) {
   EXPECT_EQ(log, "start ");
 }
 
-TEST(OnDemand, WaitsWhileItIsHeld) {
+TEST(OnDemand, StartAdvertisesBeforeItAsksForSubscribers) {
   int subscribers = 0;
+  std::string log;
   OnDemand demand(
-      true, [&] { return subscribers > 0; }, [] {}, [] {});
+      true, [&] { return subscribers > 0; }, [&] { log += "start "; }, [&] { log += "stop "; });
+  demand.start([&] {
+    log += "advertise ";
+    subscribers = 1;  // was waiting for the topic
+  });
+  EXPECT_EQ(log, "advertise start ");
+}
+
+TEST(OnDemand, UpdatesWaitWhileItAdvertises) {
+  std::atomic<int> subscribers{0};
+  std::atomic<bool> advertised{false}, too_early{false};
+  OnDemand demand(
+      true, [&] { return subscribers > 0; }, [&] { too_early = !advertised; }, [] {});
   std::future<void> update;
-  {
-    const auto lock = demand.hold();
+  demand.start([&] {
+    subscribers = 1;
     update = std::async(std::launch::async, [&] { demand.update(); });
     EXPECT_EQ(update.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);
-    subscribers = 1;
-  }
+    advertised = true;
+  });
   update.get();
   EXPECT_TRUE(demand.running());
+  EXPECT_FALSE(too_early);
 }
 
 }  // namespace

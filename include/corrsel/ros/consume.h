@@ -1,7 +1,7 @@
 #pragma once
 
-// For programs that use corrsel's matches: OpenCV's points, keypoints and matches from messages. This header
-// needs the messages and OpenCV's core module only; nothing of corrsel is linked.
+// For programs that use corrsel's matches: conversion of messages to OpenCV's points, keypoints and matches.
+// This header needs only the messages and OpenCV's core module; no library of corrsel is linked.
 
 #include <cmath>
 #include <cstddef>
@@ -19,7 +19,8 @@
 
 namespace corrsel {
 
-/// What OpenCV's functions take: DMatch::queryIdx counts the left keypoints, trainIdx the right ones.
+/// Matches as OpenCV's functions expect them: DMatch::queryIdx is an index into the left keypoints, trainIdx
+/// an index into the right ones.
 struct KeypointsAndMatches {
   std::vector<cv::KeyPoint> left, right;
   std::vector<cv::DMatch> matches;  ///< one per match of the message, in its order
@@ -43,14 +44,14 @@ inline std::vector<cv::Point2f> points(const char* x_field, const std::vector<fl
   return result;
 }
 
-/// One side of a message: makes keypoints, features that several matches share once.
+/// The keypoints of one side of a message. A feature that several matches share becomes one keypoint.
 class KeypointList {
  public:
   KeypointList(std::vector<cv::Point2f> points, const std::vector<float>& frames,
                const std::vector<std::uint32_t>& index)
       : points_(std::move(points)), frames_(frames), index_(index) {}
 
-  /// Number of the keypoint of a match.
+  /// Index of the keypoint of a match.
   int keypointOf(std::size_t match) {
     const int next = static_cast<int>(keypoints.size());
     if (!index_.empty()) {
@@ -76,28 +77,28 @@ class KeypointList {
   std::vector<cv::Point2f> points_;
   const std::vector<float>& frames_;
   const std::vector<std::uint32_t>& index_;
-  std::unordered_map<std::uint32_t, int> numbers_;  ///< keypoints by the number of their feature
+  std::unordered_map<std::uint32_t, int> numbers_;  ///< keypoints by the index of their feature
 };
 
 }  // namespace consume_detail
 
-/// Positions in the left image, px, one per match. Throws std::invalid_argument naming an array whose length
-/// is not the number of matches.
+/// Positions in the left image, px, one per match. Throws std::invalid_argument that names an array whose
+/// length is not the number of matches.
 inline std::vector<cv::Point2f> leftPoints(const Correspondences& msg) {
   return consume_detail::points("left_x", msg.left_x, "left_y", msg.left_y, msg.left_x.size());
 }
 
-/// Positions in the right image, px, one per match; as leftPoints().
+/// Positions in the right image, px, one per match. Throws as leftPoints() does.
 inline std::vector<cv::Point2f> rightPoints(const Correspondences& msg) {
   return consume_detail::points("right_x", msg.right_x, "right_y", msg.right_y, msg.left_x.size());
 }
 
-/// Keypoints and matches between them. A feature of several matches is one keypoint where the message numbers
-/// its features (class_id is that number), else every match has keypoints of its own (class_id -1). With
-/// affine frames, the size is the diameter of the circle as large as the frame's ellipse, px, and the angle
-/// is that of the frame's first axis, degrees in [0, 360); without them they are 0 and -1. DMatch::distance
-/// is FLT_MAX, as OpenCV has it, where the message has none. Throws std::invalid_argument naming an array of
-/// the wrong length. O(matches).
+/// Keypoints and the matches between them. If the message has indices of features, a feature of several
+/// matches is one keypoint, with the index as class_id; otherwise every match has keypoints of its own, with
+/// class_id -1. If the message has affine frames, the size of a keypoint is the diameter, px, of the circle
+/// with the area of the frame's ellipse, and its angle is that of the frame's first axis, degrees in [0,
+/// 360); otherwise they are 0 and -1. DMatch::distance is FLT_MAX, as in OpenCV, if the message has no
+/// distances. Throws std::invalid_argument that names an array of the wrong length. O(matches).
 inline KeypointsAndMatches toKeypoints(const Correspondences& msg) {
   using consume_detail::requireLength;
   const std::size_t n = msg.left_x.size();
@@ -120,9 +121,9 @@ inline KeypointsAndMatches toKeypoints(const Correspondences& msg) {
   return result;
 }
 
-/// Numbers of the matches that a selection kept, rising: rows of the Correspondences with the same stamp on
-/// the topic that the selector reads, not of the topic `matches`, which holds nothing else. Throws
-/// std::invalid_argument where n_input is not the length of the mask.
+/// Indices of the matches that a selection kept, in rising order. They are rows of the Correspondences with
+/// the same stamp on the topic that the selector reads (`correspondences`), not on the topic `matches`, which
+/// holds only the selected ones. Throws std::invalid_argument if n_input is not the length of the mask.
 inline std::vector<std::uint32_t> selectedRows(const Selection& msg) {
   consume_detail::requireLength("Selection", "mask", msg.mask.size(), msg.n_input, false);
   std::vector<std::uint32_t> rows;

@@ -10,48 +10,52 @@
 
 namespace corrsel {
 
-/// One camera of a rig: its calibration and what its images are.
+/// One camera of a rig: its calibration and the kind of its images.
 struct RigCamera {
   sensor_msgs::CameraInfo info;
-  bool rectified = false;  ///< images come undistorted and rectified
-  std::string name;        ///< for errors, e.g. the topic of camera_info
+  bool rectified = false;  ///< the images are already undistorted and rectified
+  std::string name;        ///< for error texts, e.g. the topic of camera_info
 };
 
 /// The epipolar geometry of two cameras that were calibrated together (sensor_msgs/CameraInfo, REP 104).
-/// Binning, region of interest and distortion are those of image_geometry: plumb_bob, rational_polynomial,
-/// equidistant.
 ///
-/// Rectified raw images are cut to the largest rectangle that holds nothing but what the camera saw; of two
-/// cameras with images of one size, to one that does so for both, which keeps rows aligned. The edge of the
-/// black beyond would give features that are in no scene.
+/// Input: binning, region of interest and distortion as image_geometry supports them (plumb_bob,
+/// rational_polynomial, equidistant).
 ///
-/// A calibration P = [M | p] sees a point X of the rectified frame at M X + p = M (X + t), t = M^-1 p. What
-/// is x in the left and x' in the right rectified image obeys x'^T F x = 0 with F = M'^-T [t' - t]_x M^-1
-/// (Hartley and Zisserman, Eq. 9.2, without rotation). No direction of the baseline and no equality of M and
-/// M' is assumed.
+/// Areas: raw images are rectified and then cut to the largest rectangle without the black area that no
+/// camera pixel maps to, since its edge would produce features that do not exist in the scene. Two cameras
+/// with images of one size get the same rectangle, so that rows stay aligned.
+///
+/// Equations: a calibration P = [M | p] projects a point X of the rectified frame to M X + p = M (X + t),
+/// t = M^-1 p. A point at x in the left and x' in the right rectified image fulfils x'^T F x = 0 with
+/// F = M'^-T [t' - t]_x M^-1. Neither a direction of the baseline nor M = M' is assumed.
+///
+/// Source: Hartley and Zisserman, Multiple View Geometry, Eq. 9.2, without rotation.
 class StereoRig {
  public:
-  /// Throws std::invalid_argument naming the camera, what its calibration lacks and what to do: all zero, K
-  /// without P, P without K where images are raw, R that is no rotation, a distortion model that
-  /// image_geometry does not know, a baseline below a micrometre. Raw images cost the rectification maps.
+  /// Throws std::invalid_argument that names the camera, the defect of its calibration and the remedy: all
+  /// zero, K without P, P without K for raw images, an R that is not a rotation, a distortion model that
+  /// image_geometry does not know, or a baseline below a micrometre. Cost: the rectification maps for raw
+  /// images.
   StereoRig(const RigCamera& left, const RigCamera& right);
 
-  /// Between the images that rectifyLeft() and rectifyRight() give, px, Frobenius norm 1.
+  /// The fundamental matrix between the images that rectifyLeft() and rectifyRight() return, px, Frobenius
+  /// norm 1.
   const cv::Matx33d& fundamental() const { return fundamental_; }
 
   /// Distance of the cameras, m.
   double baseline() const { return baseline_; }
 
-  /// The image itself where the camera's images are rectified already, else undistorted, turned, interpolated
-  /// linearly and cut to its area. Throws std::invalid_argument where the image's size is not the one of
-  /// camera_info.
+  /// Returns the image itself if the camera's images are rectified already. Otherwise the image is
+  /// undistorted, rotated, interpolated linearly and cut to its area. Throws std::invalid_argument if the
+  /// size of the image is not that of camera_info.
   cv::Mat rectifyLeft(const cv::Mat& image) const { return left_.rectify(image); }
   cv::Mat rectifyRight(const cv::Mat& image) const { return right_.rectify(image); }
 
-  /// Where points of a camera's images, px, are in the image that rectifyLeft() or rectifyRight() gives, and
-  /// how their surroundings are mapped: column 3 is the position, px, columns 1 and 2 are its derivative by x
-  /// and y (central differences). NaN where the lens cannot be inverted, and beyond the area that is kept. Of
-  /// rectified images, points stay where they are.
+  /// Maps points of a camera's images, px, to the image that rectifyLeft() or rectifyRight() returns. Column
+  /// 3 is the position, px; columns 1 and 2 are its derivatives by x and y (central differences). The result
+  /// is NaN where the lens cannot be inverted and beyond the area that is kept. Points of rectified images do
+  /// not move.
   std::vector<cv::Matx23d> rectifyLeft(const std::vector<cv::Point2f>& points) const {
     return left_.rectify(points);
   }
@@ -63,7 +67,7 @@ class StereoRig {
   const cv::Size& leftSize() const { return left_.size; }
   const cv::Size& rightSize() const { return right_.size; }
 
-  /// What is kept of the rectified image, which P describes, px.
+  /// The part of the rectified image, as P describes it, that is kept, px.
   const cv::Rect& leftArea() const { return left_.area; }
   const cv::Rect& rightArea() const { return right_.area; }
 

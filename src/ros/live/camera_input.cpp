@@ -21,13 +21,14 @@ double seconds(const ros::Time& later, const ros::Time& earlier) {
 }  // namespace
 
 CameraInput::CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
-                         const std::string& image_topic, const std::string& mask_topic, Callback on_image)
+                         const FeatureMatcherParameters& parameters, const std::string& image_topic,
+                         const std::string& mask_topic, Callback on_image)
     : nh_(nh),
       mask_topic_(mask_topic),
-      use_mask_(pnh.param("use_mask", false)),
+      use_mask_(parameters.use_mask),
       on_image_(std::move(on_image)),
-      images_(nh, pnh, image_topic,
-              static_cast<std::uint32_t>(std::max(1, pnh.param("subscriber_queue_size", 5))),
+      images_(nh, pnh, parameters.image_transport, image_topic,
+              static_cast<std::uint32_t>(parameters.subscriber_queue_size),
               [this](const sensor_msgs::ImageConstPtr& msg) { receive(msg); }) {}
 
 void CameraInput::subscribe() {
@@ -37,7 +38,7 @@ void CameraInput::subscribe() {
     subscribed_ = true;
     recent_.clear();
     silence_.restart();
-    silence_told_ = false;
+    silence_reported_ = false;
   }
   if (use_mask_) {
     masks_ = nh_.subscribe<sensor_msgs::Image>(mask_topic_, 1, [this](const sensor_msgs::ImageConstPtr& msg) {
@@ -62,7 +63,7 @@ void CameraInput::receive(const sensor_msgs::ImageConstPtr& msg) {
     ++count_;
     ++period_.images;
     silence_.restart();
-    silence_told_ = false;
+    silence_reported_ = false;
     if (stamp.isZero()) ++period_.zero;
     if (!recent_.empty()) {
       if (stamp == recent_.back() && !stamp.isZero()) ++period_.repeated;
@@ -126,8 +127,8 @@ std::string CameraInput::complaint() {
                       " s (a bag played in a loop, a clock that was set, or two publishers?)");
     }
     silence = silence_.seconds();
-    silent = subscribed_ && !silence_told_ && silence >= kSilenceSeconds;
-    silence_told_ = silence_told_ || silent;
+    silent = subscribed_ && !silence_reported_ && silence >= kSilenceSeconds;
+    silence_reported_ = silence_reported_ || silent;
   }
   if (silent) {
     parts.push_back("no image for " + std::to_string(static_cast<int>(silence)) + " s, " + publishersText());

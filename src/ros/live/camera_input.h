@@ -14,18 +14,21 @@
 
 #include "base/stopwatch.h"
 #include "ros/live/image_subscriber.h"
+#include "ros/live/nodelet_parameters.h"
 
 namespace corrsel {
 
-/// One camera: its images, its newest mask, and what is odd about its stamps. Private parameters:
-/// `subscriber_queue_size` (5), `image_transport` (raw), `use_mask` (false).
+/// One camera: its images, its newest mask, and irregularities of its stamps.
 class CameraInput {
  public:
-  /// @param backwards  whether the stamp is earlier than that of the image before
+  /// @param backwards  whether the stamp is earlier than that of the previous image
   using Callback = std::function<void(const sensor_msgs::ImageConstPtr&, bool backwards)>;
 
-  /// Subscribes to nothing yet. @param on_image  called on the queue of `nh`, which calls one at a time
-  CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& image_topic,
+  /// Does not subscribe yet.
+  /// @param parameters  subscriber_queue_size, image_transport and use_mask are used
+  /// @param on_image    called on the queue of `nh`, which must call one callback at a time
+  CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
+              const FeatureMatcherParameters& parameters, const std::string& image_topic,
               const std::string& mask_topic, Callback on_image);
   ~CameraInput() { unsubscribe(); }
 
@@ -34,14 +37,14 @@ class CameraInput {
 
   const std::string& topic() const { return images_.topic(); }
 
-  /// Newest mask, which stands for all later images; null = none. A mask without pixels takes it away. To be
+  /// Newest mask, which is valid for all later images; null = none. A mask without pixels removes it. Must be
   /// called on the queue.
   const sensor_msgs::ImageConstPtr& mask() const { return mask_; }
 
-  /// Images since construction. Any thread.
+  /// Number of images since construction. Any thread.
   std::size_t count() const;
 
-  /// Images since the last newPeriod(). Any thread, as all that follows.
+  /// Number of images since the last newPeriod(). Any thread; so are all members below.
   std::size_t periodCount() const;
 
   /// Stamps of the newest images, oldest first, since the last restart().
@@ -50,14 +53,14 @@ class CameraInput {
   /// Shortest time between two of the recent stamps [s]; 0 with fewer than three.
   double shortestPeriod() const;
 
-  /// Forgets the recent stamps: the next image's is not compared with them.
+  /// Forgets the recent stamps, so that the next image's stamp is not compared with them.
   void restart();
 
-  /// What has been odd about the stamps in this period, or that the camera is silent, which is said once;
-  /// empty = nothing.
+  /// Irregularities of the stamps in this period, or the silence of the camera, which is reported once; empty
+  /// = nothing.
   std::string complaint();
 
-  /// "12 images (/left/image)", with who publishes it where there are none.
+  /// "12 left images (/left/image)", with the number of publishers where there are no images.
   std::string describe(const std::string& name) const;
 
   void newPeriod();
@@ -79,13 +82,13 @@ class CameraInput {
   ros::Subscriber masks_;
   sensor_msgs::ImageConstPtr mask_;
 
-  mutable std::mutex mutex_;  ///< guards all below
+  mutable std::mutex mutex_;  ///< guards everything below
   bool subscribed_ = false;
   std::size_t count_ = 0;
   Period period_;
   std::deque<ros::Time> recent_;
   core::Stopwatch silence_;  ///< since the last image or subscribe()
-  bool silence_told_ = false;
+  bool silence_reported_ = false;
 };
 
 }  // namespace corrsel

@@ -7,13 +7,14 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "base/stopwatch.h"
+#include "ros/live/live_source.h"
+#include "ros/live/nodelet_parameters.h"
 
 namespace corrsel {
 
-/// Images to be matched, as they came in.
+/// Images that are matched with each other, as they arrived.
 struct ImageSet {
   sensor_msgs::ImageConstPtr left;        ///< in sequence mode: the newest image
   sensor_msgs::ImageConstPtr right;       ///< null in sequence mode
@@ -24,10 +25,10 @@ struct ImageSet {
 
 /// Where image sets come from.
 ///
-/// The callback and everything that arrives are called on the queue of the node handle given, which must call
-/// one at a time. Stamps may be anything: zero, equal, going backwards or wild ones are passed on and
-/// complained about.
-class ImageSource {
+/// The callback and everything that arrives are called on the queue of the given node handle, which must call
+/// one callback at a time. Stamps may be anything: stamps that are zero, repeat, go backwards or jump are
+/// passed on and reported by complaint().
+class ImageSource : public LiveSource {
  public:
   using Callback = std::function<void(ImageSet)>;
 
@@ -37,30 +38,19 @@ class ImageSource {
     std::size_t sets = 0;   ///< sets handed over
   };
 
-  virtual ~ImageSource() = default;
-
-  /// Idempotent, as unsubscribe() is. Not to be called side by side.
-  virtual void subscribe() = 0;
-
-  /// Waits for a callback that is running on another thread, so the caller must not hold a lock that the
-  /// callback takes; afterwards there are no more. May be called from the callback itself.
-  virtual void unsubscribe() = 0;
-
-  /// Resolved names of the images' topics, left first. Any thread.
-  virtual std::vector<std::string> topics() const = 0;
-
-  /// Since construction. Any thread.
+  /// Counts since construction. Any thread.
   virtual Counts counts() const = 0;
 
-  /// Why sets do not form (since the call before), or what is wrong with the stamps; empty = nothing. With
-  /// counts, topics, measured gap and cures. That an input is silent is said once, until it speaks again.
-  /// Any thread.
-  virtual std::string complaint() = 0;
+  /// Why no sets have been formed since the previous call, or what is wrong with the stamps; empty = nothing.
+  /// The text contains counts, topics, the measured difference of the stamps and the remedies. A silent input
+  /// is reported once, until it is heard again. Any thread.
+  std::string complaint() override = 0;
 };
 
-/// Private parameter `mode`: "pair" (default) gives a PairSynchronizer, "sequence" a SequenceInput.
-/// Subscribes to nothing yet. Throws std::invalid_argument for another value, naming both.
+/// Opens a PairSynchronizer or a SequenceInput, as the parameters ask for. It does not subscribe yet.
+/// @param pnh  private handle, below which a transport's plug-in looks for its parameters
 std::unique_ptr<ImageSource> openImageSource(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
+                                             const FeatureMatcherParameters& parameters,
                                              ImageSource::Callback on_set);
 
 }  // namespace corrsel

@@ -15,29 +15,28 @@ namespace {
 constexpr double kWarningPeriod = 5.0;  // s
 const char* const kPackage = "image_transport/";
 
-/// The transport to use: what the parameter names, or raw where there is no such transport.
-std::string chooseTransport(image_transport::ImageTransport& transport, const ros::NodeHandle& pnh) {
-  const auto wanted = pnh.param<std::string>("image_transport", "raw");
+}  // namespace
+
+std::string usableTransport(const ros::NodeHandle& pnh, const std::string& wanted) {
   if (wanted == "raw" || wanted == "compressed") return wanted;
   std::string known = "raw, compressed";
-  for (std::string name : transport.getLoadableTransports()) {
+  for (std::string name : image_transport::ImageTransport(pnh).getLoadableTransports()) {
     if (name.rfind(kPackage, 0) == 0) name.erase(0, std::string(kPackage).size());
     if (name == wanted) return wanted;
     if (name != "raw" && name != "compressed") known += ", " + name;
   }
   ROS_ERROR_STREAM("parameter " << pnh.resolveName("image_transport") << " = '" << wanted
-                                << "' is unknown; there are: " << known << ". raw is used.");
+                                << "' is unknown; use one of " << known << ". raw is used now.");
   pnh.setParam("image_transport", "raw");
   return "raw";
 }
 
-}  // namespace
-
 ImageSubscriber::ImageSubscriber(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
-                                 const std::string& topic, std::uint32_t queue_size, Callback on_image)
+                                 const std::string& transport, const std::string& topic,
+                                 std::uint32_t queue_size, Callback on_image)
     : nh_(nh),
       transport_(nh),
-      transport_name_(chooseTransport(transport_, pnh)),
+      transport_name_(transport),
       hints_(transport_name_, ros::TransportHints(), pnh),
       base_topic_(topic),
       topic_(nh_.resolveName(topic)),

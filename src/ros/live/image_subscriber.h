@@ -19,31 +19,37 @@
 
 namespace corrsel {
 
-/// Images of one topic, by the transport that the private parameter `image_transport` names: "raw" (default),
-/// "compressed", or a plug-in of image_transport. Compressed images are decoded here, since Debian has no
-/// plug-in for them: TOPIC/compressed, sensor_msgs/CompressedImage. What cannot be decoded is dropped with a
-/// throttled warning. An unknown transport is an error in the log that lists those there are; raw is used,
-/// and written back to the parameter.
+/// The name of an image transport that can be used: `wanted`, or "raw" if there is no such transport. In that
+/// case the parameter `image_transport` below `pnh` is set to "raw", and an error in the log lists the
+/// transports that exist.
+std::string usableTransport(const ros::NodeHandle& pnh, const std::string& wanted);
+
+/// Images of one topic, by a transport: "raw", "compressed" or a plug-in of image_transport. Compressed
+/// images (TOPIC/compressed, sensor_msgs/CompressedImage) are decoded here, since Debian has no plug-in for
+/// them. An image that cannot be decoded is dropped with a throttled warning.
 class ImageSubscriber {
  public:
   using Callback = std::function<void(const sensor_msgs::ImageConstPtr&)>;
 
-  /// Subscribes to nothing yet. @param on_image  called on the queue of `nh`
-  ImageSubscriber(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& topic,
-                  std::uint32_t queue_size, Callback on_image);
+  /// Does not subscribe yet.
+  /// @param pnh        below which a plug-in looks for its parameters
+  /// @param transport  as usableTransport() returns it
+  /// @param on_image   called on the queue of `nh`
+  ImageSubscriber(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& transport,
+                  const std::string& topic, std::uint32_t queue_size, Callback on_image);
   ~ImageSubscriber() { unsubscribe(); }
 
-  /// Both are idempotent and not to be called side by side; see ImageSource::unsubscribe().
+  /// See LiveSource.
   void subscribe();
   void unsubscribe();
 
-  /// Resolved name, with the transport's part. Any thread.
+  /// Resolved name, with the part of the transport. Any thread.
   const std::string& topic() const { return topic_; }
 
-  /// Publishers that are connected; 0 while not subscribed. Any thread.
+  /// Number of connected publishers; 0 while not subscribed. Any thread.
   std::uint32_t publishers() const;
 
-  /// Images that could not be decoded, since construction. Any thread.
+  /// Number of images that could not be decoded, since construction. Any thread.
   std::size_t undecodable() const { return undecodable_; }
 
  private:
@@ -52,14 +58,14 @@ class ImageSubscriber {
   ros::NodeHandle nh_;
   image_transport::ImageTransport transport_;
   std::string transport_name_;
-  image_transport::TransportHints hints_;  ///< read once: a name that is unknown later would throw
+  image_transport::TransportHints hints_;  ///< made once: a name that becomes unknown later would throw
   std::string base_topic_, topic_;
   std::uint32_t queue_size_;
   Callback on_image_;
   bool subscribed_ = false;
   std::atomic<std::size_t> undecodable_{0};
   WallThrottle warnings_;
-  mutable std::mutex mutex_;  ///< guards the handles, which are shut down without it
+  mutable std::mutex mutex_;  ///< guards the handles; they are shut down without it
   image_transport::Subscriber images_;
   ros::Subscriber compressed_images_;
 };

@@ -12,7 +12,7 @@ namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
 
-constexpr std::size_t kAnswers = 128;       // over which times and ratios are taken
+constexpr std::size_t kItems = 128;         // whose times and ratios are kept
 constexpr std::chrono::seconds kWindow(5);  // over which rates are taken, and a failure is fresh
 constexpr char kAge[] = "age";              // the stage that the limits of latency are about
 
@@ -22,7 +22,7 @@ double seconds(std::chrono::steady_clock::duration duration) {
 
 void remember(std::deque<double>& values, double value) {
   values.push_back(value);
-  if (values.size() > kAnswers) values.pop_front();
+  if (values.size() > kItems) values.pop_front();
 }
 
 double quantileOf(const std::deque<double>& values, double q) {
@@ -39,22 +39,25 @@ std::string text(const char* format, double value) {
 }  // namespace
 
 LiveDiagnostics::LiveDiagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
-                                 const std::string& node, std::function<Flow()> poll)
-    : poll_(std::move(poll)), updater_(nh, pnh, node) {
-  const auto limits = [&pnh](const std::string& name, double warn, double error) {
-    return Limits{pnh.param("warn_" + name, warn), pnh.param("error_" + name, error)};
-  };
-  drop_ratio_ = limits("drop_ratio", 0.2, 0.9);
-  latency_ = limits("latency", 0.0, 0.0);
-  inlier_ratio_ = limits("inlier_ratio", 0.1, 0.0);
-  silence_ = limits("silence", 2.0, 10.0);
+                                 const std::string& node, const LiveParameters& parameters,
+                                 std::function<Flow()> poll)
+    : poll_(std::move(poll)),
+      drop_ratio_{parameters.warn_drop_ratio, parameters.error_drop_ratio},
+      latency_{parameters.warn_latency, parameters.error_latency},
+      silence_{parameters.warn_silence, parameters.error_silence},
+      updater_(nh, pnh, node) {
   updater_.setHardwareID("none");
   updater_.add("input", this, &LiveDiagnostics::reportInput);
   updater_.add("processing", this, &LiveDiagnostics::reportProcessing);
-  timer_ = std::make_unique<Periodic>(std::max(0.05, updater_.getPeriod()), [this] { publish(); });
+  timer_ = std::make_unique<Periodic>(parameters.diagnostic_period, [this] { publish(); });
 }
 
-void LiveDiagnostics::answered(const Stages& stages) {
+void LiveDiagnostics::limitInlierRatio(double warn, double error) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  inlier_ratio_ = {warn, error};
+}
+
+void LiveDiagnostics::finished(const Stages& stages) {
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const auto& [name, value] : stages) {
     if (std::isnan(value)) continue;
@@ -103,7 +106,7 @@ void LiveDiagnostics::reportInput(Status& status) {
   const Snapshot& first = snapshots_.front();
   const Snapshot& last = snapshots_.back();
   status.summary(DiagnosticStatus::OK,
-                 last.flow.wanted ? "arriving" : "idle: nobody subscribes to the outcome");
+                 last.flow.wanted ? "arriving" : "idle: nobody subscribes to the output");
   const double window = seconds(last.time - first.time);
   for (std::size_t i = 0; i < last.flow.inputs.size(); ++i) {
     const auto& [name, count] = last.flow.inputs[i];
@@ -137,7 +140,7 @@ void LiveDiagnostics::reportProcessing(Status& status) {
   const double items = dropped + static_cast<double>(last.done - first.done);
   const double drop_ratio = items > 0 ? dropped / items : std::nan("");
   status.add("drop ratio", text("%.3f", drop_ratio));
-  judge(drop_ratio_, drop_ratio, true, "drops " + text("%.0f", 100 * drop_ratio) + " %, newest first");
+  judge(drop_ratio_, drop_ratio, true, "drops " + text("%.0f", 100 * drop_ratio) + " % of the items");
 
   for (const std::string& name : stage_order_) {
     const std::deque<double>& values = stages_[name];
@@ -145,7 +148,7 @@ void LiveDiagnostics::reportProcessing(Status& status) {
     status.add("p95 " + name + " [s]", text("%.5f", quantileOf(values, 0.95)));
     if (name == kAge) {
       const double age = quantileOf(values, 0.95);
-      judge(latency_, age, true, "answers are " + text("%.3f", age) + " s old");
+      judge(latency_, age, true, "results are " + text("%.3f", age) + " s old");
     }
   }
   if (!inlier_ratios_.empty()) {

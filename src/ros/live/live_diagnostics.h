@@ -14,26 +14,22 @@
 #include <utility>
 #include <vector>
 
+#include "ros/live/nodelet_parameters.h"
 #include "ros/live/periodic.h"
 
 namespace corrsel {
 
-/// What a live nodelet tells about itself on /diagnostics: one status about what comes in ("NODE: input":
-/// rate of every input, how long it has been silent), one about the work ("NODE: processing": counts, share
-/// of dropped items, seconds per stage, inlier ratio, what is in use, the last failure). Rates and shares are
-/// those of the last seconds, seconds per stage those of the last answers. Time is wall time, also under
+/// The diagnostics of a live nodelet on /diagnostics: one status about its input ("NODE: input": rate of
+/// every input and how long it has been silent), one about its work ("NODE: processing": counts, share of
+/// dropped items, seconds per stage, inlier ratio, what is in use, the last failure). Rates and shares are
+/// those of the last seconds, seconds per stage those of the last items. Time is wall time, also under
 /// use_sim_time.
-///
-/// Private parameters, 0 = off: `warn_drop_ratio` (0.2), `error_drop_ratio` (0.9), `warn_latency` and
-/// `error_latency` (0; s, 95th percentile of the age of the left image when it is answered),
-/// `warn_inlier_ratio` (0.1), `error_inlier_ratio` (0), `warn_silence` (2 s), `error_silence` (10 s);
-/// `diagnostic_period` (1 s).
 class LiveDiagnostics {
  public:
-  /// What has happened since the start.
+  /// Counts since the start.
   struct Flow {
-    bool wanted = true;                                       ///< false: nobody subscribes to the outcome
-    std::vector<std::pair<std::string, std::size_t>> inputs;  ///< name, how many came
+    bool wanted = true;                                       ///< false: nobody subscribes to the output
+    std::vector<std::pair<std::string, std::size_t>> inputs;  ///< name, messages
     std::size_t done = 0, dropped = 0;
   };
   using Stages = std::vector<std::pair<std::string, double>>;  ///< name, s; NaN = not measured
@@ -42,18 +38,23 @@ class LiveDiagnostics {
   /// @param node  name of the node
   /// @param poll  called once a period, on a thread of its own
   LiveDiagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& node,
-                  std::function<Flow()> poll);
+                  const LiveParameters& parameters, std::function<Flow()> poll);
 
-  /// One item has been answered. Like the next three callable from any thread.
-  void answered(const Stages& stages);
+  /// Sets limits of inlierRatio(), below which the status is WARN or ERROR; 0 = off. Like the next four
+  /// members it may be called from any thread.
+  void limitInlierRatio(double warn, double error);
 
-  /// @param ratio  of the matches, the selected ones, 0..1; NaN is left out
+  /// One item has been worked on.
+  void finished(const Stages& stages);
+
+  /// @param ratio  share of the matches that are selected, 0..1; NaN is left out
   void inlierRatio(double ratio);
 
-  /// Something was lost or late: shown as a warning for some seconds, and as the last failure from then on.
+  /// Something was lost or late. The status is WARN for some seconds, and the reason stays as the last
+  /// failure.
   void failed(const std::string& reason);
 
-  /// Shown as it is: {"selector", "lpm:v2"}.
+  /// Shows a value as it is: {"selector", "lpm:v2"}.
   void set(const std::string& key, const std::string& value);
 
  private:
@@ -75,12 +76,13 @@ class LiveDiagnostics {
   void reportProcessing(Status& status);
 
   const std::function<Flow()> poll_;
-  Limits drop_ratio_, latency_, inlier_ratio_, silence_;
-  std::mutex mutex_;                                ///< guards what follows up to updater_
+  const Limits drop_ratio_, latency_, silence_;
+  std::mutex mutex_;  ///< guards everything from here to updater_
+  Limits inlier_ratio_;
   std::deque<Snapshot> snapshots_;                  ///< of the last seconds, newest last
-  std::map<std::string, Clock::time_point> heard_;  ///< when each input last was
+  std::map<std::string, Clock::time_point> heard_;  ///< time of the last message of each input
   std::vector<std::string> stage_order_;
-  std::map<std::string, std::deque<double>> stages_;  ///< of the last answers, s
+  std::map<std::string, std::deque<double>> stages_;  ///< of the last items, s
   std::deque<double> inlier_ratios_;
   std::map<std::string, std::string> values_;
   std::size_t failures_ = 0;

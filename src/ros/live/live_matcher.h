@@ -12,9 +12,9 @@
 
 namespace corrsel {
 
-/// From the images of live cameras to messages with putative matches. An image without a partner is matched
-/// with an earlier one of the same camera: the message's left side is the newer image, its right side the
-/// earlier one. Not thread-safe.
+/// Turns the images of live cameras into messages with putative matches. An image without a partner is
+/// matched with an earlier one of the same camera; the newer image is then the left side of the message and
+/// the earlier one its right side. Not thread-safe.
 class LiveMatcher {
  public:
   struct Settings {
@@ -25,11 +25,12 @@ class LiveMatcher {
                     ///< the edge
   };
 
-  /// @param threads  that may be used; the result does not depend on it
+  /// @param threads  number of threads that may be used; the result does not depend on it
   explicit LiveMatcher(int threads) : threads_(threads) {}
 
-  /// @return null where there is no earlier image yet. Throws std::exception for images and masks that cannot
-  /// be used, naming encoding or size.
+  /// Matches the images. Throws std::exception that names the encoding or the size of an image or a mask that
+  /// cannot be used.
+  /// @return null if there is no earlier image yet
   boost::shared_ptr<Correspondences> match(const ImageSet& images, const Settings& settings);
 
  private:

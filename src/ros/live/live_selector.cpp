@@ -17,7 +17,8 @@ std::string specOf(const SelectorConfig& config) {
   return config.preset.empty() ? config.selector : config.selector + ":" + config.preset;
 }
 
-double orNothing(double seconds) { return seconds >= 0 ? seconds : 0.0; }
+/// 0 for times that were not measured, because somebody else has made the matches.
+double orZero(double seconds) { return seconds >= 0 ? seconds : 0.0; }
 
 }  // namespace
 
@@ -40,8 +41,8 @@ LiveSelector::Active LiveSelector::create(const SelectorConfig& config) {
   return active;
 }
 
-/// A preset that belonged to the selector chosen before goes with it.
-/// @return what was done, empty = nothing
+/// Clears a preset that belongs to the previous selector.
+/// @return what was done; empty = nothing
 std::string LiveSelector::clearStalePreset(SelectorConfig& config) const {
   if (config.preset.empty() || config.selector == accepted_.selector || config.preset != accepted_.preset) {
     return "";
@@ -76,7 +77,7 @@ LiveSelector::Change LiveSelector::configure(SelectorConfig& config) {
   return change;
 }
 
-LiveSelector::Answer LiveSelector::select(const Correspondences& message, double waited) const {
+LiveSelector::Result LiveSelector::select(const Correspondences& message, double waited) const {
   Active active;
   {
     const std::lock_guard<std::mutex> lock(active_mutex_);
@@ -85,29 +86,28 @@ LiveSelector::Answer LiveSelector::select(const Correspondences& message, double
   core::Stopwatch watch;
   PairInfo info;
   const core::Correspondences input = fromMsg(message, &info);
-  // What was not measured before counts as nothing: matches that somebody else has made.
-  info.seconds.wait = orNothing(info.seconds.wait) + waited;
-  info.seconds.publish = orNothing(info.seconds.publish) + watch.seconds();
+  info.seconds.wait = orZero(info.seconds.wait) + waited;
+  info.seconds.publish = orZero(info.seconds.publish) + watch.seconds();
 
   const core::Selection selection = active.selector->select(input);
   info.seconds.select = selection.seconds;
   watch.restart();
-  Answer answer;
-  answer.matches =
+  Result result;
+  result.matches =
       boost::make_shared<Correspondences>(toMsg(input.subset(core::selectedRows(selection.mask)), info));
-  answer.selection = boost::make_shared<Selection>(toMsg(selection, info, active.spec));
-  answer.selection->seconds.publish += watch.seconds();
+  result.selection = boost::make_shared<Selection>(toMsg(selection, info, active.spec));
+  result.selection->seconds.publish += watch.seconds();
 
   if (selection.n_input == 0) {
-    answer.warning = "no putative matches: are the images dark, blurred or masked?";
+    result.warning = "no putative matches: are the images dark, blurred or masked?";
   } else if (selection.status != core::Status::kOk) {
-    answer.warning = active.spec + ": " + core::toString(selection.status) + ": " + selection.message;
+    result.warning = active.spec + ": " + core::toString(selection.status) + ": " + selection.message;
   } else if (active.max_seconds > 0 && selection.seconds > active.max_seconds) {
-    answer.warning = active.spec + ": took " + core::formatNumber(selection.seconds) +
+    result.warning = active.spec + ": took " + core::formatNumber(selection.seconds) +
                      " s of max_seconds = " + core::formatNumber(active.max_seconds) + " with " +
                      std::to_string(selection.n_input) + " matches";
   }
-  return answer;
+  return result;
 }
 
 }  // namespace corrsel

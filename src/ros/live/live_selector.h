@@ -3,6 +3,7 @@
 #include <corrsel/SelectorConfig.h>
 
 #include <boost/shared_ptr.hpp>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -14,15 +15,18 @@
 
 namespace corrsel {
 
-/// From messages with putative matches to messages with the selected ones. The selector follows a
-/// configuration; one that does not work leaves the selector before it in force. Thread-safe: a configuration
-/// never waits for a selection.
+/// Turns messages with putative matches into messages with the selected ones. The selector follows a
+/// configuration; a configuration that does not work leaves the selector before it in force. Thread-safe: a
+/// configuration never waits for a selection.
 class LiveSelector {
  public:
-  struct Answer {
+  /// Level of the parameters in cfg/Selector.cfg.
+  static constexpr std::uint32_t kLevelSelector = 2;
+
+  struct Result {
     boost::shared_ptr<Correspondences> matches;  ///< the selected ones
-    boost::shared_ptr<Selection> selection;      ///< publish_seconds: without publishing these two
-    std::string warning;  ///< why the selection is not what was asked for; empty = it is
+    boost::shared_ptr<Selection> selection;      ///< its time of publishing lacks that of these two messages
+    std::string warning;                         ///< why the selection is not as requested; empty = it is
   };
   struct Change {
     std::string spec;                   ///< "name" or "name:preset", in force
@@ -30,14 +34,15 @@ class LiveSelector {
     std::string error;                  ///< why the configuration is not in force; empty = it is
   };
 
-  /// Makes the selector that a configuration asks for. What does not work is put right in `config`: a preset
-  /// of the selector chosen before is cleared, and after an error it is what was in force (at first the
-  /// defaults). Throws nothing for a bad configuration.
+  /// Makes the selector that a configuration asks for, and corrects `config` where it does not work: a preset
+  /// of the previous selector is cleared, and after an error `config` is the configuration that stays in
+  /// force (at first the defaults). Throws nothing for a bad configuration.
   Change configure(SelectorConfig& config);
 
+  /// Selects among the matches of a message. Only after configure(). Throws std::exception that names the
+  /// field of a malformed message.
   /// @param waited  s since the message arrived
-  /// Throws std::exception for malformed messages, naming the field. Only after configure().
-  Answer select(const Correspondences& message, double waited) const;
+  Result select(const Correspondences& message, double waited) const;
 
  private:
   struct Active {

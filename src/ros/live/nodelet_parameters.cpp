@@ -1,5 +1,10 @@
 #include "ros/live/nodelet_parameters.h"
 
+#include <cmath>
+#include <stdexcept>
+
+#include "base/text.h"
+
 namespace corrsel {
 
 using core::OptionVisitor;
@@ -91,12 +96,33 @@ void MatchViewerParameters::visit(OptionVisitor& visitor) const {
 }
 
 void EvaluatorParameters::visit(OptionVisitor& visitor) const {
+  visitor.text(
+      "tolerances",
+      "Errors up to which a selected match counts as correct, a list of numbers; each gives a score [px]",
+      &EvaluatorParameters::tolerances);
   visitor.number({"ground_truth_tolerance", 1e-9, 1e6, "px",
                   "Error up to which a putative match counts as an inlier of the ground truth"},
                  &EvaluatorParameters::ground_truth_tolerance);
   visitor.integer({"subscriber_queue_size", 1, 1000, "-",
                    "Messages of each topic that wait to be received; receiving is quick"},
                   &EvaluatorParameters::subscriber_queue_size);
+}
+
+void EvaluatorParameters::check() const {
+  OptionSet::check();
+  toleranceList();
+}
+
+std::vector<double> EvaluatorParameters::toleranceList() const {
+  std::vector<double> values;
+  for (const std::string& text : core::splitList(tolerances)) {
+    values.push_back(core::parseNumber(text, "tolerances"));
+    if (!(std::isfinite(values.back()) && values.back() > 0)) {
+      throw std::invalid_argument("tolerances has " + text + ", which is not a positive number");
+    }
+  }
+  if (values.empty()) throw std::invalid_argument("tolerances has no number");
+  return values;
 }
 
 void FeatureChoice::visit(OptionVisitor& visitor) const {

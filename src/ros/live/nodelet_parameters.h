@@ -12,7 +12,8 @@
 // catalogue of options (src/nodes/option_catalogue.cpp) lists them in every build.
 namespace corrsel {
 
-/// Start-up parameters of the nodelets that work through a queue.
+/// Start-up parameters of the nodelets that work through a queue (LiveStage), and of their diagnostics
+/// (LiveDiagnostics). 0 switches a limit off.
 struct LiveParameters : core::OptionSet {
   bool lazy = true;
   int subscriber_queue_size = 5;
@@ -61,12 +62,17 @@ struct MatchViewerParameters : core::OptionSet {
   void visit(core::OptionVisitor& visitor) const override;
 };
 
-/// Start-up parameters of the Evaluator nodelet, apart from the list ~tolerances.
+/// Start-up parameters of the Evaluator nodelet.
 struct EvaluatorParameters : core::OptionSet {
-  double ground_truth_tolerance = 10;
+  std::string tolerances = "1, 2, 3, 4, 5, 6, 7, 8, 9, 10";  ///< px
+  double ground_truth_tolerance = 10;                        ///< px
   int subscriber_queue_size = 10;
 
   void visit(core::OptionVisitor& visitor) const override;
+
+  /// Throws std::invalid_argument also if the tolerances are not a list of positive numbers.
+  void check() const override;
+  std::vector<double> toleranceList() const;
 };
 
 /// The parameters of the FeatureMatcher nodelet that can be changed at run time and are not options of an

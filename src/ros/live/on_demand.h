@@ -6,16 +6,27 @@
 
 namespace corrsel {
 
-/// Work that is done only while somebody subscribes to its outcome: starts with the first subscriber, stops
-/// with the last.
+/// Work that is done only while somebody subscribes to its output: it starts with the first subscriber and
+/// stops with the last one.
 class OnDemand {
  public:
-  /// @param lazy    false: start with the first update() and never stop
+  /// @param lazy    false: the work starts with start() and never stops
   /// @param wanted  whether there are subscribers; called by update()
   OnDemand(bool lazy, std::function<bool()> wanted, std::function<void()> start, std::function<void()> stop)
       : lazy_(lazy), wanted_(std::move(wanted)), start_(std::move(start)), stop_(std::move(stop)) {}
 
-  /// To be called when a subscriber comes or goes; any thread.
+  /// Calls `advertise`, which makes the publishers that `wanted` asks, and then update(). Other calls of
+  /// update() wait meanwhile, since the first subscriber may come before the publishers are stored.
+  template <class Advertise>
+  void start(const Advertise& advertise) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      advertise();
+    }
+    update();
+  }
+
+  /// Must be called when a subscriber comes or goes. Any thread.
   void update() {
     const std::lock_guard<std::mutex> lock(mutex_);
     const bool wanted = !lazy_ || wanted_();
@@ -23,10 +34,6 @@ class OnDemand {
     running_ = wanted;
     wanted ? start_() : stop_();
   }
-
-  /// Makes update() wait: to be held while the publishers that `wanted` asks are advertised, since their
-  /// first subscriber may come before advertise() returns.
-  std::unique_lock<std::mutex> hold() { return std::unique_lock<std::mutex>(mutex_); }
 
   bool running() const {
     const std::lock_guard<std::mutex> lock(mutex_);

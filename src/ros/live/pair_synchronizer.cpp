@@ -15,8 +15,7 @@ namespace corrsel {
 namespace {
 
 constexpr std::size_t kFewImages = 3;
-constexpr double kLongestInterval = 1e9;  // s; ros::Duration holds about twice as much
-constexpr double kLongestPeriod = 10.0;   // s
+constexpr double kLongestPeriod = 10.0;  // s
 
 /// Median distance of a left stamp from the nearest right one [s], to 10 us; NaN where one side has none.
 double medianGap(const std::vector<ros::Time>& left, const std::vector<ros::Time>& right) {
@@ -36,7 +35,8 @@ double medianGap(const std::vector<ros::Time>& left, const std::vector<ros::Time
 
 }  // namespace
 
-/// message_filters, fed by hand: it cannot be made anew from within a callback of filters it is connected to.
+/// message_filters, which is given the images directly: it cannot be made anew within a callback of filters
+/// that it is connected to.
 class PairSynchronizer::Synchronizer {
  public:
   /// @param complete  where pairs are put. @param max_interval  of approximate stamps [s]; 0 = no limit
@@ -58,8 +58,8 @@ class PairSynchronizer::Synchronizer {
     }
   }
 
-  /// Approximate pairs are given out once no better partner can come. Without a bound on when the next image
-  /// comes, that is one period late. @param seconds  no image of this side follows another one sooner
+  /// Approximate pairs are handed over once no better partner can come. Without a lower bound on the time to
+  /// the next image, that is one period late. @param seconds  least time between two images of this side
   void expect(Side side, double seconds) {
     if (approximate_) approximate_->setInterMessageLowerBound(side, ros::Duration(seconds));
   }
@@ -81,15 +81,16 @@ class PairSynchronizer::Synchronizer {
   std::unique_ptr<message_filters::Synchronizer<ApproximateTime>> approximate_;
 };
 
-PairSynchronizer::PairSynchronizer(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, Callback on_set)
+PairSynchronizer::PairSynchronizer(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
+                                   const FeatureMatcherParameters& parameters, Callback on_set)
     : on_set_(std::move(on_set)),
-      queue_size_(static_cast<std::uint32_t>(std::max(1, pnh.param("queue_size", 5)))),
-      approximate_sync_(pnh.param("approximate_sync", false)),
-      max_interval_(std::min(pnh.param("approximate_sync_max_interval", 0.0), kLongestInterval)),
+      queue_size_(static_cast<std::uint32_t>(parameters.queue_size)),
+      approximate_sync_(parameters.approximate_sync),
+      max_interval_(parameters.approximate_sync_max_interval),
       left_(
-          nh, pnh, "left/image", "left/mask",
+          nh, pnh, parameters, "left/image", "left/mask",
           [this](const sensor_msgs::ImageConstPtr& msg, bool backwards) { receive(kLeft, msg, backwards); }),
-      right_(nh, pnh, "right/image", "right/mask",
+      right_(nh, pnh, parameters, "right/image", "right/mask",
              [this](const sensor_msgs::ImageConstPtr& msg, bool backwards) {
                receive(kRight, msg, backwards);
              }) {
@@ -110,14 +111,14 @@ void PairSynchronizer::subscribe() {
 void PairSynchronizer::unsubscribe() {
   left_.unsubscribe();
   right_.unsubscribe();
-  restart_ = true;  // what waits is dropped later: this may be called from within a callback
+  restart_ = true;  // waiting images are dropped later, since this may be called within a callback
 }
 
 void PairSynchronizer::receive(Side side, const sensor_msgs::ImageConstPtr& msg, bool backwards) {
   if (backwards) (side == kLeft ? right_ : left_).restart();
   if (restart_.exchange(false) || backwards) makeSynchronizer();
   try {
-    // Half the shortest time seen: the next image may come sooner than those before.
+    // Half the shortest time seen, since the next image may come sooner than those before.
     const double period = (side == kLeft ? left_ : right_).shortestPeriod();
     synchronizer_->expect(side, std::min(0.5 * period, kLongestPeriod));
     synchronizer_->add(side, msg);
@@ -135,6 +136,10 @@ void PairSynchronizer::receive(Side side, const sensor_msgs::ImageConstPtr& msg,
     ++n_sets_;
     on_set_(std::move(set));
   }
+}
+
+LiveSource::Inputs PairSynchronizer::inputs() const {
+  return {{"left", left_.count()}, {"right", right_.count()}, {"pair", n_sets_}};
 }
 
 ImageSource::Counts PairSynchronizer::counts() const {
@@ -156,7 +161,8 @@ std::string PairSynchronizer::complaint() {
     const std::string text = camera->complaint();
     if (!text.empty()) parts.push_back(text);
   }
-  if (most >= kFewImages || !parts.empty()) {  // fewer are counted on, or slow cameras would never be judged
+  if (most >= kFewImages ||
+      !parts.empty()) {  // fewer images are counted on, or slow cameras would never be checked
     left_.newPeriod();
     right_.newPeriod();
     n_sets_before_ = n_sets;
@@ -170,7 +176,7 @@ std::string PairSynchronizer::mismatch(std::size_t n_sets) const {
   const double gap = medianGap(left_.recentStamps(), right_.recentStamps());
   if (std::isnan(gap)) return text;
   text += "; from a left stamp to the nearest right one it is " + core::formatNumber(gap) +
-          " s (median). Cures: equal stamps from cameras that are triggered together; ";
+          " s (median). Remedies: equal stamps from cameras that are triggered together; ";
   if (!approximate_sync_) {
     text += "~approximate_sync with an ~approximate_sync_max_interval above that; ";
   } else if (max_interval_ > 0.0) {

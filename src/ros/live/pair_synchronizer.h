@@ -18,23 +18,24 @@
 namespace corrsel {
 
 /// Brings `left/image` and `right/image` together by their stamps, with the newest `left/mask` and
-/// `right/mask`. Private parameters: `approximate_sync` (false), `approximate_sync_max_interval` (s, 0 = no
-/// limit), `queue_size` (5, images of each camera that wait for the other one's), and those of CameraInput.
+/// `right/mask`.
 ///
-/// When a camera's stamps go backwards (a bag that is played in a loop, a clock that was set), all images
-/// that wait are dropped: message_filters would keep them as the newest ones, and pairs would never form
-/// again (exact), or only after a queue's length (approximate).
+/// When the stamps of a camera go backwards (a bag that is played in a loop, a clock that was set), all
+/// waiting images are dropped. message_filters would keep them as the newest ones, and pairs would never form
+/// again (exact), or only after as many images as the queue holds (approximate).
 ///
-/// Approximate pairs are handed over as soon as no nearer stamp can come, which takes the cameras' periods
-/// from the stamps seen; message_filters alone waits for the next image.
+/// Approximate pairs are handed over as soon as no nearer stamp can come. That is known from the periods of
+/// the cameras, which are estimated from their stamps; message_filters alone waits for the next image.
 class PairSynchronizer : public ImageSource {
  public:
-  PairSynchronizer(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, Callback on_set);
+  PairSynchronizer(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
+                   const FeatureMatcherParameters& parameters, Callback on_set);
   ~PairSynchronizer() override;
 
   void subscribe() override;
   void unsubscribe() override;
   std::vector<std::string> topics() const override { return {left_.topic(), right_.topic()}; }
+  Inputs inputs() const override;
   Counts counts() const override;
   std::string complaint() override;
 
@@ -54,8 +55,8 @@ class PairSynchronizer : public ImageSource {
   std::atomic<bool> restart_{false};  ///< before the next image
   std::atomic<std::size_t> n_sets_{0};
   std::mutex period_mutex_;          ///< one complaint() at a time
-  std::size_t n_sets_before_ = 0;    ///< up to the period's begin
-  std::vector<ImagePair> complete_;  ///< by the image that is being received
+  std::size_t n_sets_before_ = 0;    ///< before the period
+  std::vector<ImagePair> complete_;  ///< pairs that the image in hand has completed
   std::unique_ptr<Synchronizer> synchronizer_;
   CameraInput left_, right_;  // last: no callback comes once they are gone
 };

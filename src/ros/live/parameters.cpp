@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <variant>
 
 #include "base/text.h"
 
@@ -51,43 +52,123 @@ std::string valueText(XmlRpc::XmlRpcValue value) {
   }
 }
 
-std::string numberRange(const dynamic_reconfigure::ConfigDescription& description, const std::string& name,
-                        double& low, double& high) {
-  if (const auto* parameter = find(description.min.doubles, name)) {
-    low = parameter->value;
-    high = find(description.max.doubles, name)->value;
-  } else if (const auto* integer = find(description.min.ints, name)) {
-    low = integer->value;
-    high = find(description.max.ints, name)->value;
-  }
-  return "[" + asText(low) + ", " + asText(high) + "]";
+/// What a parameter accepts.
+struct Expected {
+  core::OptionType type = core::OptionType::kText;
+  double low = 0.0, high = 0.0;  ///< numbers and integers
+  std::string range() const { return "[" + asText(low) + ", " + asText(high) + "]"; }
+};
+
+bool isNumber(const XmlRpc::XmlRpcValue& value) {
+  return value.getType() == XmlRpc::XmlRpcValue::TypeInt ||
+         value.getType() == XmlRpc::XmlRpcValue::TypeDouble;
 }
 
-/// What is wrong with a parameter's raw value, or an empty text.
-std::string complaint(XmlRpc::XmlRpcValue value, const dynamic_reconfigure::ParamDescription& parameter,
-                      const dynamic_reconfigure::ConfigDescription& description) {
-  const auto type = value.getType();
-  if (parameter.type == "bool") {
-    return type == XmlRpc::XmlRpcValue::TypeBoolean ? "" : "is ignored: expected true or false";
+double asNumber(XmlRpc::XmlRpcValue value) {
+  return value.getType() == XmlRpc::XmlRpcValue::TypeInt ? static_cast<double>(static_cast<int>(value))
+                                                         : static_cast<double>(value);
+}
+
+/// What is wrong with a parameter's raw value and what is done about it; empty = nothing.
+std::string complaint(const XmlRpc::XmlRpcValue& value, const Expected& expected) {
+  switch (expected.type) {
+    case core::OptionType::kFlag:
+      return value.getType() == XmlRpc::XmlRpcValue::TypeBoolean ? "" : "is ignored: expected true or false";
+    case core::OptionType::kChoice:
+    case core::OptionType::kText:
+      return value.getType() == XmlRpc::XmlRpcValue::TypeString ? "" : "is ignored: expected a text";
+    case core::OptionType::kInteger:
+    case core::OptionType::kNumber:
+      break;
   }
-  if (parameter.type == "str") {
-    return type == XmlRpc::XmlRpcValue::TypeString ? "" : "is ignored: expected a text";
+  if (!isNumber(value) || std::isnan(asNumber(value))) {
+    return "is ignored: expected a number in " + expected.range();
   }
-  if (type != XmlRpc::XmlRpcValue::TypeInt && type != XmlRpc::XmlRpcValue::TypeDouble) {
-    return "is ignored: expected a number";
+  const double number = asNumber(value);
+  if (!(number >= expected.low && number <= expected.high)) {
+    return "is outside " + expected.range() + " and is set to the nearest limit";
   }
-  const double number = type == XmlRpc::XmlRpcValue::TypeInt ? static_cast<double>(static_cast<int>(value))
-                                                             : static_cast<double>(value);
-  double low = 0.0, high = 0.0;
-  const std::string range = numberRange(description, parameter.name, low, high);
-  if (!(number >= low && number <= high)) return "is outside " + range + " and is set to the nearest limit";
-  if (parameter.type == "int" && number != static_cast<double>(static_cast<int>(number))) {
-    return "is rounded: expected a whole number in " + range;
+  if (expected.type == core::OptionType::kInteger && number != std::trunc(number)) {
+    return "is rounded: expected a whole number in " + expected.range();
   }
   return "";
 }
 
+Expected expectedBy(const dynamic_reconfigure::ParamDescription& parameter,
+                    const dynamic_reconfigure::ConfigDescription& description) {
+  Expected expected;
+  if (parameter.type == "bool") expected.type = core::OptionType::kFlag;
+  if (const auto* number = find(description.min.doubles, parameter.name)) {
+    expected = {core::OptionType::kNumber, number->value,
+                find(description.max.doubles, parameter.name)->value};
+  } else if (const auto* integer = find(description.min.ints, parameter.name)) {
+    expected = {core::OptionType::kInteger, static_cast<double>(integer->value),
+                static_cast<double>(find(description.max.ints, parameter.name)->value)};
+  }
+  return expected;
+}
+
+/// A list of numbers as text, "1, 2.5"; any other value as it is.
+XmlRpc::XmlRpcValue listAsText(XmlRpc::XmlRpcValue value) {
+  if (value.getType() != XmlRpc::XmlRpcValue::TypeArray) return value;
+  std::vector<std::string> texts;
+  for (int i = 0; i < value.size(); ++i) {
+    if (!isNumber(value[i])) return value;
+    texts.push_back(asText(asNumber(value[i])));
+  }
+  return core::joinList(texts);
+}
+
+/// Writes a raw value of the right type into its field.
+void assign(const core::OptionField& field, core::OptionSet& set, XmlRpc::XmlRpcValue value) {
+  switch (field.type) {
+    case core::OptionType::kFlag:
+      field.set(set, static_cast<bool>(value));
+      break;
+    case core::OptionType::kNumber:
+      field.set(set, std::clamp(asNumber(value), field.min, field.max));
+      break;
+    case core::OptionType::kInteger:
+      field.set(set, static_cast<int>(std::lround(std::clamp(asNumber(value), field.min, field.max))));
+      break;
+    case core::OptionType::kChoice:
+    case core::OptionType::kText:
+      field.setText(set, static_cast<std::string>(value), "parameter " + field.name);
+      break;
+  }
+}
+
 }  // namespace
+
+std::string assignParameter(const XmlRpc::XmlRpcValue& value, const core::OptionField& field,
+                            core::OptionSet& set) {
+  const XmlRpc::XmlRpcValue raw = field.type == core::OptionType::kText ? listAsText(value) : value;
+  const core::OptionValue before = field.get(set);
+  std::string text = complaint(raw, {field.type, field.min, field.max});
+  if (text.find("is ignored") == std::string::npos) {
+    try {
+      assign(field, set, raw);
+      set.check();
+    } catch (const std::invalid_argument& error) {
+      field.set(set, before);
+      text = std::string("is ignored: ") + error.what();
+    }
+  }
+  return text.empty() ? "" : text + "; " + field.text(set) + " is used";
+}
+
+std::vector<std::string> readParameters(const ros::NodeHandle& pnh, core::OptionSet& set) {
+  std::vector<std::string> problems;
+  for (const core::OptionField& field : core::optionFields(set)) {
+    XmlRpc::XmlRpcValue value;
+    if (!pnh.getParam(field.name, value)) continue;
+    const std::string problem = assignParameter(value, field, set);
+    if (problem.empty()) continue;
+    problems.push_back("parameter " + pnh.resolveName(field.name) + " = " + valueText(value) + " " + problem);
+    std::visit([&](const auto& used) { pnh.setParam(field.name, used); }, field.get(set));
+  }
+  return problems;
+}
 
 core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
                                const dynamic_reconfigure::Config& defaults, const std::string& prefix) {
@@ -99,55 +180,12 @@ core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
   return options;
 }
 
-std::vector<std::string> readParameters(const ros::NodeHandle& nh, core::OptionSet& parameters) {
-  std::vector<std::string> complaints;
-  for (const core::OptionField& field : core::optionFields(parameters)) {
-    XmlRpc::XmlRpcValue value;
-    if (!nh.getParam(field.name, value)) continue;
-    const std::string what = "parameter " + nh.resolveName(field.name) + " = " + valueText(value) + " ";
-    const auto ignore = [&](const char* expected) {
-      complaints.push_back(what + "is ignored: expected " + expected);
-    };
-    const auto type = value.getType();
-    if (field.type == core::OptionType::kFlag) {
-      if (type != XmlRpc::XmlRpcValue::TypeBoolean) {
-        ignore("true or false");
-      } else {
-        field.set(parameters, static_cast<bool>(value));
-      }
-    } else if (field.type == core::OptionType::kText || field.type == core::OptionType::kChoice) {
-      if (type != XmlRpc::XmlRpcValue::TypeString) {
-        ignore("a text");
-      } else {
-        field.setText(parameters, static_cast<std::string>(value), "parameter " + nh.resolveName(field.name));
-      }
-    } else if (type != XmlRpc::XmlRpcValue::TypeInt && type != XmlRpc::XmlRpcValue::TypeDouble) {
-      ignore("a number");
-    } else {
-      const double number = type == XmlRpc::XmlRpcValue::TypeInt
-                                ? static_cast<double>(static_cast<int>(value))
-                                : static_cast<double>(value);
-      const double nearest = number >= field.min ? std::min(number, field.max) : field.min;
-      if (nearest != number)
-        complaints.push_back(what + "is outside " + field.range() + " and is set to the nearest limit");
-      if (field.type == core::OptionType::kNumber) {
-        field.set(parameters, nearest);
-      } else {
-        if (nearest != std::trunc(nearest))
-          complaints.push_back(what + "is rounded: expected a whole number in " + field.range());
-        field.set(parameters, static_cast<int>(nearest));
-      }
-    }
-  }
-  return complaints;
-}
-
 core::OptionMap parseOptions(const std::string& text) {
   core::OptionMap options;
   for (const std::string& piece : core::splitList(text)) {
     const std::size_t equals = piece.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw std::invalid_argument("'" + piece + "' does not read as option=value, e.g. threshold=3");
+      throw std::invalid_argument("'" + piece + "' has not the form option=value, e.g. threshold=3");
     }
     options[piece.substr(0, equals)] = piece.substr(equals + 1);
   }
@@ -161,7 +199,7 @@ std::vector<std::string> clampedParameters(const ros::NodeHandle& nh,
     for (const dynamic_reconfigure::ParamDescription& parameter : group.parameters) {
       XmlRpc::XmlRpcValue value;
       if (!nh.getParam(parameter.name, value)) continue;
-      const std::string text = complaint(value, parameter, description);
+      const std::string text = complaint(value, expectedBy(parameter, description));
       if (!text.empty()) {
         complaints.push_back("parameter " + nh.resolveName(parameter.name) + " = " + valueText(value) + " " +
                              text);

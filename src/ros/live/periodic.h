@@ -9,13 +9,13 @@
 
 namespace corrsel {
 
-/// Calls something now and then, in wall time, on a thread of its own: it goes on where a manager's threads
-/// are all busy, and the destructor waits for a call that is running. ros::WallTimer does not: a callback
-/// that has been taken off its queue may begin after the timer is gone.
+/// Calls a function periodically, in wall time, on a thread of its own. It goes on while the threads of the
+/// nodelet manager are all busy, and the destructor waits for a call that is running. ros::WallTimer does
+/// not: a callback that has been taken off its queue may begin after the timer is destroyed.
 class Periodic {
  public:
-  /// @param period  s, > 0; the first call comes after one
-  /// @param call    must not throw, nor destroy this object
+  /// @param period  s, > 0; the first call comes after one period
+  /// @param call    must neither throw nor destroy this object
   Periodic(double period, std::function<void()> call)
       : period_(period), call_(std::move(call)), thread_([this] { run(); }) {}
 

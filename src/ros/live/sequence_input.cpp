@@ -4,9 +4,10 @@
 
 namespace corrsel {
 
-SequenceInput::SequenceInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, Callback on_set)
+SequenceInput::SequenceInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
+                             const FeatureMatcherParameters& parameters, Callback on_set)
     : on_set_(std::move(on_set)),
-      camera_(nh, pnh, "image", "mask", [this](const sensor_msgs::ImageConstPtr& msg, bool) {
+      camera_(nh, pnh, parameters, "image", "mask", [this](const sensor_msgs::ImageConstPtr& msg, bool) {
         ImageSet set;
         set.left = msg;
         set.left_mask = camera_.mask();

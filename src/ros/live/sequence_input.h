@@ -10,15 +10,17 @@
 
 namespace corrsel {
 
-/// Every image of `image` is a set, with the newest mask of `mask`. Parameters as CameraInput.
+/// Every image of `image` is a set, with the newest mask of `mask`.
 class SequenceInput : public ImageSource {
  public:
-  SequenceInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, Callback on_set);
+  SequenceInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
+                const FeatureMatcherParameters& parameters, Callback on_set);
   ~SequenceInput() override { unsubscribe(); }
 
   void subscribe() override { camera_.subscribe(); }
   void unsubscribe() override { camera_.unsubscribe(); }
   std::vector<std::string> topics() const override { return {camera_.topic()}; }
+  Inputs inputs() const override { return {{"image", camera_.count()}}; }
   Counts counts() const override;
   std::string complaint() override;
 

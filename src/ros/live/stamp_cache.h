@@ -9,15 +9,15 @@
 
 namespace corrsel {
 
-/// What has arrived for each of the newest stamps. When full, the stamp that came first is dropped. Made for
-/// some hundred entries at most: look-up is O(capacity).
+/// One entry for each of the newest stamps. When the cache is full, the stamp that came first is dropped. It
+/// is meant for a few hundred entries at most: look-up is O(capacity).
 template <class T>
 class StampCache {
  public:
   /// @pre capacity > 0
   explicit StampCache(std::size_t capacity) : capacity_(capacity) {}
 
-  /// The entry of this stamp, made where there is none. The reference holds until the next call.
+  /// The entry of this stamp, which is made if there is none. The reference is valid until the next call.
   T& operator[](const ros::Time& stamp) {
     if (T* entry = find(stamp)) return *entry;
     if (entries_.size() >= capacity_) entries_.pop_front();
@@ -25,7 +25,7 @@ class StampCache {
     return entries_.back().second;
   }
 
-  /// Null where there is no entry.
+  /// Null if there is no entry.
   T* find(const ros::Time& stamp) {
     const auto found = std::find_if(entries_.begin(), entries_.end(),
                                     [&stamp](const auto& entry) { return entry.first == stamp; });

@@ -5,14 +5,14 @@
 
 namespace corrsel {
 
-/// Lets something through at most once per period of steady wall time. ROS_*_THROTTLE goes by ROS time, which
-/// stands still or jumps with use_sim_time. Thread-safe.
+/// Permits an action at most once per period of steady wall time. ROS_*_THROTTLE uses ROS time, which stands
+/// still or jumps with use_sim_time. Thread-safe.
 class WallThrottle {
  public:
   explicit WallThrottle(double period_seconds = 5.0)
       : period_(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(period_seconds))) {}
 
-  /// Whether it is time again; the first time always.
+  /// Whether a period has passed since the last permission; true for the first call.
   bool due() {
     const Clock::rep now = Clock::now().time_since_epoch().count();
     Clock::rep next = next_;

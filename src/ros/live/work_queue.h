@@ -11,18 +11,18 @@
 
 namespace corrsel {
 
-/// A thread that works on one item after the other, so that callbacks only hand over. Items wait in a queue;
-/// when it is full, the one that has waited longest is dropped and counted: slow work costs items, never
-/// latency.
+/// A thread that works on one item after the other, so that callbacks only hand items over. Items wait in a
+/// queue. When the queue is full, the item that has waited longest is dropped and counted, so that slow work
+/// loses items but latency does not build up.
 template <class Item>
 class WorkQueue {
  public:
-  /// Since construction. Items that wait or are being worked on make up the difference.
+  /// Counts since construction. Items that wait or are in work make up the difference.
   struct Counts {
     std::size_t received = 0, dropped = 0, done = 0;
   };
 
-  /// @param capacity  items that may wait beside the one being worked on; 0 is taken as 1
+  /// @param capacity  number of items that may wait beside the one in work; 0 is taken as 1
   /// @param work      called on the thread of the queue, one at a time; must not throw
   WorkQueue(std::size_t capacity, std::function<void(Item)> work)
       : capacity_(std::max<std::size_t>(1, capacity)), work_(std::move(work)), thread_([this] { run(); }) {}
@@ -46,7 +46,7 @@ class WorkQueue {
     changed_.notify_one();
   }
 
-  /// Waits for the item being worked on, forgets those that wait. Not to be called by `work`.
+  /// Waits for the item in work and drops those that wait. Must not be called by `work`.
   void stop() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
