@@ -93,7 +93,8 @@ class BagReplay : public ::testing::Test {
   }
   static void TearDownTestSuite() { fs::remove(bag_); }
 
-  /// Plays the bag; answers by their stamps. Waits until every pair has a selection and, if wanted, a score.
+  /// Plays the bag and collects the results by their stamps. Waits until every pair has a selection and, if
+  /// wanted, a score.
   std::map<ros::Time, SelectionConstPtr> play(const std::vector<std::string>& arguments, bool scored) {
     std::mutex mutex;
     std::map<ros::Time, SelectionConstPtr> selections;

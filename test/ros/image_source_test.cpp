@@ -1,4 +1,4 @@
-// Image sources between cameras that this test plays: what pairs, what does not, what is said about it, and
+// Image sources between cameras that this test plays: which images pair, which do not, what is reported, and
 // that everything recovers.
 
 #include "ros/live/image_source.h"

@@ -1,4 +1,4 @@
-// What LiveDiagnostics says on /diagnostics about flows that the tests make up.
+// The reports of LiveDiagnostics on /diagnostics about flows that the tests define.
 
 #include "ros/live/live_diagnostics.h"
 

@@ -57,7 +57,7 @@ class Live : public ::testing::Test {
     diagnostics_ = std::make_unique<Diagnostics>(nh_);
   }
 
-  /// Everything, up to the first answer.
+  /// Starts everything and waits for the first result.
   void start() {
     setDefaults();
     openCameras();
@@ -91,8 +91,8 @@ class Live : public ::testing::Test {
          imageMsg(stamp, "right_camera_optical", "mono8", right));
   }
 
-  /// Sends a good pair now and then until one is answered: the pipeline lives. Answers to earlier pairs do
-  /// not count.
+  /// Sends good pairs at intervals until one has a result, which shows that the pipeline works. Results of
+  /// earlier pairs do not count.
   bool answers() {
     std::vector<ros::Time> probes;
     auto sent = std::chrono::steady_clock::time_point();
@@ -116,7 +116,7 @@ class Live : public ::testing::Test {
     return number();
   }
 
-  /// The answer to one good pair; null where none comes.
+  /// The result of one good pair; null if none arrives.
   SelectionConstPtr ask(const cv::Mat& left, const cv::Mat& right) {
     const ros::Time stamp = nextStamp();
     send(stamp, left, right);

@@ -1,4 +1,4 @@
-// Flow: newest first, nothing blocks, nothing is copied, nothing is done for nobody.
+// Flow: newest first, nothing blocks, nothing is copied, nothing is done without a subscriber.
 
 #include <gtest/gtest.h>
 #include <ros/network.h>
@@ -163,7 +163,7 @@ TEST_F(LiveFlow, SlowSelectorsAnswerTheNewest) {
   for (const auto& item : selections_->all()) {
     if (item.message->header.stamp < ros::Time(1e8)) continue;  // those that looked for the load
     ++answered;
-    // The time between two answers is the selector's period as this machine allows it at the moment.
+    // The time between two results is the selector's period as this machine allows it at the moment.
     period = std::max(period, item.message->seconds.select);
     if (!before.isZero()) period = std::max(period, (item.arrival - before).toSec());
     before = item.arrival;
@@ -171,15 +171,15 @@ TEST_F(LiveFlow, SlowSelectorsAnswerTheNewest) {
   }
   ASSERT_GE(answered, 3u);
   ASSERT_LT(answered, sent);
-  std::printf("selector period at most %.3f s, oldest answer %.3f s, %zu of %zu answered\n", period, oldest,
+  std::printf("selector period at most %.3f s, oldest result %.3f s, %zu of %zu processed\n", period, oldest,
               answered, sent);
   EXPECT_LT(oldest, 2 * period);
-  // What was not answered is counted.
+  // Pairs without a result are counted.
   EXPECT_TRUE(waitFor([&] {
     const auto status = diagnostics_->of(selector(), "processing");
     return status.number("dropped") == static_cast<double>(sent - answered);
   })) << sent
-      << " sent, " << answered << " answered\n"
+      << " sent, " << answered << " processed\n"
       << diagnostics_->text();
 }
 
@@ -212,13 +212,13 @@ TEST_F(LiveFlow, TimeBudgetsEndSlowSelections) {
   correspondences_.publish(madeUpMatches(stamp, n));
   const SelectionConstPtr selection = selections_->wait(stamp);
   ASSERT_TRUE(selection);
-  // TOO_LARGE where the time did not even suffice for a first answer.
+  // TOO_LARGE if the time did not even suffice for a first result.
   EXPECT_TRUE(selection->status == Selection::STATUS_TIME_LIMIT ||
               selection->status == Selection::STATUS_TOO_LARGE)
       << selection->message;
   EXPECT_LT(selection->seconds.select, slow);
   EXPECT_FALSE(selection->message.empty());
-  // And the node says so.
+  // The node reports this.
   EXPECT_TRUE(waitFor([&] {
     const auto status = diagnostics_->of(selector(), "processing");
     return status.level > 0 || status.number("failures") > 0;
@@ -317,7 +317,7 @@ TEST_F(LiveFlow, NothingIsLatched) {
   const ros::Time stamp = nextStamp();
   send(stamp, good_, good_);
   ASSERT_TRUE(selections_->wait(stamp));
-  // A new subscriber sees new answers only.
+  // A new subscriber receives new results only.
   testing::Inbox<Selection> late(nh_, "selection");
   testing::Inbox<Correspondences> late_matches(nh_, "matches");
   const ros::Time next = nextStamp();
@@ -379,7 +379,7 @@ TEST_F(LiveFlow, DiagnosticsAccountForEverything) {
   EXPECT_GE(stages, 3u) << diagnostics_->text();
   status = diagnostics_->of(matcher(), "input");
   EXPECT_NE(diagnostics_->text().find("left rate"), std::string::npos) << diagnostics_->text();
-  // Nobody's camera goes on: silence is said.
+  // No camera sends images, and the silence is reported.
   EXPECT_TRUE(waitFor([&] { return diagnostics_->of(matcher(), "input").level > 0; }))
       << diagnostics_->text();
 }
@@ -409,7 +409,7 @@ TEST_F(LiveFlow, OverheadIsSmall) {
                         selection->seconds.match - selection->seconds.select);
     n_input = selection->n_input;
   }
-  // The least is what the pipeline itself costs; the rest is what else goes on on the machine.
+  // The least is what the pipeline itself costs; the rest is other load on the machine.
   const double least = core::quantile(overheads, 0.0);
   std::printf("overhead at %zu matches: least %.3f ms, median %.3f ms, p95 %.3f ms\n", n_input, 1e3 * least,
               1e3 * core::quantile(overheads, 0.5), 1e3 * core::quantile(overheads, 0.95));

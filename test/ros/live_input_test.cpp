@@ -1,4 +1,4 @@
-// Bad input: the nodelets live, say so once, and recover when the input does.
+// Bad input: the nodelets stay alive, report it once, and recover with the input.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,8 @@ class LiveInput : public Live {
  protected:
   void SetUp() override { start(); }
 
-  /// Neither the pair of this stamp nor anything else of it is answered; a good pair after it is.
+  /// Checks that neither the pair of this stamp nor a part of it gives a result, and that a good pair after
+  /// it does.
   void expectDropped(const std::string& what, const sensor_msgs::ImagePtr& left,
                      const sensor_msgs::ImagePtr& right) {
     SCOPED_TRACE(what);
@@ -224,7 +225,7 @@ TEST_F(LiveInput, SlowAndFastCameras) {
       next += period;
       std::this_thread::sleep_until(next);
     }
-    // Newest first: the last one is answered, and answers never go back in time.
+    // Newest first: the last pair has a result, and results never go back in time.
     EXPECT_TRUE(waitFor([&] { return answered(sent.back()); }));
   }
   ros::Time before;
@@ -278,7 +279,8 @@ TEST_F(LiveSettings, MasksHideFeatures) {
            *std::min_element(found->left_x.begin(), found->left_x.end()) >= 159.0F &&
            *std::min_element(found->right_x.begin(), found->right_x.end()) < 159.0F;
   }));
-  // A mask of another size cannot be used: pairs are not answered as if there were none, and it is said.
+  // A mask of another size cannot be used. This is reported, and pairs are not processed as if there were no
+  // mask.
   const double before = matcherFailures();
   left_mask.publish(imageMsg(nextStamp(), "camera", "mono8", cv::Mat(100, 100, CV_8UC1, cv::Scalar(255))));
   EXPECT_TRUE(waitFor([&] {
@@ -304,7 +306,7 @@ TEST_F(LiveSettings, RegionsOfInterestAreKept) {
     EXPECT_TRUE(cv::Rect2f(99, 49, 152, 122).contains({found->left_x[i], found->left_y[i]}));
     EXPECT_TRUE(cv::Rect2f(99, 49, 152, 122).contains({found->right_x[i], found->right_y[i]}));
   }
-  // A region outside of the image is said, and the next change mends it.
+  // A region outside of the image is reported, and the next change corrects it.
   testing::configure(matcher(), {}, {}, {{"roi_x", 5000}, {"roi_y", 5000}});
   send(nextStamp(), good_, good_);
   EXPECT_TRUE(waitFor([&] { return matcherFailures() > 0; })) << diagnostics_->text();
@@ -320,7 +322,7 @@ TEST_F(LiveSettings, SequenceComparesWithTheFrameBefore) {
   loadMatcher();
   loadSelector();
   ASSERT_TRUE(waitFor([&] { return camera.getNumSubscribers() >= 1; }));
-  // Frames until two in a row were taken; from then on every one that is waited for is answered.
+  // Frames until two in a row were taken; from then on every one that the test waits for has a result.
   ros::Time before, stamp;
   ASSERT_TRUE(waitFor([&] {
     before = stamp;
@@ -348,7 +350,7 @@ TEST_F(LiveSettings, SequenceComparesWithTheFrameBefore) {
     return waitFor([&] { return selections_->has(stamp); }, 500ms) && sent.size() >= 4;
   }));
   EXPECT_EQ(found_->wait(stamp)->right_stamp, sent[sent.size() - 3]);
-  // Another size begins a new sequence; it is answered as soon as it has a past.
+  // Another size begins a new sequence; it has results from its second frame on.
   EXPECT_TRUE(waitFor([&] {
     stamp = nextStamp();
     camera.publish(imageMsg(stamp, "camera", "mono8", texture(400, 300, 3)));

@@ -94,7 +94,7 @@ class LiveProcesses : public ::testing::Test {
     selections_ = std::make_unique<Inbox<Selection>>(nh_, "selection");
   }
 
-  /// Sends pairs until one of them is answered.
+  /// Sends pairs until one of them has been processed.
   bool answers() {
     std::vector<ros::Time> probes;
     const cv::Mat image = texture(320, 240, 1);
@@ -121,7 +121,7 @@ TEST_F(LiveProcesses, AKilledManagerComesBackWithItsNodelets) {
   openCameras();
   Child launch(liveLaunch({"respawn:=true"}));
   ASSERT_TRUE(answers());
-  // At once after the first answer, too: it may have died of that.
+  // Again right after the first result, because that may have killed it.
   for (int i = 0; i < 3; ++i) {
     const int before = pidOf("/corrsel_manager");
     ASSERT_GT(before, 0);
@@ -226,7 +226,7 @@ TEST_F(LiveProcesses, FramesFlowWhileTheMasterIsAway) {
     ASSERT_TRUE(load.wait(kProcessPatience));
     EXPECT_EQ(load.code(), 0) << logText("load");
   }
-  // A new master knows nobody: what was launched is launched again, as ROS wants it.
+  // A new master knows no node, so everything is launched again, as ROS requires.
   launch.reset();
   launch = std::make_unique<Child>(liveLaunch({}), environment);
   EXPECT_TRUE(waitFor(answers_load, kProcessPatience)) << logText("probe");
@@ -245,7 +245,7 @@ TEST_F(LiveProcesses, AFullDiskEndsTheRecordingOnly) {
     ASSERT_TRUE(load.wait(kProcessPatience));
     EXPECT_EQ(load.code(), 0) << logText("load");
     EXPECT_TRUE(launch.running());
-    // The recorder tells why there is no recording.
+    // The recorder reports why there is no recording.
     EXPECT_TRUE(waitFor([&] { return logText("launch").find("space") != std::string::npos; }))
         << logText("launch");
   }
@@ -275,7 +275,7 @@ TEST_F(LiveProcesses, LoadTestExplainsItself) {
   }
   EXPECT_EQ(outcome({"--images", "/no/such/file.png,/no/other.png"}), 1);
   EXPECT_NE(logText("load").find("/no/such/file.png"), std::string::npos) << logText("load");
-  // Nobody there.
+  // No nodelet runs.
   EXPECT_EQ(outcome({"--images", folder_.string(), "--wait", "1"}), 1);
   EXPECT_NE(logText("load").find("no node subscribes to /left/image"), std::string::npos) << logText("load");
 }

@@ -130,7 +130,7 @@ inline sensor_msgs::ImagePtr imageMsg(const ros::Time& stamp, const std::string&
 }
 
 /// Sets parameters of a nodelet through its set_parameters. Texts "true" and "false" are flags.
-/// @return its answer: the values in force, of the text parameters
+/// @return the values of the text parameters that are in force
 inline std::map<std::string, std::string> configure(const std::string& nodelet,
                                                     const std::map<std::string, std::string>& texts,
                                                     const std::map<std::string, double>& numbers = {},

@@ -8,7 +8,7 @@ import time
 
 
 def free_port():
-    """A TCP port that nobody listens on."""
+    """A TCP port on which no program listens."""
     with socket.socket() as probe:
         probe.bind(("localhost", 0))
         return probe.getsockname()[1]
@@ -46,7 +46,7 @@ class RosShell:
         )
 
     def start_master(self):
-        """Returns once a master answers; it runs until end()."""
+        """Returns once a master replies; it runs until end()."""
         self.run_beside(f"roscore -p {self.port}")
         self.wait_for("rosnode list", "/rosout")
 

@@ -400,7 +400,7 @@ const std::vector<std::string> kSupported = {
     "16UC4",        "bayer_rggb8",  "bayer_bggr8",  "bayer_gbrg8",  "bayer_grbg8",
     "bayer_rggb16", "bayer_bggr16", "bayer_gbrg16", "bayer_grbg16", "yuv422"};
 
-/// Filled with one value, as large as its header says.
+/// An image filled with one value, of the size in its header.
 boost::shared_ptr<sensor_msgs::Image> blankMsg(const std::string& encoding, std::uint32_t width,
                                                std::uint32_t height) {
   namespace enc = sensor_msgs::image_encodings;

@@ -83,7 +83,7 @@ class ExampleSelector(unittest.TestCase):
         self.assertEqual(code, 2, text)
         self.assertIn(f"unknown option {SELECTOR}.treshold; valid: neighbours, threshold, noise", text)
 
-        # As if nobody had sourced a workspace.
+        # As if no workspace had been sourced.
         code, text = self.shell.output_of(
             f"ROS_PACKAGE_PATH= {DEVEL}/lib/corrsel/benchmark --selectors {SELECTOR}"
         )

@@ -28,7 +28,7 @@ class InstallSpace(unittest.TestCase):
         return folder
 
     def test_nodelet_and_programs_run_from_the_install_space(self):
-        """A Selector nodelet answers a message; benchmark, report and launch files are found."""
+        """A Selector nodelet processes a message; benchmark, report and launch files are found."""
         build = os.environ["CORRSEL_BINARY_DIR"]
         environment = dict(os.environ, DESTDIR=str(self.root / "destination"))
         subprocess.run(

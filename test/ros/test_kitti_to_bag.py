@@ -65,7 +65,7 @@ class KittiToBag(unittest.TestCase):
             (self.folder / ("right_%010d.png" % i)).write_bytes(png(10 * i + 1))
 
     def convert(self, *arguments):
-        """Exit status and what the script says."""
+        """Exit status and output of the script."""
         text = io.StringIO()
         with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
             code = kitti_to_bag.main([str(self.folder), "--output", str(self.bag), *arguments])
@@ -77,7 +77,7 @@ class KittiToBag(unittest.TestCase):
             return list(bag.read_messages())
 
     def expect_error(self, *parts):
-        """The script refuses, says so and leaves no file."""
+        """The script refuses with a message and leaves no file."""
         code, text = self.convert()
         self.assertEqual(code, 2, text)
         for part in parts:

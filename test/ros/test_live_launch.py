@@ -50,7 +50,7 @@ class Cameras:
 
         self.images = [publisher(side + "/image_rect", Image) for side in ("left", "right")]
         self.infos = [publisher(side + "/camera_info", CameraInfo) for side in ("left", "right")]
-        self.newest = rospy.Time()  # stamp of the newest frame that was answered with matches
+        self.newest = rospy.Time()  # stamp of the newest frame for which matches arrived
         topic = "/%s/matches" % namespace
         self.matches = rospy.Subscriber(topic, Correspondences, self._receive, queue_size=10)
 
@@ -71,7 +71,7 @@ class Cameras:
         time.sleep(1.0 / RATE)
 
     def answered(self):
-        """Plays until a frame that was taken after this call is answered. Returns whether one was."""
+        """Plays until matches arrive for a frame taken after this call. Returns whether they did."""
         begin, deadline = rospy.Time.now(), time.monotonic() + PATIENCE
         while self.newest < begin and time.monotonic() < deadline:
             self.play()
@@ -175,7 +175,7 @@ class LiveLaunch(unittest.TestCase):
         self.assertLess(time.monotonic(), deadline, self.text())
 
     def test_a_killed_process_comes_back_with_its_nodelets(self):
-        """Matches arrive again, also when it dies at once after its first answer."""
+        """Matches arrive again, also when it dies right after its first result."""
         launch, cameras = self.live("together", "respawn:=true")
         for _ in range(3):
             self.assertTrue(cameras.answered(), self.text())

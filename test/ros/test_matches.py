@@ -81,7 +81,7 @@ class Matches(unittest.TestCase):
             matches.selected_rows(Selection(mask=[0, 1], n_input=3))
 
     def test_wrong_lengths_are_named(self):
-        """The error says which array has how many elements."""
+        """The error names the array and its number of elements."""
         for field, values in (("left_y", [1]), ("right_index", [1]), ("left_frame", [1]), ("distance", [1])):
             message = example()
             setattr(message, field, values)
@@ -89,7 +89,7 @@ class Matches(unittest.TestCase):
                 matches.keypoints(message)
 
     def test_without_opencv(self):
-        """points() works; keypoints() says what to install."""
+        """points() works; keypoints() names the package to install."""
         program = """
 import sys
 sys.modules["cv2"] = None

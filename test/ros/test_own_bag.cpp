@@ -133,7 +133,7 @@ class OwnBag : public ::testing::Test {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
 
-  /// All pairs; as many as size() says.
+  /// All pairs; their number must be size().
   static std::vector<core::ImagePair> readAll(core::PairSource& source) {
     std::vector<core::ImagePair> pairs;
     core::ImagePair pair;

@@ -397,7 +397,7 @@ TEST(StereoRigPoints, AreTheInverseOfTheLens) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       EXPECT_NEAR(maps[i](0, 2), expected[i].x, 0.02);
       EXPECT_NEAR(maps[i](1, 2), expected[i].y, 0.02);
-      // The derivative tells where a point near by goes.
+      // The derivative predicts where a nearby point goes.
       const std::vector<cv::Matx23d> beside = rectify({points[i] + cv::Point2f(1, 2)});
       EXPECT_NEAR(beside[0](0, 2), maps[i](0, 2) + maps[i](0, 0) + 2 * maps[i](0, 1), 0.03);
       EXPECT_NEAR(beside[0](1, 2), maps[i](1, 2) + maps[i](1, 0) + 2 * maps[i](1, 1), 0.03);

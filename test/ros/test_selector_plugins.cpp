@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a plug-in file says about one class.
+/// The entry of one class in a plug-in file.
 std::string entry(const std::string& attributes) {
   return "<class " + attributes + " base_class_type=\"corrsel::Selector\"/>";
 }

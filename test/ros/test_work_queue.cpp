@@ -10,7 +10,7 @@
 namespace corrsel {
 namespace {
 
-/// Work that lasts until it is told to end, item by item.
+/// Work on each item lasts until the test ends it.
 struct Gate {
   void work(int item) {
     started.push_back(item);

@@ -49,7 +49,7 @@ class BagFile {
   /// {name of the bag, "bag", stamp}. @param stamp  ns
   core::PairId idAt(std::int64_t stamp) const;
 
-  /// Throws core::DatasetError: the bag is cut off or damaged, as the exception of rosbag tells.
+  /// Throws core::DatasetError: the bag is cut off or damaged; the text contains the message of rosbag.
   [[noreturn]] void failDamaged(const rosbag::BagException& error) const;
 
  private:

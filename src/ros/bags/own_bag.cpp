@@ -38,7 +38,7 @@ std::string besideImage(const std::string& topic) {
   return (slash == std::string::npos ? "" : base.substr(0, slash + 1)) + "camera_info";
 }
 
-/// The topic, raw or compressed, with the images that the name stands for; empty where there are none.
+/// The topic, raw or compressed, with the images of this name; empty if there are none.
 std::string imageTopic(const BagFile& file, const std::string& given) {
   const std::string base = withoutCompressed(given);
   for (const std::string& name : {given, base, base + kCompressedSuffix}) {

@@ -52,7 +52,8 @@ namespace {
 
 constexpr char kMatchesType[] = "corrsel/Correspondences";
 constexpr char kPutativeName[] = "correspondences";
-// Raw and rectified images are told apart by how many matches of so many messages are near their lines.
+// Raw and rectified images are distinguished by the share of matches, in this many messages, near their
+// lines.
 constexpr std::size_t kProbes = 20;
 constexpr double kProbeTolerance = 2.0;  // px
 

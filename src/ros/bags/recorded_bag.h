@@ -21,7 +21,7 @@ class RecordedMatchesSource : public BagSource {
   /// Reads the bag once. The matches are on BagTopics::correspondences. Where that is empty, they are on the
   /// only topic of their type, or on the only one of these that ends in "correspondences". The two
   /// camera_info topics are the named ones, or else those with "left" and "right" in their names, or else
-  /// those with the frame ids of the matches. BagTopics::images tells whether the matches are of raw or of
+  /// those with the frame ids of the matches. BagTopics::images states whether the matches are of raw or of
   /// rectified images; "auto" takes whichever brings more of them near their epipolar lines, and adds a note.
   /// Throws core::DatasetError for topics that do not exist, have another type, cannot be read or are
   /// ambiguous (it lists those of the bag); std::invalid_argument for options out of range.

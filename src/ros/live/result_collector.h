@@ -26,8 +26,8 @@ class ResultCollector {
   struct Result {
     CorrespondencesConstPtr correspondences;
     GroundTruthConstPtr truth;
-    std::vector<SelectionConstPtr> selections;  ///< of several selectors; taken out by whoever used them
-    sensor_msgs::ImageConstPtr left;            ///< filled by those who need it
+    std::vector<SelectionConstPtr> selections;  ///< of several selectors; removed after use
+    sensor_msgs::ImageConstPtr left;            ///< filled if needed
   };
   using Callback = std::function<void(Result&)>;
 
