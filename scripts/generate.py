@@ -43,7 +43,15 @@ def built_program(folder):
     if folder is None:
         cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME", pathlib.Path.home() / ".cache"))
         folder = cache / "corrsel" / ("catalogue-%08x" % zlib.crc32(str(PACKAGE).encode()))
-        configure = ["cmake", "-S", str(PACKAGE), "-B", str(folder), "-Dcorrsel_ROS=OFF"]
+        configure = [
+            "cmake",
+            "-S",
+            str(PACKAGE),
+            "-B",
+            str(folder),
+            "-Dcorrsel_ROS=OFF",
+            "-Dcorrsel_PYTHON=OFF",
+        ]
         subprocess.run(configure, check=True, stdout=subprocess.DEVNULL)
     build = [
         "cmake",
