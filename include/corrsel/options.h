@@ -157,8 +157,8 @@ class OptionSet {
   virtual ~OptionSet() = default;
 
   /// Describes the fields to the visitor, in declaration order. This is the only place where the name, range,
-  /// unit, choices and meaning of an option are written: range checks, command lines, files, ROS parameters,
-  /// Python and the documentation all read them from here.
+  /// unit, choices and meaning of an option are written: range checks, command lines, files, run-time
+  /// parameters, Python and the documentation all read them from here.
   virtual void visit(OptionVisitor& visitor) const = 0;
 
   /// Throws std::invalid_argument naming the option, its value and its range. Derived structs add the
