@@ -135,7 +135,7 @@ TEST_F(Regression, ProgramSaysWhatItNeeds) {
   struct Case {
     std::string arguments, part;
   };
-  for (const Case& c : {Case{"", "two run folders are needed"}, Case{expected, "1 given"},
+  for (const Case& c : {Case{"", "BEFORE, AFTER: 2 arguments"}, Case{expected, "1 given"},
                         Case{expected + " /does/not/exist", "/does/not/exist/config.yaml"},
                         Case{expected + " " + expected + " --metric f", "unknown metric 'f'"},
                         Case{expected + " " + expected + " --tau=3", "tau = 3 px"},
