@@ -261,7 +261,7 @@ TEST_P(Region, EachImageOfAPairHasItsOwn) {
     // A mask for the other image is refused, on either thread.
     EXPECT_EQ(errorOf<std::invalid_argument>(
                   [&] { extractPair(*extractor, left, right, threads, {}, left_region); }),
-              "mask has 500x400 px; needed: 400x300 px, as the image");
+              "mask has 500x400 px; needed: 400x300 px, the size of the image");
   }
 }
 
@@ -284,14 +284,14 @@ TEST(FeatureRegions, RefusalsSayWhatTheyGot) {
   EXPECT_TRUE(contains(outside({least, 0, most, 10}), "lies outside"));
   const auto refusedMask = [&](const cv::Mat& mask) { return refusal({{}, mask}); };
   EXPECT_EQ(refusedMask(cv::Mat::ones(300, 399, CV_8U)),
-            "mask has 399x300 px; needed: 400x300 px, as the image");
+            "mask has 399x300 px; needed: 400x300 px, the size of the image");
   EXPECT_EQ(refusedMask(cv::Mat::ones(300, 400, CV_8UC3)),
             "mask has type CV_8UC3; needed: 8 bits with 1 channel");
   EXPECT_EQ(refusedMask(cv::Mat::ones(300, 400, CV_32F)),
             "mask has type CV_32FC1; needed: 8 bits with 1 channel");
   // A mask of the area instead of the image, too.
   EXPECT_EQ(refusal({{10, 10, 100, 50}, cv::Mat::ones(50, 100, CV_8U)}),
-            "mask has 100x50 px; needed: 400x300 px, as the image");
+            "mask has 100x50 px; needed: 400x300 px, the size of the image");
   // The image is judged first.
   EXPECT_EQ(errorOf([&] { extractor->extract({}, 1, {{1000, 0, 5, 5}, {}}); }), "image is empty");
 }
