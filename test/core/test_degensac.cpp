@@ -22,9 +22,8 @@ Scene planeAndMore(std::size_t on_plane, std::size_t off_plane, double noise, st
   Random random(seed + 77);
   Correspondences matches;
   while (matches.size() < on_plane) {
-    const cv::Point2d left(random.uniform(0, 799), random.uniform(0, 599));
-    const cv::Point2d right =
-        projected(h, left.x, left.y) + noise * cv::Point2d(random.normal(), random.normal());
+    const cv::Point2d left = uniformPoint(random, 799, 599);
+    const cv::Point2d right = projected(h, left.x, left.y) + noise * normalPoint(random);
     matches.add(cv::Point2f(left), cv::Point2f(right));
   }
   for (std::size_t i = 0; i < off_plane; ++i) {
@@ -116,7 +115,7 @@ TEST(Degensac, UsacFindsTheEpipolarGeometryBehindADominantPlane) {
     UsacOptions options;
     options.model = ModelKind::kFundamental;
     options.local_optimization = false;
-    const auto offPlane = [&scene](const Selection& s) {
+    const auto offPlane = [](const Selection& s) {
       double selected = 0;
       for (std::size_t i = 570; i < 600; ++i) selected += s.mask[i];
       return selected / 30;

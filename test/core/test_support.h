@@ -131,6 +131,21 @@ inline void addMatch(Scene& scene, Random& random, const cv::Point2d& left, cons
   scene.inlier.push_back(inlier ? 1 : 0);
 }
 
+/// A point in [0, width) x [0, height). The order of the two draws is stated in both functions, because
+/// compilers evaluate function arguments in different orders.
+inline cv::Point2d uniformPoint(Random& random, double width, double height) {
+  const double y = random.uniform(0, height);
+  const double x = random.uniform(0, width);
+  return {x, y};
+}
+
+/// A point with standard normal coordinates.
+inline cv::Point2d normalPoint(Random& random) {
+  const double y = random.normal();
+  const double x = random.normal();
+  return {x, y};
+}
+
 /// Matches of a plane seen by two cameras; wrong ones end anywhere, but at least 30 px from the truth.
 inline Scene homographyScene(const SceneOptions& options = {}) {
   Random random(options.seed);
@@ -138,11 +153,11 @@ inline Scene homographyScene(const SceneOptions& options = {}) {
   scene.model = cv::Matx33d(0.9, -0.15, 90, 0.12, 0.95, -20, 1e-4, 5e-5, 1);
   scene.matches.left_size = scene.matches.right_size = {kSceneWidth, kSceneHeight};
   while (scene.inlier.size() < options.n) {
-    const cv::Point2d left(random.uniform(0, kSceneWidth - 1), random.uniform(0, kSceneHeight - 1));
+    const cv::Point2d left = uniformPoint(random, kSceneWidth - 1, kSceneHeight - 1);
     const cv::Point2d truth = projected(scene.model, left.x, left.y);
     const bool inlier = scene.inlier.size() < std::round(options.inlier_ratio * double(options.n));
-    cv::Point2d right(random.uniform(0, kSceneWidth - 1), random.uniform(0, kSceneHeight - 1));
-    if (inlier) right = truth + options.noise * cv::Point2d(random.normal(), random.normal());
+    cv::Point2d right = uniformPoint(random, kSceneWidth - 1, kSceneHeight - 1);
+    if (inlier) right = truth + options.noise * normalPoint(random);
     const bool visible =
         right.x >= 0 && right.y >= 0 && right.x <= kSceneWidth - 1 && right.y <= kSceneHeight - 1;
     if (!visible || (!inlier && cv::norm(right - truth) < 30)) continue;
@@ -165,14 +180,13 @@ inline Scene stereoScene(const SceneOptions& options = {}) {
   scene.model *= 1.0 / cv::norm(scene.model);
   scene.matches.left_size = scene.matches.right_size = {kSceneWidth, kSceneHeight};
   while (scene.inlier.size() < options.n) {
-    const cv::Point2d left(random.uniform(0, kSceneWidth - 1), random.uniform(0, kSceneHeight - 1));
+    const cv::Point2d left = uniformPoint(random, kSceneWidth - 1, kSceneHeight - 1);
     const cv::Vec3d point = camera.inv() * cv::Vec3d(left.x, left.y, 1) * random.uniform(4, 12);
     const cv::Vec3d seen = camera * (rotation * point + shift);
     const bool inlier = scene.inlier.size() < std::round(options.inlier_ratio * double(options.n));
-    cv::Point2d right(random.uniform(0, kSceneWidth - 1), random.uniform(0, kSceneHeight - 1));
+    cv::Point2d right = uniformPoint(random, kSceneWidth - 1, kSceneHeight - 1);
     if (inlier) {
-      right = cv::Point2d(seen[0] / seen[2], seen[1] / seen[2]) +
-              options.noise * cv::Point2d(random.normal(), random.normal());
+      right = cv::Point2d(seen[0] / seen[2], seen[1] / seen[2]) + options.noise * normalPoint(random);
     }
     const bool visible =
         right.x >= 0 && right.y >= 0 && right.x <= kSceneWidth - 1 && right.y <= kSceneHeight - 1;
