@@ -20,6 +20,13 @@ cv::Point2d anywhere(Random& random) {
   return {random.uniform(0, kWidth - 1), random.uniform(0, kHeight - 1)};
 }
 
+/// Compilers evaluate function arguments in different orders: whatever is drawn has a statement of its own.
+std::pair<cv::Point2d, cv::Point2d> wrongMatch(Random& random) {
+  const cv::Point2d right = anywhere(random);
+  const cv::Point2d left = anywhere(random);
+  return {left, right};
+}
+
 cv::Point2d noise(Random& random) { return {kNoise * random.normal(), kNoise * random.normal()}; }
 
 cv::Point2d projected(const cv::Matx33d& h, const cv::Point2d& p) {
@@ -87,8 +94,7 @@ MatchScene makeScene(const SceneSpec& spec) {
   m.left_size = m.right_size = {kWidth, kHeight};
   const cv::Matx33d homography = planeHomography();
   for (const bool inlier : scene.inlier) {
-    auto [left, right] =
-        inlier ? correctMatch(spec.kind, random) : std::pair(anywhere(random), anywhere(random));
+    auto [left, right] = inlier ? correctMatch(spec.kind, random) : wrongMatch(random);
     m.add(left, right);
     const double ratio = inlier ? 0.60 + 0.12 * random.normal() : 0.78 + 0.10 * random.normal();
     m.second_distance.push_back(float(random.uniform(200, 400)));
@@ -97,8 +103,8 @@ MatchScene makeScene(const SceneSpec& spec) {
     const cv::Matx22d left_frame = similarity(random, 5, 15);
     cv::Matx22d change = similarity(random, 0.5, 2);
     if (inlier) {
-      const cv::Matx22d error(1 + kFrameNoise * random.normal(), kFrameNoise * random.normal(),
-                              kFrameNoise * random.normal(), 1 + kFrameNoise * random.normal());
+      cv::Matx22d error = cv::Matx22d::eye();
+      for (const int element : {3, 2, 1, 0}) error.val[element] += kFrameNoise * random.normal();
       change = derivative(homography, left) * error;
     }
     m.left_frame.push_back(frame(left_frame, left));

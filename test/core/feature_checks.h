@@ -22,9 +22,12 @@ inline cv::Mat shapes(int channels = 1, cv::Size size = {400, 300}, std::uint64_
   cv::Mat image(size, CV_8UC(channels), cv::Scalar::all(128));
   const auto below = [&random](int bound) { return int(random.index(std::uint32_t(bound))); };
   for (int i = 0; i < 150; ++i) {
-    const cv::Point centre(below(size.width), below(size.height));
+    // Compilers evaluate arguments in different orders: whatever is drawn has a statement of its own.
+    const int y = below(size.height), x = below(size.width);
+    const cv::Point centre(x, y);
     const int radius = 2 + below(14);
-    const cv::Scalar colour(below(256), below(256), below(256), 255);
+    const int third = below(256), second = below(256), first = below(256);
+    const cv::Scalar colour(first, second, third, 255);
     if (i % 2) {
       cv::circle(image, centre, radius, colour, cv::FILLED);
     } else {

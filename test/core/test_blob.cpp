@@ -44,8 +44,11 @@ cv::Mat picture(cv::Size size = {500, 400}, std::uint64_t seed = 1) {
   Random random(seed);
   cv::Mat image(size, CV_8U, cv::Scalar(128));
   for (int i = 0; i < size.area() / 600; ++i) {
-    const cv::Point centre(int(random.uniform(0, size.width)), int(random.uniform(0, size.height)));
-    cv::circle(image, centre, int(random.uniform(2, 20)), cv::Scalar(random.index(256)), cv::FILLED);
+    // Compilers evaluate arguments in different orders: whatever is drawn has a statement of its own.
+    const double y = random.uniform(0, size.height), x = random.uniform(0, size.width);
+    const std::uint32_t grey = random.index(256);
+    const double radius = random.uniform(2, 20);
+    cv::circle(image, cv::Point(int(x), int(y)), int(radius), cv::Scalar(grey), cv::FILLED);
   }
   cv::GaussianBlur(image, image, {}, 0.8);
   return image;

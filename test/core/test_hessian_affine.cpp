@@ -19,10 +19,13 @@ cv::Mat picture(cv::Size size = {500, 400}, int n = 150, std::uint64_t seed = 1)
   Random random(seed);
   cv::Mat image(size, CV_8U, cv::Scalar(128));
   for (int i = 0; i < n; ++i) {
-    const cv::Point2f centre(float(random.uniform(0, size.width)), float(random.uniform(0, size.height)));
-    const cv::Size2f axes(float(random.uniform(6, 24)), float(random.uniform(6, 24)));
-    cv::ellipse(image, cv::RotatedRect(centre, axes, float(random.uniform(0, 180))),
-                cv::Scalar(random.uniform(0, 256)), cv::FILLED, cv::LINE_AA);
+    // Compilers evaluate arguments in different orders: whatever is drawn has a statement of its own.
+    const auto y = float(random.uniform(0, size.height)), x = float(random.uniform(0, size.width));
+    const auto height = float(random.uniform(6, 24)), width = float(random.uniform(6, 24));
+    const double grey = random.uniform(0, 256);
+    const auto angle = float(random.uniform(0, 180));
+    const cv::RotatedRect ellipse({x, y}, {width, height}, angle);
+    cv::ellipse(image, ellipse, cv::Scalar(grey), cv::FILLED, cv::LINE_AA);
   }
   cv::GaussianBlur(image, image, {}, 1);
   return image;

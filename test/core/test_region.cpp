@@ -23,10 +23,15 @@ cv::Mat holes(const cv::Size& size, std::uint64_t seed = 1) {
   const auto below = [&random](int bound) { return int(random.index(std::uint32_t(bound))); };
   cv::Mat mask(size, CV_8U, cv::Scalar(255));
   for (int i = 0; i < 10; ++i) {
-    cv::circle(mask, {below(size.width), below(size.height)}, 5 + below(25), 0, cv::FILLED);
+    // Compilers evaluate arguments in different orders: whatever is drawn has a statement of its own.
+    const int radius = 5 + below(25), x = below(size.width), y = below(size.height);
+    cv::circle(mask, {x, y}, radius, 0, cv::FILLED);
   }
   for (int x = 7; x < size.width; x += 40) mask.col(x).setTo(0);
-  for (int i = 0; i < size.area() / 50; ++i) mask.at<std::uint8_t>(below(size.height), below(size.width)) = 0;
+  for (int i = 0; i < size.area() / 50; ++i) {
+    const int x = below(size.width), y = below(size.height);
+    mask.at<std::uint8_t>(y, x) = 0;
+  }
   return mask;
 }
 

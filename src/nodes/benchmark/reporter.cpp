@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <iostream>
 
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "corrsel/Progress.h"
 #include "corrsel/Score.h"
@@ -22,6 +24,29 @@ std::string percent(double value) {
   return std::isnan(value) ? "     -" : text;
 }
 
+/// How many nodes the master lists as subscribers of a topic.
+std::uint32_t knownSubscribers(const std::string& topic) {
+  XmlRpc::XmlRpcValue request, response, state;
+  request[0] = ros::this_node::getName();
+  if (!ros::master::execute("getSystemState", request, response, state, false)) return 0;
+  XmlRpc::XmlRpcValue& subscribers = state[1];  // pairs of a topic and a list of nodes
+  for (int i = 0; i < subscribers.size(); ++i) {
+    if (static_cast<std::string>(subscribers[i][0]) == topic)
+      return static_cast<std::uint32_t>(subscribers[i][1].size());
+  }
+  return 0;
+}
+
+/// Waits until the nodes that subscribed before this one started are connected: a short run would end before,
+/// and its messages would be lost. A node that the master lists but that is gone costs the whole time.
+void waitForKnownSubscribers(const ros::Publisher& publisher) {
+  constexpr double kLongest = 2.0, kStep = 0.01;  // s
+  const std::uint32_t known = knownSubscribers(publisher.getTopic());
+  const core::Stopwatch watch;
+  while (publisher.getNumSubscribers() < known && watch.seconds() < kLongest)
+    ros::WallDuration(kStep).sleep();
+}
+
 }  // namespace
 
 Reporter::Reporter(bool verbose, const std::string& output_dir)
@@ -30,6 +55,7 @@ Reporter::Reporter(bool verbose, const std::string& output_dir)
   node_.emplace("~");
   progress_publisher_ = node_->advertise<Progress>("progress", 10, true);
   score_publisher_ = node_->advertise<Score>("score", 1000);
+  waitForKnownSubscribers(score_publisher_);
 }
 
 void Reporter::progress(const core::Progress& progress) {

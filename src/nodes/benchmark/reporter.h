@@ -12,7 +12,8 @@
 
 namespace corrsel {
 
-/// Prints the progress of the run, and publishes ~progress and ~score where there is a ROS master.
+/// Prints the progress of the run, and publishes ~progress and ~score where there is a ROS master. Nodes that
+/// subscribed to ~score before the start receive every score, as long as they keep up.
 class Reporter : public core::RunObserver {
  public:
   /// @param verbose  print every judged selection
