@@ -17,7 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 def run(program, **environment):
     """Return what a Python program prints, its output and its errors."""
     return subprocess.run(
-        [sys.executable, "-c", program],
+        [sys.executable, "-u", "-c", program],  # unbuffered: what is printed stays before the traceback
         env=dict(os.environ, **environment),
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
