@@ -5,7 +5,10 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
+import threading
+import time
 
 import corrsel
 import numpy as np
@@ -33,6 +36,34 @@ def expected():
             header = b"P5 %d %d 255\n" % (image.shape[1], image.shape[0])
             (pathlib.Path(folder) / (name + ".pgm")).write_bytes(header + image.tobytes())
         return json.loads(subprocess.run([program, folder], stdout=subprocess.PIPE, check=True).stdout)
+
+
+def releases_the_lock(action):
+    """Whether another thread runs while the action does. The interpreter would never take its lock from the thread of
+    the action, so the other thread counts only if the lock is given away. How long that takes depends on the machine,
+    whether it happens does not: up to 100 calls are tried."""
+    counted, ended = [0], threading.Event()
+
+    def count():
+        while not ended.is_set():
+            counted[0] += 1
+            time.sleep(1e-4)
+
+    def counts_during_a_call():
+        before = counted[0]
+        action()
+        return counted[0] > before
+
+    counter = threading.Thread(target=count)
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1000)
+    counter.start()
+    try:
+        return any(counts_during_a_call() for _ in range(100))
+    finally:
+        ended.set()
+        counter.join()
+        sys.setswitchinterval(interval)
 
 
 def floats(values):
