@@ -86,36 +86,36 @@ for root in "$folder/core" "$folder/all"; do
   fi
   mountpoint -q "$root/proc" || { mount -t proc proc "$root/proc" && mounted+=("$root/proc"); }
   # The sources as git sees them, with uncommitted changes.
-  rm -rf "$root/root/corrsel" "$root/root/prefix" "$root/root/use"
-  mkdir -p "$root/root/corrsel"
+  rm -rf "$root/srv/corrsel" "$root/srv/prefix" "$root/srv/use"
+  mkdir -p "$root/srv/corrsel"
   (
     cd "$package_dir"
     git ls-files -z --cached --others --exclude-standard |
       while IFS= read -r -d '' file; do [ ! -e "$file" ] || printf '%s\0' "$file"; done |
       tar --create --no-recursion --null --files-from=-
-  ) | tar --extract --directory "$root/root/corrsel"
+  ) | tar --extract --directory "$root/srv/corrsel"
 done
 
-use='cmake -S corrsel/test/consumer -B use -DCMAKE_PREFIX_PATH=/root/prefix >/dev/null
+use='cmake -S corrsel/test/consumer -B use -DCMAKE_PREFIX_PATH=/srv/prefix >/dev/null
 cmake --build use >/dev/null
 cat corrsel/test/consumer/CMakeLists.txt
 use/consumer'
 
 say "corrsel::core in $folder/core"
 in_root "$folder/core" <<EOF
-cd /root
+cd /srv
 cmake -S corrsel -B build_core -Dcorrsel_FEATURES=OFF | grep -- '-- corrsel'
 cmake --build build_core --parallel $(nproc) >/tmp/build.log 2>&1 || { tail -n 20 /tmp/build.log; exit 1; }
-cmake --install build_core --prefix /root/prefix >/dev/null
+cmake --install build_core --prefix /srv/prefix >/dev/null
 $use
 EOF
 
 say "corrsel::core, corrsel::features, corrsel::benchmark, Python and tests in $folder/all"
 in_root "$folder/all" <<EOF
-cd /root
+cd /srv
 cmake -S corrsel -B build -Dcorrsel_TESTS=ON | grep -- '-- corrsel'
 cmake --build build --parallel $(nproc) >/tmp/build.log 2>&1 || { tail -n 20 /tmp/build.log; exit 1; }
-cmake --install build --prefix /root/prefix >/dev/null
+cmake --install build --prefix /srv/prefix >/dev/null
 $use
 printf "\n== Python\n"
 PYTHONPATH=\$(dirname "\$(find prefix -name corrsel -path '*python3*' -type d)")
