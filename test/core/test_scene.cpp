@@ -54,5 +54,117 @@ TEST(Scene, SortedPutsTheBestRatioFirst) {
   EXPECT_EQ(sorted.left[3].x, sorted.matches.left_x[3]);
 }
 
+constexpr SceneKind kAllKinds[] = {SceneKind::kPlane,     SceneKind::kSpace,   SceneKind::kRest,
+                                   SceneKind::kRotation,  SceneKind::kForward, SceneKind::kMovingObject,
+                                   SceneKind::kTwoPlanes, SceneKind::kWall,    SceneKind::kFacade};
+
+/// Share of the correct matches of one structure that a model explains, given the selector that finds it.
+double explained(const MatchScene& scene, const std::string& selector, int structure) {
+  const Selection found =
+      createSelector(selector, {{"threshold", "4"}, {"max_iterations", "20000"}})->select(scene.matches);
+  double total = 0, selected = 0;
+  for (std::size_t i = 0; i < scene.structure.size(); ++i) {
+    total += scene.structure[i] == structure;
+    selected += scene.structure[i] == structure && found.mask[i];
+  }
+  return selected / total;
+}
+
+TEST(Scene, KindsHaveTheModelsThatTheyAreNamedFor) {
+  const struct {
+    SceneKind kind;
+    bool homography, fundamental;  // whether this model is determined
+  } cases[] = {{SceneKind::kRest, true, false},      {SceneKind::kRotation, true, false},
+               {SceneKind::kForward, false, true},   {SceneKind::kMovingObject, false, true},
+               {SceneKind::kTwoPlanes, false, true}, {SceneKind::kWall, false, true},
+               {SceneKind::kFacade, true, false}};
+  for (const auto& c : cases) {
+    SCOPED_TRACE(static_cast<int>(c.kind));
+    const MatchScene scene = makeScene({c.kind, 2000, 0.5, 5});
+    const double by_homography = explained(scene, "ransac:h", 1);
+    if (c.homography) {
+      EXPECT_GT(by_homography, 0.97);
+    } else {
+      EXPECT_LT(by_homography, 0.85);
+    }
+    if (c.fundamental) {
+      EXPECT_GT(explained(scene, "ransac:f", 1), 0.95);
+    }
+  }
+}
+
+TEST(Scene, ObjectMovesByItselfAndHasItsSize) {
+  for (const double share : {0.06, 0.3}) {
+    SceneSpec spec{SceneKind::kMovingObject, 4000, 0.5, 2};
+    spec.object_share = share;
+    const MatchScene scene = makeScene(spec);
+    EXPECT_NEAR(double(std::count(scene.structure.begin(), scene.structure.end(), 2)) / 2000, share, 0.03);
+    EXPECT_LT(explained(scene, "ransac:f", 2), 0.4);
+  }
+}
+
+TEST(Scene, RestWithoutNoiseIsTheSameImage) {
+  SceneSpec spec{SceneKind::kRest, 300, 0.5, 4};
+  spec.noise = 0;
+  const MatchScene scene = makeScene(spec);
+  for (std::size_t i = 0; i < 300; ++i) {
+    EXPECT_EQ(scene.left[i] == scene.right[i], scene.inlier[i] != 0);
+    if (!scene.inlier[i]) continue;
+    for (std::size_t k = 0; k < 6; ++k) {
+      EXPECT_FLOAT_EQ(scene.matches.left_frame[i][k], scene.matches.right_frame[i][k]);
+    }
+  }
+}
+
+/// gtm needs nothing but the frames, which must therefore fit the motion.
+TEST(Scene, FramesOfCorrectMatchesFollowTheMotion) {
+  for (const SceneKind kind : kAllKinds) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    const MatchScene scene = makeScene({kind, 1000, 0.9, 3});
+    double sum = 0;
+    for (std::size_t i = 0; i < 1000; ++i) {
+      if (scene.structure[i] != 1) continue;
+      const AffineFrame &l = scene.matches.left_frame[i], &r = scene.matches.right_frame[i];
+      // A turn shows in the angle of the first axis. No motion of the background turns by more than 15
+      // degrees.
+      const double turn = std::atan2(r[3], r[0]) - std::atan2(l[3], l[0]);
+      sum += std::cos(turn);
+    }
+    EXPECT_GT(sum / double(std::count(scene.structure.begin(), scene.structure.end(), 1)), 0.9);
+  }
+}
+
+TEST(Scene, ColumnsLeftOutDoNotChangeTheOthers) {
+  for (const SceneKind kind : kAllKinds) {
+    SceneSpec spec{kind, 200, 0.5, 7};
+    const MatchScene full = makeScene(spec);
+    spec.frames = spec.distances = spec.sizes = false;
+    const MatchScene bare = makeScene(spec);
+    EXPECT_EQ(bare.matches.right_x, full.matches.right_x);
+    EXPECT_EQ(bare.structure, full.structure);
+    EXPECT_TRUE(bare.matches.left_frame.empty() && bare.matches.right_frame.empty());
+    EXPECT_TRUE(bare.matches.distance.empty() && bare.matches.second_distance.empty());
+    EXPECT_EQ(bare.matches.left_size, cv::Size());
+    EXPECT_EQ(bare.matches.right_size, cv::Size());
+    EXPECT_EQ(full.matches.left_frame.size(), 200u);
+  }
+}
+
+/// Windows taken for their neighbours agree with each other, but not with the correct matches.
+TEST(Scene, FacadeHasRepeatedWindows) {
+  const MatchScene scene = makeScene({SceneKind::kFacade, 2000, 0.2, 1});
+  const cv::Matx33d model =
+      createSelector("ransac:h", {{"max_iterations", "20000"}})->select(scene.matches).model;
+  std::size_t aligned = 0;
+  for (std::size_t i = 0; i < 2000; ++i) {
+    if (scene.inlier[i]) continue;
+    for (const int step : {-3, -2, -1, 1, 2, 3}) {
+      const cv::Point2f l = scene.left[i], r = scene.right[i];
+      aligned += homographyError(model, l.x + float(80 * step), l.y, r.x, r.y) < 25;
+    }
+  }
+  EXPECT_NEAR(double(aligned) / 1600, 0.5, 0.06);
+}
+
 }  // namespace
 }  // namespace corrsel::core
