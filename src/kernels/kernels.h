@@ -9,6 +9,7 @@
 #include "kernels/grid.h"
 #include "kernels/pair.h"
 #include "kernels/residual.h"
+#include "kernels/support.h"
 
 namespace corrsel::core {
 
@@ -38,6 +39,7 @@ struct Kernels {
   NeighbourKernels neighbours;
   PairKernels pairs;
   DescriptorKernels descriptors;
+  SupportKernels support;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

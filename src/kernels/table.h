@@ -9,6 +9,7 @@
 #include "kernels/normal_kernels.h"
 #include "kernels/pair_kernels.h"
 #include "kernels/residual_kernels.h"
+#include "kernels/support_kernels.h"
 
 namespace corrsel::core {
 
@@ -29,6 +30,7 @@ constexpr Kernels kTable = {
      pairRowKernel<Payoff>,
      pairProductKernel},
     {wholeNumbersKernel, kUsesCoarseNumbers, nearestKernel<Bits>, nearestKernel<Floats>},
+    {supportCountKernel},
 };
 
 }  // namespace

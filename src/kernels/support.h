@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace corrsel::core {
+
+/// Columns of matches with the weight that each has as a vote. All columns are padded to a multiple of
+/// kMultiple matches; the padding has finite coordinates and the weight 0.
+struct VotingMatches {
+  const float *left_x, *left_y, *right_x, *right_y;  ///< px
+  const std::int32_t* weight;                        ///< in units of 1 / kOne
+  std::size_t size;                                  ///< with the padding
+
+  static constexpr std::size_t kMultiple = 16;
+  static constexpr std::int32_t kOne = 4096;
+};
+
+/// An affine map that takes the left point (x, y) to the right point (u, v).
+struct LocalMap {
+  float a11, a12, a21, a22;  ///< linear part
+  float x, y, u, v;          ///< px
+};
+
+/// Discs and tolerances of the support count. All lengths are in the right image.
+struct SupportRule {
+  static constexpr int kRadii = 4;
+  float squared_radius[kRadii];  ///< px^2, ascending
+  float squared_rho[2];          ///< relative tolerances, ascending
+  float squared_floor;           ///< px^2: least tolerance; matches closer than this are the same point again
+};
+
+/// Sums of weights per radius.
+struct SupportCounts {
+  std::int64_t left[SupportRule::kRadii] = {};           ///< matches whose left point is mapped into the disc
+  std::int64_t right[SupportRule::kRadii] = {};          ///< matches whose right point lies in the disc
+  std::int64_t supporters[2][SupportRule::kRadii] = {};  ///< of `left` those that the map predicts; per rho
+};
+
+/// The loops of local support.
+struct SupportKernels {
+  /// Counts the matches around a local map. O(matches).
+  void (*count)(const VotingMatches& matches, const LocalMap& map, const SupportRule& rule,
+                SupportCounts& counts);
+};
+
+}  // namespace corrsel::core

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "base/coordinate_order.h"
+#include "corrsel/correspondences.h"
+#include "corrsel/selectors/neighbours.h"
+#include "kernels/kernels.h"
+#include "selectors/parts/distinct_matches.h"
+
+namespace corrsel::core {
+
+/// Counts for every match the other matches that a local affine map through it predicts, and tests whether
+/// there are more of them than chance explains.
+///
+/// Idea: one match fixes a local map x' = x'_i + A (x - x_i). Its frames give A; without frames, so does a
+/// near second match. Every good match is therefore a hypothesis of its own, and no sample of several right
+/// matches has to be drawn.
+///
+/// Algorithm: hypotheses are made for the M best matches. For the hypothesis (i, A), the predicted
+/// displacement u_j = A (x_j - x_i) and the actual one v_j = x'_j - x'_i, radii R = D/16, D/8, D/4, D/2 (D is
+/// the diagonal of the right image) and relative tolerances rho = 0.12 (noise of frames) and 0.3 (affine part
+/// that a similarity lacks):
+///
+///   k      = sum of w_j over |u_j| <= R and |v_j - u_j| <= max(3 px, rho |u_j|)
+///   n_l    = sum of w_j over |u_j| <= R,      n_r = sum of w_j over |v_j| <= R
+///   lambda = n_l n_r / N * max(rho^2 / 2, (3 px)^2 / R^2) + 0.02
+///   S_i    = max over R, rho of k ln(k / lambda) - (k - lambda), 0 where k <= lambda
+///
+/// The weight w_j is 1 / number of matches with the same right point, rounded to whole px, so that many left
+/// features that share one right feature count once. Matches with |u_j| or |v_j| <= 3 px are left out,
+/// because they are the same point again. S is the log likelihood ratio of a Poisson count.
+///
+/// Survivors have S_i > ln(8 N T) + 4, where T is 1 with frames and 5 without: 8 tests per hypothesis, and an
+/// expected number of e^-4 survivors by chance. A match is in the local set if more than half of its 8
+/// nearest survivors in the left image predict it within max(3 px, 0.3 |u|). The extended local set has 0.45
+/// in place of 0.3.
+///
+/// Input: coordinates; frames and image sizes where they are there; an order by quality.
+///
+/// Cost: O(M N + N) with M = min(N, max(100, 10^6 / N)), without frames five hypotheses for each of M =
+/// min(N, max(60, 8 * 10^5 / N)). Memory of about 100 bytes per match is kept between calls.
+class LocalSupport {
+ public:
+  /// @param order    every row of `matches` once, best first; ties must not depend on the order of the input
+  /// @param threads  that may be used, the caller's included; the results are the same for any number
+  /// @pre all coordinates are finite
+  void compute(const Correspondences& matches, const std::vector<std::uint32_t>& order, int threads = 1);
+
+  std::size_t size() const { return support_.size(); }
+
+  /// S per row of the input; 0 where a match has no hypothesis or no support beyond chance.
+  const std::vector<float>& support() const { return support_; }
+
+  /// The linear part of the best map per row of the input; zero where support() is 0.
+  const std::vector<LinearMap>& maps() const { return maps_; }
+
+  /// Rows whose support is significant, by falling support.
+  const std::vector<std::uint32_t>& survivors() const { return survivors_; }
+
+  /// S above which a match is a survivor.
+  double significantSupport() const { return significant_support_; }
+
+  /// Per row: 1 if it belongs to the local set L.
+  const std::vector<std::uint8_t>& local() const { return local_; }
+  std::size_t localSize() const { return local_size_; }
+
+  /// Per row: 1 if it belongs to the extended local set L2.
+  const std::vector<std::uint8_t>& extended() const { return extended_; }
+
+  /// Per row: its weight as a vote, in (0, 1].
+  const std::vector<float>& weights() const { return weights_; }
+
+  /// D: the diagonal of the right image, or of the bounding box of the right points where the size of the
+  /// image is unknown, px.
+  double diagonal() const { return diagonal_; }
+
+  /// Writes the rows that the best map of `row` predicts, `row` included, in the order of quality.
+  /// @param radius  px, largest |u|
+  /// @param rho     relative tolerance; the absolute one is 3 px
+  /// O(N).
+  void supporters(std::uint32_t row, double radius, double rho, std::vector<std::uint32_t>& rows) const;
+
+ private:
+  static constexpr int kMostPartners = 5;
+
+  void layOut(const Correspondences& matches, const std::vector<std::uint32_t>& order);
+  void findWeights();
+  bool frameMap(const Correspondences& matches, std::size_t rank, LinearMap& map) const;
+  int partners(std::size_t rank, int wanted, std::uint32_t* out) const;
+  void judge(std::size_t rank, const LinearMap& map, const std::uint32_t* partner);
+  void findLocalSets();
+  VotingMatches columns() const;
+
+  // Matches are numbered by their rank in the order of quality. The order of the input then has no influence.
+  std::size_t n_ = 0, pool_ = 0;
+  double diagonal_ = 0, significant_support_ = 0;
+  SupportRule rule_{};
+  std::vector<std::uint32_t> row_, rank_;                   // row of a rank and rank of a row
+  std::vector<float> left_x_, left_y_, right_x_, right_y_;  // by rank, padded
+  std::vector<std::int32_t> weight_;                        // by rank, padded
+  std::vector<float> best_;                                 // S by rank
+  std::vector<LinearMap> best_map_;                         // by rank
+  std::vector<std::uint32_t> members_, near_;
+  std::vector<KeyedRow> cells_, scratch_;
+  PlanarNeighbours neighbours_;
+
+  std::vector<float> support_, weights_;
+  std::vector<LinearMap> maps_;
+  std::vector<std::uint32_t> survivors_;
+  std::vector<std::uint8_t> local_, extended_;
+  std::size_t local_size_ = 0;
+};
+
+}  // namespace corrsel::core
