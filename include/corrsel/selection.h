@@ -17,7 +17,10 @@ enum class Status : std::uint8_t {
   kUnsupportedInput = 4,  ///< a column or an image size that the method needs is missing
   kTooLarge = 5,          ///< more matches than memory or time options allow
   kTimeLimit = 6,         ///< stopped at max_seconds: best result so far
-  kFailed = 7             ///< the method reported an internal error
+  kFailed = 7,            ///< the method reported an internal error
+  /// The answer is complete, but its confidence is below `min_confidence`: mask and model are those of `ok`,
+  /// and they should not be relied on.
+  kUncertain = 8
 };
 
 std::string toString(Status status);
@@ -38,6 +41,9 @@ struct Selection {
   cv::Matx33d model =
       cv::Matx33d::zeros();  ///< left to right (x' ~ Hx, or x'^T F x = 0); valid if kind is not kNone
   Status status = Status::kOk;
+  /// -log10 of the number of agreements as good as this one that wrong matches alone are expected to show; at
+  /// least 0. It is 0 where nothing speaks against chance and where it is unknown.
+  double confidence = 0.0;
   std::string message;        ///< one sentence for people; empty if there is nothing to report
   std::size_t n_input = 0;    ///< matches given
   std::size_t n_ignored = 0;  ///< matches dropped beforehand because a coordinate was NaN, infinite or absurd

@@ -124,7 +124,10 @@ class Selection:
     model        left to right, 3 x 3, float64, or None: x' ~ H x of a homography, x'^T F x = 0 of a fundamental matrix
     model_kind   "none", "homography" or "fundamental"
     status       "ok"; "too_few", "degenerate", "no_model", "unsupported_input" (a column or an image size is missing)
-                 "too_large", "time_limit" (stopped at max_seconds: the best result so far) or "failed"
+                 "too_large", "time_limit" (stopped at max_seconds: the best result so far), "failed" or "uncertain" (the
+                 confidence is below min_confidence; mask and model are there, but should not be relied on)
+    confidence   -log10 of the number of agreements as good as this one that are expected by chance; 0 where it is
+                 unknown
     message      one sentence that explains the status; may be empty
     seconds      wall time, s
     iterations   hypotheses, EM steps or passes: the selector's own count
@@ -138,6 +141,7 @@ class Selection:
         "model",
         "model_kind",
         "status",
+        "confidence",
         "message",
         "seconds",
         "iterations",

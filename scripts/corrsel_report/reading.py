@@ -13,12 +13,12 @@ from .words import plural
 
 PAIRS_HEADER = (
     "dataset,sequence,pair,features,preselection,selector,tau_px,n_left,n_right,n_putative,n_ground_truth,"
-    "n_selected,n_correct,precision,recall_paper,recall_same_tau,f_paper,f_same_tau,status,seed,"
-    "detect_s,describe_s,match_s,select_s"
+    "n_selected,n_correct,precision,recall_paper,recall_same_tau,f_paper,f_same_tau,status,"
+    "confidence,seed,detect_s,describe_s,match_s,select_s"
 ).split(",")
 SUMMARY_HEADER = (
     "dataset,features,preselection,selector,tau_px,pairs,precision,recall_paper,f_paper,f_paper_lo,"
-    "f_paper_hi,recall_same_tau,f_same_tau,select_s_median,select_s_p95"
+    "f_paper_hi,recall_same_tau,f_same_tau,confidence_median,select_s_median,select_s_p95"
 ).split(",")
 FAILURES_HEADER = "dataset,sequence,pair,features,stage,error".split(",")
 IMAGES_HEADER = (

@@ -22,6 +22,7 @@ from .words import (
     number,
     plural,
     statuses_text,
+    tenths,
 )
 
 
@@ -87,6 +88,7 @@ COLUMNS = (
     ("F", "f_paper", fraction, max),
     ("F interval", None, None, None),
     ("F, same \u03c4", "f_same_tau", fraction, max),
+    ("Confidence", "confidence_median", tenths, None),
     ("Median (ms)", "select_s_median", milliseconds, min),
     ("p95 (ms)", "select_s_p95", milliseconds, min),
     ("Pairs", "pairs", number, None),

@@ -12,6 +12,7 @@ STATUSES = OrderedDict(
         ("too_large", "more matches than the memory or time options allow"),
         ("time_limit", "stopped at its time limit; the best result until then counts"),
         ("failed", "the method reported an internal error"),
+        ("uncertain", "a selection was made, but its confidence is below min_confidence"),
     ]
 )
 PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
@@ -37,6 +38,11 @@ def be(count):
 def number(value, missing="\u2013"):
     """Return a count or a plain number as text."""
     return missing if value is None else "%g" % value if abs(value) < 1e6 else "%d" % value
+
+
+def tenths(value, missing="\u2013"):
+    """Return a number with one decimal."""
+    return missing if value is None else "%.1f" % value
 
 
 def fraction(value, missing="\u2013"):

@@ -15,6 +15,7 @@ constexpr std::pair<Status, const char*> kStatusTexts[] = {
     {Status::kTooLarge, "too_large"},
     {Status::kTimeLimit, "time_limit"},
     {Status::kFailed, "failed"},
+    {Status::kUncertain, "uncertain"},
 };
 
 }  // namespace

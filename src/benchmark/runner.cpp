@@ -233,6 +233,7 @@ std::vector<ResultRow> BenchmarkRunner::judge(const ImagePair& pair, const Putat
     row.n_selected = evaluation.n_selected;
     row.metrics = metrics;
     row.status = selection.status;
+    row.confidence = selection.confidence;
     row.seed = config_.seed + repetition;
     row.detect_seconds = putative.detect_seconds;
     row.describe_seconds = putative.describe_seconds;

@@ -82,7 +82,7 @@ std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows) {
     SummaryRow row;
     std::vector<PairId> order;
     std::map<PairId, PairValues> pairs;
-    std::vector<double> seconds;
+    std::vector<double> confidences, seconds;
   };
   using GroupKey = std::tuple<std::string, std::string, std::string, std::string, std::string>;
   std::vector<Group> groups;
@@ -103,6 +103,7 @@ std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows) {
     Group& group = groups[found->second];
     if (!row.judged()) continue;
     group.seconds.push_back(row.select_seconds);
+    group.confidences.push_back(row.confidence);
     if (row.n_ground_truth == 0) continue;
     const PairId pair = row.id;
     if (group.pairs.count(pair) == 0) group.order.push_back(pair);
@@ -137,6 +138,7 @@ std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows) {
     row.f_high = interval.high;
     row.recall_same_tau = mean(perPair(&PairValues::recall_same_tau));
     row.f_same_tau = mean(perPair(&PairValues::f_same_tau));
+    row.confidence_median = quantile(group.confidences, 0.5);
     row.select_median = quantile(group.seconds, 0.5);
     row.select_p95 = quantile(group.seconds, 0.95);
     summary.push_back(row);

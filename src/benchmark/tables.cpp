@@ -85,6 +85,7 @@ const CsvTable<ResultRow>& pairsTable() {
                        ifJudged(csvColumn("f_paper", &ResultRow::metrics, &Metrics::f_paper)),
                        ifJudged(csvColumn("f_same_tau", &ResultRow::metrics, &Metrics::f_same_tau)),
                        csvColumn("status", &ResultRow::status),
+                       ifJudged(csvColumn("confidence", &ResultRow::confidence)),
                        csvColumn("seed", &ResultRow::seed),
                        csvColumn("detect_s", &ResultRow::detect_seconds),
                        csvColumn("describe_s", &ResultRow::describe_seconds),
@@ -110,6 +111,7 @@ const CsvTable<SummaryRow>& summaryTable() {
                                               csvColumn("f_paper_hi", &SummaryRow::f_high),
                                               csvColumn("recall_same_tau", &SummaryRow::recall_same_tau),
                                               csvColumn("f_same_tau", &SummaryRow::f_same_tau),
+                                              csvColumn("confidence_median", &SummaryRow::confidence_median),
                                               csvColumn("select_s_median", &SummaryRow::select_median),
                                               csvColumn("select_s_p95", &SummaryRow::select_p95),
                                           });

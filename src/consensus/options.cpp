@@ -40,6 +40,7 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, double lowest_threshol
   visitor.flag("refine", "Least squares on the inliers of the best model", &ConsensusOptions::refine);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the sampler"}, &ConsensusOptions::seed);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &ConsensusOptions::max_seconds);
+  visitConfidence(visitor);
 }
 
 }  // namespace corrsel::core

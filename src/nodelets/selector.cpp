@@ -60,6 +60,7 @@ class SelectorNodelet : public nodelet::Nodelet {
     if (selection.n_input > 0) {
       stage_->diagnostics().inlierRatio(static_cast<double>(selection.n_selected) / selection.n_input);
     }
+    stage_->diagnostics().confidence(selection.confidence);
     if (!result.warning.empty()) stage_->warn(result.warning);
   }
 

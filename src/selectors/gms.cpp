@@ -255,6 +255,7 @@ void GmsOptions::visit(OptionVisitor& visitor) const {
   visitor.flag("drop_first_cells",
                "Leave out the first half cells of shifted grids, as the authors' header does",
                &GmsOptions::drop_first_cells);
+  visitConfidence(visitor);
 }
 
 Presets GmsSelector::presets() const {

@@ -236,6 +236,7 @@ void GtmOptions::visit(OptionVisitor& visitor) const {
       {"threads", 1, 1024, "-", "Replicator: threads for large inputs; results do not depend on it"},
       &GtmOptions::threads);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &GtmOptions::max_seconds);
+  visitConfidence(visitor);
 }
 
 Presets GtmSelector::presets() const {

@@ -242,6 +242,7 @@ void LpmOptions::visit(OptionVisitor& visitor) const {
   visitor.flag("merge_duplicates", "Decide identical matches once, so that they cannot support themselves",
                &LpmOptions::merge_duplicates);
   visitor.flag("compat", "Take neighbours as the authors' code does", &LpmOptions::compat);
+  visitConfidence(visitor);
 }
 
 void LpmOptions::check() const {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "base/workspace_scope.h"
 
 namespace corrsel::core {
@@ -46,6 +47,7 @@ void fail(Selection& result, std::size_t n, Status status, const std::string& me
   result.mask.assign(n, 0);
   result.score.clear();
   result.model_kind = ModelKind::kNone;
+  result.confidence = 0.0;
   result.status = status;
   result.message = message;
 }
@@ -64,7 +66,7 @@ void requireSense(const Selection& result, std::size_t n) {
     throw std::domain_error("the selector returned a mask that holds " + std::to_string(*wrong) +
                             "; allowed are 0 and 1");
   }
-  if (result.status > Status::kFailed || result.model_kind > ModelKind::kFundamental) {
+  if (result.status > Status::kUncertain || result.model_kind > ModelKind::kFundamental) {
     throw std::domain_error("the selector returned a status or a kind of model that does not exist: " +
                             std::to_string(static_cast<int>(result.status)) + ", " +
                             std::to_string(static_cast<int>(result.model_kind)));
@@ -72,6 +74,19 @@ void requireSense(const Selection& result, std::size_t n) {
   if (result.model_kind != ModelKind::kNone && !cv::checkRange(result.model)) {
     throw std::domain_error("the selector returned a model that is not finite");
   }
+  if (!(result.confidence >= 0) || std::isinf(result.confidence)) {
+    throw std::domain_error("the selector returned a confidence of " + formatNumber(result.confidence) +
+                            "; allowed are finite numbers from 0");
+  }
+}
+
+/// Replaces the status `ok` of an answer with less confidence than the user asks for.
+void requireConfidence(Selection& result, double min_confidence) {
+  if (result.status != Status::kOk || result.confidence >= min_confidence) return;
+  result.status = Status::kUncertain;
+  const std::string reason = "the confidence is " + formatNumber(std::floor(result.confidence * 10) / 10) +
+                             ", below min_confidence = " + formatNumber(min_confidence);
+  result.message = result.message.empty() ? reason : reason + "; " + result.message;
 }
 
 }  // namespace
@@ -119,8 +134,10 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
       result.model = inner.model;
       result.status = inner.status;
       result.message = inner.message;
+      result.confidence = inner.confidence;
       result.iterations = inner.iterations;
     }
+    requireConfidence(result, minConfidence());
   } catch (const std::bad_alloc&) {
     fail(result, n, Status::kTooLarge, "out of memory with " + std::to_string(n) + " matches");
   } catch (const std::exception& error) {

@@ -192,6 +192,7 @@ void StOptions::visit(OptionVisitor& visitor) const {
   visitor.integer({"threads", 1, 1024, "-", "Threads for large inputs; results do not depend on it"},
                   &StOptions::threads);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &StOptions::max_seconds);
+  visitConfidence(visitor);
 }
 
 Presets StSelector::presets() const {

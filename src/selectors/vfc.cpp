@@ -337,6 +337,7 @@ void VfcOptions::visit(OptionVisitor& visitor) const {
                   &VfcOptions::control_points);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers"}, &VfcOptions::seed);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &VfcOptions::max_seconds);
+  visitConfidence(visitor);
 }
 
 Presets VfcSelector::presets() const { return {{"sparse", {{"control_points", "16"}}}}; }

@@ -362,7 +362,7 @@ class ReportTest(unittest.TestCase):
 
     def test_header_too_short_and_too_long(self):
         for header, words in (
-            (reading.PAIRS_HEADER[:-1], "ends before column 24"),
+            (reading.PAIRS_HEADER[:-1], "ends before column 25"),
             (reading.PAIRS_HEADER + ["x"], "'x'"),
         ):
             write_csv(self.folder / "pairs.csv", header, [])

@@ -23,6 +23,8 @@ TEST(Results, SummaryIsTheMeanOfPerPairValues) {
   for (const auto* list : {&more, &none, &unsupported, &again})
     rows.insert(rows.end(), list->begin(), list->end());
   rows[0].metrics.precision = kUndefined;
+  for (ResultRow& row : rows) row.confidence = row.selector == "gms" ? 7 : 0;
+  rows[0].confidence = 3;
   const std::vector<SummaryRow> summary = summarize(rows);
   ASSERT_EQ(summary.size(), 4U);
   EXPECT_EQ(summary[0].selector, "gms");
@@ -32,6 +34,8 @@ TEST(Results, SummaryIsTheMeanOfPerPairValues) {
   EXPECT_NEAR(summary[0].precision, 0.75, 1e-12);
   EXPECT_LE(summary[0].f_low, summary[0].f_paper);
   EXPECT_GE(summary[0].f_high, summary[0].f_paper);
+  EXPECT_EQ(summary[0].confidence_median, 7);
+  EXPECT_EQ(summary[2].confidence_median, 0);
   EXPECT_NEAR(summary[0].select_median, 0.001, 1e-12);
 }
 

@@ -11,7 +11,8 @@ using namespace testing;
 TEST(Selection, StatusTextsAreFixedAndReadBack) {
   // Numbers and texts are in files and messages: they must not change.
   const std::vector<std::string> texts = {
-      "ok", "too_few", "degenerate", "no_model", "unsupported_input", "too_large", "time_limit", "failed"};
+      "ok",        "too_few",    "degenerate", "no_model", "unsupported_input",
+      "too_large", "time_limit", "failed",     "uncertain"};
   for (std::size_t i = 0; i < texts.size(); ++i) {
     EXPECT_EQ(toString(static_cast<Status>(i)), texts[i]);
     EXPECT_EQ(statusFromString(texts[i]), static_cast<Status>(i));
@@ -21,8 +22,8 @@ TEST(Selection, StatusTextsAreFixedAndReadBack) {
 TEST(Selection, RefusesUnknownStatuses) {
   EXPECT_EQ(errorOf<std::invalid_argument>([] { statusFromString("OK"); }),
             "unknown status 'OK'; valid: ok, too_few, degenerate, no_model, unsupported_input, too_large, "
-            "time_limit, failed");
-  EXPECT_EQ(errorOf<std::invalid_argument>([] { toString(static_cast<Status>(8)); }), "unknown status 8");
+            "time_limit, failed, uncertain");
+  EXPECT_EQ(errorOf<std::invalid_argument>([] { toString(static_cast<Status>(9)); }), "unknown status 9");
 }
 
 TEST(Selection, ModelKindTexts) {

@@ -56,6 +56,7 @@ void selectEven(const Correspondences& m, Selection& result) {
   result.status = Status::kTimeLimit;
   result.message = "half";
   result.iterations = 5;
+  result.confidence = 2.5;
   result.model_kind = ModelKind::kHomography;
   result.model(0, 2) = 7;
 }
@@ -67,6 +68,7 @@ TEST(Selector, HandsOverTheAnswer) {
   EXPECT_EQ(s.status, Status::kTimeLimit);
   EXPECT_EQ(s.message, "half");
   EXPECT_EQ(s.iterations, 5);
+  EXPECT_EQ(s.confidence, 2.5);
   EXPECT_EQ(s.model_kind, ModelKind::kHomography);
   EXPECT_EQ(s.model(0, 2), 7);
   EXPECT_EQ(s.n_input, 5u);
@@ -95,6 +97,7 @@ TEST(Selector, SetsUnusableRowsAside) {
       EXPECT_EQ(s.status, Status::kTimeLimit);
       EXPECT_EQ(s.message, "half");
       EXPECT_EQ(s.iterations, 5);
+      EXPECT_EQ(s.confidence, 2.5);
       EXPECT_EQ(s.model_kind, ModelKind::kHomography);
       EXPECT_EQ(s.model(0, 2), 7);
     }
@@ -205,8 +208,8 @@ TEST(Selector, RefusesNonsense) {
   } cases[] = {
       {[](const Correspondences&, Selection& r) { r.mask[1] = 255; },
        "the selector returned a mask that holds 255; allowed are 0 and 1"},
-      {[](const Correspondences&, Selection& r) { r.status = static_cast<Status>(8); },
-       "the selector returned a status or a kind of model that does not exist: 8, 0"},
+      {[](const Correspondences&, Selection& r) { r.status = static_cast<Status>(9); },
+       "the selector returned a status or a kind of model that does not exist: 9, 0"},
       {[](const Correspondences&, Selection& r) { r.model_kind = static_cast<ModelKind>(3); },
        "the selector returned a status or a kind of model that does not exist: 0, 3"},
       {[](const Correspondences&, Selection& r) {
@@ -214,6 +217,10 @@ TEST(Selector, RefusesNonsense) {
          r.model(2, 1) = std::numeric_limits<double>::quiet_NaN();
        },
        "the selector returned a model that is not finite"},
+      {[](const Correspondences&, Selection& r) { r.confidence = -1; },
+       "the selector returned a confidence of -1; allowed are finite numbers from 0"},
+      {[](const Correspondences&, Selection& r) { r.confidence = std::numeric_limits<double>::infinity(); },
+       "the selector returned a confidence of inf; allowed are finite numbers from 0"},
       {[](const Correspondences&, Selection&) { throw 7; },
        "the selector threw something that is not a std::exception"},
   };
@@ -247,6 +254,58 @@ TEST(Selector, CountsByItself) {
     EXPECT_EQ(s.n_ignored, m.left_x[1] == 1 ? 0u : 1u);
     EXPECT_EQ(s.n_selected, 1u);
     EXPECT_LT(s.seconds, 1);
+  }
+}
+
+struct OptionsOfConfident : ConfidenceOptions {
+  void visit(OptionVisitor& visitor) const override { visitConfidence(visitor); }
+};
+
+/// Selects the first match and returns the status and the confidence that the test gives.
+class Confident : public SelectorWithOptions<OptionsOfConfident> {
+ public:
+  std::string name() const override { return "confident"; }
+  Status status = Status::kOk;
+  std::string message;
+  double confidence = 9.25;
+
+ protected:
+  void run(const Correspondences&, Selection& result) const override {
+    result.mask[0] = 1;
+    result.score = {1, 0, 0};
+    result.model_kind = ModelKind::kHomography;
+    result.model = cv::Matx33d::eye();
+    result.status = status;
+    result.message = message;
+    result.confidence = confidence;
+  }
+};
+
+TEST(Selector, IsUncertainBelowMinConfidenceAndKeepsTheAnswer) {
+  Confident selector;
+  EXPECT_EQ(selector.select(matches(3)).status, Status::kOk) << "the default is 0";
+  selector.configure({{"min_confidence", "9.25"}});
+  EXPECT_EQ(selector.select(matches(3)).status, Status::kOk);
+  selector.configure({{"min_confidence", "9.3"}});
+  Selection s = selector.select(matches(3));
+  EXPECT_EQ(s.status, Status::kUncertain);
+  EXPECT_EQ(s.message, "the confidence is 9.2, below min_confidence = 9.3");
+  EXPECT_EQ(s.confidence, 9.25);
+  EXPECT_EQ(s.mask, (Mask{1, 0, 0}));
+  EXPECT_EQ(s.score, (std::vector<float>{1, 0, 0}));
+  EXPECT_EQ(s.model_kind, ModelKind::kHomography);
+  EXPECT_EQ(s.n_selected, 1u);
+
+  selector.message = "uniform samples";
+  selector.confidence = 0;
+  s = selector.select(matches(3));
+  EXPECT_EQ(s.message, "the confidence is 0, below min_confidence = 9.3; uniform samples");
+
+  for (const Status other : {Status::kTooFew, Status::kNoModel, Status::kTimeLimit}) {
+    selector.status = other;
+    s = selector.select(matches(3));
+    EXPECT_EQ(s.status, other);
+    EXPECT_EQ(s.message, "uniform samples");
   }
 }
 

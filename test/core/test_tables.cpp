@@ -45,8 +45,8 @@ TEST(Tables, EveryColumnReadsTheCellItWrites) {
   const auto check = [](const auto& table, const std::string& line) {
     EXPECT_EQ(withoutEnd(table, table.parse(line)), line) << table.file();
   };
-  check(pairsTable(), "a,b,c,d,e,f,1,2,3,4,5,6,7,0.8,0.9,0.11,0.12,0.13,ok,14,15,16,17,18");
-  check(summaryTable(), "a,b,c,d,1,2,3,4,5,6,7,8,9,10,11");
+  check(pairsTable(), "a,b,c,d,e,f,1,2,3,4,5,6,7,0.8,0.9,0.11,0.12,0.13,ok,2.5,14,15,16,17,18");
+  check(summaryTable(), "a,b,c,d,1,2,3,4,5,6,7,8,9,10,11,12");
   check(stagesTable(), "1,a,b,c,d,2.5");
   check(stagesTable(), ",a,,,bag,2.5");
   check(scalingTable(), "a,1,2,3,4,too_few,0.5");
@@ -58,7 +58,7 @@ TEST(Tables, RowsThatAreNotJudgedHaveNoNumbers) {
   ResultRow row = rowsOf("1-2")[0];
   row.status = Status::kUnsupportedInput;
   EXPECT_EQ(withoutEnd(pairsTable(), row),
-            "set,\"scene, \"\"one\"\"\",1-2,orb+orb,none,gms,5,0,0,100,50,,,,,,,,unsupported_input,0,,,,");
+            "set,\"scene, \"\"one\"\"\",1-2,orb+orb,none,gms,5,0,0,100,50,,,,,,,,unsupported_input,,0,,,,");
 }
 
 TEST(Tables, DamagedLinesAreRefused) {

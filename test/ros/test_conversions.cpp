@@ -144,6 +144,7 @@ core::Selection exampleSelection() {
   selection.model_kind = core::ModelKind::kFundamental;
   selection.model = cv::Matx33d(1, 2, 3, 4, 5, 6, 7, 8, 9);
   selection.status = core::Status::kTimeLimit;
+  selection.confidence = 12.5;
   selection.message = "stopped";
   selection.n_input = 3;
   selection.n_ignored = 1;
@@ -163,6 +164,7 @@ TEST(SelectionMessage, RoundTripKeepsEverything) {
   EXPECT_EQ(back.model_kind, selection.model_kind);
   EXPECT_EQ(back.model, selection.model);
   EXPECT_EQ(back.status, selection.status);
+  EXPECT_EQ(back.confidence, selection.confidence);
   EXPECT_EQ(back.message, selection.message);
   EXPECT_EQ(back.n_input, selection.n_input);
   EXPECT_EQ(back.n_ignored, selection.n_ignored);
@@ -189,7 +191,9 @@ TEST(SelectionMessage, NonsenseIsNamed) {
     damage(msg);
     return [msg] { fromMsg(msg); };
   };
-  expectRefused(with([](Selection& m) { m.status = 8; }), "status");
+  expectRefused(with([](Selection& m) { m.status = 9; }), "status");
+  expectRefused(with([](Selection& m) { m.confidence = -1; }), "confidence");
+  expectRefused(with([](Selection& m) { m.confidence = std::nan(""); }), "confidence");
   expectRefused(with([](Selection& m) { m.model_kind = 3; }), "model_kind");
   expectRefused(with([](Selection& m) { m.mask[1] = 2; }), "mask");
   expectRefused(with([](Selection& m) { m.score.pop_back(); }), "score");
@@ -207,6 +211,7 @@ TEST(SelectionMessage, EveryStatusAndKindHasItsConstant) {
   EXPECT_EQ(static_cast<int>(core::Status::kTooLarge), Selection::STATUS_TOO_LARGE);
   EXPECT_EQ(static_cast<int>(core::Status::kTimeLimit), Selection::STATUS_TIME_LIMIT);
   EXPECT_EQ(static_cast<int>(core::Status::kFailed), Selection::STATUS_FAILED);
+  EXPECT_EQ(static_cast<int>(core::Status::kUncertain), Selection::STATUS_UNCERTAIN);
   EXPECT_EQ(static_cast<int>(core::ModelKind::kNone), Selection::MODEL_NONE);
   EXPECT_EQ(static_cast<int>(core::ModelKind::kHomography), Selection::MODEL_HOMOGRAPHY);
   EXPECT_EQ(static_cast<int>(core::ModelKind::kFundamental), Selection::MODEL_FUNDAMENTAL);

@@ -26,6 +26,7 @@ struct ResultRow {
   std::size_t n_putative = 0, n_ground_truth = 0, n_selected = 0;
   Metrics metrics;
   Status status = Status::kOk;
+  double confidence = 0.0;  ///< Selection::confidence
   int seed = 0;
   double detect_seconds = kUndefined, describe_seconds = kUndefined, match_seconds = kUndefined;
   double select_seconds = kUndefined;
@@ -42,6 +43,7 @@ struct SummaryRow {
   double precision = kUndefined, recall_paper = kUndefined, f_paper = kUndefined;
   double f_low = kUndefined, f_high = kUndefined;  ///< 95 % interval of the mean F, see bootstrapMean()
   double recall_same_tau = kUndefined, f_same_tau = kUndefined;
+  double confidence_median = kUndefined;
   double select_median = kUndefined, select_p95 = kUndefined;  ///< s
 };
 

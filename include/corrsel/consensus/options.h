@@ -2,13 +2,13 @@
 
 #include <cstdint>
 
-#include "corrsel/options.h"
+#include "corrsel/confidence.h"
 #include "corrsel/selection.h"
 
 namespace corrsel::core {
 
 /// The parts of the search for a model. RANSAC and USAC are two sets of values of these options.
-struct ConsensusOptions : OptionSet {
+struct ConsensusOptions : ConfidenceOptions {
   enum class Error : std::uint8_t { kTransfer, kSymmetricTransfer };
   enum class Score : std::uint8_t { kMsac, kInlierCount };
   enum class Sampler : std::uint8_t { kUniform, kProsac };

@@ -6,7 +6,7 @@
 
 namespace corrsel::core {
 
-struct GmsOptions : OptionSet {
+struct GmsOptions : ConfidenceOptions {
   double alpha = 4.0;     ///< threshold factor: the paper's 4; the authors' code uses 6
   int grid = 20;          ///< cells per side of the left grid
   bool rotation = false;  ///< try 8 rotations of the neighbourhood, 45 degrees apart

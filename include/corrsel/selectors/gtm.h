@@ -7,7 +7,7 @@
 
 namespace corrsel::core {
 
-struct GtmOptions : OptionSet {
+struct GtmOptions : ConfidenceOptions {
   enum class Dynamics : std::uint8_t { kReplicator, kEquilibrium };
 
   double lambda = 1e-4;           ///< payoff = exp(-lambda * error), 1/px

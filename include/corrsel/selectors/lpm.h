@@ -7,7 +7,7 @@
 
 namespace corrsel::core {
 
-struct LpmOptions : OptionSet {
+struct LpmOptions : ConfidenceOptions {
   enum class Cost : std::uint8_t { kCount, kMultiscale };
 
   Cost cost = Cost::kCount;   ///< common neighbours only, or also their motion, at three scales

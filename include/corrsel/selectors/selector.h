@@ -1,8 +1,10 @@
 #pragma once
 
 #include <string>
+#include <type_traits>
 #include <utility>
 
+#include "corrsel/confidence.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/options.h"
 #include "corrsel/selection.h"
@@ -55,13 +57,16 @@ class Selector {
   /// A sentence that names a missing column or image size, or an empty text if nothing is missing.
   virtual std::string missingInput(const Correspondences& matches) const;
 
+  /// Confidence below which the status `ok` becomes `uncertain`; 0 = never.
+  virtual double minConfidence() const { return 0.0; }
+
   /// The algorithm. `matches` holds finite coordinates only. `result.mask` has the length of the input and is
   /// zero.
   virtual void run(const Correspondences& matches, Selection& result) const = 0;
 };
 
 /// Base of selectors with options: it stores and checks them.
-/// @tparam Options  an option struct, or NoOptions
+/// @tparam Options  an option struct, or NoOptions; derived from ConfidenceOptions if it has min_confidence
 template <class Options>
 class SelectorWithOptions : public Selector {
  public:
@@ -79,6 +84,11 @@ class SelectorWithOptions : public Selector {
   }
 
  protected:
+  double minConfidence() const override {
+    if constexpr (std::is_base_of_v<ConfidenceOptions, Options>) return options_.min_confidence;
+    return 0.0;
+  }
+
   Options options_;
 };
 

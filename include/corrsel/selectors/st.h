@@ -7,7 +7,7 @@
 
 namespace corrsel::core {
 
-struct StOptions : OptionSet {
+struct StOptions : ConfidenceOptions {
   enum class Affinity : std::uint8_t { kRatio, kDifference };
 
   Affinity affinity =

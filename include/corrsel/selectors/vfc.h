@@ -6,7 +6,7 @@
 
 namespace corrsel::core {
 
-struct VfcOptions : OptionSet {
+struct VfcOptions : ConfidenceOptions {
   double beta = 0.1;               ///< width of the kernel exp(-beta d^2), d in normalised units
   double lambda = 3.0;             ///< weight of the field's smoothness
   double threshold = 0.75;         ///< accept if the posterior is above this; the paper's theta

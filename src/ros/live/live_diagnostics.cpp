@@ -72,6 +72,12 @@ void LiveDiagnostics::inlierRatio(double ratio) {
   corrsel::remember(inlier_ratios_, ratio);
 }
 
+void LiveDiagnostics::confidence(double confidence) {
+  if (confidence == 0) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  corrsel::remember(confidences_, confidence);
+}
+
 void LiveDiagnostics::failed(const std::string& reason) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++failures_;
@@ -157,6 +163,7 @@ void LiveDiagnostics::reportProcessing(Status& status) {
     judge(inlier_ratio_, ratio, false,
           "only " + text("%.1f", 100 * ratio) + " % of the matches are selected");
   }
+  if (!confidences_.empty()) status.add("p50 confidence", text("%.1f", quantileOf(confidences_, 0.5)));
   for (const auto& [key, value] : values_) status.add(key, value);
   status.add("failures", failures_);
   status.add("last failure", last_failure_.empty() ? "none" : last_failure_);

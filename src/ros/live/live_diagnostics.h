@@ -21,9 +21,9 @@ namespace corrsel {
 
 /// The diagnostics of a live nodelet on /diagnostics: one status about its input ("NODE: input": rate of
 /// every input and how long it has been silent), one about its work ("NODE: processing": counts, share of
-/// dropped items, seconds per stage, inlier ratio, what is in use, the last failure). Rates and shares are
-/// those of the last seconds, seconds per stage those of the last items. Time is wall time, also under
-/// use_sim_time.
+/// dropped items, seconds per stage, inlier ratio, confidence, what is in use, the last failure). Rates and
+/// shares are those of the last seconds, seconds per stage those of the last items. Time is wall time, also
+/// under use_sim_time.
 class LiveDiagnostics {
  public:
   /// Counts since the start.
@@ -40,7 +40,7 @@ class LiveDiagnostics {
   LiveDiagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& node,
                   const LiveParameters& parameters, std::function<Flow()> poll);
 
-  /// Sets limits of inlierRatio(), below which the status is WARN or ERROR; 0 = off. Like the next four
+  /// Sets limits of inlierRatio(), below which the status is WARN or ERROR; 0 = off. Like the next five
   /// members it may be called from any thread.
   void limitInlierRatio(double warn, double error);
 
@@ -49,6 +49,9 @@ class LiveDiagnostics {
 
   /// @param ratio  share of the matches that are selected, 0..1; NaN is left out
   void inlierRatio(double ratio);
+
+  /// @param confidence  of a selection; 0 is left out, because it means that there is none
+  void confidence(double confidence);
 
   /// Something was lost or late. The status is WARN for some seconds, and the reason stays as the last
   /// failure.
@@ -83,7 +86,7 @@ class LiveDiagnostics {
   std::map<std::string, Clock::time_point> heard_;  ///< time of the last message of each input
   std::vector<std::string> stage_order_;
   std::map<std::string, std::deque<double>> stages_;  ///< of the last items, s
-  std::deque<double> inlier_ratios_;
+  std::deque<double> inlier_ratios_, confidences_;
   std::map<std::string, std::string> values_;
   std::size_t failures_ = 0;
   std::string last_failure_;

@@ -93,8 +93,11 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
   info.seconds.select = selection.seconds;
   watch.restart();
   Result result;
-  result.matches =
-      boost::make_shared<Correspondences>(toMsg(input.subset(core::selectedRows(selection.mask)), info));
+  // Subscribers of the matches alone see no status: they get none that they should not rely on.
+  const bool reliable = selection.status != core::Status::kUncertain;
+  const std::vector<std::uint32_t> rows =
+      reliable ? core::selectedRows(selection.mask) : std::vector<std::uint32_t>();
+  result.matches = boost::make_shared<Correspondences>(toMsg(input.subset(rows), info));
   result.selection = boost::make_shared<Selection>(toMsg(selection, info, active.spec));
   result.selection->seconds.publish += watch.seconds();
 

@@ -24,7 +24,7 @@ class LiveSelector {
   static constexpr std::uint32_t kLevelSelector = 2;
 
   struct Result {
-    boost::shared_ptr<Correspondences> matches;  ///< the selected ones
+    boost::shared_ptr<Correspondences> matches;  ///< the selected ones; none where the status is `uncertain`
     boost::shared_ptr<Selection> selection;      ///< its time of publishing lacks that of these two messages
     std::string warning;                         ///< why the selection is not as requested; empty = it is
   };

@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
+
 namespace corrsel {
 namespace {
 
@@ -201,6 +203,7 @@ Selection toMsg(const core::Selection& selection, const PairInfo& info, const st
   msg.right_frame_id = info.right_frame_id;
   msg.selector = selector;
   msg.status = static_cast<std::uint8_t>(selection.status);
+  msg.confidence = selection.confidence;
   msg.message = selection.message;
   msg.mask = selection.mask;
   msg.score = selection.score;
@@ -217,11 +220,14 @@ Selection toMsg(const core::Selection& selection, const PairInfo& info, const st
 
 core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selector) {
   static const std::string kName = "Selection";
-  if (msg.status > Selection::STATUS_FAILED) {
+  if (msg.status > Selection::STATUS_UNCERTAIN) {
     refuse(kName, "status", "is " + std::to_string(msg.status) + ", which is unknown");
   }
   if (msg.model_kind > Selection::MODEL_FUNDAMENTAL) {
     refuse(kName, "model_kind", "is " + std::to_string(msg.model_kind) + ", which is unknown");
+  }
+  if (!(msg.confidence >= 0) || std::isinf(msg.confidence)) {
+    refuse(kName, "confidence", "is " + core::formatNumber(msg.confidence) + ", expected a number from 0");
   }
   std::size_t n_selected = 0;
   for (const std::uint8_t value : msg.mask) {
@@ -245,6 +251,7 @@ core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selec
   selection.model_kind = static_cast<core::ModelKind>(msg.model_kind);
   if (selection.model_kind != core::ModelKind::kNone) selection.model = readMatrix(kName, "model", msg.model);
   selection.status = static_cast<core::Status>(msg.status);
+  selection.confidence = msg.confidence;
   selection.message = msg.message;
   selection.n_input = msg.n_input;
   selection.n_ignored = msg.n_ignored;
