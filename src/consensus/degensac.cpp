@@ -75,6 +75,33 @@ std::optional<cv::Matx33d> planeOfSample(const cv::Matx33d& f, const NormalizedM
 
 }  // namespace
 
+bool improveByParallax(const Verifier& verifier, const cv::Matx33d& plane,
+                       const std::vector<std::uint32_t>& off_plane, int most_pairs, Random& random,
+                       Candidate& best) {
+  const NormalizedMatches& m = verifier.matches();
+  const std::size_t elsewhere = m.size() - off_plane.size();
+  bool improved = false;
+  double pairs = most_pairs;
+  for (int drawn = 0; drawn < pairs; ++drawn) {
+    std::uint32_t pair[2];
+    random.sample(static_cast<std::uint32_t>(off_plane.size()), 2, pair);
+    const std::uint32_t a = off_plane[pair[0]], b = off_plane[pair[1]];
+    const cv::Vec3d first = cv::Vec3d(plane * leftPoint(m, a)).cross(rightPoint(m, a));
+    const cv::Vec3d second = cv::Vec3d(plane * leftPoint(m, b)).cross(rightPoint(m, b));
+    const cv::Matx33d candidate = crossMatrix(first.cross(second)) * plane;
+    const double norm = cv::norm(candidate);
+    if (!std::isfinite(norm) || !(norm > 0) || !verifier.improve(candidate * (1.0 / norm), best)) continue;
+    improved = true;
+    // At least this many of the inliers are off the plane.
+    const double off_inliers =
+        static_cast<double>(best.inliers) - static_cast<double>(std::min(elsewhere, best.inliers));
+    const double share = off_inliers / static_cast<double>(off_plane.size());
+    if (share >= 1) break;
+    if (share > 0) pairs = std::min(pairs, std::log1p(-kConfidence) / std::log1p(-share * share));
+  }
+  return improved;
+}
+
 bool Degensac::escape(const Verifier& verifier, const std::uint32_t* sample, Candidate& best) {
   const NormalizedMatches& m = verifier.matches();
   const float squared_threshold = verifier.squaredThreshold();
@@ -92,26 +119,7 @@ bool Degensac::escape(const Verifier& verifier, const std::uint32_t* sample, Can
     if (errors[i] > kOffPlaneWidth * squared_threshold) off_plane.push_back(static_cast<std::uint32_t>(i));
   }
   if (off_plane.size() < 2) return false;
-  const std::size_t on_plane = m.size() - off_plane.size();
-  bool improved = false;
-  double pairs = kMostPairs;
-  for (int drawn = 0; drawn < pairs; ++drawn) {
-    std::uint32_t pair[2];
-    random_.sample(static_cast<std::uint32_t>(off_plane.size()), 2, pair);
-    const std::uint32_t a = off_plane[pair[0]], b = off_plane[pair[1]];
-    const cv::Vec3d first = cv::Vec3d(h * leftPoint(m, a)).cross(rightPoint(m, a));
-    const cv::Vec3d second = cv::Vec3d(h * leftPoint(m, b)).cross(rightPoint(m, b));
-    const cv::Matx33d candidate = crossMatrix(first.cross(second)) * h;
-    const double norm = cv::norm(candidate);
-    if (!std::isfinite(norm) || !(norm > 0) || !verifier.improve(candidate * (1.0 / norm), best)) continue;
-    improved = true;
-    const double off_inliers =
-        static_cast<double>(best.inliers) - static_cast<double>(std::min(on_plane, best.inliers));
-    const double share = off_inliers / static_cast<double>(off_plane.size());
-    if (share >= 1) break;
-    if (share > 0) pairs = std::min(pairs, std::log1p(-kConfidence) / std::log1p(-share * share));
-  }
-  return improved;
+  return improveByParallax(verifier, h, off_plane, kMostPairs, random_, best);
 }
 
 }  // namespace corrsel::core

@@ -9,6 +9,25 @@
 
 namespace corrsel::core {
 
+/// Makes fundamental matrices from a plane and pairs of matches off the plane, and keeps the best one.
+///
+/// Algorithm: with H the homography of the plane, each pair gives
+///   F = [e']_x H with e' = (Hx1 x x1') x (Hx2 x x2').
+/// Pairs are drawn uniformly, until one pair of inliers of the best F has been drawn with probability 0.99,
+/// and most_pairs at most.
+///
+/// Cost: the verification of most_pairs models at most, most of them given up early.
+///
+/// Source: Chum, Werner and Matas, CVPR 2005.
+/// @param verifier   judges the fundamental matrices (Residual::kSampson)
+/// @param plane      the homography, normalised like the verifier's matches
+/// @param off_plane  positions of the matches to draw pairs from; at least two
+/// @param best       the model to beat; a default Candidate if there is none
+/// @return whether `best` was replaced
+bool improveByParallax(const Verifier& verifier, const cv::Matx33d& plane,
+                       const std::vector<std::uint32_t>& off_plane, int most_pairs, Random& random,
+                       Candidate& best);
+
 /// DEGENSAC: recovers from samples that lie mostly on one plane.
 ///
 /// Idea: if five or more of the seven matches of a sample lie on one plane, the fundamental matrix agrees
@@ -17,9 +36,9 @@ namespace corrsel::core {
 ///
 /// Algorithm: each of the triplets {1,2,3}, {4,5,6}, {1,2,7}, {4,5,7}, {3,6,7} of the sample determines,
 /// together with F, a homography. The sample is degenerate if at least five of its matches agree with one of
-/// them within sqrt(3) times the threshold. This homography H is refined on all matches. Pairs of matches off
-/// the plane (farther than 3 times the threshold) then give fundamental matrices
-///   F = [e']_x H with e' = (Hx1 x x1') x (Hx2 x x2').
+/// them within sqrt(3) times the threshold. This homography is refined on all matches. The plane and pairs of
+/// matches off the plane (farther than 3 times the threshold) then give fundamental matrices, as
+/// improveByParallax() makes them.
 ///
 /// Source: Chum, Werner and Matas, CVPR 2005.
 class Degensac {

@@ -10,8 +10,9 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, double lowest_threshol
                  "Model to fit", &ConsensusOptions::model);
   visitor.choice("error",
                  {{Error::kTransfer, "transfer", "Left to right only"},
-                  {Error::kSymmetricTransfer, "symmetric_transfer", "Both ways"}},
-                 "Error of a homography: left to right only, or both ways", &ConsensusOptions::error);
+                  {Error::kSymmetricTransfer, "symmetric_transfer", "Both ways, squares added up"},
+                  {Error::kSmallerTransfer, "smaller_transfer", "The smaller one of both ways"}},
+                 "Error of a homography", &ConsensusOptions::error);
   visitor.number({"threshold", lowest_threshold, 1000, "px", threshold_text}, &ConsensusOptions::threshold);
   visitor.integer({"max_iterations", 1, 10000000, "-", "Hypotheses at most"},
                   &ConsensusOptions::max_iterations);
@@ -22,6 +23,8 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, double lowest_threshol
                  {{Score::kMsac, "msac", "Sum of truncated squared errors"},
                   {Score::kInlierCount, "inlier_count", "Number of inliers"}},
                  "Sum of truncated squared errors (msac) or number of inliers", &ConsensusOptions::score);
+  visitor.flag("one_to_one", "Every image point counts at most once in the score of a model",
+               &ConsensusOptions::one_to_one);
   visitor.choice("sampler",
                  {{Sampler::kUniform, "uniform", "All matches alike"},
                   {Sampler::kProsac, "prosac", "Best descriptor ratios first"}},

@@ -23,41 +23,49 @@
 namespace corrsel::core {
 namespace {
 
-/// Memory that is kept between calls.
+/// Memory of a search that is kept between calls.
 struct SearchMemory {
+  std::vector<float> errors;
+  Degensac::Scratch degensac;
+  DistinctSupport distinct;
+  // The matches that take part, where they are not all.
+  NormalizedMatches subset;
+  std::vector<std::uint32_t> positions, order;
+};
+
+/// Memory of searchConsensus() that is kept between calls.
+struct SelectionMemory {
   Ordering ordering;
   std::vector<std::uint32_t> rows;        // input rows in random order: the order of everything below
   std::vector<std::uint32_t> best_first;  // the same numbers by quality
+  std::vector<std::uint32_t> position;    // of each row in `rows`
   NormalizedMatches matches;
-  std::vector<float> errors;
-  Degensac::Scratch degensac;
   std::vector<double> pixel_errors;
 };
 
-TwoViewProblem problemOf(const ConsensusOptions& options) {
-  if (options.model == ModelKind::kFundamental) return fundamentalProblem();
-  return homographyProblem(options.error == ConsensusOptions::Error::kTransfer
-                               ? Residual::kTransfer
-                               : Residual::kSymmetricTransfer);
-}
-
 class Search {
  public:
-  Search(const ConsensusOptions& options, const TwoViewProblem& problem, double threshold, bool by_quality,
-         const Deadline& deadline, SearchMemory& work)
-      : options_(options),
+  /// @param matches     those that take part, in random order
+  /// @param best_first  all of them by quality; nullptr = uniform samples
+  Search(const NormalizedMatches& matches, const ConsensusOptions& options, const TwoViewProblem& problem,
+         double threshold, const std::vector<std::uint32_t>* best_first, const Deadline& deadline,
+         SearchMemory& work)
+      : matches_(matches),
+        options_(options),
         problem_(problem),
+        best_first_(best_first),
         deadline_(deadline),
         work_(work),
-        verifier_(work.matches, problem.residual, threshold * work.matches.scale,
-                  options.score == ConsensusOptions::Score::kMsac),
-        sampler_(by_quality ? Sampler(work.best_first, problem.sample_size, seed())
-                            : Sampler(work.matches.size(), problem.sample_size, seed())),
-        by_quality_(by_quality),
-        stopping_(options.confidence, work.matches.size(), problem.sample_size),
+        verifier_(matches, problem.residual, threshold * matches.scale,
+                  options.score == ConsensusOptions::Score::kMsac,
+                  options.one_to_one ? &work.distinct : nullptr),
+        sampler_(best_first != nullptr ? Sampler(*best_first, problem.sample_size, seed())
+                                       : Sampler(matches.size(), problem.sample_size, seed())),
+        stopping_(options.confidence, matches.size(), problem.sample_size),
         degensac_(seed() + 1, work.degensac) {
+    if (options.one_to_one) work.distinct.group(matches, std::min(1.0, threshold) * matches.scale);
     if (options.sprt) {
-      sprt_.emplace(sprtConstants(), problem.sample_size / static_cast<double>(work.matches.size()));
+      sprt_.emplace(sprtConstants(), problem.sample_size / static_cast<double>(matches.size()));
       stopping_.setLoss(sprt_->loss(), 0);
     }
   }
@@ -68,7 +76,7 @@ class Search {
     cv::Matx33d models[TwoViewProblem::kMostModels];
     for (; iterations < options_.max_iterations && !stopping_.enough(sampler_.drawn()); ++iterations) {
       if (outOfTime() || !drawValidSample(sample)) break;
-      const int count = problem_.solve(work_.matches, sample, models);
+      const int count = problem_.solve(matches_, sample, models);
       for (int k = 0; k < count; ++k) tryModel(models[k], sample);
     }
     if (best_.exists() && options_.refine && !optimized_) optimizeLocally(problem_, verifier_, best_);
@@ -109,7 +117,7 @@ class Search {
         kMostRefusals + kSamplesPerHypothesis * static_cast<std::uint64_t>(options_.max_iterations);
     for (int refused = 0; refused < kMostRefusals && sampler_.drawn() < most; ++refused) {
       sampler_.draw(sample);
-      if (problem_.isValidSample(work_.matches, sample)) return true;
+      if (problem_.isValidSample(matches_, sample)) return true;
     }
     return false;
   }
@@ -132,10 +140,10 @@ class Search {
       optimizeLocally(problem_, verifier_, best_);
       optimized_ = true;
     }
-    const double ratio = static_cast<double>(best_.inliers) / static_cast<double>(work_.matches.size());
+    const double ratio = static_cast<double>(best_.inliers) / static_cast<double>(matches_.size());
     if (sprt_ && sprt_->addBest(ratio)) stopping_.setLoss(sprt_->loss(), sampler_.drawn());
     stopping_.setInliers(best_.inliers);
-    if (by_quality_) stopByPrefix();
+    if (best_first_ != nullptr) stopByPrefix();
   }
 
   /// Stopping condition of PROSAC. Considers the prefixes of the best matches from which all samples so far
@@ -145,14 +153,14 @@ class Search {
   void stopByPrefix() {
     constexpr std::size_t kLeastPrefix = 20;
     constexpr double kChance = 0.05, kSquaredQuantile = 2.706;
-    const std::size_t n = work_.matches.size(), m = static_cast<std::size_t>(problem_.sample_size);
+    const std::size_t n = matches_.size(), m = static_cast<std::size_t>(problem_.sample_size);
     work_.errors.resize(n);
-    modelErrors(problem_.residual, best_.model, work_.matches, 0, n, work_.errors.data());
+    modelErrors(problem_.residual, best_.model, matches_, 0, n, work_.errors.data());
     const auto share = static_cast<std::size_t>(problem_.least_prefix * static_cast<double>(n));
     const std::size_t least = std::max<std::size_t>({kLeastPrefix, sampler_.pool(), share});
     std::size_t inliers = 0, best_inliers = 0, best_pool = 1;
     for (std::size_t i = 0; i < n; ++i) {
-      inliers += work_.errors[work_.best_first[i]] <= verifier_.squaredThreshold() ? 1 : 0;
+      inliers += work_.errors[(*best_first_)[i]] <= verifier_.squaredThreshold() ? 1 : 0;
       const std::size_t pool = i + 1;
       if (pool < least || inliers * best_pool <= best_inliers * pool) continue;
       const double mean = kChance * static_cast<double>(pool - m);
@@ -165,13 +173,14 @@ class Search {
     if (best_inliers > 0) stopping_.setPrefix(best_inliers, best_pool);
   }
 
+  const NormalizedMatches& matches_;
   const ConsensusOptions& options_;
   const TwoViewProblem& problem_;
+  const std::vector<std::uint32_t>* best_first_;
   const Deadline& deadline_;
   SearchMemory& work_;
   Verifier verifier_;
   Sampler sampler_;
-  bool by_quality_;
   StoppingRule stopping_;
   Degensac degensac_;
   std::optional<Sprt> sprt_;
@@ -180,13 +189,30 @@ class Search {
   bool optimized_ = false, timed_out_ = false;
 };
 
+/// Gathers the matches at the given positions, which keep their coordinates.
+void gather(const NormalizedMatches& from, const std::vector<std::uint32_t>& positions,
+            NormalizedMatches& to) {
+  to.scale = from.scale;
+  to.rounding = from.rounding;
+  to.left = from.left;
+  to.right = from.right;
+  const auto gatherColumn = [&positions](const std::vector<float>& source, std::vector<float>& target) {
+    target.resize(positions.size());
+    for (std::size_t i = 0; i < positions.size(); ++i) target[i] = source[positions[i]];
+  };
+  gatherColumn(from.left_x, to.left_x);
+  gatherColumn(from.left_y, to.left_y);
+  gatherColumn(from.right_x, to.right_x);
+  gatherColumn(from.right_y, to.right_y);
+}
+
 /// Appends a remark to the message.
 void addRemark(Selection& result, const std::string& text) {
   result.message += (result.message.empty() ? "" : "; ") + text;
 }
 
 void report(const Correspondences& matches, const TwoViewProblem& problem, double threshold,
-            const Candidate& best, SearchMemory& work, Selection& result) {
+            const Candidate& best, SelectionMemory& work, Selection& result) {
   result.model = (work.matches.*problem.toPixels)(best.model);
   result.model_kind = problem.kind;
   const std::size_t n = matches.size();
@@ -199,7 +225,8 @@ void report(const Correspondences& matches, const TwoViewProblem& problem, doubl
     result.mask[i] = work.pixel_errors[i] <= threshold * threshold ? 1 : 0;
     inliers += result.mask[i];
   }
-  if (inliers <= static_cast<std::size_t>(problem.sample_size)) {
+  // Points that count once may leave fewer inliers than the mask holds.
+  if (std::min(inliers, best.inliers) <= static_cast<std::size_t>(problem.sample_size)) {
     std::fill(result.mask.begin(), result.mask.end(), std::uint8_t{0});
     // With more time the search might have found a better model.
     if (result.status != Status::kTimeLimit) {
@@ -212,36 +239,88 @@ void report(const Correspondences& matches, const TwoViewProblem& problem, doubl
 
 }  // namespace
 
+TwoViewProblem problemOf(const ConsensusOptions& options) {
+  if (options.model == ModelKind::kFundamental) return fundamentalProblem();
+  switch (options.error) {
+    case ConsensusOptions::Error::kTransfer:
+      return homographyProblem(Residual::kTransfer);
+    case ConsensusOptions::Error::kSymmetricTransfer:
+      return homographyProblem(Residual::kSymmetricTransfer);
+    case ConsensusOptions::Error::kSmallerTransfer:
+      break;
+  }
+  return homographyProblem(Residual::kSmallerTransfer);
+}
+
+SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptions& options, double threshold,
+                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline) {
+  SearchMemory& work = WorkspaceScope::part<SearchMemory>();
+  const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;
+  const NormalizedMatches* taking_part = &matches;
+  const std::vector<std::uint32_t>* order = best_first;
+  if (best_first != nullptr && best_first->size() < matches.size()) {
+    // Ascending positions keep the random order.
+    work.positions = *best_first;
+    std::sort(work.positions.begin(), work.positions.end());
+    gather(matches, work.positions, work.subset);
+    taking_part = &work.subset;
+    if (prosac) {
+      work.order.resize(best_first->size());
+      std::transform(best_first->begin(), best_first->end(), work.order.begin(), [&work](std::uint32_t i) {
+        return static_cast<std::uint32_t>(std::lower_bound(work.positions.begin(), work.positions.end(), i) -
+                                          work.positions.begin());
+      });
+      order = &work.order;
+    }
+  }
+  const TwoViewProblem problem = problemOf(options);
+  Search search(*taking_part, options, problem, threshold, prosac ? order : nullptr, deadline, work);
+  SearchOutcome outcome;
+  outcome.best = search.run(outcome.iterations);
+  outcome.timed_out = search.timedOut();
+  return outcome;
+}
+
 void searchConsensus(const Correspondences& matches, const ConsensusOptions& options, double threshold,
-                     Selection& result) {
+                     Selection& result, const std::vector<std::uint32_t>* best_first) {
   const Deadline deadline(options.max_seconds);
   const TwoViewProblem problem = problemOf(options);
-  const std::size_t n = matches.size();
+  const std::size_t n = best_first != nullptr ? best_first->size() : matches.size();
   if (n < static_cast<std::size_t>(problem.sample_size)) {
     result.status = Status::kTooFew;
     result.message = std::to_string(n) + " matches, a " + toString(problem.kind) + " needs " +
                      std::to_string(problem.sample_size);
     return;
   }
-  SearchMemory& work = WorkspaceScope::part<SearchMemory>();
+  SelectionMemory& work = WorkspaceScope::part<SelectionMemory>();
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
   normalizeMatches(matches, work.rows, work.matches);
-  const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;
-  const bool by_quality = prosac && work.ordering.byQuality(matches, work.rows, work.best_first);
-  if (prosac && !by_quality)
-    result.message =
-        "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC";
-  Search search(options, problem, threshold, by_quality, deadline, work);
-  const Candidate best = search.run(result.iterations);
-  if (search.timedOut()) {
+  const std::vector<std::uint32_t>* order = nullptr;
+  if (best_first != nullptr) {
+    work.position.resize(matches.size());
+    for (std::uint32_t i = 0; i < work.rows.size(); ++i) work.position[work.rows[i]] = i;
+    work.best_first.resize(n);
+    for (std::size_t i = 0; i < n; ++i) work.best_first[i] = work.position[(*best_first)[i]];
+    order = &work.best_first;
+  } else if (options.sampler == ConsensusOptions::Sampler::kProsac) {
+    if (work.ordering.byQuality(matches, work.rows, work.best_first)) {
+      order = &work.best_first;
+    } else {
+      result.message =
+          "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC";
+    }
+  }
+  const SearchOutcome outcome = searchModel(work.matches, options, threshold, order, deadline);
+  result.iterations = outcome.iterations;
+  if (outcome.timed_out) {
     result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
     addRemark(result, "stopped after " + std::to_string(result.iterations) + " hypotheses" +
-                          (best.exists() ? "" : ", none of them good enough") +
+                          (outcome.best.exists() ? "" : ", none of them good enough") +
                           ", max_seconds = " + formatNumber(options.max_seconds));
   }
-  if (best.exists()) {
-    report(matches, problem, threshold, best, work, result);
-  } else if (search.timedOut()) {
+  if (outcome.best.exists()) {
+    report(matches, problem, threshold, outcome.best, work, result);
+  } else if (outcome.timed_out) {
     return;
   } else if (result.iterations < options.max_iterations) {
     result.status = Status::kDegenerate;

@@ -1,8 +1,15 @@
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
+#include "base/deadline.h"
+#include "consensus/two_view.h"
+#include "consensus/verifier.h"
 #include "corrsel/consensus/options.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/selection.h"
+#include "geometry/normalization.h"
 
 namespace corrsel::core {
 
@@ -11,6 +18,11 @@ namespace corrsel::core {
 /// Algorithm: the options choose the parts of this loop.
 ///   sampler -> sample check -> minimal solver and model check -> verification (bail-out, SPRT) ->
 ///   if it is the best so far: degeneracy -> local optimisation -> stopping rule
+///
+/// Input: `best_first` are rows of `matches`, best first, for callers who know better than the descriptor
+/// distances which matches to trust. Only these rows take part in the search, with PROSAC in this order. The
+/// mask and the score cover all matches. Without it, all matches take part, and PROSAC orders them by their
+/// distances.
 ///
 /// Output: `result` receives the mask (matches whose error under the returned model is at most the threshold,
 /// in double precision), the score (negated squared error, px^2), the model in pixels, and the number of
@@ -24,8 +36,30 @@ namespace corrsel::core {
 /// was no time for a single one. The clock is read every 100 samples and after each new best model.
 ///
 /// Memory: the calling thread keeps its buffers between calls.
-/// @param threshold  px; options.threshold or its default
+/// @param threshold   px; options.threshold or its default
+/// @param best_first  rows without repetition, or nullptr
 void searchConsensus(const Correspondences& matches, const ConsensusOptions& options, double threshold,
-                     Selection& result);
+                     Selection& result, const std::vector<std::uint32_t>* best_first = nullptr);
+
+/// What searchModel() found.
+struct SearchOutcome {
+  Candidate best;          ///< normalised, with cost and inliers among the matches that took part
+  int iterations = 0;      ///< hypotheses
+  bool timed_out = false;  ///< whether the deadline ended the search
+};
+
+/// The model with its residual that the options ask for.
+TwoViewProblem problemOf(const ConsensusOptions& options);
+
+/// The same search without a Selection, for callers with matches that are normalised already.
+/// @param matches     in random order (Ordering::shuffle())
+/// @param options     max_seconds is ignored
+/// @param threshold   px
+/// @param best_first  positions in `matches` without repetition, best first. Only these matches take part,
+///                    with Sampler::kProsac in this order and with Sampler::kUniform all alike. nullptr: all
+///                    matches take part, all alike
+/// @pre at least as many matches take part as a sample has (problemOf(options).sample_size)
+SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptions& options, double threshold,
+                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline);
 
 }  // namespace corrsel::core

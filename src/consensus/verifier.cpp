@@ -12,8 +12,9 @@ constexpr double kLogBailOutRisk = -27.6;  // ln(1e-12)
 
 }  // namespace
 
-Verifier::Verifier(const NormalizedMatches& matches, Residual residual, double threshold, bool msac)
-    : matches_(matches), residual_(residual), rule_{} {
+Verifier::Verifier(const NormalizedMatches& matches, Residual residual, double threshold, bool msac,
+                   DistinctSupport* distinct)
+    : matches_(matches), residual_(residual), rule_{}, distinct_(distinct) {
   // Smaller and larger than any useful squared threshold, but well within the range of floats.
   constexpr double kNothing = 1e-30, kEverything = 1e30;
   rule_.squared_threshold = static_cast<float>(std::clamp(threshold * threshold, kNothing, kEverything));
@@ -27,8 +28,20 @@ Verifier::Verifier(const NormalizedMatches& matches, Residual residual, double t
 ModelScore Verifier::score(const cv::Matx33d& model, std::int64_t limit) const {
   ScoreRule rule = rule_;
   rule.limit = limit;
-  return kernels().residuals.score[static_cast<std::size_t>(residual_)](residualModel(residual_, model),
-                                                                        matches_.columns(), rule);
+  return countOnce(model, limit,
+                   kernels().residuals.score[static_cast<std::size_t>(residual_)](
+                       residualModel(residual_, model), matches_.columns(), rule));
+}
+
+ModelScore Verifier::countOnce(const cv::Matx33d& model, std::int64_t limit, ModelScore score) const {
+  if (distinct_ == nullptr || distinct_->shared().empty() || score.rejected) return score;
+  const std::vector<float>& surplus = distinct_->surplus(residual_, model, rule_.squared_threshold);
+  // What the kernel has saved for these inliers.
+  for (const float error : surplus)
+    score.cost += ScoreRule::kOutlierCost - static_cast<std::int32_t>(error * rule_.cost_per_error);
+  score.inliers -= std::min(surplus.size(), score.inliers);
+  score.rejected = score.cost >= limit;
+  return score;
 }
 
 ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sprt& sprt) {
@@ -43,7 +56,8 @@ ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sp
       residualModel(quick, model), matches_.columns(), rule);
   start_ += (tested.seen + ScoreRule::kBlock - 1) / ScoreRule::kBlock * ScoreRule::kBlock;
   if (start_ >= matches_.size()) start_ = 0;
-  return tested.rejected || quick == residual_ ? tested : score(model, limit);
+  if (tested.rejected) return tested;
+  return quick == residual_ ? countOnce(model, limit, tested) : score(model, limit);
 }
 
 bool Verifier::improve(const cv::Matx33d& model, Candidate& best) const {

@@ -1,5 +1,9 @@
 #include "geometry/residual.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "geometry/fundamental.h"
 #include "geometry/homography.h"
 
@@ -20,8 +24,8 @@ cv::Matx33d inverseHomography(const cv::Matx33d& h) {
 
 ResidualModel residualModel(Residual residual, const cv::Matx33d& model) {
   ResidualModel result{};
-  const cv::Matx33d backward =
-      residual == Residual::kSymmetricTransfer ? inverseHomography(model) : cv::Matx33d::zeros();
+  const bool two_way = residual == Residual::kSymmetricTransfer || residual == Residual::kSmallerTransfer;
+  const cv::Matx33d backward = two_way ? inverseHomography(model) : cv::Matx33d::zeros();
   for (int i = 0; i < 9; ++i) {
     result.forward[i] = static_cast<float>(model.val[i]);
     result.backward[i] = static_cast<float>(backward.val[i]);
@@ -48,6 +52,14 @@ void pixelErrors(Residual residual, const cv::Matx33d& model, const Corresponden
     case Residual::kSymmetricTransfer:
       for (std::size_t i = 0; i < n; ++i) out[i] = homographyError(forward, x[i], y[i], u[i], v[i]);
       for (std::size_t i = 0; i < n; ++i) out[i] += homographyError(backward, u[i], v[i], x[i], y[i]);
+      break;
+    case Residual::kSmallerTransfer:
+      for (std::size_t i = 0; i < n; ++i) out[i] = homographyError(forward, x[i], y[i], u[i], v[i]);
+      for (std::size_t i = 0; i < n; ++i) {
+        const double back = homographyError(backward, u[i], v[i], x[i], y[i]);
+        const bool exists = std::isfinite(out[i]) && std::isfinite(back);
+        out[i] = exists ? std::min(out[i], back) : std::numeric_limits<double>::infinity();
+      }
       break;
     case Residual::kSampson:
       for (std::size_t i = 0; i < n; ++i) out[i] = sampsonError(forward, x[i], y[i], u[i], v[i]);

@@ -9,8 +9,8 @@
 namespace corrsel::core {
 
 /// Converts a homography or fundamental matrix to the form that the kernels read. With
-/// Residual::kSymmetricTransfer, a homography without an inverse gets a backward mapping under which every
-/// error is infinite.
+/// Residual::kSymmetricTransfer and kSmallerTransfer, a homography without an inverse gets a backward mapping
+/// under which every error is infinite.
 ResidualModel residualModel(Residual residual, const cv::Matx33d& model);
 
 /// Squared errors of matches [begin, end) in single precision, in the unit of the coordinates squared,

@@ -9,9 +9,10 @@ namespace corrsel::core {
 enum class Residual : std::uint8_t {
   kTransfer,           ///< |x' - Hx|^2
   kSymmetricTransfer,  ///< |x' - Hx|^2 + |x - H^-1 x'|^2
-  kSampson             ///< squared Sampson distance of x'^T F x
+  kSampson,            ///< squared Sampson distance of x'^T F x
+  kSmallerTransfer     ///< min(|x' - Hx|^2, |x - H^-1 x'|^2), which exists if both errors exist
 };
-constexpr std::size_t kResiduals = 3;
+constexpr std::size_t kResiduals = 4;
 
 /// Four columns of equal length: left x, y, right x, y.
 struct MatchColumns {
@@ -19,8 +20,8 @@ struct MatchColumns {
   std::size_t size;
 };
 
-/// A 3x3 matrix, row-major, and for Residual::kSymmetricTransfer its inverse, scaled so that the third
-/// coordinate of both mappings is positive in front of the cameras.
+/// A 3x3 matrix, row-major, and for Residual::kSymmetricTransfer and kSmallerTransfer its inverse, scaled so
+/// that the third coordinate of both mappings is positive in front of the cameras.
 struct ResidualModel {
   float forward[9];
   float backward[9];

@@ -50,6 +50,17 @@ struct SymmetricTransfer {
   }
 };
 
+struct SmallerTransfer {
+  template <class T>
+  static Fraction<T> error(const ResidualModel& model, T x, T y, T u, T v) {
+    const Fraction<T> there = transferError(model.forward, x, y, u, v);
+    const Fraction<T> back = transferError(model.backward, u, v, x, y);
+    const auto forward = there.numerator * back.denominator <= back.numerator * there.denominator;
+    return {forward ? there.numerator : back.numerator, forward ? there.denominator : back.denominator,
+            both(there.exists, back.exists)};
+  }
+};
+
 struct Sampson {
   template <class T>
   static Fraction<T> error(const ResidualModel& model, T x, T y, T u, T v) {

@@ -18,10 +18,12 @@ extern const Kernels kBaselineKernels, kAvx2Kernels, kAvx512Kernels, kAvx512Vnni
 namespace {
 
 constexpr Kernels kTable = {
-    {{errorsKernel<Transfer>, errorsKernel<SymmetricTransfer>, errorsKernel<Sampson>},
-     {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>},
+    {{errorsKernel<Transfer>, errorsKernel<SymmetricTransfer>, errorsKernel<Sampson>,
+      errorsKernel<SmallerTransfer>},
+     {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>,
+      scoreKernel<SmallerTransfer>},
      {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
-      normalKernel<Sampson, SampsonTerms>}},
+      normalKernel<Sampson, SampsonTerms>, normalKernel<SmallerTransfer, TransferTerms>}},
     {factorKernel, gramKernel, fieldResidualsKernel, posteriorsKernel},
     {imageCellsKernel, countPairsKernel, verifyKernel<1>, verifyKernel<8>, voteKernel, countVotesKernel},
     {pointCellsKernel, anyNearestKernel, commonKernel},

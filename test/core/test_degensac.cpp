@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include "consensus/degensac.h"
+#include "consensus/local_optimization.h"
 #include "corrsel/selectors/usac.h"
 #include "geometry/fundamental.h"
+#include "geometry/homography.h"
 #include "geometry/residual.h"
 #include "test_support.h"
 
@@ -83,6 +85,34 @@ TEST(Degensac, GetsOffADominantPlane) {
     }
   }
   EXPECT_GT(degenerate, 10);
+}
+
+TEST(Degensac, ParallaxGivesTheFundamentalMatrixOfAPlaneAndMore) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Scene scene = planeAndMore(200, 60, 0.1, seed);
+    const Prepared p = prepared(scene.matches);
+    const Verifier verifier(p.matches, Residual::kSampson, 1.5 * p.matches.scale, true);
+    const Verifier on_plane(p.matches, Residual::kTransfer, 3 * p.matches.scale, true);
+    // The plane through four of its matches, refined; a sample of the matches off it.
+    const std::uint32_t four[] = {p.position[3], p.position[60], p.position[120], p.position[190]};
+    Candidate plane;
+    cv::Matx33d h;
+    ASSERT_TRUE(homographyFromFour(p.matches, four, h));
+    on_plane.improve(h, plane);
+    optimizeLocally(homographyProblem(Residual::kTransfer), on_plane, plane);
+    const std::vector<std::uint32_t> off_plane(p.position.begin() + 200, p.position.begin() + 230);
+    Candidate best;
+    Random random(seed), same(seed);
+    EXPECT_TRUE(improveByParallax(verifier, plane.model, off_plane, 300, random, best));
+    EXPECT_GT(best.inliers, 240u);
+    // It only ever improves, and is reproducible.
+    Candidate again;
+    improveByParallax(verifier, plane.model, off_plane, 300, same, again);
+    EXPECT_EQ(again.model, best.model);
+    again.cost = 0;
+    EXPECT_FALSE(improveByParallax(verifier, plane.model, off_plane, 300, random, again));
+    EXPECT_EQ(again.model, best.model);
+  }
 }
 
 TEST(Degensac, LeavesASampleWithoutAPlaneAlone) {

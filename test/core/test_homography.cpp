@@ -182,6 +182,35 @@ TEST(Homography, SymmetricErrorsAddBothDirections) {
   EXPECT_EQ(both[0], INFINITY);
 }
 
+TEST(Homography, SmallerErrorIsThatOfOneDirection) {
+  // A zoom of three: the error in the left image is a third of that in the right one, or the reverse.
+  for (const double zoom : {3.0, 1.0 / 3}) {
+    Scene scene = homographyScene({50, 0.5, 1.0, 2});
+    const cv::Matx33d scaling(zoom, 0, 0, 0, zoom, 0, 0, 0, 1), model = scaling * scene.model;
+    for (auto* column : {&scene.matches.right_x, &scene.matches.right_y}) {
+      for (float& value : *column) value = static_cast<float>(value * zoom);
+    }
+    std::vector<double> there(50), both(50), smaller(50);
+    pixelErrors(Residual::kTransfer, model, scene.matches, there.data());
+    pixelErrors(Residual::kSymmetricTransfer, model, scene.matches, both.data());
+    pixelErrors(Residual::kSmallerTransfer, model, scene.matches, smaller.data());
+    const NormalizedMatches m = normalizeMatches(scene.matches);
+    std::vector<float> errors(50);
+    modelErrors(Residual::kSmallerTransfer, m.right * model * m.left.inv(), m, 0, 50, errors.data());
+    int forward = 0;
+    for (std::size_t i = 0; i < 50; ++i) {
+      EXPECT_NEAR(smaller[i], std::min(there[i], both[i] - there[i]), 1e-9 * both[i]);
+      EXPECT_NEAR(errors[i] / (m.scale * m.scale), smaller[i], 1e-3 * smaller[i] + 1e-3);
+      forward += smaller[i] == there[i] ? 1 : 0;
+    }
+    EXPECT_EQ(forward, zoom > 1 ? 0 : 50);
+    // A point behind a camera has no error, although the other direction may exist.
+    pixelErrors(Residual::kSmallerTransfer, cv::Matx33d(1, 0, 0, 0, 1, 0, 0, 0, 0), scene.matches,
+                smaller.data());
+    EXPECT_EQ(smaller[0], INFINITY);
+  }
+}
+
 /// A model through the first matches that four of them fix, refined on all those within the threshold.
 cv::Matx33d refined(const NormalizedMatches& m, float squared_threshold, int steps = 8) {
   cv::Matx33d h;

@@ -20,6 +20,10 @@ class Kernels : public ::testing::Test {
   KernelLevel before_ = kernelLevel();
 };
 
+constexpr Residual kEveryResidual[] = {Residual::kTransfer, Residual::kSymmetricTransfer, Residual::kSampson,
+                                       Residual::kSmallerTransfer};
+static_assert(sizeof kEveryResidual / sizeof *kEveryResidual == kResiduals);
+
 ResidualModel modelOf(Residual residual, const Scene& plane, const Scene& space) {
   ResidualModel model{};
   const cv::Matx33d forward = residual == Residual::kSampson ? space.model : plane.model;
@@ -50,7 +54,7 @@ TEST_F(Kernels, LevelsAreNamedAndOrdered) {
 
 TEST_F(Kernels, ErrorsAndScoresAreTheSameAtEveryLevel) {
   const Scene plane = homographyScene({1003, 0.5, 2.0, 5}), space = stereoScene({1003, 0.5, 2.0, 5});
-  for (const Residual residual : {Residual::kTransfer, Residual::kSymmetricTransfer, Residual::kSampson}) {
+  for (const Residual residual : kEveryResidual) {
     const auto number = static_cast<std::size_t>(residual);
     const Scene& scene = residual == Residual::kSampson ? space : plane;
     const ResidualModel model = modelOf(residual, plane, space);
@@ -94,7 +98,7 @@ TEST_F(Kernels, ErrorsAndScoresAreTheSameAtEveryLevel) {
 
 TEST_F(Kernels, ScoreAddsUpTheErrors) {
   const Scene plane = homographyScene({777, 0.5, 2.0, 6}), space = stereoScene({777, 0.5, 2.0, 6});
-  for (const Residual residual : {Residual::kTransfer, Residual::kSymmetricTransfer, Residual::kSampson}) {
+  for (const Residual residual : kEveryResidual) {
     const auto number = static_cast<std::size_t>(residual);
     const Scene& scene = residual == Residual::kSampson ? space : plane;
     const ResidualModel model = modelOf(residual, plane, space);
@@ -121,7 +125,7 @@ TEST_F(Kernels, ScoreAddsUpTheErrors) {
 
 TEST_F(Kernels, NormalEquationsAreThoseOfTheInliersAtEveryLevel) {
   const Scene plane = homographyScene({2503, 0.5, 2.0, 6}), space = stereoScene({2503, 0.5, 2.0, 6});
-  for (const Residual residual : {Residual::kTransfer, Residual::kSymmetricTransfer, Residual::kSampson}) {
+  for (const Residual residual : kEveryResidual) {
     const auto number = static_cast<std::size_t>(residual);
     const bool fundamental = residual == Residual::kSampson;
     NormalizedMatches m = normalizeMatches((fundamental ? space : plane).matches);
@@ -199,10 +203,19 @@ TEST_F(Kernels, SprtRejectsAWrongModelEarlyAndKeepsARightOne) {
 TEST_F(Kernels, PointsBehindTheCameraHaveNoError) {
   const float x[] = {1}, y[] = {1};
   const MatchColumns m = {x, y, x, y, 1};
-  const ResidualModel model = {{1, 0, 0, 0, 1, 0, -1, 0, 0.5}, {}};
-  float error = 0;
-  kernels().residuals.errors[0](model, m, 0, 1, &error);
-  EXPECT_TRUE(std::isinf(error));
+  const float identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, behind[9] = {1, 0, 0, 0, 1, 0, -1, 0, 0.5};
+  for (const Residual residual :
+       {Residual::kTransfer, Residual::kSymmetricTransfer, Residual::kSmallerTransfer}) {
+    // Behind either camera, where that direction counts.
+    for (const bool forward : {true, false}) {
+      ResidualModel model{};
+      std::copy(forward ? behind : identity, (forward ? behind : identity) + 9, model.forward);
+      std::copy(forward ? identity : behind, (forward ? identity : behind) + 9, model.backward);
+      float error = 0;
+      kernels().residuals.errors[static_cast<std::size_t>(residual)](model, m, 0, 1, &error);
+      EXPECT_EQ(std::isinf(error), forward || residual != Residual::kTransfer);
+    }
+  }
 }
 
 }  // namespace
