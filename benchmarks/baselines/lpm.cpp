@@ -63,7 +63,7 @@ struct Rule {
   std::vector<std::pair<int, int>> windows;  // first neighbour and number of neighbours
   int listed;                                // neighbours needed for all windows
 };
-constexpr double kTau = 0.2, kSlack = 1e-6;
+constexpr double kTau = 0.2, kNoiseFloor = 7, kSlack = 1e-6;
 
 Rule ruleOf(LpmVariant variant) {
   // The published v2 code loses one more of the nearest neighbours at each scale.
@@ -71,11 +71,12 @@ Rule ruleOf(LpmVariant variant) {
   return {false, 6, 6, {{0, 4}}, 4};
 }
 
-double agreement(const Match& a, const Match& b) {
+bool disagree(const Match& a, const Match& b) {
   const double ax = a[2] - a[0], ay = a[3] - a[1], bx = b[2] - b[0], by = b[3] - b[1];
   const double aa = ax * ax + ay * ay, bb = bx * bx + by * by;
-  if (aa == 0 || bb == 0) return aa == bb ? 1 : 0;
-  return (ax * bx + ay * by) / std::sqrt(aa * bb) * std::min(aa, bb) / std::max(aa, bb);
+  if ((ax - bx) * (ax - bx) + (ay - by) * (ay - by) <= kNoiseFloor * kNoiseFloor) return false;
+  if (aa == 0 || bb == 0) return true;
+  return (ax * bx + ay * by) / std::sqrt(aa * bb) * std::min(aa, bb) / std::max(aa, bb) < kTau;
 }
 
 /// Cost of every match against neighbourhoods among the members, as in the published code: the nearest point
@@ -99,7 +100,7 @@ std::vector<double> costs(const std::vector<Match>& matches, const std::vector<s
           const std::size_t neighbour = left.found()[std::size_t(a)].second;
           if (neighbour != right.found()[std::size_t(b)].second) continue;
           ++common;
-          if (rule.motion && agreement(matches[i], matches[members[neighbour]]) < kTau) ++disagreeing;
+          if (rule.motion && disagree(matches[i], matches[members[neighbour]])) ++disagreeing;
         }
       }
       sum += rule.motion ? double(length - common + disagreeing) / length : 2.0 * (length - common);

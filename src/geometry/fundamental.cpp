@@ -24,11 +24,13 @@ cv::Matx33d toMatrix(const Vector9& v) {
   return cv::Matx33d(v(0), v(1), v(2), v(3), v(4), v(5), v(6), v(7), v(8));
 }
 
-/// Computes two vectors that span the null space of a 7x9 matrix by Gauss-Jordan elimination with full
-/// pivoting.
-bool nullSpace(std::array<std::array<double, 9>, 7>& a, Vector9& first, Vector9& second) {
+/// Computes two vectors of the null space of a 7x9 matrix by Gauss-Jordan elimination with full pivoting.
+/// @return the rank; below 6, there are no vectors
+int nullSpace(std::array<std::array<double, 9>, 7>& a, Vector9& first, Vector9& second) {
   std::array<int, 9> column = {0, 1, 2, 3, 4, 5, 6, 7, 8};
-  for (std::size_t step = 0; step < 7; ++step) {
+  std::size_t rank = 0;
+  for (; rank < 7; ++rank) {
+    const std::size_t step = rank;
     std::size_t pivot_row = step, pivot_column = step;
     double largest = 0;
     for (std::size_t r = step; r < 7; ++r) {
@@ -40,7 +42,7 @@ bool nullSpace(std::array<std::array<double, 9>, 7>& a, Vector9& first, Vector9&
         }
       }
     }
-    if (largest < 1e-9) return false;
+    if (largest < 1e-9) break;
     std::swap(a[step], a[pivot_row]);
     if (pivot_column != step) {
       for (auto& row : a) std::swap(row[step], row[pivot_column]);
@@ -54,9 +56,10 @@ bool nullSpace(std::array<std::array<double, 9>, 7>& a, Vector9& first, Vector9&
       for (std::size_t c = step; c < 9; ++c) a[r][c] -= factor * a[step][c];
     }
   }
+  if (rank < 6) return static_cast<int>(rank);
   first.setZero();
   second.setZero();
-  for (std::size_t r = 0; r < 7; ++r) {
+  for (std::size_t r = 0; r < rank; ++r) {
     first(column[r]) = -a[r][7];
     second(column[r]) = -a[r][8];
   }
@@ -64,7 +67,7 @@ bool nullSpace(std::array<std::array<double, 9>, 7>& a, Vector9& first, Vector9&
   second(column[8]) = 1;
   first.normalize();
   second.normalize();
-  return true;
+  return static_cast<int>(rank);
 }
 
 /// Real roots of a x^3 + b x^2 + c x + d.
@@ -209,15 +212,21 @@ int fundamentalFromSeven(const NormalizedMatches& m, const std::uint32_t* sample
     for (int c = 0; c < 9; ++c) rows[k][static_cast<std::size_t>(c)] = row(c);
   }
   Vector9 first, second;
-  if (!nullSpace(rows, first, second)) return 0;
+  const int rank = nullSpace(rows, first, second);
+  if (rank < 6) return 0;
   // det(lambda A + (1 - lambda) B) = det(B + lambda D), D = A - B, is a cubic: two determinants and its
   // values at 1 and -1 determine it.
   const cv::Matx33d b = toMatrix(second), d = toMatrix(first) - b;
   const double c0 = determinant(b), c3 = determinant(d);
   const double plus = determinant(b + d), minus = determinant(b - d);
   const double c2 = 0.5 * (plus + minus) - c0, c1 = 0.5 * (plus - minus) - c3;
-  double roots[3];
-  const int count = realRoots(c3, c2, c1, c0, roots);
+  double roots[3] = {0.5};
+  int count = 1;
+  if (rank == 7) {
+    count = realRoots(c3, c2, c1, c0, roots);
+  } else if (std::max({std::abs(c0), std::abs(c1), std::abs(c2), std::abs(c3)}) > 1e-9) {
+    return 0;
+  }
   int kept = 0;
   for (int i = 0; i < count; ++i) {
     cv::Matx33d candidate = b + d * roots[i];

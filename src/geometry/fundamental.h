@@ -28,7 +28,10 @@ bool isValidFundamentalSample(const NormalizedMatches& matches, const std::uint3
 /// Writes the one or three fundamental matrices through seven matches to f (Hartley and Zisserman, 11.1.2).
 /// Leaves out those for which some of the seven points would lie behind a camera (oriented epipolar
 /// constraint, Chum et al. 2004).
-/// @return number of matrices; 0 if the sample is degenerate
+///
+/// Seven matches that agree with one homography to within rounding, as in identical images, leave the family
+/// [e']_x H undetermined. All its members fit equally well, and one of them is returned.
+/// @return number of matrices; 0 if the sample is degenerate otherwise
 int fundamentalFromSeven(const NormalizedMatches& matches, const std::uint32_t* sample, cv::Matx33d f[3]);
 
 /// Takes one Gauss-Newton step on the sum of squared Sampson distances of the matches whose squared distance

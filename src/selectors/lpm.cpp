@@ -103,8 +103,14 @@ void findMotions(LpmMemory& work) {
   }
 }
 
-/// Whether two motions agree less than `tau` in direction and length, see the class documentation.
-bool disagree(const Motion& a, const Motion& b, double tau) {
+/// When two motions agree, see the class documentation.
+struct MotionRule {
+  double tau, squared_floor;
+};
+
+bool disagree(const Motion& a, const Motion& b, const MotionRule& rule) {
+  const double tau = rule.tau, dx = a.x - b.x, dy = a.y - b.y;
+  if (dx * dx + dy * dy <= rule.squared_floor) return false;
   const double dot = a.x * b.x + a.y * b.y;
   const double shorter = std::min(a.squared, b.squared), longer = std::max(a.squared, b.squared);
   // Squaring both sides of the comparison avoids a division and a root. The result is the same unless both
@@ -154,7 +160,7 @@ double windowCost(int length, int common, int disagreeing, bool count_only) {
 }
 
 /// Costs from lists of at most 8 neighbours: common ones as bits, see NeighbourKernels.
-void costsOfShortLists(const Layout& layout, bool count_only, double tau, LpmMemory& work) {
+void costsOfShortLists(const Layout& layout, bool count_only, const MotionRule& rule, LpmMemory& work) {
   const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
   work.common.resize(n);
   kernels().neighbours.common(work.near_left.data() + 1, work.near_right.data() + 1, length, layout.listed, n,
@@ -173,7 +179,7 @@ void costsOfShortLists(const Layout& layout, bool count_only, double tau, LpmMem
     for (std::uint64_t left = count_only ? 0 : common; left != 0; left &= left - 1) {
       const auto bit = static_cast<unsigned>(__builtin_ctzll(left));
       const std::uint32_t neighbour = work.near_left[i * length + 1 + bit / 8];
-      if (disagree(work.motions[i], work.motions[neighbour], tau)) disagreeing |= left & -left;
+      if (disagree(work.motions[i], work.motions[neighbour], rule)) disagreeing |= left & -left;
     }
     double sum = 0;
     for (int w = 0; w < layout.count; ++w) {
@@ -185,7 +191,7 @@ void costsOfShortLists(const Layout& layout, bool count_only, double tau, LpmMem
 }
 
 /// Costs from lists of any length.
-void costsOfLongLists(const Layout& layout, bool count_only, double tau, LpmMemory& work) {
+void costsOfLongLists(const Layout& layout, bool count_only, const MotionRule& rule, LpmMemory& work) {
   const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
   for (std::size_t i = 0; i < n; ++i) {
     const std::uint32_t* const left = work.near_left.data() + i * length + 1;
@@ -198,7 +204,7 @@ void costsOfLongLists(const Layout& layout, bool count_only, double tau, LpmMemo
       for (int a = window.begin; a < window.begin + window.length; ++a) {
         if (std::find(begin, end, left[a]) == end) continue;
         ++common;
-        if (!count_only && disagree(work.motions[i], work.motions[left[a]], tau)) ++disagreeing;
+        if (!count_only && disagree(work.motions[i], work.motions[left[a]], rule)) ++disagreeing;
       }
       sum += windowCost(window.length, common, disagreeing, count_only);
     }
@@ -212,7 +218,8 @@ void findCosts(const std::vector<std::uint32_t>* members, const Layout& layout, 
   findNeighbours(members, layout, options.compat, work);
   work.cost.resize(work.size());
   const auto costs = layout.listed <= 8 ? costsOfShortLists : costsOfLongLists;
-  costs(layout, options.cost == LpmOptions::Cost::kCount, options.tau, work);
+  costs(layout, options.cost == LpmOptions::Cost::kCount,
+        {options.tau, options.noise_floor * options.noise_floor}, work);
 }
 
 void acceptWithin(double lambda, LpmMemory& work) {
@@ -239,6 +246,10 @@ void LpmOptions::visit(OptionVisitor& visitor) const {
   visitor.number(
       {"tau", -1, 1, "-", "Multiscale: common neighbours whose motion agrees less than this do not count"},
       &LpmOptions::tau);
+  visitor.number(
+      {"noise_floor", 0, 1000, "px",
+       "Multiscale: motions that differ by at most this agree, whatever their directions; 0 = off"},
+      &LpmOptions::noise_floor);
   visitor.flag("merge_duplicates", "Decide identical matches once, so that they cannot support themselves",
                &LpmOptions::merge_duplicates);
   visitor.flag("compat", "Take neighbours as the authors' code does", &LpmOptions::compat);

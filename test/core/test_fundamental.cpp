@@ -153,11 +153,21 @@ TEST(Fundamental, DegenerateSamplesAreRefused) {
     (left ? c.left_y : c.right_y).assign(7, 5);
     EXPECT_FALSE(isValidFundamentalSample(normalizeMatches(c), kSample));
   }
-  // Identical images: six equations.
-  c = good;
+}
+
+/// Such matches give six independent equations and leave a family of solutions, all of which fit.
+TEST(Fundamental, IdenticalImagesGetOneOfTheirManySolutions) {
+  Correspondences c = stereoScene({20, 1.0, 0.0, 3}).matches;
   c.right_x = c.left_x;
   c.right_y = c.left_y;
-  EXPECT_EQ(fundamentalFromSeven(normalizeMatches(c), kSample, f), 0);
+  const NormalizedMatches m = normalizeMatches(c);
+  cv::Matx33d f[3];
+  ASSERT_EQ(fundamentalFromSeven(m, kSample, f), 1);
+  EXPECT_NEAR(cv::norm(f[0]), 1, 1e-12);
+  EXPECT_NEAR(cv::norm(f[0] + f[0].t()), 0, 1e-9);
+  for (std::size_t i = 0; i < 20; ++i) {
+    EXPECT_LT(sampsonError(f[0], m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]), 1e-12);
+  }
 }
 
 /// A model through seven matches, refined on all those within the threshold; zeros where the seven give none.

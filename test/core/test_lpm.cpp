@@ -62,7 +62,7 @@ std::pair<Mask, std::vector<double>> byDefinition(const Correspondences& m, cons
             if (ii > 0 && jj > 0) {
               agreement = vi.dot(vj) / std::sqrt(ii * jj) * std::min(ii, jj) / std::max(ii, jj);
             }
-            disagreeing += agreement < o.tau;
+            disagreeing += agreement < o.tau && cv::norm(vi - vj) > o.noise_floor;
           }
         }
         sum += count ? 2 * (k - common) : double(k - common + disagreeing) / k;
@@ -189,6 +189,33 @@ TEST(Lpm, MotionMustAgreeInDirectionAndLength) {
   // Squared lengths: 20 to 10 is 1/4, still above tau = 0.2; 23 to 10 is 0.19.
   EXPECT_EQ(scoreOf({20, 0}), 0.0f);
   EXPECT_EQ(scoreOf({23, 0}), -1.0f);
+}
+
+TEST(Lpm, MotionsThatDifferByLocalisationNoiseAgree) {
+  // Matches at rest but for noise in any direction.
+  Random random(4);
+  Correspondences m;
+  for (int i = 0; i < 200; ++i) {
+    const cv::Point2f p(float(random.uniform(0, 800)), float(random.uniform(0, 600)));
+    const double angle = random.uniform(0, 2 * CV_PI);
+    m.add(p, p + cv::Point2f(float(3.4 * std::cos(angle)), float(3.4 * std::sin(angle))));
+  }
+  EXPECT_GE(createSelector("lpm:v2")->select(m).n_selected, 195u);
+  EXPECT_GE(createSelector("lpm:v2", {{"noise_floor", "6.9"}})->select(m).n_selected, 195u);
+  EXPECT_LE(createSelector("lpm:v2", {{"noise_floor", "1"}})->select(m).n_selected, 100u);
+  EXPECT_LE(createSelector("lpm:v2", {{"noise_floor", "0"}})->select(m).n_selected, 100u);
+}
+
+TEST(Lpm, NoiseFloorChangesNothingWhereMatchesMoveFar) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Correspondences m = homographyScene({600, 0.6, 1.0, seed}).matches;
+    // Correct and wrong matches move by more than 100 px.
+    for (float& x : m.right_x) x += 1000;
+    const Selection with = createSelector("lpm:v2")->select(m);
+    const Selection without = createSelector("lpm:v2", {{"noise_floor", "0"}})->select(m);
+    EXPECT_EQ(with.mask, without.mask);
+    EXPECT_EQ(with.score, without.score);
+  }
 }
 
 TEST(Lpm, DuplicatesSupportThemselvesOnlyUnlessMerged) {
@@ -343,6 +370,7 @@ TEST(Lpm, SelectsAsManyAsTheReferenceCodesPerPairWithinTies) {
   v2.k = 6;
   v2.lambda_first = 0.8;
   v2.lambda_second = 0.5;
+  v2.noise_floor = 0;
   const struct {
     const char* variant;
     const LpmOptions& options;

@@ -610,10 +610,6 @@ TEST_P(ListedSelector, IdenticalImages) {
   const Selection s = select(m);
   if (name() == "nnsr") {
     EXPECT_EQ(s.mask, by_ratio);
-  } else if (fundamental()) {
-    // Every skew-symmetric matrix is a fundamental matrix of these matches.
-    EXPECT_EQ(s.status, Status::kNoModel);
-    EXPECT_EQ(s.mask, Mask(2000, 0));
   } else {
     EXPECT_EQ(s.status, Status::kOk);
     EXPECT_EQ(s.mask, Mask(2000, 1));
