@@ -25,16 +25,18 @@ struct LocalMap {
 /// Discs and tolerances of the support count. All lengths are in the right image.
 struct SupportRule {
   static constexpr int kRadii = 4;
+  static constexpr int kCoarseRadii =
+      2;                         ///< the larger relative tolerance is used in the smallest discs only
   float squared_radius[kRadii];  ///< px^2, ascending
-  float squared_rho[2];          ///< relative tolerances, ascending
+  float squared_rho[2];          ///< relative tolerances, fine and coarse
   float squared_floor;           ///< px^2: least tolerance; matches closer than this are the same point again
 };
 
-/// Sums of weights per radius.
+/// Sums of weights per disc.
 struct SupportCounts {
-  std::int64_t left[SupportRule::kRadii] = {};           ///< matches whose left point is mapped into the disc
-  std::int64_t right[SupportRule::kRadii] = {};          ///< matches whose right point lies in the disc
-  std::int64_t supporters[2][SupportRule::kRadii] = {};  ///< of `left` those that the map predicts; per rho
+  std::int64_t left[SupportRule::kRadii] = {};          ///< matches whose left point is mapped into the disc
+  std::int64_t fine[SupportRule::kRadii] = {};          ///< of `left` those that the map predicts
+  std::int64_t coarse[SupportRule::kCoarseRadii] = {};  ///< the same with the larger tolerance
 };
 
 /// The loops of local support.
@@ -42,6 +44,10 @@ struct SupportKernels {
   /// Counts the matches around a local map. O(matches).
   void (*count)(const VotingMatches& matches, const LocalMap& map, const SupportRule& rule,
                 SupportCounts& counts);
+
+  /// Counts the matches whose right points lie in the discs around (u, v). O(matches).
+  void (*around)(const VotingMatches& matches, float u, float v, const SupportRule& rule,
+                 std::int64_t (&counts)[SupportRule::kRadii]);
 };
 
 }  // namespace corrsel::core

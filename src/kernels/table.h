@@ -32,7 +32,7 @@ constexpr Kernels kTable = {
      pairRowKernel<Payoff>,
      pairProductKernel},
     {wholeNumbersKernel, kUsesCoarseNumbers, nearestKernel<Bits>, nearestKernel<Floats>},
-    {supportCountKernel},
+    {supportCountKernel, supportAroundKernel},
 };
 
 }  // namespace

@@ -22,26 +22,28 @@ namespace corrsel::core {
 ///
 /// Algorithm: hypotheses are made for the M best matches. For the hypothesis (i, A), the predicted
 /// displacement u_j = A (x_j - x_i) and the actual one v_j = x'_j - x'_i, radii R = D/16, D/8, D/4, D/2 (D is
-/// the diagonal of the right image) and relative tolerances rho = 0.12 (noise of frames) and 0.3 (affine part
-/// that a similarity lacks):
+/// the diagonal of the right image) and relative tolerances rho = 0.12 (noise of frames) and, for the two
+/// smaller radii, 0.3 (affine part that a similarity lacks):
 ///
 ///   k      = sum of w_j over |u_j| <= R and |v_j - u_j| <= max(3 px, rho |u_j|)
 ///   n_l    = sum of w_j over |u_j| <= R,      n_r = sum of w_j over |v_j| <= R
-///   lambda = n_l n_r / N * max(rho^2 / 2, (3 px)^2 / R^2) + 0.02
+///   lambda = n_l n_r / W * max(rho^2 / 2, (3 px)^2 / R^2) / s + 0.02
 ///   S_i    = max over R, rho of k ln(k / lambda) - (k - lambda), 0 where k <= lambda
 ///
 /// The weight w_j is 1 / number of matches with the same right point, rounded to whole px, so that many left
-/// features that share one right feature count once. Matches with |u_j| or |v_j| <= 3 px are left out,
+/// features that share one right feature count once; W is the sum of all weights. s is the share of the disc
+/// around x'_i that lies within the bounding box of the right points: the supporters have less room there
+/// than in a full disc, so more of them agree by chance. Matches with |u_j| or |v_j| <= 3 px are left out,
 /// because they are the same point again. S is the log likelihood ratio of a Poisson count.
 ///
-/// Survivors have S_i > ln(8 N T) + 4, where T is 1 with frames and 5 without: 8 tests per hypothesis, and an
-/// expected number of e^-4 survivors by chance. A match is in the local set if more than half of its 8
-/// nearest survivors in the left image predict it within max(3 px, 0.3 |u|). The extended local set has 0.45
-/// in place of 0.3.
+/// Survivors have S_i > ln(6 N T) + 4, where T is 1 with frames and 5 without: 6 tests per hypothesis, and an
+/// expected number of e^-4 survivors by chance. A match is in the local set if at least 5 of its 8 nearest
+/// survivors in the left image predict it within max(3 px, 0.3 min(|u|, D/8)): where fewer than 5 survive,
+/// the set is empty. The extended local set has 0.45 in place of 0.3.
 ///
 /// Input: coordinates; frames and image sizes where they are there; an order by quality.
 ///
-/// Cost: O(M N + N) with M = min(N, max(100, 10^6 / N)), without frames five hypotheses for each of M =
+/// Cost: O(M N) with M = min(N, max(100, 10^6 / N)), without frames five hypotheses for each of M =
 /// min(N, max(60, 8 * 10^5 / N)). Memory of about 100 bytes per match is kept between calls.
 class LocalSupport {
  public:
@@ -80,30 +82,42 @@ class LocalSupport {
 
   /// Writes the rows that the best map of `row` predicts, `row` included, in the order of quality.
   /// @param radius  px, largest |u|
-  /// @param rho     relative tolerance; the absolute one is 3 px
+  /// @param rho     relative tolerance; at least 3 px
   /// O(N).
   void supporters(std::uint32_t row, double radius, double rho, std::vector<std::uint32_t>& rows) const;
 
  private:
   static constexpr int kMostPartners = 5;
 
+  /// What the hypotheses of a match have in common, per radius.
+  struct Place {
+    std::int64_t right[SupportRule::kRadii];   ///< n_r in units of 1 / VotingMatches::kOne
+    double visible[SupportRule::kRadii] = {};  ///< s; 0 where it is not known yet
+  };
+
   void layOut(const Correspondences& matches, const std::vector<std::uint32_t>& order);
   void findWeights();
+  void sortPool(std::size_t judged);
   bool frameMap(const Correspondences& matches, std::size_t rank, LinearMap& map) const;
   int partners(std::size_t rank, int wanted, std::uint32_t* out) const;
-  void judge(std::size_t rank, const LinearMap& map, const std::uint32_t* partner);
+  Place placeOf(std::size_t rank) const;
+  double visibleShare(std::size_t rank, int radius, Place& place) const;
+  void judge(std::size_t rank, const LinearMap& map, const std::uint32_t* partner, Place& place);
   void findLocalSets();
   VotingMatches columns() const;
 
   // Matches are numbered by their rank in the order of quality. The order of the input then has no influence.
-  std::size_t n_ = 0, pool_ = 0;
-  double diagonal_ = 0, significant_support_ = 0;
+  std::size_t n_ = 0;
+  double diagonal_ = 0, all_weights_ = 0, significant_support_ = 0;
+  std::array<double, 2> bounds_x_{}, bounds_y_{};  // of the right points, px
   SupportRule rule_{};
   std::vector<std::uint32_t> row_, rank_;                   // row of a rank and rank of a row
   std::vector<float> left_x_, left_y_, right_x_, right_y_;  // by rank, padded
   std::vector<std::int32_t> weight_;                        // by rank, padded
   std::vector<float> best_;                                 // S by rank
   std::vector<LinearMap> best_map_;                         // by rank
+  std::vector<KeyedRow> pool_;                              // matches that may be partners, by left x
+  std::vector<std::uint32_t> in_pool_;                      // place of a rank in the pool
   std::vector<std::uint32_t> members_, near_;
   std::vector<KeyedRow> cells_, scratch_;
   PlanarNeighbours neighbours_;
