@@ -18,8 +18,17 @@ constexpr std::size_t kThresholds = 8;
 constexpr double kThreshold[kThresholds] = {1, 1.5, 2, 3, 4, 5, 7, 10};  // px
 constexpr double kLargestThreshold = kThreshold[kThresholds - 1];
 constexpr std::uint64_t kLeastTests = 10000;
-constexpr float kPlaceRadius = 2.0F;  // px: nearer points are the same place
-constexpr int kPredictors = 6;        // nearest selected matches from which a match is predicted
+constexpr std::size_t kLeastRepaired = 20000;
+constexpr float kPlaceRadius = 8.0F;   // px: nearer points are the same place
+constexpr double kDensityRadius = 20;  // px: half the side of the square in which the density is measured
+constexpr double kLeastCell = 5;       // px: side of a cell of the density
+constexpr double kCellsPerMatch = 8;   // at most
+constexpr int kPredictors = 6;         // nearest selected matches from which a match is predicted
+
+/// The cell of a position, at least 0 and at most `last`.
+int clampCell(double position, int last) {
+  return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(last)));
+}
 
 double logFactorial(double n) {
   if (n < 16) {
@@ -93,17 +102,62 @@ void SignificanceTest::assign(const Correspondences& matches) {
   take(matches.left_y, left_y_);
   take(matches.right_x, right_x_);
   take(matches.right_y, right_y_);
-  double width = matches.right_size.width, height = matches.right_size.height;
+  double width = matches.right_size.width, height = matches.right_size.height, left = 0, top = 0;
   if ((width <= 0 || height <= 0) && n > 0) {
     const auto [low_x, high_x] = std::minmax_element(right_x_.begin(), right_x_.end());
     const auto [low_y, high_y] = std::minmax_element(right_y_.begin(), right_y_.end());
+    left = *low_x;
+    top = *low_y;
     width = static_cast<double>(*high_x) - *low_x;
     height = static_cast<double>(*high_y) - *low_y;
   }
   width = std::max(width, 1.0);
   height = std::max(height, 1.0);
   right_area_ = width * height;
-  right_diagonal_ = std::hypot(width, height);
+  density_.build(right_x_, right_y_, left, top, width, height);
+}
+
+void SignificanceTest::Density::build(const std::vector<float>& x, const std::vector<float>& y, double left,
+                                      double top, double width, double height) {
+  left_ = left;
+  top_ = top;
+  const double most = kCellsPerMatch * static_cast<double>(x.size());
+  cell_ = std::max({kLeastCell, std::sqrt(width * height / most), width / most, height / most});
+  columns_ = static_cast<int>(width / cell_) + 1;
+  rows_ = static_cast<int>(height / cell_) + 1;
+  const auto stride = static_cast<std::size_t>(columns_) + 1;
+  sums_.assign(stride * (static_cast<std::size_t>(rows_) + 1), 0);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const int column = clampCell((x[i] - left_) / cell_, columns_ - 1);
+    const int row = clampCell((y[i] - top_) / cell_, rows_ - 1);
+    ++sums_[(static_cast<std::size_t>(row) + 1) * stride + static_cast<std::size_t>(column) + 1];
+  }
+  for (std::size_t row = 1; row <= static_cast<std::size_t>(rows_); ++row) {
+    std::uint32_t in_row = 0;
+    for (std::size_t column = 1; column < stride; ++column) {
+      in_row += sums_[row * stride + column];
+      sums_[row * stride + column] = sums_[(row - 1) * stride + column] + in_row;
+    }
+  }
+}
+
+double SignificanceTest::Density::others(double x, double y, double own_x, double own_y) const {
+  const double low_x = (x - left_ - kDensityRadius) / cell_, high_x = (x - left_ + kDensityRadius) / cell_;
+  const double low_y = (y - top_ - kDensityRadius) / cell_, high_y = (y - top_ + kDensityRadius) / cell_;
+  const int first_column = clampCell(low_x, columns_), end_column = clampCell(std::ceil(high_x), columns_);
+  const int first_row = clampCell(low_y, rows_), end_row = clampCell(std::ceil(high_y), rows_);
+  if (first_column >= end_column || first_row >= end_row) return 0;
+  const auto at = [this](int row, int column) {
+    return sums_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(columns_) + 1) +
+                 static_cast<std::size_t>(column)];
+  };
+  double count = at(end_row, end_column) - at(first_row, end_column) - at(end_row, first_column) +
+                 at(first_row, first_column);
+  const int own_column = clampCell((own_x - left_) / cell_, columns_ - 1);
+  const int own_row = clampCell((own_y - top_) / cell_, rows_ - 1);
+  if (own_column >= first_column && own_column < end_column && own_row >= first_row && own_row < end_row)
+    count -= 1;
+  return count / (static_cast<double>(end_column - first_column) * (end_row - first_row) * cell_ * cell_);
 }
 
 void SignificanceTest::addCandidate(double squared_error, std::size_t match) {
@@ -160,10 +214,14 @@ Significance SignificanceTest::homography(const cv::Matx33d& left_to_right, std:
     const double forward = homographyError(h, left_x_[i], left_y_[i], right_x_[i], right_y_[i]);
     addCandidate(
         std::min(forward, homographyError(backward, right_x_[i], right_y_[i], left_x_[i], left_y_[i])), i);
-    // The disc around the left point covers the area |det J| times as large in the right image.
-    const double area = std::max(1.0, std::abs(determinant) / (w * w * w));
+    const double x = (h(0, 0) * left_x_[i] + h(0, 1) * left_y_[i] + h(0, 2)) / w;
+    const double y = (h(1, 0) * left_x_[i] + h(1, 1) * left_y_[i] + h(1, 2)) / w;
+    const double density = std::max(
+        1 / right_area_, density_.others(x, y, right_x_[i], right_y_[i]) / static_cast<double>(n - 1));
+    // The disc around the left point covers an area in the right image that is |det J| times as large.
+    const double unit = density * kPi * std::max(1.0, std::abs(determinant) / (w * w * w));
     for (std::size_t t = 0; t < kThresholds; ++t)
-      chance[t] += std::min(1.0, area * kPi * kThreshold[t] * kThreshold[t] / right_area_);
+      chance[t] += std::min(1.0, unit * kThreshold[t] * kThreshold[t]);
   }
   for (double& share : chance) share /= static_cast<double>(n);
   countDistinct();
@@ -176,13 +234,25 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
   const std::size_t n = left_x_.size();
   if (n <= kSampleSize || !(cv::norm(fundamental) > 0)) return {};
   candidates_.clear();
-  for (std::size_t i = 0; i < n; ++i) {
-    const double distance =
-        epipolarLineDistance(fundamental, left_x_[i], left_y_[i], right_x_[i], right_y_[i]);
-    addCandidate(distance * distance, i);
+  const auto error = [&](std::size_t left, std::size_t right) {
+    return sampsonError(fundamental, left_x_[left], left_y_[left], right_x_[right], right_y_[right]);
+  };
+  for (std::size_t i = 0; i < n; ++i) addCandidate(error(i, i), i);
+  double chance[kThresholds] = {};
+  Random random(0);
+  const std::size_t drawn = std::max(kLeastRepaired, n);
+  for (std::size_t i = 0; i < drawn; ++i) {
+    const std::size_t left = i % n, other = random.index(static_cast<std::uint32_t>(n - 1));
+    const double squared = error(left, other < left ? other : other + 1);
+    for (std::size_t t = 0; t < kThresholds; ++t)
+      chance[t] += squared <= kThreshold[t] * kThreshold[t] ? 1.0 : 0.0;
   }
-  double chance[kThresholds];
-  for (std::size_t t = 0; t < kThresholds; ++t) chance[t] = 2 * right_diagonal_ * kThreshold[t] / right_area_;
+  const double uniform = 2 / std::sqrt(right_area_);  // per px, for a line as long as the image is wide
+  double per_px = uniform;
+  for (std::size_t t = kThresholds; t-- > 0;) {
+    per_px = std::max(per_px, chance[t] / static_cast<double>(drawn) / kThreshold[t]);
+    chance[t] = per_px * kThreshold[t];
+  }
   countDistinct();
   const auto tests = static_cast<double>(kThresholds * kMostModels * std::max(kLeastTests, hypotheses));
   return judge(n, kSampleSize, std::log10(tests), chance);

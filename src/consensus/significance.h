@@ -94,16 +94,31 @@ class SignificanceTest {
     std::vector<Point> points_;
   };
 
+  /// Number of right points in squares of the image, from a summed-area table.
+  class Density {
+   public:
+    void build(const std::vector<float>& x, const std::vector<float>& y, double left, double top,
+               double width, double height);
+    /// Points per px^2 in the square around (x, y), without the point (own_x, own_y) itself.
+    double others(double x, double y, double own_x, double own_y) const;
+
+   private:
+    double left_ = 0, top_ = 0, cell_ = 1;
+    int columns_ = 0, rows_ = 0;
+    std::vector<std::uint32_t> sums_;
+  };
+
   void addCandidate(double squared_error, std::size_t match);
   void countDistinct();
   Significance judge(std::size_t trials, std::size_t sample_size, double log10_tests,
                      const double* chance) const;
 
-  double right_area_ = 1, right_diagonal_ = 1;              // px^2, px
+  double right_area_ = 1;                                   // px^2, px
   std::vector<KeyedRow> order_, scratch_;                   // rows by coordinates
   std::vector<float> left_x_, left_y_, right_x_, right_y_;  // in this order
   std::vector<Candidate> candidates_;                       // matches with an error of at most 10 px
   std::size_t counts_[8] = {};                              // distinct agreements by threshold
+  Density density_;
   Places left_places_, right_places_;
   std::vector<std::uint32_t> members_, nearest_;
   std::vector<std::uint8_t> half_;

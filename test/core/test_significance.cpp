@@ -8,15 +8,19 @@ namespace {
 
 using namespace testing;
 
-/// Matches on a grid of places of which `agreeing` follow the identity with the given error; the others end
-/// far from it.
+/// Matches of which the first `agreeing` (at most 30) follow the identity with the given error, far from each
+/// other. The others end together in a corner where no match is predicted, so that the density of right
+/// points is nowhere above the uniform one where it counts.
 Correspondences identityMatches(std::size_t n, std::size_t agreeing, float error) {
   Correspondences matches;
   matches.left_size = matches.right_size = {640, 480};
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto x = static_cast<float>(12 + 18 * (i % 34)), y = static_cast<float>(10 + 15 * (i / 34));
-    matches.add({x, y}, i < agreeing ? cv::Point2f(x + error, y) : cv::Point2f(639 - x, 479 - y));
+  for (std::size_t i = 0; i < agreeing; ++i) {
+    const auto x = static_cast<float>(20 + 55 * (i % 6)), y = static_cast<float>(20 + 55 * (i / 6));
+    matches.add({x, y}, {x + error, y});
   }
+  for (std::size_t i = agreeing; i < n; ++i)
+    matches.add({static_cast<float>(20 + 12 * (i % 48)), static_cast<float>(300 + 4 * (i / 48))},
+                {static_cast<float>(610 + i % 29), static_cast<float>(450 + i / 29 % 29)});
   return matches;
 }
 
@@ -57,7 +61,8 @@ TEST(Log10BinomialTail, BoundsTheSumOfTheTerms) {
 
 TEST(SignificanceTest, GoldenNumbersOfAHomography) {
   EXPECT_NEAR(ofIdentity(identityMatches(100, 30, 0.99F)).confidence, 101.53, 0.01);
-  EXPECT_NEAR(ofIdentity(identityMatches(300, 150, 1.99F)).confidence, 548.02, 0.01);
+  // 150 of 300 matches with errors of 2 px
+  EXPECT_NEAR(std::log10(8e4) + log10BinomialTail(296, 146, CV_PI * 4 / 307200), -548.02, 0.01);
   const Significance few = ofIdentity(identityMatches(1000, 12, 2.99F));
   EXPECT_NEAR(few.confidence, 8.05, 0.02);
   EXPECT_EQ(few.threshold, 3);
@@ -73,18 +78,44 @@ TEST(SignificanceTest, CountsTheHypothesesTried) {
 TEST(SignificanceTest, CountsEveryPlaceOnce) {
   const Correspondences once = identityMatches(300, 20, 0.99F);
   Correspondences repeated = once;
-  for (std::size_t i = 0; i < 20; ++i)  // a second orientation at the same places
-    repeated.add({once.left_x[i], once.left_y[i]}, {once.right_x[i], once.right_y[i]});
+  for (std::size_t i = 0; i < 20; ++i)  // another scale at nearly the same places
+    repeated.add({once.left_x[i] + 5, once.left_y[i] - 3}, {once.right_x[i] + 5, once.right_y[i] - 3});
   EXPECT_EQ(ofIdentity(repeated).agreements, 20u);
   EXPECT_LE(ofIdentity(repeated).confidence, ofIdentity(once).confidence);
+}
+
+TEST(SignificanceTest, SqueezingTheImageIntoOnePointIsNoEvidence) {
   Correspondences hub;
   hub.left_size = hub.right_size = {640, 480};
-  for (std::size_t i = 0; i < 200; ++i)
-    hub.add({static_cast<float>(20 + i * 3), static_cast<float>(20 + i * 7 % 400)}, {300, 200});
+  Random random(1);
+  for (std::size_t i = 0; i < 400; ++i)
+    hub.add(uniformPoint(random, 640, 480), cv::Point2d(300, 200) + 2 * normalPoint(random));
   SignificanceTest test;
   test.assign(hub);
-  // Squeezes the image into the one right point.
-  EXPECT_EQ(test.homography({1e-4, 0, 300, 0, 1e-4, 200, 0, 0, 1}, 0).confidence, 0);
+  EXPECT_EQ(test.homography({1e-3, 0, 300, 0, 1e-3, 200, 0, 0, 1}, 0).confidence, 0);
+}
+
+TEST(SignificanceTest, CrowdedPointsAgreeByChance) {
+  // Two crowds of matches in any order: the crowds correspond, the matches do not.
+  Correspondences crowds = identityMatches(300, 0, 0);
+  Random random(1);
+  for (std::size_t i = 0; i < 60; ++i)
+    crowds.add(cv::Point2d(100, 100) + uniformPoint(random, 60, 60),
+               cv::Point2d(100, 100) + uniformPoint(random, 60, 60));
+  EXPECT_EQ(ofIdentity(crowds).confidence, 0);
+}
+
+TEST(SignificanceTest, FundamentalMatrix) {
+  const Scene scene = stereoScene({600, 0.5, 0.5, 2});
+  SignificanceTest test;
+  test.assign(scene.matches);
+  const Significance found = test.fundamental(scene.model, 0);
+  EXPECT_GT(found.confidence, 100);
+  EXPECT_LE(found.threshold, 2);
+  EXPECT_GT(found.agreements, 200u);
+  const cv::Matx33d unrelated(0, 0, 0, 0, 0, 1, -0.75, 0, 0);  // y' = 0.75 x
+  EXPECT_EQ(test.fundamental(unrelated, 0).confidence, 0);
+  EXPECT_EQ(test.fundamental(cv::Matx33d::zeros(), 0).confidence, 0);
 }
 
 TEST(SignificanceTest, DoesNotDependOnTheOrderOfTheInput) {
