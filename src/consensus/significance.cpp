@@ -278,6 +278,7 @@ Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
     nearest_.resize(kPredictors);
     candidates_.clear();
     std::size_t trials = 0;
+    double chance[kThresholds] = {};
     for (std::size_t i = 0; i < n; ++i) {
       if (half_[i] == half) continue;
       ++trials;
@@ -297,13 +298,15 @@ Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
       if (!(determinant > 1e-3 * (xx + yy) * (xx + yy))) continue;  // on a line
       const double dx = left_x_[i] - mean[0], dy = left_y_[i] - mean[1];
       const double a = (dx * yy - dy * xy) / determinant, b = (dy * xx - dx * xy) / determinant;
-      const double eu = mean[2] + a * xu + b * yu - right_x_[i];
-      const double ev = mean[3] + a * xv + b * yv - right_y_[i];
-      addCandidate(eu * eu + ev * ev, i);
+      const double u = mean[2] + a * xu + b * yu, v = mean[3] + a * xv + b * yv;
+      const double du = u - right_x_[i], dv = v - right_y_[i];
+      addCandidate(du * du + dv * dv, i);
+      const double density = std::max(
+          1 / right_area_, density_.others(u, v, right_x_[i], right_y_[i]) / static_cast<double>(n - 1));
+      for (std::size_t t = 0; t < kThresholds; ++t)
+        chance[t] += std::min(1.0, density * kPi * kThreshold[t] * kThreshold[t]);
     }
-    double chance[kThresholds];
-    for (std::size_t t = 0; t < kThresholds; ++t)
-      chance[t] = kPi * kThreshold[t] * kThreshold[t] / right_area_;
+    for (double& share : chance) share /= static_cast<double>(trials);
     countDistinct();
     const Significance found =
         judge(trials, 0, std::log10(static_cast<double>(kThresholds * kLeastTests)), chance);
