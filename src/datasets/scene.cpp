@@ -14,6 +14,8 @@ constexpr int kWidth = 1024, kHeight = 768;
 constexpr double kFocal = 900;
 constexpr double kElementNoise = 0.1, kScaleNoise = 0.1, kAngleNoise = 6 * CV_PI / 180;
 constexpr double kWindowStep = 80;  // px, kFacade
+constexpr double kObjectScale = 1.1, kObjectAngle = 8 * CV_PI / 180;
+const cv::Point2d kObjectMove(-40, 60);
 const cv::Point2d kCentre(kWidth / 2.0, kHeight / 2.0);
 
 bool visible(const cv::Point2d& p) { return p.x >= 0 && p.y >= 0 && p.x <= kWidth - 1 && p.y <= kHeight - 1; }
@@ -107,6 +109,21 @@ cv::Rect2d objectPlace(double share) {
           side * kHeight};
 }
 
+cv::Matx33d objectHomography(double share) {
+  const cv::Rect2d place = objectPlace(share);
+  const cv::Point2d centre(place.x + place.width / 2, place.y + place.height / 2);
+  return similarityAbout(centre, kObjectScale, kObjectAngle, kObjectMove);
+}
+
+/// Whether the object hides a point of the background in the right image.
+bool hidden(double share, const cv::Point2d& right) {
+  const cv::Rect2d place = objectPlace(share);
+  const cv::Point2d centre(place.x + place.width / 2, place.y + place.height / 2);
+  const cv::Matx33d back =
+      similarityAbout(centre + kObjectMove, 1 / kObjectScale, -kObjectAngle, -kObjectMove);
+  return place.contains(projected(back, right));
+}
+
 /// What a point of the scene does between the images.
 struct PointMotion {
   cv::Matx33d homography;  ///< of its neighbourhood
@@ -135,12 +152,11 @@ PointMotion motionAt(const SceneSpec& spec, const cv::Point2d& left, Random& ran
       return {turned};
     case SceneKind::kForward:
       return {forward.homography(nearest(corridor(), left))};
-    case SceneKind::kMovingObject: {
-      const cv::Rect2d object = objectPlace(spec.object_share);
-      if (!object.contains(left)) return {sideways.homography(nearest(corridor(), left))};
-      const cv::Point2d centre(object.x + object.width / 2, object.y + object.height / 2);
-      return {similarityAbout(centre, 1.1, 8 * CV_PI / 180, {-40, 60}), 2};
-    }
+    case SceneKind::kMovingObject:
+    case SceneKind::kPassingObject:
+      if (objectPlace(spec.object_share).contains(left)) return {objectHomography(spec.object_share), 2};
+      if (spec.kind == SceneKind::kPassingObject) return {cv::Matx33d::eye()};
+      return {sideways.homography(nearest(corridor(), left))};
     case SceneKind::kTwoPlanes: {
       const cv::Vec3d view = ray(left);
       return {sideways.homography(corner[0].dot(view) < corner[1].dot(view) ? corner[0] : corner[1])};
@@ -165,7 +181,10 @@ Drawn correctMatch(const SceneSpec& spec, Random& random) {
     Drawn match;
     match.left = anywhere(random);
     const PointMotion motion = motionAt(spec, match.left, random);
-    match.right = projected(motion.homography, match.left) + noise(spec.noise, random);
+    match.right = projected(motion.homography, match.left);
+    const bool has_object = spec.kind == SceneKind::kMovingObject || spec.kind == SceneKind::kPassingObject;
+    if (has_object && motion.structure == 1 && hidden(spec.object_share, match.right)) continue;
+    match.right += noise(spec.noise, random);
     match.map = derivative(motion.homography, match.left);
     match.structure = motion.structure;
     match.random_map = false;

@@ -17,6 +17,7 @@ enum class SceneKind : std::uint8_t {
   kRotation,
   kForward,
   kMovingObject,
+  kPassingObject,
   kTwoPlanes,
   kWall,
   kFacade
@@ -28,12 +29,13 @@ struct SceneSpec {
   std::size_t n = 1000;
   double inlier_ratio = 0.5;
   std::uint64_t seed = 0;
-  bool sorted = false;        ///< best ratio of descriptor distances first, as OpenCV's PROSAC requires
-  double noise = 1;           ///< standard deviation of the localisation noise per coordinate, px
-  double object_share = 0.2;  ///< kMovingObject: share of the left image that the object covers
-  bool frames = true;         ///< whether matches have local affine frames
-  bool distances = true;      ///< whether matches have descriptor distances
-  bool sizes = true;          ///< whether the sizes of the images are stated
+  bool sorted = false;  ///< best ratio of descriptor distances first, as OpenCV's PROSAC requires
+  double noise = 1;     ///< standard deviation of the localisation noise per coordinate, px
+  double object_share =
+      0.2;                ///< kMovingObject, kPassingObject: share of the left image that the object covers
+  bool frames = true;     ///< whether matches have local affine frames
+  bool distances = true;  ///< whether matches have descriptor distances
+  bool sizes = true;      ///< whether the sizes of the images are stated
 };
 
 /// Generated matches with the mask of the correct ones.
@@ -56,6 +58,8 @@ struct MatchScene {
 ///    4 to 20. The epipole is the image centre.
 ///  - kMovingObject: the camera moves sideways by 0.6 in that corridor. A rectangle in front of it covers
 ///    `object_share` of the left image, turns by 8 degrees, grows by a tenth, and moves by (-40, 60) px.
+///    What it hides in one of the images has no match.
+///  - kPassingObject: the same object in front of a camera at rest.
 ///  - kTwoPlanes: two cameras side by side see a corner of a building.
 ///  - kWall: two cameras side by side see a wall at depth 8, with points up to 1.5 in front of or behind it.
 ///  - kFacade: a plane with a lattice of equal windows, 80 px apart. Half of the wrong matches are
