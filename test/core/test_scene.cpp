@@ -100,7 +100,10 @@ TEST(Scene, ObjectMovesByItselfAndHasItsSize) {
       SceneSpec spec{kind, 4000, 0.5, 2};
       spec.object_share = share;
       const MatchScene scene = makeScene(spec);
-      EXPECT_NEAR(double(std::count(scene.structure.begin(), scene.structure.end(), 2)) / 2000, share, 0.05);
+      // The background that it hides in the right image increases its share of the correct matches.
+      const double members = double(std::count(scene.structure.begin(), scene.structure.end(), 2)) / 2000;
+      EXPECT_GT(members, share);
+      EXPECT_LT(members, 1.3 * share);
       EXPECT_LT(explained(scene, kind == SceneKind::kMovingObject ? "ransac:f" : "ransac:h", 2), 0.4);
     }
   }
