@@ -8,62 +8,59 @@
 namespace corrsel::core {
 namespace {
 
-// The sum of this many weights of at most kOne fits into 32 bits.
-constexpr std::size_t kSupportBlock = std::size_t{1} << 18;
-
 inline IntV loadWeights(const std::int32_t* p) {
   IntV v;
   __builtin_memcpy(&v, p, sizeof v);
   return v;
 }
 
-inline void supportCountKernel(const VotingMatches& m, const LocalMap& map, const SupportRule& rule,
-                               SupportCounts& counts) {
-  constexpr int kRadii = SupportRule::kRadii, kCoarse = SupportRule::kCoarseRadii;
-  for (std::size_t begin = 0; begin < m.size; begin += kSupportBlock) {
-    const std::size_t end = begin + kSupportBlock < m.size ? begin + kSupportBlock : m.size;
-    IntV left[kRadii] = {}, fine[kRadii] = {}, coarse[kCoarse] = {};
-    for (std::size_t j = begin; j < end; j += kWidth) {
+/// The first `radii` discs, with as many tolerances.
+template <int radii>
+void supportKernel(const VotingMatches& m, const SupportRun* runs, std::size_t count, const LocalMap& map,
+                   const SupportRule& rule, SupportCounts& counts) {
+  constexpr int tolerances = radii;
+  IntV left[radii] = {}, supporters[radii][tolerances] = {};
+  for (const SupportRun* run = runs; run != runs + count; ++run) {
+    for (std::size_t j = run->begin; j < run->end; j += kWidth) {
       const FloatV dx = load(m.left_x + j) - map.x, dy = load(m.left_y + j) - map.y;
       const FloatV vx = load(m.right_x + j) - map.u, vy = load(m.right_y + j) - map.v;
       const FloatV ux = map.a11 * dx + map.a12 * dy, uy = map.a21 * dx + map.a22 * dy;
       const FloatV ex = vx - ux, ey = vy - uy;
       const FloatV uu = ux * ux + uy * uy, vv = vx * vx + vy * vy, ee = ex * ex + ey * ey;
       const IntV weight = loadWeights(m.weight + j) & (minimum(uu, vv) > rule.squared_floor);
-      const IntV is_fine = ee <= maximum(uu * rule.squared_rho[0], splat(rule.squared_floor));
-      const IntV is_coarse = ee <= maximum(uu * rule.squared_rho[1], splat(rule.squared_floor));
-#pragma GCC unroll 4
-      for (int r = 0; r < kRadii; ++r) {
+      IntV predicted[tolerances];
+#pragma GCC unroll 2
+      for (int t = 0; t < tolerances; ++t)
+        predicted[t] = ee <= maximum(uu * rule.squared_rho[t], splat(rule.squared_floor));
+#pragma GCC unroll 2
+      for (int r = 0; r < radii; ++r) {
         const IntV in_disc = weight & (uu <= rule.squared_radius[r]);
         left[r] += in_disc;
-        fine[r] += in_disc & is_fine;
-        if (r < kCoarse) coarse[r] += in_disc & is_coarse;
+#pragma GCC unroll 2
+        for (int t = 0; t < tolerances; ++t) supporters[r][t] += in_disc & predicted[t];
       }
     }
-    for (int r = 0; r < kRadii; ++r) {
-      counts.left[r] += sum(left[r]);
-      counts.fine[r] += sum(fine[r]);
-      if (r < kCoarse) counts.coarse[r] += sum(coarse[r]);
-    }
+  }
+  for (int r = 0; r < radii; ++r) {
+    counts.left[r] = sum(left[r]);
+    for (int t = 0; t < tolerances; ++t) counts.supporters[r][t] = sum(supporters[r][t]);
   }
 }
 
-inline void supportAroundKernel(const VotingMatches& m, float u, float v, const SupportRule& rule,
-                                std::int64_t (&counts)[SupportRule::kRadii]) {
-  constexpr int kRadii = SupportRule::kRadii;
-  for (std::int64_t& count : counts) count = 0;
-  for (std::size_t begin = 0; begin < m.size; begin += kSupportBlock) {
-    const std::size_t end = begin + kSupportBlock < m.size ? begin + kSupportBlock : m.size;
-    IntV inside[kRadii] = {};
-    for (std::size_t j = begin; j < end; j += kWidth) {
+template <int radii>
+void aroundKernel(const VotingMatches& m, const SupportRun* runs, std::size_t count, float u, float v,
+                  const SupportRule& rule, std::int32_t* counts) {
+  IntV inside[radii] = {};
+  for (const SupportRun* run = runs; run != runs + count; ++run) {
+    for (std::size_t j = run->begin; j < run->end; j += kWidth) {
       const FloatV vx = load(m.right_x + j) - u, vy = load(m.right_y + j) - v;
       const FloatV vv = vx * vx + vy * vy;
       const IntV weight = loadWeights(m.weight + j) & (vv > rule.squared_floor);
-#pragma GCC unroll 4
-      for (int r = 0; r < kRadii; ++r) inside[r] += weight & (vv <= rule.squared_radius[r]);
+#pragma GCC unroll 2
+      for (int r = 0; r < radii; ++r) inside[r] += weight & (vv <= rule.squared_radius[r]);
     }
-    for (int r = 0; r < kRadii; ++r) counts[r] += sum(inside[r]);
   }
+  for (int r = 0; r < radii; ++r) counts[r] = sum(inside[r]);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "selectors/parts/local_support.h"
 #include "test_support.h"
 
 namespace {
@@ -97,6 +98,21 @@ TEST_P(KeptMemory, BelongsToTheWorkspaceThatIsGiven) {
   const Selection anew = selector->select(matches, workspace);
   EXPECT_EQ(anew.mask, selection.mask);
   EXPECT_EQ(anew.score, selection.score);
+}
+
+TEST(LocalSupportMemory, IsKeptFromCallToCall) {
+  Scene scene = homographyScene({3000, 0.5, 1.0, 1});
+  addFrames(scene);
+  std::vector<std::uint32_t> order(3000);
+  std::iota(order.begin(), order.end(), 0U);
+  LocalSupport support;
+  support.compute(scene.matches, order);
+  ASSERT_GT(support.localSize(), 1000u);
+  allocations = 0;
+  counting = true;
+  support.compute(scene.matches, order);
+  counting = false;
+  EXPECT_LE(allocations, 3) << "the sort of the survivors, at most";
 }
 
 std::string testName(const ::testing::TestParamInfo<std::string>& info) {

@@ -200,6 +200,67 @@ TEST_F(Kernels, SprtRejectsAWrongModelEarlyAndKeepsARightOne) {
   EXPECT_LE(wrong.seen, 64u);
 }
 
+TEST_F(Kernels, SupportIsTheSameAtEveryLevel) {
+  const Scene scene = homographyScene({1008, 0.5, 2.0, 9});
+  const Correspondences& all = scene.matches;
+  std::vector<std::int32_t> weight(all.size());
+  for (std::size_t i = 0; i < weight.size(); ++i)
+    weight[i] = i % 50 == 0 ? 0 : 4096 / std::int32_t(1 + i % 7);
+  const VotingMatches m = {all.left_x.data(), all.left_y.data(), all.right_x.data(), all.right_y.data(),
+                           weight.data()};
+  const SupportRule rule = {{100 * 100, 250 * 250}, {0.12F * 0.12F, 0.3F * 0.3F}, 9};
+  const SupportRun cases[][3] = {{{0, 1008}, {0, 0}, {0, 0}}, {{0, 16}, {32, 48}, {992, 1008}}, {}};
+  for (const auto& runs : cases) {
+    for (const std::size_t i : {0, 3, 40, 700}) {
+      const LocalMap map = {0.9F,          -0.15F,        0.12F,          0.95F,
+                            all.left_x[i], all.left_y[i], all.right_x[i], all.right_y[i]};
+      SupportCounts expected{};
+      std::int32_t around[2] = {};
+      for (const SupportRun& run : runs) {
+        for (std::size_t j = run.begin; j < run.end; ++j) {
+          const float dx = all.left_x[j] - map.x, dy = all.left_y[j] - map.y;
+          const float vx = all.right_x[j] - map.u, vy = all.right_y[j] - map.v;
+          const float ux = map.a11 * dx + map.a12 * dy, uy = map.a21 * dx + map.a22 * dy;
+          const float uu = ux * ux + uy * uy, vv = vx * vx + vy * vy;
+          const float ee = (vx - ux) * (vx - ux) + (vy - uy) * (vy - uy);
+          for (int r = 0; r < 2; ++r) {
+            if (vv > 9 && vv <= rule.squared_radius[r]) around[r] += weight[j];
+            if (uu <= 9 || vv <= 9 || uu > rule.squared_radius[r]) continue;
+            expected.left[r] += weight[j];
+            for (int t = 0; t < 2; ++t) {
+              if (ee <= std::max(9.0F, uu * rule.squared_rho[t])) expected.supporters[r][t] += weight[j];
+            }
+          }
+        }
+      }
+      if (runs[0].end == 1008 && scene.inlier[i]) {
+        EXPECT_GT(expected.supporters[0][0], 4096);
+        EXPECT_LT(expected.supporters[0][0], expected.supporters[0][1]);
+        EXPECT_LT(expected.supporters[1][1], expected.left[1]);
+      }
+      for (const KernelLevel level : supportedKernelLevels()) {
+        SCOPED_TRACE(toString(level));
+        setKernelLevel(level);
+        SupportCounts both{}, first{};
+        kernels().support.both(m, runs, 3, map, rule, both);
+        kernels().support.first(m, runs, 3, map, rule, first);
+        for (int r = 0; r < 2; ++r) {
+          EXPECT_EQ(both.left[r], expected.left[r]);
+          for (int t = 0; t < 2; ++t) EXPECT_EQ(both.supporters[r][t], expected.supporters[r][t]);
+        }
+        EXPECT_EQ(first.left[0], expected.left[0]);
+        EXPECT_EQ(first.supporters[0][0], expected.supporters[0][0]);
+        std::int32_t counts[2] = {};
+        kernels().support.around_both(m, runs, 3, map.u, map.v, rule, counts);
+        EXPECT_EQ(counts[0], around[0]);
+        EXPECT_EQ(counts[1], around[1]);
+        kernels().support.around_first(m, runs, 3, map.u, map.v, rule, counts);
+        EXPECT_EQ(counts[0], around[0]);
+      }
+    }
+  }
+}
+
 TEST_F(Kernels, PointsBehindTheCameraHaveNoError) {
   const float x[] = {1}, y[] = {1};
   const MatchColumns m = {x, y, x, y, 1};

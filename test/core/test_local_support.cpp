@@ -82,14 +82,16 @@ double supportBySums(const Correspondences& m, std::size_t i, const LinearMap& m
     weight[j] = 1 / same;
   }
   const double all = std::accumulate(weight.begin(), weight.end(), 0.0);
-  double best = 0;
+  const double significant = std::log(6.0 * double(m.size())) + 4;
+  double best = 0, in_disc = 0;
   for (int part = 16; part >= 2; part /= 2) {
+    if (part < 8 && (best > 2 * significant || (best < 2 && in_disc >= 40))) break;
     const double radius = diagonal / part;
     double seen = 0, tried = 0;
-    for (int row = -20; row <= 20; ++row) {
-      for (int column = -20; column <= 20; ++column) {
-        if (row * row + column * column > 400) continue;
-        const double x = m.right_x[i] + radius * column / 20, y = m.right_y[i] + radius * row / 20;
+    for (int row = -40; row <= 40; ++row) {
+      for (int column = -40; column <= 40; ++column) {
+        if (row * row + column * column > 1600) continue;
+        const double x = m.right_x[i] + radius * column / 40, y = m.right_y[i] + radius * row / 40;
         ++tried;
         seen += x >= left_edge && x <= right_edge && y >= top_edge && y <= bottom_edge ? 1 : 0;
       }
@@ -108,6 +110,7 @@ double supportBySums(const Correspondences& m, std::size_t i, const LinearMap& m
         left += weight[j];
         if (std::hypot(vx - ux, vy - uy) <= std::max(3.0, rho * u) && int(j) != partner) k += weight[j];
       }
+      in_disc = left;
       const double share = std::max(rho * rho / 2, 9 / (radius * radius));
       const double lambda = left * right / all * share / (seen / tried) + 0.02;
       if (k > lambda) best = std::max(best, k * std::log(k / lambda) - (k - lambda));

@@ -13,8 +13,12 @@ constexpr double kRho[2] = {0.12, 0.3};  // relative tolerances
 constexpr double kLocalRho = 0.3, kExtendedRho = 0.45;
 constexpr double kReach = 1.0 / 8;  // of the diagonal: relative tolerances grow up to this distance
 constexpr double kRarest = 0.02;    // least number of supporters expected by chance
-constexpr double kTests = SupportRule::kRadii + SupportRule::kCoarseRadii;  // per hypothesis
-constexpr double kCaution = 4;        // survivors expected by chance: e^-4
+constexpr double kTests = 6;        // per hypothesis: radii and tolerances
+constexpr double kCaution = 4;      // survivors expected by chance: e^-4
+// Larger discs are looked at only where the smaller ones leave it open whether the map is right.
+constexpr double kSure = 2;      // S, in units of what is significant
+constexpr double kHopeless = 2;  // S where the smaller discs hold enough matches:
+constexpr double kEnough = 40;
 constexpr double kCostOfPartner = 1;  // S of a map from two matches is lowered by this
 constexpr int kVoters = 8;            // survivors that decide about the local set
 constexpr float kLeastLeft = 8, kLeastRight = 3, kMostScale = 6;  // of two matches that give a similarity
@@ -64,25 +68,25 @@ LinearMap similarity(float dx, float dy, float vx, float vy) {
   return {a, -b, b, a};
 }
 
-/// The bounds of the first n values, widened by the least tolerance.
-std::array<double, 2> boundsOf(const std::vector<float>& values, std::size_t n) {
-  const auto [low, high] =
-      std::minmax_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(n));
-  return {*low - double{kFloor}, *high + double{kFloor}};
-}
+float squaredLength(float x, float y) { return x * x + y * y; }
 
 }  // namespace
 
 void LocalSupport::compute(const Correspondences& matches, const std::vector<std::uint32_t>& order,
                            int threads) {
-  layOut(matches, order);
+  n_ = order.size();
+  row_ = order;
+  rank_.resize(n_);
+  for (std::size_t i = 0; i < n_; ++i) rank_[row_[i]] = static_cast<std::uint32_t>(i);
   support_.assign(n_, 0);
+  weights_.assign(n_, 1);
   maps_.assign(n_, LinearMap{});
   local_.assign(n_, 0);
   extended_.assign(n_, 0);
   survivors_.clear();
   local_size_ = 0;
   if (n_ == 0) return;
+  layOut(matches);
 
   const bool frames = !matches.left_frame.empty() && !matches.right_frame.empty();
   const std::size_t judged = budget(n_, frames);
@@ -94,7 +98,7 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   constexpr std::size_t kBlock = 16;  // matches that a thread judges at a time
   forEachBlock(judged, kBlock, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      Place place = placeOf(i);
+      Place place;
       LinearMap map;
       if (frames && frameMap(matches, i, map)) judge(i, map, nullptr, place);
       std::uint32_t found[kMostPartners];
@@ -115,65 +119,82 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   findLocalSets();
 }
 
-void LocalSupport::layOut(const Correspondences& m, const std::vector<std::uint32_t>& order) {
-  n_ = order.size();
-  const std::size_t padded =
-      (n_ + VotingMatches::kMultiple - 1) / VotingMatches::kMultiple * VotingMatches::kMultiple;
-  row_ = order;
-  rank_.resize(n_);
-  for (std::size_t i = 0; i < n_; ++i) rank_[row_[i]] = static_cast<std::uint32_t>(i);
-  for (std::vector<float>* const column : {&left_x_, &left_y_, &right_x_, &right_y_})
-    column->assign(padded, 0);
+LocalSupport::Bounds LocalSupport::boundsOf(const std::vector<float>& x, const std::vector<float>& y,
+                                            const cv::Size& image) {
+  Bounds bounds;
+  const std::vector<float>* const columns[] = {&x, &y};
+  const int sizes[] = {image.width, image.height};
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const auto [low, high] = std::minmax_element(columns[axis]->begin(), columns[axis]->end());
+    bounds.low[axis] = *low - double{kFloor};
+    bounds.high[axis] = *high + double{kFloor};
+    if (image.area() > 0) {
+      bounds.low[axis] = std::max(bounds.low[axis], 0.0);
+      bounds.high[axis] = std::min<double>(bounds.high[axis], sizes[axis]);
+    }
+  }
+  return bounds;
+}
+
+void LocalSupport::layOut(const Correspondences& m) {
+  left_x_.resize(n_);
+  left_y_.resize(n_);
+  right_x_.resize(n_);
+  right_y_.resize(n_);
   for (std::size_t i = 0; i < n_; ++i) {
     left_x_[i] = m.left_x[row_[i]];
     left_y_[i] = m.left_y[row_[i]];
     right_x_[i] = m.right_x[row_[i]];
     right_y_[i] = m.right_y[row_[i]];
   }
-  weight_.assign(padded, 0);
-  if (n_ == 0) return;
   findWeights();
-  bounds_x_ = boundsOf(right_x_, n_);
-  bounds_y_ = boundsOf(right_y_, n_);
-  diagonal_ = std::hypot(bounds_x_[1] - bounds_x_[0], bounds_y_[1] - bounds_y_[0]);
-  if (m.right_size.area() > 0) {
-    diagonal_ = std::hypot(m.right_size.width, m.right_size.height);
-    bounds_x_ = {std::max(bounds_x_[0], 0.0), std::min<double>(bounds_x_[1], m.right_size.width)};
-    bounds_y_ = {std::max(bounds_y_[0], 0.0), std::min<double>(bounds_y_[1], m.right_size.height)};
+  const Bounds left = boundsOf(left_x_, left_y_, m.left_size);
+  bounds_ = boundsOf(right_x_, right_y_, m.right_size);
+  diagonal_ = m.right_size.area() > 0
+                  ? std::hypot(m.right_size.width, m.right_size.height)
+                  : std::hypot(bounds_.high[0] - bounds_.low[0], bounds_.high[1] - bounds_.low[1]);
+  left_cells_.build(left_x_.data(), left_y_.data(), n_, left.low, left.high);
+  right_cells_.build(right_x_.data(), right_y_.data(), n_, bounds_.low, bounds_.high);
+  by_left_.assign(left_cells_);
+  by_right_.assign(right_cells_);
+  for (std::size_t i = 0; i < n_; ++i) {
+    for (Columns* const columns : {&by_left_, &by_right_}) {
+      const std::uint32_t slot = (columns == &by_left_ ? left_cells_ : right_cells_).slotOf()[i];
+      columns->left_x[slot] = left_x_[i];
+      columns->left_y[slot] = left_y_[i];
+      columns->right_x[slot] = right_x_[i];
+      columns->right_y[slot] = right_y_[i];
+      columns->weight[slot] = weight_[i];
+    }
   }
-  for (int r = 0; r < SupportRule::kRadii; ++r) {
-    const double radius = diagonal_ / (16 >> r);
-    rule_.squared_radius[r] = static_cast<float>(radius * radius);
-  }
-  for (int t = 0; t < 2; ++t) rule_.squared_rho[t] = static_cast<float>(kRho[t] * kRho[t]);
-  rule_.squared_floor = kFloor * kFloor;
 }
 
 void LocalSupport::findWeights() {
-  cells_.resize(n_);
+  unit_ = std::max(1, static_cast<std::int32_t>(std::min<std::size_t>(4096, (std::size_t{1} << 30) / n_)));
+  places_.resize(n_);
   const auto sortBy = [this](const std::vector<float>& values) {
-    for (KeyedRow& cell : cells_) cell.key = sortKey(std::round(values[cell.row]));
-    radixSort(cells_, scratch_);
+    for (KeyedRow& place : places_) place.key = sortKey(std::round(values[place.row]));
+    radixSort(places_, scratch_);
   };
-  for (std::size_t i = 0; i < n_; ++i) cells_[i].row = static_cast<std::uint32_t>(i);
+  for (std::size_t i = 0; i < n_; ++i) places_[i].row = static_cast<std::uint32_t>(i);
   sortBy(right_x_);
   sortBy(right_y_);
-  weights_.resize(n_);
-  std::int64_t all = 0;
   const auto samePlace = [this](std::uint32_t a, std::uint32_t b) {
     return std::round(right_x_[a]) == std::round(right_x_[b]) &&
            std::round(right_y_[a]) == std::round(right_y_[b]);
   };
+  weight_.resize(n_);
+  std::int64_t all = 0;
   for (std::size_t begin = 0, end = 0; begin < n_; begin = end) {
-    while (end < n_ && samePlace(cells_[begin].row, cells_[end].row)) ++end;
+    while (end < n_ && samePlace(places_[begin].row, places_[end].row)) ++end;
     const auto count = static_cast<std::int32_t>(end - begin);
     for (std::size_t i = begin; i < end; ++i) {
-      weight_[cells_[i].row] = std::max(1, VotingMatches::kOne / count);
-      weights_[row_[cells_[i].row]] = 1.0F / static_cast<float>(count);
-      all += weight_[cells_[i].row];
+      weight_[places_[i].row] = std::max(1, unit_ / count);
+      weights_[row_[places_[i].row]] = 1.0F / static_cast<float>(count);
+      all += weight_[places_[i].row];
     }
   }
-  all_weights_ = static_cast<double>(all) / VotingMatches::kOne;
+  all_weights_ = static_cast<double>(all) / unit_;
 }
 
 bool LocalSupport::frameMap(const Correspondences& m, std::size_t rank, LinearMap& map) const {
@@ -239,18 +260,13 @@ int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) con
   return found;
 }
 
-LocalSupport::Place LocalSupport::placeOf(std::size_t rank) const {
-  Place place;
-  kernels().support.around(columns(), right_x_[rank], right_y_[rank], rule_, place.right);
-  return place;
-}
-
-double LocalSupport::visibleShare(std::size_t rank, int radius, Place& place) const {
-  double& share = place.visible[radius];
+double LocalSupport::visibleShare(std::size_t rank, int disc, Place& place) const {
+  double& share = place.visible[disc];
   if (share == 0) {
-    const double r = diagonal_ / (16 >> radius), x = right_x_[rank], y = right_y_[rank];
-    const double left = std::max(0.0, x - bounds_x_[0]) / r, right = std::max(0.0, bounds_x_[1] - x) / r;
-    const double above = std::max(0.0, y - bounds_y_[0]) / r, below = std::max(0.0, bounds_y_[1] - y) / r;
+    const double r = radius(disc), x = right_x_[rank], y = right_y_[rank];
+    const double left = std::max(0.0, x - bounds_.low[0]) / r, right = std::max(0.0, bounds_.high[0] - x) / r;
+    const double above = std::max(0.0, y - bounds_.low[1]) / r,
+                 below = std::max(0.0, bounds_.high[1] - y) / r;
     const double area = quadrantArea(left, above) + quadrantArea(left, below) + quadrantArea(right, above) +
                         quadrantArea(right, below);
     share = std::max(area / CV_PI, 1e-3);
@@ -259,42 +275,63 @@ double LocalSupport::visibleShare(std::size_t rank, int radius, Place& place) co
 }
 
 void LocalSupport::judge(std::size_t rank, const LinearMap& map, const std::uint32_t* partner, Place& place) {
-  constexpr double kUnit = 1.0 / VotingMatches::kOne;
-  SupportCounts counts;
-  kernels().support.count(
-      columns(),
-      {map[0], map[1], map[2], map[3], left_x_[rank], left_y_[rank], right_x_[rank], right_y_[rank]}, rule_,
-      counts);
-  if (partner != nullptr) {
-    // The map was made to fit the partner, which therefore is no supporter.
-    const std::uint32_t j = *partner;
-    const float vx = right_x_[j] - right_x_[rank], vy = right_y_[j] - right_y_[rank];
-    for (int r = 0; r < SupportRule::kRadii; ++r) {
-      if (vx * vx + vy * vy > rule_.squared_radius[r]) continue;
-      counts.fine[r] = std::max<std::int64_t>(0, counts.fine[r] - weight_[j]);
-      if (r < SupportRule::kCoarseRadii)
-        counts.coarse[r] = std::max<std::int64_t>(0, counts.coarse[r] - weight_[j]);
+  constexpr int kNear = SupportRule::kRadii;
+  const float x = left_x_[rank], y = left_y_[rank], u = right_x_[rank], v = right_y_[rank];
+  const double unit = unit_, cost = partner != nullptr ? kCostOfPartner : 0;
+  float to_partner = 0;
+  if (partner != nullptr) to_partner = squaredLength(right_x_[*partner] - u, right_y_[*partner] - v);
+  // Half the size of the box around the points that the map takes into the unit disc.
+  const double det = std::abs(double{map[0]} * map[3] - double{map[1]} * map[2]);
+  const double width = std::hypot(map[1], map[3]) / det, height = std::hypot(map[0], map[2]) / det;
+  constexpr double kMargin = 1.0001;  // for the rounding errors of single precision
+  const SupportKernels& kernel = kernels().support;
+  SupportRun runs[CellRuns::kMostRows];
+  double best = 0, in_disc = 0;  // S so far, and the matches in the largest disc so far
+
+  for (int disc = kNear - 1; disc < kDiscs; ++disc) {
+    const bool near = disc < kNear;
+    const double r = radius(disc) * kMargin;
+    SupportRule rule{};
+    rule.squared_floor = kFloor * kFloor;
+    for (int t = 0; t < SupportRule::kTolerances; ++t)
+      rule.squared_rho[t] = static_cast<float>(kRho[t] * kRho[t]);
+    for (int i = 0; i < SupportRule::kRadii; ++i)
+      rule.squared_radius[i] = static_cast<float>(radius(near ? i : disc) * radius(near ? i : disc));
+
+    SupportCounts counts;
+    std::size_t found = left_cells_.find(x, y, r * width, r * height, runs);
+    (near ? kernel.both : kernel.first)(by_left_.view(), runs, found,
+                                        {map[0], map[1], map[2], map[3], x, y, u, v}, rule, counts);
+    if (place.right[disc] < 0) {
+      found = right_cells_.find(u, v, r, r, runs);
+      (near ? kernel.around_both : kernel.around_first)(by_right_.view(), runs, found, u, v, rule,
+                                                        place.right + (near ? 0 : disc));
     }
+    for (int i = 0; i < (near ? kNear : 1); ++i) {
+      const int of_place = near ? i : disc;
+      const double left = counts.left[i] / unit, right = place.right[of_place] / unit;
+      for (int t = 0; t < (near ? SupportRule::kTolerances : 1); ++t) {
+        std::int32_t supporters = counts.supporters[i][t];
+        // The map was made to fit the partner, which therefore is no supporter.
+        if (partner != nullptr && to_partner <= rule.squared_radius[i] && to_partner > rule.squared_floor)
+          supporters = std::max(0, supporters - weight_[*partner]);
+        const double k = supporters / unit;
+        const double share =
+            std::max<double>(rule.squared_rho[t] / 2, rule.squared_floor / rule.squared_radius[i]);
+        const double expected = left * right / all_weights_ * share;
+        // That a part of the disc is invisible only lowers the ratio.
+        if (logRatio(k, expected + kRarest) <= best) continue;
+        best = std::max(best, logRatio(k, expected / visibleShare(rank, of_place, place) + kRarest));
+      }
+      in_disc = left;
+    }
+    if (best > kSure * significant_support_ || (best < kHopeless && in_disc >= kEnough)) break;
   }
-  const double cost = partner != nullptr ? kCostOfPartner : 0;
-  double best = best_[rank] + cost;
-  const auto test = [&](int r, int t, std::int64_t supporters) {
-    const double k = static_cast<double>(supporters) * kUnit;
-    const double share =
-        std::max<double>(rule_.squared_rho[t] / 2, rule_.squared_floor / rule_.squared_radius[r]);
-    const double in_both =
-        static_cast<double>(counts.left[r]) * kUnit * static_cast<double>(place.right[r]) * kUnit;
-    const double expected = in_both / all_weights_ * share;
-    // The share of the disc that is visible only lowers the ratio, and is not needed where that is too low.
-    if (logRatio(k, expected + kRarest) <= best) return;
-    const double ratio = logRatio(k, expected / visibleShare(rank, r, place) + kRarest);
-    if (ratio <= best) return;
-    best = ratio;
-    best_[rank] = static_cast<float>(ratio - cost);
+  best -= cost;
+  if (best > best_[rank]) {
+    best_[rank] = static_cast<float>(best);
     best_map_[rank] = map;
-  };
-  for (int r = 0; r < SupportRule::kRadii; ++r) test(r, 0, counts.fine[r]);
-  for (int r = 0; r < SupportRule::kCoarseRadii; ++r) test(r, 1, counts.coarse[r]);
+  }
 }
 
 void LocalSupport::findLocalSets() {
@@ -303,7 +340,11 @@ void LocalSupport::findLocalSets() {
   for (std::size_t i = 0; i < best_.size(); ++i) {
     if (best_[i] > significant_support_) members_.push_back(static_cast<std::uint32_t>(i));
   }
-  if (members_.empty()) return;
+  std::stable_sort(members_.begin(), members_.end(),
+                   [this](std::uint32_t a, std::uint32_t b) { return best_[a] > best_[b]; });
+  for (const std::uint32_t i : members_) survivors_.push_back(row_[i]);
+  if (2 * members_.size() <= kVoters) return;
+  std::sort(members_.begin(), members_.end());
   const int k = static_cast<int>(std::min<std::size_t>(members_.size(), kVoters + 1));
   const auto stride = static_cast<std::size_t>(k);
   near_.resize(n_ * stride);
@@ -325,9 +366,6 @@ void LocalSupport::findLocalSets() {
     extended_[row] = 2 * for_extended > kVoters ? 1 : 0;
     local_size_ += local_[row];
   }
-  std::stable_sort(members_.begin(), members_.end(),
-                   [this](std::uint32_t a, std::uint32_t b) { return best_[a] > best_[b]; });
-  for (const std::uint32_t i : members_) survivors_.push_back(row_[i]);
 }
 
 void LocalSupport::supporters(std::uint32_t row, double radius, double rho,
@@ -343,8 +381,14 @@ void LocalSupport::supporters(std::uint32_t row, double radius, double rho,
   }
 }
 
-VotingMatches LocalSupport::columns() const {
-  return {left_x_.data(), left_y_.data(), right_x_.data(), right_y_.data(), weight_.data(), weight_.size()};
+void LocalSupport::Columns::assign(const CellRuns& cells) {
+  for (std::vector<float>* const column : {&left_x, &left_y, &right_x, &right_y})
+    column->assign(cells.slots(), 0);
+  weight.assign(cells.slots(), 0);
+}
+
+VotingMatches LocalSupport::Columns::view() const {
+  return {left_x.data(), left_y.data(), right_x.data(), right_y.data(), weight.data()};
 }
 
 }  // namespace corrsel::core

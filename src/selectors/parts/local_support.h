@@ -9,6 +9,7 @@
 #include "corrsel/correspondences.h"
 #include "corrsel/selectors/neighbours.h"
 #include "kernels/kernels.h"
+#include "selectors/parts/cell_runs.h"
 #include "selectors/parts/distinct_matches.h"
 
 namespace corrsel::core {
@@ -36,6 +37,10 @@ namespace corrsel::core {
 /// than in a full disc, so more of them agree by chance. Matches with |u_j| or |v_j| <= 3 px are left out,
 /// because they are the same point again. S is the log likelihood ratio of a Poisson count.
 ///
+/// Larger discs are looked at only where the smaller ones leave it open whether the map is right: not where S
+/// is already more than twice what makes a survivor, nor where S is below 2 although the disc holds at least
+/// 40 matches. Right maps are sure, and wrong ones hopeless, mostly after D/8.
+///
 /// Survivors have S_i > ln(6 N T) + 4, where T is 1 with frames and 5 without: 6 tests per hypothesis, and an
 /// expected number of e^-4 survivors by chance. A match is in the local set if at least 5 of its 8 nearest
 /// survivors in the left image predict it within max(3 px, 0.3 min(|u|, D/8)): where fewer than 5 survive,
@@ -43,8 +48,9 @@ namespace corrsel::core {
 ///
 /// Input: coordinates; frames and image sizes where they are there; an order by quality.
 ///
-/// Cost: O(M N) with M = min(N, max(100, 10^6 / N)), without frames five hypotheses for each of M =
-/// min(N, max(60, 8 * 10^5 / N)). Memory of about 100 bytes per match is kept between calls.
+/// Cost: hypotheses are made for M = min(N, max(100, 10^6 / N)) matches, without frames for M = min(N,
+/// max(60, 8 * 10^5 / N)), five for each. O(M n + N) where discs of D/8, with n matches each, decide; at most
+/// O(M N). Memory of about 150 bytes per match is kept between calls.
 class LocalSupport {
  public:
   /// @param order    every row of `matches` once, best first; ties must not depend on the order of the input
@@ -87,39 +93,56 @@ class LocalSupport {
   void supporters(std::uint32_t row, double radius, double rho, std::vector<std::uint32_t>& rows) const;
 
  private:
-  static constexpr int kMostPartners = 5;
+  static constexpr int kMostPartners = 5, kDiscs = 4;
 
-  /// What the hypotheses of a match have in common, per radius.
-  struct Place {
-    std::int64_t right[SupportRule::kRadii];   ///< n_r in units of 1 / VotingMatches::kOne
-    double visible[SupportRule::kRadii] = {};  ///< s; 0 where it is not known yet
+  struct Bounds {
+    std::array<double, 2> low, high;  ///< x and y, px
   };
 
-  void layOut(const Correspondences& matches, const std::vector<std::uint32_t>& order);
+  /// What the hypotheses of a match have in common, per disc.
+  struct Place {
+    std::int32_t right[kDiscs] = {-1, -1, -1, -1};  ///< n_r in units of 1 / unit_; -1: not known yet
+    double visible[kDiscs] = {};                    ///< s; 0: not known yet
+  };
+
+  /// Columns of matches in the slots of a grid.
+  struct Columns {
+    std::vector<float> left_x, left_y, right_x, right_y;
+    std::vector<std::int32_t> weight;
+
+    void assign(const CellRuns& cells);
+    VotingMatches view() const;
+  };
+
+  static Bounds boundsOf(const std::vector<float>& x, const std::vector<float>& y, const cv::Size& image);
+  void layOut(const Correspondences& matches);
   void findWeights();
   void sortPool(std::size_t judged);
   bool frameMap(const Correspondences& matches, std::size_t rank, LinearMap& map) const;
   int partners(std::size_t rank, int wanted, std::uint32_t* out) const;
-  Place placeOf(std::size_t rank) const;
-  double visibleShare(std::size_t rank, int radius, Place& place) const;
+  double radius(int disc) const { return diagonal_ / (16 >> disc); }
+  double visibleShare(std::size_t rank, int disc, Place& place) const;
+  /// Counts the supporters of a map through a match, and keeps the map if it is the match's best so far.
+  /// @param partner  the second match that the map was made from, or nullptr
   void judge(std::size_t rank, const LinearMap& map, const std::uint32_t* partner, Place& place);
   void findLocalSets();
-  VotingMatches columns() const;
 
   // Matches are numbered by their rank in the order of quality. The order of the input then has no influence.
   std::size_t n_ = 0;
   double diagonal_ = 0, all_weights_ = 0, significant_support_ = 0;
-  std::array<double, 2> bounds_x_{}, bounds_y_{};  // of the right points, px
-  SupportRule rule_{};
+  Bounds bounds_{};                                         // of the right points
+  std::int32_t unit_ = 1;                                   // the weight of a match that counts fully
   std::vector<std::uint32_t> row_, rank_;                   // row of a rank and rank of a row
-  std::vector<float> left_x_, left_y_, right_x_, right_y_;  // by rank, padded
-  std::vector<std::int32_t> weight_;                        // by rank, padded
-  std::vector<float> best_;                                 // S by rank
-  std::vector<LinearMap> best_map_;                         // by rank
-  std::vector<KeyedRow> pool_;                              // matches that may be partners, by left x
-  std::vector<std::uint32_t> in_pool_;                      // place of a rank in the pool
+  std::vector<float> left_x_, left_y_, right_x_, right_y_;  // by rank
+  std::vector<std::int32_t> weight_;                        // by rank
+  CellRuns left_cells_, right_cells_;
+  Columns by_left_, by_right_;
+  std::vector<float> best_;             // S by rank
+  std::vector<LinearMap> best_map_;     // by rank
+  std::vector<KeyedRow> pool_;          // matches that may be partners, by left x
+  std::vector<std::uint32_t> in_pool_;  // place of a rank in the pool
   std::vector<std::uint32_t> members_, near_;
-  std::vector<KeyedRow> cells_, scratch_;
+  std::vector<KeyedRow> places_, scratch_;
   PlanarNeighbours neighbours_;
 
   std::vector<float> support_, weights_;
