@@ -68,7 +68,7 @@ std::size_t SignificanceTest::Places::slot(std::int32_t cell_x, std::int32_t cel
   return static_cast<std::size_t>(cell * 0x9E3779B97F4A7C15U >> 32) & (first_.size() - 1);
 }
 
-bool SignificanceTest::Places::isTaken(float x, float y) const {
+std::uint32_t SignificanceTest::Places::find(float x, float y) const {
   const auto cell_x = static_cast<std::int32_t>(std::floor(x / kPlaceRadius));
   const auto cell_y = static_cast<std::int32_t>(std::floor(y / kPlaceRadius));
   for (std::int32_t cy = cell_y - 1; cy <= cell_y + 1; ++cy) {
@@ -76,11 +76,11 @@ bool SignificanceTest::Places::isTaken(float x, float y) const {
       for (std::uint32_t i = first_[slot(cx, cy)]; i != 0; i = points_[i - 1].next) {
         const Point& point = points_[i - 1];
         const float dx = point.x - x, dy = point.y - y;
-        if (dx * dx + dy * dy < kPlaceRadius * kPlaceRadius) return true;
+        if (dx * dx + dy * dy < kPlaceRadius * kPlaceRadius) return i - 1;
       }
     }
   }
-  return false;
+  return kNone;
 }
 
 void SignificanceTest::Places::add(float x, float y) {
@@ -260,19 +260,30 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
 
 Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
   const std::size_t n = left_x_.size();
+  // Whole places are drawn, so that no match is predicted from another one at its own place.
+  half_of_place_.clear();
   half_.resize(n);
+  left_places_.clear(n);
   Random random(0);
   for (std::size_t i = 0; i < n; ++i) {
-    // Matches at the same place belong to the same half.
-    const bool repeated = i > 0 && std::abs(left_x_[i] - left_x_[i - 1]) < kPlaceRadius &&
-                          std::abs(left_y_[i] - left_y_[i - 1]) < kPlaceRadius;
-    half_[i] = repeated ? half_[i - 1] : static_cast<std::uint8_t>(random.index(2));
+    std::uint32_t place = left_places_.find(left_x_[i], left_y_[i]);
+    if (place == Places::kNone) {
+      place = static_cast<std::uint32_t>(half_of_place_.size());
+      left_places_.add(left_x_[i], left_y_[i]);
+      half_of_place_.push_back(static_cast<std::uint8_t>(random.index(2)));
+    }
+    half_[i] = half_of_place_[place];
   }
   Significance worst;
   for (std::uint8_t half = 0; half < 2; ++half) {
     members_.clear();
-    for (std::size_t i = 0; i < n; ++i)
-      if (half_[i] == half && mask[order_[i].row] != 0) members_.push_back(static_cast<std::uint32_t>(i));
+    left_places_.clear(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (half_[i] != half || mask[order_[i].row] == 0 || left_places_.isTaken(left_x_[i], left_y_[i]))
+        continue;
+      left_places_.add(left_x_[i], left_y_[i]);
+      members_.push_back(static_cast<std::uint32_t>(i));
+    }
     if (members_.size() < kPredictors) return {};
     neighbours_.build(left_x_.data(), left_y_.data(), members_.size(), kPredictors, members_.data());
     nearest_.resize(kPredictors);

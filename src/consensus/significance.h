@@ -79,8 +79,13 @@ class SignificanceTest {
   /// Accepted points of one image, found by their cell.
   class Places {
    public:
+    static constexpr std::uint32_t kNone = 0xffffffffU;
+
+    /// Removes all points and makes room for `most`.
     void clear(std::size_t most);
-    bool isTaken(float x, float y) const;
+    /// The number of an accepted point nearer than the radius of a place, or kNone.
+    std::uint32_t find(float x, float y) const;
+    bool isTaken(float x, float y) const { return find(x, y) != kNone; }
     void add(float x, float y);
 
    private:
@@ -113,7 +118,7 @@ class SignificanceTest {
   Significance judge(std::size_t trials, std::size_t sample_size, double log10_tests,
                      const double* chance) const;
 
-  double right_area_ = 1;                                   // px^2, px
+  double right_area_ = 1;                                   // px^2
   std::vector<KeyedRow> order_, scratch_;                   // rows by coordinates
   std::vector<float> left_x_, left_y_, right_x_, right_y_;  // in this order
   std::vector<Candidate> candidates_;                       // matches with an error of at most 10 px
@@ -121,7 +126,7 @@ class SignificanceTest {
   Density density_;
   Places left_places_, right_places_;
   std::vector<std::uint32_t> members_, nearest_;
-  std::vector<std::uint8_t> half_;
+  std::vector<std::uint8_t> half_, half_of_place_;
   PlanarNeighbours neighbours_;
 };
 
