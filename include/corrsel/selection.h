@@ -42,7 +42,7 @@ struct Selection {
       cv::Matx33d::zeros();  ///< left to right (x' ~ Hx, or x'^T F x = 0); valid if kind is not kNone
   Status status = Status::kOk;
   /// -log10 of the number of agreements as good as this one that wrong matches alone are expected to show; at
-  /// least 0. It is 0 where nothing speaks against chance and where it is unknown.
+  /// least 0. It is 0 where chance explains the agreement and where it is not known, see addConfidence().
   double confidence = 0.0;
   std::string message;        ///< one sentence for people; empty if there is nothing to report
   std::size_t n_input = 0;    ///< matches given

@@ -266,9 +266,10 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
         if (preselect && isNnsr(spec)) continue;
         for (int repetition = 0; repetition < config_.repetitions; ++repetition) {
           if (stop_) return;
-          const Selection selection =
+          Selection selection =
               usable ? selectorFor(pair, k, repetition).select(putative.matches) : preselected;
           select_seconds += selection.seconds;
+          addConfidence(putative.matches, selection);
           const std::vector<ResultRow> judged = judge(pair, putative, cell, spec, repetition, selection);
           rows.insert(rows.end(), judged.begin(), judged.end());
           observer_.judged(judged);

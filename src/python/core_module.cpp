@@ -46,6 +46,7 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
   {
     const py::gil_scoped_release released;
     selection = selector.select(input);
+    core::addConfidence(input, selection);
   }
   py::dict result;
   result["mask"] = arrayFrom<bool>(std::move(selection.mask), {static_cast<py::ssize_t>(input.size())});

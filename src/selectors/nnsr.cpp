@@ -20,6 +20,7 @@ void NnsrOptions::visit(OptionVisitor& visitor) const {
                  &NnsrOptions::min_threshold);
   visitor.number({"max_threshold", 0, 1, "-", "Otsu's threshold is lowered to at most this ratio"},
                  &NnsrOptions::max_threshold);
+  visitConfidence(visitor);
 }
 
 void NnsrOptions::check() const {

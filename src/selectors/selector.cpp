@@ -10,6 +10,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/workspace_scope.h"
+#include "consensus/significance.h"
 
 namespace corrsel::core {
 namespace {
@@ -80,9 +81,18 @@ void requireSense(const Selection& result, std::size_t n) {
   }
 }
 
+/// @pre finite coordinates
+double confidenceIn(const Correspondences& matches, const Selection& selection) {
+  const bool modelled = selection.model_kind != ModelKind::kNone && selection.iterations > 0;
+  return confidenceOf(matches, selection, modelled ? static_cast<std::uint64_t>(selection.iterations) : 0);
+}
+
 /// Replaces the status `ok` of an answer with less confidence than the user asks for.
-void requireConfidence(Selection& result, double min_confidence) {
-  if (result.status != Status::kOk || result.confidence >= min_confidence) return;
+/// @pre finite coordinates
+void requireConfidence(const Correspondences& matches, Selection& result, double min_confidence) {
+  if (result.status != Status::kOk || min_confidence <= 0) return;
+  if (result.confidence == 0) result.confidence = confidenceIn(matches, result);
+  if (result.confidence >= min_confidence) return;
   result.status = Status::kUncertain;
   const std::string reason = "the confidence is " + formatNumber(std::floor(result.confidence * 10) / 10) +
                              ", below min_confidence = " + formatNumber(min_confidence);
@@ -90,6 +100,22 @@ void requireConfidence(Selection& result, double min_confidence) {
 }
 
 }  // namespace
+
+void addConfidence(const Correspondences& matches, Selection& selection) {
+  const bool fits = selection.mask.size() == matches.size() && matches.inconsistency().empty();
+  if (selection.confidence > 0 || !fits) return;
+  if (allUsable(matches)) {
+    selection.confidence = confidenceIn(matches, selection);
+    return;
+  }
+  const std::vector<std::uint32_t> rows = usableRows(matches);
+  Selection inner;
+  for (const std::uint32_t row : rows) inner.mask.push_back(selection.mask[row]);
+  inner.model_kind = selection.model_kind;
+  inner.model = selection.model;
+  inner.iterations = selection.iterations;
+  selection.confidence = confidenceIn(matches.subset(rows), inner);
+}
 
 void Selector::configure(const OptionMap& options) {
   if (options.empty()) return;
@@ -118,13 +144,16 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
     } else if (allUsable(matches)) {
       run(matches, result);
       requireSense(result, n);
+      requireConfidence(matches, result, minConfidence());
     } else {
       const std::vector<std::uint32_t> rows = usableRows(matches);
       n_ignored = n - rows.size();
       Selection inner;
       inner.mask.assign(rows.size(), 0);
-      run(matches.subset(rows), inner);
+      const Correspondences kept = matches.subset(rows);
+      run(kept, inner);
       requireSense(inner, rows.size());
+      requireConfidence(kept, inner, minConfidence());
       for (std::size_t i = 0; i < rows.size(); ++i) result.mask[rows[i]] = inner.mask[i];
       if (!inner.score.empty()) {
         result.score.assign(n, std::numeric_limits<float>::quiet_NaN());
@@ -137,7 +166,6 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
       result.confidence = inner.confidence;
       result.iterations = inner.iterations;
     }
-    requireConfidence(result, minConfidence());
   } catch (const std::bad_alloc&) {
     fail(result, n, Status::kTooLarge, "out of memory with " + std::to_string(n) + " matches");
   } catch (const std::exception& error) {

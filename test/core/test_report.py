@@ -422,7 +422,7 @@ class ReportTest(unittest.TestCase):
     def test_status_counts_do_not_multiply_by_tolerance(self):
         rows = Page(self.make()).table("How the selections ended")
         counts = {row[0]["text"]: [c["text"] for c in row[1:]] for row in rows[1:]}
-        self.assertEqual(counts["nnsr"], ["3", "0", "0", "0", "2", "0", "0", "0", "5"])
+        self.assertEqual(counts["nnsr"], ["3", "0", "0", "0", "2", "0", "0", "0", "0", "5"])
         self.assertEqual(counts["ransac"][0], "6")
 
     def test_images(self):

@@ -5,11 +5,14 @@
 #include <new>
 #include <stdexcept>
 
+#include "consensus/significance.h"
 #include "test_support.h"
 
 namespace corrsel::core {
 namespace {
 
+using testing::homographyScene;
+using testing::Scene;
 using Mask = std::vector<std::uint8_t>;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -307,6 +310,43 @@ TEST(Selector, IsUncertainBelowMinConfidenceAndKeepsTheAnswer) {
     EXPECT_EQ(s.status, other);
     EXPECT_EQ(s.message, "uniform samples");
   }
+}
+
+TEST(Selector, ComputesTheConfidenceOnlyWhereItDecides) {
+  const Scene scene = homographyScene({200, 0.5, 0.5, 1});
+  Correspondences m = scene.matches;
+  Confident selector;
+  selector.confidence = 0;
+  EXPECT_EQ(selector.select(m).confidence, 0);
+
+  const auto run = [&scene](const Correspondences& kept, Selection& result) {
+    for (std::size_t i = 0; i < kept.size(); ++i) result.mask[i] = scene.inlier[i];
+    result.model_kind = ModelKind::kHomography;
+    result.model = scene.model;
+    result.iterations = 100000;
+  };
+  Selection s = Stub(run).select(m);
+  EXPECT_EQ(s.confidence, 0);
+  addConfidence(m, s);
+  EXPECT_EQ(s.confidence, confidenceOf(m, s, 100000));
+  EXPECT_GT(s.confidence, 100);
+  const double confidence = s.confidence;
+
+  // Rows that the selector never sees do not count.
+  m.add({kNaN, 1}, {2, 3});
+  m.distance.clear();
+  m.second_distance.clear();
+  s = Stub(run).select(m);
+  addConfidence(m, s);
+  EXPECT_EQ(s.confidence, confidence);
+
+  s.confidence = 7;
+  addConfidence(m, s);
+  EXPECT_EQ(s.confidence, 7) << "what a selector has set is kept";
+  s.confidence = 0;
+  s.mask.pop_back();
+  addConfidence(m, s);
+  EXPECT_EQ(s.confidence, 0) << "another number of matches";
 }
 
 TEST(Selector, TakesNoOptionsUnlessItSaysSo) {

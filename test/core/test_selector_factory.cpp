@@ -56,7 +56,7 @@ TEST(SelectorFactory, ListsWhatIsValid) {
   EXPECT_EQ(refusal("lpm:"), "unknown preset '' of selector lpm; valid: paper, v1, v2");
   EXPECT_EQ(refusal("nnsr:h"), "unknown preset 'h' of selector nnsr; valid: none");
   EXPECT_EQ(refusal("nnsr", {{"bin", "3"}}),
-            "unknown option nnsr.bin; valid: bins, fallback, min_threshold, max_threshold");
+            "unknown option nnsr.bin; valid: bins, fallback, min_threshold, max_threshold, min_confidence");
   EXPECT_EQ(refusal("keep_all", {{"seed", "3"}}), "unknown option keep_all.seed; valid: none");
 }
 
@@ -385,6 +385,7 @@ void expectSame(const Selection& a, const Selection& b) {
   EXPECT_EQ(a.model_kind, b.model_kind);
   EXPECT_EQ(a.model, b.model);
   EXPECT_EQ(a.iterations, b.iterations);
+  EXPECT_EQ(a.confidence, b.confidence);
 }
 
 TEST_P(ListedSelector, AnswersEveryNumberOfMatches) {
@@ -433,6 +434,34 @@ TEST_P(EverySelector, KeepsATimeLimit) {
       EXPECT_EQ(s.mask, Mask(m.size(), 0));
       EXPECT_TRUE(s.score.empty());
     }
+  }
+}
+
+TEST_P(EverySelector, HasLessConfidenceThanAskedForOnlyInTheStatus) {
+  const Correspondences m = scene(2000).matches;
+  Selection plain = select(m);
+  ASSERT_EQ(plain.status, Status::kOk);
+  const bool computes = optionsOf(*createSelector(spec())).count("min_confidence") == 1;
+  EXPECT_EQ(computes, spec() != "keep_all");
+  addConfidence(m, plain);
+  EXPECT_GT(plain.confidence, spec() == "keep_all" ? -1 : 20);
+  if (!computes) return;
+  const Selection sure = createSelector(spec(), {{"min_confidence", "20"}})->select(m);
+  expectSame(sure, plain);
+  Selection unsure = createSelector(spec(), {{"min_confidence", "1000000"}})->select(m);
+  EXPECT_EQ(unsure.status, Status::kUncertain);
+  EXPECT_TRUE(contains(unsure.message, "below min_confidence = 1e+06")) << unsure.message;
+  unsure.status = plain.status;
+  unsure.message = plain.message;
+  expectSame(unsure, plain);
+}
+
+TEST_P(EverySelector, HasLittleConfidenceInWrongMatches) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Correspondences m = scene(300, 0, 0.5, seed).matches;
+    Selection s = createSelector(spec(), {}, {{"max_iterations", "2000"}})->select(m);
+    addConfidence(m, s);
+    EXPECT_LT(s.confidence, 3) << toString(s.status);
   }
 }
 
@@ -764,6 +793,8 @@ TEST_P(EverySelector, KeepsItsContractOnArbitraryInput) {
       Selection s;
       ASSERT_NO_THROW(s = selector->select(m)) << "seed " << seed;
       ASSERT_EQ(contractViolation(m, s), "") << "seed " << seed;
+      ASSERT_NO_THROW(addConfidence(m, s)) << "seed " << seed;
+      ASSERT_EQ(contractViolation(m, s), "") << "seed " << seed;
       ++seen[s.status];
     }
   }
@@ -808,6 +839,7 @@ TEST(ContractViolation, IsNoticed) {
   EXPECT_EQ(broken([](Selection& s) { s.score = {1}; }), "there are 1 scores");
   EXPECT_EQ(broken([](Selection& s) { s.n_ignored = 0; }), "n_ignored is 0");
   EXPECT_EQ(broken([](Selection& s) { s.n_input = 2; }), "n_input is 2");
+  EXPECT_EQ(broken([](Selection& s) { s.confidence = -1; }), "the confidence is negative or not finite");
   EXPECT_EQ(broken([](Selection& s) { s.status = Status::kDegenerate; }),
             "no message with status degenerate");
   EXPECT_EQ(broken([](Selection& s) { s.model_kind = ModelKind::kHomography; }),

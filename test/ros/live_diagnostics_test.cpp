@@ -89,6 +89,7 @@ TEST_F(LiveDiagnosticsTest, KeepingUpIsOk) {
   for (int i = 1; i <= 100; ++i) diagnostics->finished({{"select", 0.001 * i}, {"detect", std::nan("")}});
   diagnostics->inlierRatio(0.5);
   diagnostics->inlierRatio(std::nan(""));
+  for (const double confidence : {0.0, 7.25, 40.0}) diagnostics->confidence(confidence);
   EXPECT_EQ(reader_.waitForValue("fine: processing", "selector", "lpm:v2"), "lpm:v2");
   const DiagnosticStatus status = reader_.waitFor(
       "fine: processing", [](const auto& s) { return Reader::valueOf(s, "drop ratio") == "0.000"; });
@@ -97,6 +98,7 @@ TEST_F(LiveDiagnosticsTest, KeepingUpIsOk) {
   EXPECT_EQ(Reader::valueOf(status, "p95 select [s]"), "0.09505");
   EXPECT_EQ(Reader::valueOf(status, "p50 detect [s]"), "(absent)");
   EXPECT_EQ(Reader::valueOf(status, "inlier ratio"), "0.500");
+  EXPECT_EQ(Reader::valueOf(status, "p50 confidence"), "7.2");
   EXPECT_EQ(Reader::valueOf(status, "last failure"), "none");
   const DiagnosticStatus input = reader_.waitFor("fine: input", [](const auto& s) {
     return Reader::valueOf(s, "left rate [Hz]").find("unknown") == std::string::npos &&

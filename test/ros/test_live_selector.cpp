@@ -54,6 +54,26 @@ TEST(LiveSelector, SelectsAsTheCoreDoes) {
   EXPECT_EQ(result.warning, "");
 }
 
+TEST(LiveSelector, PassesOnNoMatchesThatAreUncertain) {
+  LiveSelector selector;
+  SelectorConfig asked = config("lpm");
+  ASSERT_EQ(selector.configure(asked).error, "");
+  const Correspondences input = message(250);
+  const LiveSelector::Result sure = selector.select(input, 0.0);
+  EXPECT_GT(sure.selection->confidence, 10);
+  EXPECT_EQ(sure.matches->left_x.size(), sure.selection->n_selected);
+
+  asked.lpm_min_confidence = sure.selection->confidence + 1;
+  ASSERT_EQ(selector.configure(asked).error, "");
+  const LiveSelector::Result unsure = selector.select(input, 0.0);
+  EXPECT_EQ(unsure.selection->status, Selection::STATUS_UNCERTAIN);
+  EXPECT_EQ(unsure.selection->confidence, sure.selection->confidence);
+  EXPECT_EQ(unsure.selection->mask, sure.selection->mask) << "it can still be looked at";
+  EXPECT_TRUE(unsure.matches->left_x.empty());
+  EXPECT_EQ(unsure.matches->header.stamp, input.header.stamp);
+  EXPECT_EQ(unsure.warning.rfind("lpm: uncertain: the confidence is ", 0), 0u) << unsure.warning;
+}
+
 TEST(LiveSelector, WhatDoesNotWorkLeavesTheSelectorBeforeInForce) {
   LiveSelector selector;
   SelectorConfig good = config("vfc");

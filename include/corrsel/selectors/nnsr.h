@@ -6,7 +6,7 @@
 
 namespace corrsel::core {
 
-struct NnsrOptions : OptionSet {
+struct NnsrOptions : ConfidenceOptions {
   int bins = 256;  ///< histogram bins of Otsu's method over [0, 1]; 0 = exact split of the sorted ratios
   double fallback = 0.8;  ///< threshold where Otsu is undefined (one match, equal ratios); Lowe, IJCV 2004
   double min_threshold = 0.0;  ///< Otsu's threshold is raised to at least this ratio

@@ -57,13 +57,24 @@ class Selector {
   /// A sentence that names a missing column or image size, or an empty text if nothing is missing.
   virtual std::string missingInput(const Correspondences& matches) const;
 
-  /// Confidence below which the status `ok` becomes `uncertain`; 0 = never.
+  /// Confidence below which the status `ok` becomes `uncertain`; 0 = never. Above 0, select() computes the
+  /// confidence as addConfidence() does, unless run() has set it.
   virtual double minConfidence() const { return 0.0; }
 
   /// The algorithm. `matches` holds finite coordinates only. `result.mask` has the length of the input and is
   /// zero.
   virtual void run(const Correspondences& matches, Selection& result) const = 0;
 };
+
+/// Computes the confidence of a selection, by the same definition for every selector
+/// (consensus/significance.h). A selector computes it by itself only where its decision needs it: where
+/// `min_confidence` is above 0, or inside its algorithm. The others leave it 0, because it costs as much as a
+/// fast selector: about 0.2 ms with a model and 1 ms without one for 2000 matches. A confidence that the
+/// selection has already is kept.
+/// @param matches    those that the selector was given
+/// @param selection  of select(), for these matches
+/// Does nothing where the selection is not of these matches or their columns are inconsistent. O(N log N).
+void addConfidence(const Correspondences& matches, Selection& selection);
 
 /// Base of selectors with options: it stores and checks them.
 /// @tparam Options  an option struct, or NoOptions; derived from ConfidenceOptions if it has min_confidence

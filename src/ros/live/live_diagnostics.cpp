@@ -73,7 +73,6 @@ void LiveDiagnostics::inlierRatio(double ratio) {
 }
 
 void LiveDiagnostics::confidence(double confidence) {
-  if (confidence == 0) return;
   const std::lock_guard<std::mutex> lock(mutex_);
   corrsel::remember(confidences_, confidence);
 }

@@ -50,7 +50,7 @@ class LiveDiagnostics {
   /// @param ratio  share of the matches that are selected, 0..1; NaN is left out
   void inlierRatio(double ratio);
 
-  /// @param confidence  of a selection; 0 is left out, because it means that there is none
+  /// @param confidence  of a selection, -log10 units
   void confidence(double confidence);
 
   /// Something was lost or late. The status is WARN for some seconds, and the reason stays as the last

@@ -89,9 +89,10 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
   info.seconds.wait = orZero(info.seconds.wait) + waited;
   info.seconds.publish = orZero(info.seconds.publish) + watch.seconds();
 
-  const core::Selection selection = active.selector->select(input);
+  core::Selection selection = active.selector->select(input);
   info.seconds.select = selection.seconds;
   watch.restart();
+  addConfidence(input, selection);
   Result result;
   // Subscribers of the matches alone see no status: they get none that they should not rely on.
   const bool reliable = selection.status != core::Status::kUncertain;
