@@ -16,13 +16,14 @@ from . import (
     robustness,
     stages,
     timing,
+    unrelated,
     visual,
 )
 from .figures import FigureWriter, set_up_figures
 from .markup import section, sources
 from .scopes import other_groups
 from .style import CSS
-from .words import esc
+from .words import esc, is_unrelated
 
 # `files` are the tables of the run that a section is made of and does not link itself.
 Section = namedtuple("Section", "key title module shown files", defaults=[()])
@@ -53,6 +54,12 @@ SECTIONS = (
         guide,
         experiment("guide"),
         ("guide.csv", "pairs.csv", "scaling.csv"),
+    ),
+    Section(
+        "unrelated",
+        "Pairs of different scenes",
+        unrelated,
+        lambda run: "unrelated" in run.sections or any(is_unrelated(row["dataset"]) for row in run.pairs),
     ),
     Section("results", "Results", results, lambda run: not run.sections or other_groups(run)),
     Section("time", "Time against F, and F pair by pair", timing, lambda run: not run.sections),

@@ -9,7 +9,7 @@ from collections import Counter, OrderedDict, namedtuple
 import numpy as np
 
 from .selectors import is_baseline, selector_key, selector_styles
-from .words import plural
+from .words import is_unrelated, plural
 
 PAIRS_HEADER = (
     "dataset,sequence,pair,features,preselection,selector,tau_px,n_left,n_right,n_putative,n_ground_truth,"
@@ -250,9 +250,13 @@ class Run:
             task = (group, row["sequence"], row["pair"], row["selector"], row["seed"])
             if self.tasks.get(task, "ok") == "ok":
                 self.tasks[task] = row["status"] or "ok"
+            if is_unrelated(row["dataset"]):
+                continue
             if row["n_ground_truth"] == 0 and row["status"] != "unsupported_input":
                 self.left_out[(group, row["sequence"], row["pair"])] = row["n_putative"]
-        self.groups = list(OrderedDict.fromkeys(list(self.rows) + list(self.means)))
+        groups = OrderedDict.fromkeys(list(self.rows) + list(self.means))
+        # Pairs of different scenes have no F; a section of their own shows them.
+        self.groups = [group for group in groups if not is_unrelated(group.dataset)]
         names = {row["selector"] for row in self.pairs} | {row["selector"] for row in self.summary}
         self.selectors = sorted(names, key=selector_key)
         self.statuses = {}  # (group, selector) -> Counter of statuses

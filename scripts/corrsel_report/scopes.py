@@ -12,6 +12,7 @@ EXPERIMENTS = (
     "efficiency",
     "visual",
     "guide",
+    "unrelated",
 )
 
 

@@ -17,6 +17,7 @@ STATUSES = OrderedDict(
 )
 PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
 GROUND_TRUTH_PX = 10
+UNRELATED = "unrelated_"  # begins the name of a dataset of pairs of different scenes
 GIVEN = "given"  # features of a dataset that provides matches
 
 
@@ -78,6 +79,11 @@ def overlap(first, second):
     if None in bounds:
         return None
     return bounds[0] <= bounds[3] and bounds[2] <= bounds[1]
+
+
+def is_unrelated(dataset):
+    """Tell whether the pairs of a dataset show different scenes."""
+    return dataset.startswith(UNRELATED)
 
 
 def data_kind(dataset):

@@ -1,8 +1,10 @@
 #include "corrsel/benchmark/experiments.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "base/text.h"
+#include "corrsel/datasets/reader.h"
 
 namespace corrsel::core {
 namespace {
@@ -29,7 +31,8 @@ struct Experiment {
   std::vector<Cell> cells;
 };
 
-/// The paper's sections "Performance on the different datasets" to "Summary and discussion", in its order.
+/// The paper's sections "Performance on the different datasets" to "Summary and discussion", in its order,
+/// all of them together, and further experiments.
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all = {
       {"overall", kAll, {kDefault}},
@@ -41,6 +44,9 @@ const std::vector<Experiment>& experiments() {
       {"visual", kAll, {kDefault}},
       {"guide", kAll, allCells()},
       {"paper", kAll, allCells()},
+      {"unrelated",
+       {"vgg", "symbench"},
+       {{"sift+sift", "none"}, {"orb+orb", "none"}, {"hessian_affine+sift", "none"}}},
   };
   return all;
 }
@@ -62,6 +68,17 @@ std::vector<std::string> experimentNames() {
 
 std::vector<std::string> experimentDatasets(const std::string& name) { return find(name).datasets; }
 
+std::vector<std::string> completeDatasets(const std::string& name, std::vector<std::string> datasets) {
+  if (name != "unrelated") return datasets;
+  const std::vector<std::string> given = datasets;
+  for (const std::string& dataset : given) {
+    const std::string unrelated = kUnrelatedPrefix + dataset;
+    const bool there = std::find(datasets.begin(), datasets.end(), unrelated) != datasets.end();
+    if (!isUnrelated(dataset) && !there) datasets.push_back(unrelated);
+  }
+  return datasets;
+}
+
 void applyExperiment(const std::string& name, BenchmarkConfig& config) {
   config.experiment = name;
   if (config.selectors.empty()) config.selectors = {"all"};
@@ -73,8 +90,8 @@ void applyExperiment(const std::string& name, BenchmarkConfig& config) {
   const Experiment& experiment = find(name);
   config.sections = {name};
   if (name == "paper") {
-    config.sections = experimentNames();
-    config.sections.pop_back();
+    const std::vector<std::string> names = experimentNames();
+    config.sections.assign(names.begin(), std::find(names.begin(), names.end(), name));
   }
   if (config.features.empty() && config.preselection.empty()) {
     config.cells = experiment.cells;

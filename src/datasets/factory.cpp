@@ -8,6 +8,7 @@
 #include "datasets/heinly_generated.h"
 #include "datasets/homography_pairs.h"
 #include "datasets/sample.h"
+#include "datasets/unrelated.h"
 
 namespace corrsel::core {
 namespace {
@@ -109,6 +110,9 @@ void requirePlainName(const std::string& name) {
 
 std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::string& path, int seed) {
   requirePlainName(name);
+  if (isUnrelated(name)) {
+    return std::make_unique<UnrelatedReader>(openDataset(imageDataset(name), path, seed), seed);
+  }
   for (const Entry& entry : kDatasets) {
     if (name == entry.name) return entry.open(name, path, seed);
   }
@@ -128,8 +132,15 @@ std::vector<std::string> datasetNames() {
   return names;
 }
 
+bool isUnrelated(const std::string& name) { return name.rfind(kUnrelatedPrefix, 0) == 0; }
+
+std::string imageDataset(const std::string& name) {
+  return isUnrelated(name) ? name.substr(std::char_traits<char>::length(kUnrelatedPrefix)) : name;
+}
+
 bool needsSamplePhotographs(const std::string& name) {
-  return name == "sample" || name == "heinly_generated";
+  const std::string images = imageDataset(name);
+  return images == "sample" || images == "heinly_generated";
 }
 
 }  // namespace corrsel::core

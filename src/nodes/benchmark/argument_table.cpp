@@ -14,7 +14,7 @@ const CommandLineTable& benchmarkArguments() {
       {},
       {
           {"experiment", "NAME", "",
-           "preset: " + core::joinList(core::experimentNames()) + "; paper comprises all the others"},
+           "preset: " + core::joinList(core::experimentNames()) + "; paper comprises those before it"},
           {"dataset", "LIST", "",
            "datasets, comma-separated: the names that --list prints, or any folder below data_root in one of "
            "their layouts; default: those of the experiment, or sample"},

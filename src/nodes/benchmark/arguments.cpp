@@ -121,6 +121,7 @@ void readValues(const Values& values, Arguments& arguments) {
                           ? std::vector<std::string>{"sample"}
                           : datasetsOf(text("experiment"), config.data_root, arguments);
   }
+  config.datasets = core::completeDatasets(text("experiment"), config.datasets);
   arguments.bag_topics = bagTopics(values, config);
   config.tolerances.clear();
   for (const std::string& tau : values.list("tolerances")) {

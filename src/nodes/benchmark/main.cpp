@@ -85,10 +85,10 @@ std::string datasetFolder(const std::string& name, const std::string& data_root)
                                                          : below.string();
   }
   if (data_root.empty()) {
-    throw UsageError("dataset '" + name + "' needs data_root: the folder that holds the folder '" + name +
-                     "'");
+    throw UsageError("dataset '" + name + "' needs data_root: the folder that holds the folder '" +
+                     core::imageDataset(name) + "'");
   }
-  return (fs::path(data_root) / name).string();
+  return (fs::path(data_root) / core::imageDataset(name)).string();
 }
 
 void fetchSamplesIfMissing(const std::string& folder) {

@@ -1,0 +1,233 @@
+"""Experiment unrelated: what the selectors select where all matches are wrong, and whether they know it."""
+from collections import OrderedDict, namedtuple
+
+import numpy as np
+
+from .figures import draw_line, new_axes, plot_text, swatch
+from .markup import best_cell, dataset_html, paragraph, sources, table
+from .selectors import is_baseline, selector_key
+from .words import UNRELATED, esc, features_text, is_unrelated, plural, preselection_text
+
+DASH = "\u2013"
+MORE_THAN = 8  # selected matches, with status ok: the pair is accepted
+SMALLEST_SHARE = 1e-3  # left end of the logarithmic axis
+
+# One selection: `confidence` and `selected` are numbers, `ok` tells whether the status is ok.
+Judged = namedtuple("Judged", "ok selected confidence")
+
+
+def cells_of(run):
+    """Return (features, preselection) -> dataset -> selector -> selections, of the cells with unrelated pairs."""
+    seen, cells = set(), OrderedDict()
+    for row in run.pairs:
+        if row["status"] in ("unsupported_input", "failed") or None in (row["n_selected"], row["confidence"]):
+            continue
+        key = tuple(
+            row[name]
+            for name in ("dataset", "sequence", "pair", "features", "preselection", "selector", "seed")
+        )
+        if key in seen:  # another tolerance
+            continue
+        seen.add(key)
+        cell = cells.setdefault((row["features"], row["preselection"]), OrderedDict())
+        selectors = cell.setdefault(row["dataset"], OrderedDict())
+        judged = Judged((row["status"] or "ok") == "ok", row["n_selected"], row["confidence"])
+        selectors.setdefault(row["selector"], []).append(judged)
+    return OrderedDict((key, cell) for key, cell in cells.items() if any(is_unrelated(d) for d in cell))
+
+
+def unrelated_of(cell, selector):
+    """Return a selector's selections on all unrelated pairs of a cell."""
+    return [j for dataset, by in cell.items() if is_unrelated(dataset) for j in by.get(selector, ())]
+
+
+def related_datasets(cell):
+    """Return the datasets of a cell whose pairs show one scene, where the cell has unrelated ones of them too."""
+    return [d for d in cell if not is_unrelated(d) and UNRELATED + d in cell]
+
+
+def accepted(selections):
+    """Return the number of selections with the status ok and more than MORE_THAN matches."""
+    return sum(j.ok and j.selected > MORE_THAN for j in selections)
+
+
+def has_confidence(cell, selector):
+    """Tell whether a selector has a confidence on any pair."""
+    return any(j.confidence > 0 for by in cell.values() for j in by.get(selector, ()))
+
+
+def scores(cell, selector, selections):
+    """Return what is compared with a threshold: the confidence, or else the number selected with the status ok."""
+    if has_confidence(cell, selector):
+        return np.array([j.confidence for j in selections], dtype=float)
+    return np.array([j.selected if j.ok else 0 for j in selections], dtype=float)
+
+
+def roc(related, unrelated):
+    """Return the shares of unrelated and of related pairs at or above each threshold, from (0, 0) to (1, 1)."""
+    thresholds = np.unique(np.concatenate([related, unrelated]))[::-1]
+    x = np.concatenate([[0.0], [np.mean(unrelated >= t) for t in thresholds]])
+    y = np.concatenate([[0.0], [np.mean(related >= t) for t in thresholds]])
+    return x, y
+
+
+def area(related, unrelated):
+    """Return the area under the ROC; None without pairs of both kinds.
+
+    It is the probability that a related pair has the higher score than an unrelated one; ties count one half.
+    """
+    if len(related) == 0 or len(unrelated) == 0:
+        return None
+    x, y = roc(related, unrelated)
+    return float(np.sum(np.diff(x) * (y[1:] + y[:-1])) / 2)
+
+
+def share_text(count, total):
+    """Return a count with its share in percent."""
+    return DASH if not total else "%.1f %%" % (100.0 * count / total)
+
+
+def selectors_of(cell):
+    """Return the selectors of a cell in the report's order."""
+    return sorted({s for by in cell.values() for s in by}, key=selector_key)
+
+
+def areas_of(cell, selector):
+    """Return dataset -> area under the ROC of its pairs against all unrelated pairs of the cell."""
+    wrong = scores(cell, selector, unrelated_of(cell, selector))
+    return OrderedDict(
+        (dataset, area(scores(cell, selector, cell[dataset].get(selector, ())), wrong))
+        for dataset in related_datasets(cell)
+    )
+
+
+def cell_table(name, cell):
+    """Return the table of a cell: shares of accepted pairs, and areas under the ROC."""
+    datasets = related_datasets(cell)
+    head = ["Selector", "Unrelated pairs", "of them accepted", "Accepted"]
+    head += ["%s: accepted" % esc(d) for d in datasets]
+    head += ["Score of the ROC"] + ["%s: area" % esc(d) for d in datasets]
+    values = OrderedDict()
+    for selector in selectors_of(cell):
+        wrong = unrelated_of(cell, selector)
+        values[selector] = (wrong, accepted(wrong), areas_of(cell, selector))
+    competing = [v for s, v in values.items() if not is_baseline(s) and v[0]]
+    fewest = min((v[1] / len(v[0]) for v in competing), default=None)
+    highest = {d: max((v[2][d] for v in competing if v[2][d] is not None), default=None) for d in datasets}
+    rows = []
+    for selector, (wrong, count, areas) in values.items():
+        base = is_baseline(selector)
+        share = share_text(count, len(wrong))
+        best = not base and wrong and count / len(wrong) == fewest
+        cells = [esc(selector) + (' <span class="small">baseline</span>' if base else "")]
+        cells += [str(len(wrong)), str(count)]
+        cells.append(('class="best"', "<strong>%s</strong>" % share) if best else share)
+        for dataset in datasets:
+            right = cell[dataset].get(selector, [])
+            cells.append(share_text(accepted(right), len(right)))
+        cells.append(('class="text"', "confidence" if has_confidence(cell, selector) else "number selected"))
+        for dataset in datasets:
+            value = areas[dataset]
+            text = DASH if value is None else "%.3f" % value
+            best = not base and value is not None and value == highest[dataset]
+            cells.append(best_cell(text, of="column") if best else text)
+        rows.append(("baseline" if base else "", cells))
+    caption = (
+        "Pairs of different scenes, %s. A pair is accepted if more than %d matches are selected with the status ok."
+        " Area: area under the ROC of the score between the pairs of the dataset and all unrelated pairs; 1 means that"
+        " a threshold separates them, 0.5 that the score tells nothing." % (esc(name), MORE_THAN)
+    )
+    return table(caption, head, rows, "results")
+
+
+def roc_panel(run, figures, name, cell, dataset):
+    """Draw the ROC of every selector between the pairs of a dataset and all unrelated pairs of the cell."""
+    figure, axes = new_axes(4.6, 3.6, 0.55, 0.15, 0.5, 0.34)
+    for selector in reversed(selectors_of(cell)):
+        right = scores(cell, selector, cell[dataset].get(selector, ()))
+        wrong = scores(cell, selector, unrelated_of(cell, selector))
+        if len(right) == 0 or len(wrong) == 0:
+            continue
+        x, y = roc(right, wrong)
+        x, y = np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]  # no interpolation between thresholds
+        draw_line(
+            axes,
+            np.maximum(x, SMALLEST_SHARE),
+            y,
+            run.styles[selector],
+            label=plot_text(selector),
+            markevery=0.2,
+        )
+    axes.set_xscale("log")
+    axes.set_xlim(SMALLEST_SHARE, 1.1)
+    axes.set_ylim(-0.02, 1.03)
+    axes.set_xlabel("share of unrelated pairs above the threshold (logarithmic)")
+    axes.set_title("%s: share of its pairs above the threshold" % plot_text(dataset), loc="left")
+    axes.grid(True)
+    label = "ROC between the pairs of %s and unrelated pairs, %s" % (dataset, name)
+    return figures(figure, label, "unrelated_%s_%s" % (dataset, name))
+
+
+def statement(cell):
+    """Return who accepts the fewest unrelated pairs, as a sentence; '' without competing selectors."""
+    counts = OrderedDict()
+    for selector in selectors_of(cell):
+        wrong = unrelated_of(cell, selector)
+        if wrong and not is_baseline(selector):
+            counts[selector] = (accepted(wrong), len(wrong))
+    if not counts:
+        return ""
+    fewest = min(count / total for count, total in counts.values())
+    names = [s for s, (count, total) in counts.items() if count / total == fewest]
+    count, total = counts[names[0]]
+    return "%s accept%s the fewest: %d of %d unrelated pairs (%s)." % (
+        " and ".join("<b>%s</b>" % esc(name) for name in names),
+        "" if len(names) > 1 else "s",
+        count,
+        total,
+        share_text(count, total),
+    )
+
+
+def cell_html(run, figures, key, cell):
+    """Return table and figure of one cell."""
+    features, preselection = key
+    name = features_text(features)
+    if preselection not in ("", "none"):
+        name += ", " + preselection_text(preselection)
+    out = [
+        '<article class="group"><h3>%s</h3>' % esc(name),
+        paragraph(statement(cell)),
+        cell_table(name, cell),
+    ]
+    panels = "".join("<div>%s</div>" % roc_panel(run, figures, name, cell, d) for d in related_datasets(cell))
+    if panels:
+        legend = "".join("<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in selectors_of(cell))
+        out.append(
+            '<figure class="figure"><ul class="legend">%s</ul><div class="panels">%s</div><figcaption>%s</figcaption>'
+            "</figure>"
+            % (
+                legend,
+                panels,
+                "Share of a dataset's pairs against the share of unrelated pairs whose score reaches a threshold, for"
+                " all thresholds.",
+            )
+        )
+    out.append("</article>")
+    return "\n".join(part for part in out if part)
+
+
+def html(run, figures):
+    """Return the body of the section."""
+    cells = cells_of(run)
+    if not cells:
+        return paragraph("The run has no unrelated pairs yet.")
+    datasets = list(OrderedDict.fromkeys(d for cell in cells.values() for d in cell if is_unrelated(d)))
+    counts = {d: len({(r["sequence"], r["pair"]) for r in run.pairs if r["dataset"] == d}) for d in datasets}
+    intro = (
+        "Each of these pairs consists of two images of different scenes, so that every match is wrong: %s."
+        % "; ".join("%s (%s)" % (dataset_html(d), plural(counts[d], "pair")) for d in datasets)
+    )
+    out = [paragraph(intro), sources(run, "pairs.csv")]
+    out += [cell_html(run, figures, key, cell) for key, cell in cells.items()]
+    return "\n".join(out)
