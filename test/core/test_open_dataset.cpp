@@ -41,6 +41,8 @@ TEST_F(OpenDataset, KnowsNineNames) {
     EXPECT_TRUE(contains(error, "'" + path("nowhere") + "' is not a folder")) << error;
   }
   EXPECT_FALSE(needsSamplePhotographs("mine"));
+  EXPECT_TRUE(needsSamplePhotographs("unrelated_sample"));
+  EXPECT_FALSE(needsSamplePhotographs("unrelated_vgg"));
 }
 
 TEST_F(OpenDataset, OpensKnownNamesInTheirLayout) {
@@ -80,6 +82,22 @@ TEST_F(OpenDataset, RecognisesTheLayoutOfOtherNames) {
     write(fs::path("scene") / layout.homography, "seven");
     EXPECT_THROW(openDataset("mine", path())->read(0), DatasetError);
   }
+}
+
+TEST_F(OpenDataset, MakesUnrelatedPairsOfAnyDataset) {
+  for (const char* scene : {"pairs/desk", "pairs/wall"}) writePair(scene, "left.png", "right.png", "H.txt");
+  for (const char* name : {"pairs", "mine"}) {
+    const auto reader = openDataset(std::string("unrelated_") + name, path("pairs"));
+    ASSERT_EQ(reader->size(), 2u);
+    EXPECT_EQ(reader->id(0).dataset, std::string("unrelated_") + name);
+    EXPECT_EQ(reader->read(0).left.size(), cv::Size(20, 12));
+    EXPECT_TRUE(isUnrelated(reader->id(0).dataset));
+    EXPECT_EQ(imageDataset(reader->id(0).dataset), name);
+  }
+  EXPECT_FALSE(isUnrelated("vgg"));
+  EXPECT_EQ(imageDataset("vgg"), "vgg");
+  const std::string error = errorOf<std::invalid_argument>([&] { openDataset("unrelated_", path("pairs")); });
+  EXPECT_TRUE(contains(error, "dataset name ''")) << error;
 }
 
 TEST_F(OpenDataset, ListsTheLayoutsTried) {

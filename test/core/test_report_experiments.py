@@ -13,12 +13,22 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[2] / "scripts")]
 import report  # noqa: E402  (found through the path above)
-from corrsel_report import compared, paper, per_pair, reading, stages, visual  # noqa: E402
+import numpy as np  # noqa: E402
+from corrsel_report import (  # noqa: E402
+    compared,
+    paper,
+    per_pair,
+    reading,
+    stages,
+    unrelated,
+    visual,
+    words,
+)
 from corrsel_report.figures import safe_name  # noqa: E402
 from corrsel_report.words import data_kind  # noqa: E402
 from test_report import JPEG, Page, figure_files, pair_row, read_csv, summary_row, write_csv  # noqa: E402
 
-SECTIONS = "overall per_pair preselected features robustness efficiency visual guide".split()
+SECTIONS = "overall per_pair preselected features robustness efficiency visual guide".split()  # of paper
 CELLS = ("hessian_affine+sift/none", "hessian_affine+sift/nnsr", "orb+orb/none")
 SELECTORS = {"nnsr": 0.5, "usac": 0.9, "gms": 0.7, "keep_all": 0.2}
 EVIL = "../../e<b>vil</b>, \"x\"/'y'"
@@ -319,6 +329,64 @@ class ExperimentsTest(unittest.TestCase):
         named = set(re.findall(r'href="#cell-(\d+)">see it', text))
         shown = set(re.findall(r'id="cell-(\d+)"><figure id="ex-\d+"><a class="open"', text))
         self.assertTrue(named <= shown)
+
+    def test_pairs_of_different_scenes(self):
+        folder = self.copy()
+        rows = []
+
+        def add(dataset, selector, selections):
+            for i, (selected, confidence, status) in enumerate(selections):
+                for tau in (1, 5):
+                    row = pair_row(dataset, "s%d" % i, "orb+orb", selector, tau, values(0.5))
+                    row.update(n_selected=selected, confidence=confidence, status=status)
+                    if words.is_unrelated(dataset):
+                        row.update(n_ground_truth=0, precision="", recall_paper="", f_paper="")
+                    rows.append(row)
+
+        # usac is surer of two right pairs than of any wrong one, and as sure of the third one as of a wrong one.
+        add("vgg", "usac", [(50, 30, "ok"), (40, 20, "ok"), (9, 5, "uncertain")])
+        add("unrelated_vgg", "usac", [(9, 5, "ok"), (8, 0, "ok")])
+        add("unrelated_symbench", "usac", [(60, 1, "uncertain"), (0, 0, "no_model")])
+        # gms has no confidence: the number selected counts, unless the status is another than ok.
+        add("vgg", "gms", [(50, 0, "ok"), (40, 0, "ok"), (30, 0, "time_limit")])
+        add("unrelated_vgg", "gms", [(45, 0, "ok"), (44, 0, "ok")])
+        add("unrelated_symbench", "gms", [(10, 0, "ok"), (0, 0, "ok")])
+        add("vgg", "nnsr", [("", "", "unsupported_input")] * 3)
+        write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        write_config(folder, ["unrelated"])
+        text = self.make(folder)
+        self.assertIn("unrelated", sections_of(text))
+        self.page = Page(text)
+        usac = self.cells("Pairs of different scenes, orb+orb", "usac")
+        self.assertEqual(
+            (usac["Unrelated pairs"], usac["of them accepted"], usac["Accepted"]), ("4", "1", "25.0 %")
+        )
+        self.assertEqual(usac["vgg: accepted"], "66.7 %")
+        self.assertEqual(usac["Score of the ROC"], "confidence")
+        # 12 comparisons, one of them a tie, all others won.
+        self.assertEqual(usac["vgg: area"], "%.3f\u25b2" % (11.5 / 12))
+        gms = self.cells("Pairs of different scenes, orb+orb", "gms")
+        self.assertEqual((gms["of them accepted"], gms["Accepted"]), ("3", "75.0 %"))
+        self.assertEqual(gms["Score of the ROC"], "number selected")
+        # 50 beats all four, 40 beats two, 0 ties with one.
+        self.assertEqual(gms["vgg: area"], "%.3f" % (6.5 / 12))
+        self.assert_text(text, "<b>usac</b> accepts the fewest: 1 of 4 unrelated pairs (25.0 %).")
+        self.assert_text(text, "unrelated_vgg (2 pairs); unrelated_symbench (2 pairs)")
+        self.assertNotIn("no ground-truth inlier among", text)
+        self.assertNotIn("nnsr", [r[0]["text"] for r in self.page.table("Pairs of different scenes")])
+        names = [r[0]["text"] for r in self.page.table("Highest mean F")]
+        self.assertFalse([n for n in names if n.startswith("unrelated")])
+
+    def test_area_under_the_roc_is_the_share_of_comparisons_won(self):
+        random = np.random.RandomState(1)
+        for _ in range(20):
+            right, wrong = random.randint(0, 6, 9), random.randint(0, 5, 7)
+            won = np.mean([(r > w) + 0.5 * (r == w) for r in right for w in wrong])
+            self.assertAlmostEqual(unrelated.area(right, wrong), won)
+            x, y = unrelated.roc(right, wrong)
+            self.assertEqual((x[0], y[0], x[-1], y[-1]), (0, 0, 1, 1))
+            self.assertTrue(np.all(np.diff(x) >= 0) and np.all(np.diff(y) >= 0))
+        self.assertIsNone(unrelated.area(np.array([]), np.array([1.0])))
 
     def test_images_without_numbers(self):
         folder = self.copy()

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "benchmark/tables.h"
 #include "corrsel/Progress.h"
 #include "corrsel/Score.h"
 #include "corrsel/random.h"
@@ -47,7 +48,7 @@ std::vector<std::string> timelessRows(const fs::path& folder) {
   std::ifstream in(folder / "pairs.csv");
   for (std::string line; std::getline(in, line);) {
     std::vector<std::string> fields = core::parseCsvLine(line);
-    fields.resize(20);
+    fields.resize(core::pairsTable().indexOf("detect_s"));
     rows.push_back(core::joinList(fields, ","));
   }
   return rows;
@@ -59,17 +60,17 @@ class BenchmarkLaunch : public ::testing::Test {
     root_ = fs::temp_directory_path() / ("corrsel_launch_" + std::to_string(getpid()));
     fs::remove_all(root_);
     fs::create_directories(root_ / "data");
-    writeScene("one");
+    writeScene("data", "one");
     setenv("XDG_CACHE_HOME", (root_ / "cache").c_str(), 1);
     setenv("ROS_HOME", (root_ / "ros_home").c_str(), 1);
   }
   static void TearDownTestSuite() { fs::remove_all(root_); }
 
   /// A scene in the form of the VGG dataset: six images, five homographies.
-  static void writeScene(const std::string& name) {
-    const fs::path folder = root_ / "data" / "vgg" / name;
+  static void writeScene(const std::string& data_root, const std::string& name, std::uint64_t seed = 3) {
+    const fs::path folder = root_ / data_root / "vgg" / name;
     fs::create_directories(folder);
-    core::Random random(3);
+    core::Random random(seed);
     cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(40));
     for (int k = 0; k < 200; ++k) {
       const cv::Point centre(static_cast<int>(random.index(320)), static_cast<int>(random.index(240)));
@@ -267,6 +268,36 @@ TEST_F(BenchmarkLaunch, PresetRunsItsCellsAndSaysSoInTheReport) {
   EXPECT_GT(readAll(run / "stages.csv").size(), 100U);
 }
 
+TEST_F(BenchmarkLaunch, PairsOfDifferentScenesAreRunMergedAndReported) {
+  writeScene("scenes", "one");
+  writeScene("scenes", "two", 4);
+  const std::string common =
+      "rosrun corrsel benchmark --experiment unrelated --dataset vgg --features orb+orb "
+      "--selectors ransac,gms --tolerances 5 --max_pairs 4 --data_root " +
+      (root_ / "scenes").string() + " --output_dir ";
+  const fs::path whole = root_ / "unrelated", merged = root_ / "unrelated_merged";
+  const Output output = shell(common + whole.string());
+  EXPECT_EQ(output.code, 0) << output.text;
+  std::map<std::string, std::size_t> rows;
+  for (const std::string& line : timelessRows(whole)) ++rows[core::parseCsvLine(line)[0]];
+  EXPECT_EQ(rows, (std::map<std::string, std::size_t>{
+                      {"dataset", 1U}, {"vgg", 4U * 3}, {"unrelated_vgg", 4U * 3}}));
+  const std::string report = readAll(whole / "report.html");
+  EXPECT_NE(report.find("Pairs of different scenes, orb+orb."), std::string::npos);
+  EXPECT_NE(report.find("unrelated_vgg (4 pairs)"), std::string::npos);
+
+  std::string parts;
+  for (const char* part : {"1", "2"}) {
+    const fs::path folder = root_ / ("unrelated_part" + std::string(part));
+    const Output shard = shell(common + folder.string() + " --report false --shard " + part + "/2");
+    EXPECT_EQ(shard.code, 0) << shard.text;
+    parts += (parts.empty() ? "" : ",") + folder.string();
+  }
+  const Output merge = shell(common + merged.string() + " --report false --merge " + parts);
+  EXPECT_EQ(merge.code, 0) << merge.text;
+  EXPECT_EQ(timelessRows(merged), timelessRows(whole));
+}
+
 TEST_F(BenchmarkLaunch, GuideIsPrintedAndSelectorsAreTimed) {
   const fs::path run = root_ / "guide";
   const Output output = shell(
@@ -336,7 +367,8 @@ TEST_F(BenchmarkLaunch, NamesAreTextNotPathsOrMarkup) {
             " --dataset '" + dataset + "' --output_dir " + (outer / "run").string());
   EXPECT_EQ(output.code, 0) << output.text;
   std::ifstream in(outer / "run" / "pairs.csv");
-  for (std::string line; std::getline(in, line);) EXPECT_EQ(core::parseCsvLine(line).size(), 24U) << line;
+  for (std::string line; std::getline(in, line);)
+    EXPECT_EQ(core::parseCsvLine(line).size(), core::pairsTable().columns().size()) << line;
   const std::string report = readAll(outer / "run" / "report.html");
   EXPECT_EQ(report.find("<b>set"), std::string::npos);
   EXPECT_EQ(report.find("<em>"), std::string::npos);
