@@ -23,6 +23,7 @@ constexpr float kPlaceRadius = 8.0F;   // px: nearer points are the same place
 constexpr double kDensityRadius = 20;  // px: half the side of the square in which the density is measured
 constexpr double kLeastCell = 5;       // px: side of a cell of the density
 constexpr double kCellsPerMatch = 8;   // at most
+constexpr double kLeastSpread = 1e-3;  // smallest product of principal variances over the squared sum
 constexpr int kPredictors = 6;         // nearest selected matches from which a match is predicted
 
 /// The cell of a position, at least 0 and at most `last`.
@@ -40,6 +41,15 @@ double logFactorial(double n) {
   const double inverse = 1 / n;  // Stirling's series
   return (n + 0.5) * std::log(n) - n + kHalfLogTwoPi +
          inverse * (1.0 / 12 - inverse * inverse * (1.0 / 360 - inverse * inverse / 1260));
+}
+
+/// -log10 of the probability that at least one of the expected false alarms occurs, 1 - exp(-NFA).
+double confidenceFrom(double log10_nfa) {
+  constexpr double kCertain = -10;  // the probability is the expected number below this
+  if (log10_nfa < kCertain) return -log10_nfa;
+  const double expected = std::pow(10.0, log10_nfa);
+  const double log = expected < 1 ? std::log(-std::expm1(-expected)) : std::log1p(-std::exp(-expected));
+  return std::abs(log) / std::log(10.0);
 }
 
 }  // namespace
@@ -190,13 +200,26 @@ void SignificanceTest::countDistinct() {
 Significance SignificanceTest::judge(std::size_t trials, std::size_t sample_size, double log10_tests,
                                      const double* chance) const {
   Significance best;
+  double lowest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < kThresholds; ++i) {
     if (counts_[i] <= sample_size) continue;
-    const double confidence = -log10_tests - log10BinomialTail(trials - sample_size, counts_[i] - sample_size,
-                                                               std::min(1.0, chance[i]));
-    if (confidence > best.confidence) best = {confidence, kThreshold[i], counts_[i]};
+    const double log10_nfa = log10_tests + log10BinomialTail(trials - sample_size, counts_[i] - sample_size,
+                                                             std::min(1.0, chance[i]));
+    if (log10_nfa >= lowest) continue;
+    lowest = log10_nfa;
+    best = {confidenceFrom(log10_nfa), kThreshold[i], counts_[i]};
   }
   return best;
+}
+
+/// Adds the probabilities that a match agrees by chance with the prediction (x, y), for discs of `area` times
+/// their size.
+void SignificanceTest::addChance(double x, double y, std::uint32_t match, double area, double* chance) const {
+  const double others = density_.others(x, y, right_x_[match], right_y_[match]);
+  const double density = std::max(1 / right_area_, others / static_cast<double>(left_x_.size() - 1));
+  const double unit = density * kPi * area;
+  for (std::size_t t = 0; t < kThresholds; ++t)
+    chance[t] += std::min(1.0, unit * kThreshold[t] * kThreshold[t]);
 }
 
 Significance SignificanceTest::homography(const cv::Matx33d& left_to_right, std::uint64_t hypotheses) {
@@ -216,12 +239,9 @@ Significance SignificanceTest::homography(const cv::Matx33d& left_to_right, std:
         std::min(forward, homographyError(backward, right_x_[i], right_y_[i], left_x_[i], left_y_[i])), i);
     const double x = (h(0, 0) * left_x_[i] + h(0, 1) * left_y_[i] + h(0, 2)) / w;
     const double y = (h(1, 0) * left_x_[i] + h(1, 1) * left_y_[i] + h(1, 2)) / w;
-    const double density = std::max(
-        1 / right_area_, density_.others(x, y, right_x_[i], right_y_[i]) / static_cast<double>(n - 1));
     // The disc around the left point covers an area in the right image that is |det J| times as large.
-    const double unit = density * kPi * std::max(1.0, std::abs(determinant) / (w * w * w));
-    for (std::size_t t = 0; t < kThresholds; ++t)
-      chance[t] += std::min(1.0, unit * kThreshold[t] * kThreshold[t]);
+    addChance(x, y, static_cast<std::uint32_t>(i), std::max(1.0, std::abs(determinant) / (w * w * w)),
+              chance);
   }
   for (double& share : chance) share /= static_cast<double>(n);
   countDistinct();
@@ -258,69 +278,94 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
   return judge(n, kSampleSize, std::log10(tests), chance);
 }
 
-Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
-  const std::size_t n = left_x_.size();
-  // Whole places are drawn, so that no match is predicted from another one at its own place.
-  half_of_place_.clear();
-  half_.resize(n);
-  left_places_.clear(n);
+void SignificanceTest::gatherSelected(const std::vector<std::uint8_t>& mask) {
+  selected_.clear();
+  selected_x_.clear();
+  selected_y_.clear();
+  for (std::size_t i = 0; i < left_x_.size(); ++i) {
+    if (mask[order_[i].row] == 0) continue;
+    selected_.push_back(static_cast<std::uint32_t>(i));
+    selected_x_.push_back(left_x_[i]);
+    selected_y_.push_back(left_y_[i]);
+  }
+}
+
+/// Draws whole places, so that no match is predicted from another one at its own place.
+void SignificanceTest::drawHalves() {
   Random random(0);
-  for (std::size_t i = 0; i < n; ++i) {
-    std::uint32_t place = left_places_.find(left_x_[i], left_y_[i]);
+  half_.resize(selected_.size());
+  half_of_place_.clear();
+  predictors_[0].clear();
+  predictors_[1].clear();
+  left_places_.clear(selected_.size());
+  for (std::size_t i = 0; i < selected_.size(); ++i) {
+    std::uint32_t place = left_places_.find(selected_x_[i], selected_y_[i]);
     if (place == Places::kNone) {
       place = static_cast<std::uint32_t>(half_of_place_.size());
-      left_places_.add(left_x_[i], left_y_[i]);
+      left_places_.add(selected_x_[i], selected_y_[i]);
       half_of_place_.push_back(static_cast<std::uint8_t>(random.index(2)));
+      predictors_[half_of_place_[place]].push_back(static_cast<std::uint32_t>(i));
     }
     half_[i] = half_of_place_[place];
   }
+}
+
+/// The right point of the affine map that fits the predictors best; false if they are nearly on a line.
+bool SignificanceTest::predict(std::uint32_t match, const std::uint32_t* predictors, double& x,
+                               double& y) const {
+  double mean_x = 0, mean_y = 0, mean_u = 0, mean_v = 0;
+  for (int p = 0; p < kPredictors; ++p) {
+    const std::uint32_t j = selected_[predictors[p]];
+    mean_x += left_x_[j], mean_y += left_y_[j];
+    mean_u += right_x_[j], mean_v += right_y_[j];
+  }
+  mean_x /= kPredictors, mean_y /= kPredictors, mean_u /= kPredictors, mean_v /= kPredictors;
+  double xx = 0, xy = 0, yy = 0, xu = 0, yu = 0, xv = 0, yv = 0;
+  for (int p = 0; p < kPredictors; ++p) {
+    const std::uint32_t j = selected_[predictors[p]];
+    const double dx = left_x_[j] - mean_x, dy = left_y_[j] - mean_y;
+    const double du = right_x_[j] - mean_u, dv = right_y_[j] - mean_v;
+    xx += dx * dx, xy += dx * dy, yy += dy * dy;
+    xu += dx * du, yu += dy * du, xv += dx * dv, yv += dy * dv;
+  }
+  const double determinant = xx * yy - xy * xy;
+  if (!(determinant > kLeastSpread * (xx + yy) * (xx + yy))) return false;
+  const double dx = left_x_[match] - mean_x, dy = left_y_[match] - mean_y;
+  const double a = (dx * yy - dy * xy) / determinant, b = (dy * xx - dx * xy) / determinant;
+  x = mean_u + a * xu + b * yu;
+  y = mean_v + a * xv + b * yv;
+  return true;
+}
+
+Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
+  gatherSelected(mask);
+  drawHalves();
+  const std::size_t n = left_x_.size(), count = selected_.size();
+  if (std::min(predictors_[0].size(), predictors_[1].size()) < kPredictors) return {};
+  nearest_.resize(count * kPredictors);
   Significance worst;
   for (std::uint8_t half = 0; half < 2; ++half) {
-    members_.clear();
-    left_places_.clear(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      if (half_[i] != half || mask[order_[i].row] == 0 || left_places_.isTaken(left_x_[i], left_y_[i]))
-        continue;
-      left_places_.add(left_x_[i], left_y_[i]);
-      members_.push_back(static_cast<std::uint32_t>(i));
-    }
-    if (members_.size() < kPredictors) return {};
-    neighbours_.build(left_x_.data(), left_y_.data(), members_.size(), kPredictors, members_.data());
-    nearest_.resize(kPredictors);
+    const std::vector<std::uint32_t>& predictors = predictors_[half];
+    neighbours_.build(selected_x_.data(), selected_y_.data(), predictors.size(), kPredictors,
+                      predictors.data());
+    neighbours_.nearestToAll(selected_x_.data(), selected_y_.data(), count, kPredictors, nearest_.data());
     candidates_.clear();
-    std::size_t trials = 0;
     double chance[kThresholds] = {};
-    for (std::size_t i = 0; i < n; ++i) {
+    std::size_t predicted = 0;
+    for (std::size_t i = 0; i < count; ++i) {
       if (half_[i] == half) continue;
-      ++trials;
-      neighbours_.nearest(left_x_[i], left_y_[i], kPredictors, nearest_.data());
-      double mean[4] = {}, xx = 0, xy = 0, yy = 0, xu = 0, yu = 0, xv = 0, yv = 0;
-      for (const std::uint32_t j : nearest_) {
-        const double values[4] = {left_x_[j], left_y_[j], right_x_[j], right_y_[j]};
-        for (int c = 0; c < 4; ++c) mean[c] += values[c] / kPredictors;
-      }
-      for (const std::uint32_t j : nearest_) {
-        const double x = left_x_[j] - mean[0], y = left_y_[j] - mean[1];
-        const double u = right_x_[j] - mean[2], v = right_y_[j] - mean[3];
-        xx += x * x, xy += x * y, yy += y * y;
-        xu += x * u, yu += y * u, xv += x * v, yv += y * v;
-      }
-      const double determinant = xx * yy - xy * xy;
-      if (!(determinant > 1e-3 * (xx + yy) * (xx + yy))) continue;  // on a line
-      const double dx = left_x_[i] - mean[0], dy = left_y_[i] - mean[1];
-      const double a = (dx * yy - dy * xy) / determinant, b = (dy * xx - dx * xy) / determinant;
-      const double u = mean[2] + a * xu + b * yu, v = mean[3] + a * xv + b * yv;
-      const double du = u - right_x_[i], dv = v - right_y_[i];
-      addCandidate(du * du + dv * dv, i);
-      const double density = std::max(
-          1 / right_area_, density_.others(u, v, right_x_[i], right_y_[i]) / static_cast<double>(n - 1));
-      for (std::size_t t = 0; t < kThresholds; ++t)
-        chance[t] += std::min(1.0, density * kPi * kThreshold[t] * kThreshold[t]);
+      ++predicted;
+      const std::uint32_t match = selected_[i];
+      double x = 0, y = 0;
+      if (!predict(match, &nearest_[i * kPredictors], x, y)) continue;
+      const double dx = x - right_x_[match], dy = y - right_y_[match];
+      addCandidate(dx * dx + dy * dy, match);
+      addChance(x, y, match, 1, chance);
     }
-    for (double& share : chance) share /= static_cast<double>(trials);
+    for (double& share : chance) share /= static_cast<double>(predicted);
     countDistinct();
-    const Significance found =
-        judge(trials, 0, std::log10(static_cast<double>(kThresholds * kLeastTests)), chance);
+    const std::size_t trials = predicted + (n - count + 1) / 2;
+    const Significance found = judge(trials, 0, std::log10(static_cast<double>(kThresholds)), chance);
     if (half == 0 || found.confidence < worst.confidence) worst = found;
   }
   return worst;

@@ -69,6 +69,17 @@ TEST(SignificanceTest, GoldenNumbersOfAHomography) {
   EXPECT_EQ(few.agreements, 12u);
 }
 
+TEST(SignificanceTest, IsNearZeroButOrderedWhereChanceExplainsTheAgreement) {
+  double last = 0;
+  for (const std::size_t agreeing : {7, 8, 9}) {
+    const double confidence = ofIdentity(identityMatches(1000, agreeing, 2.99F)).confidence;
+    EXPECT_GT(confidence, last);
+    last = confidence;
+  }
+  EXPECT_LT(ofIdentity(identityMatches(1000, 7, 2.99F)).confidence, 0.1);
+  EXPECT_EQ(ofIdentity(identityMatches(1000, 4, 2.99F)).confidence, 0);
+}
+
 TEST(SignificanceTest, CountsTheHypothesesTried) {
   const Correspondences matches = identityMatches(100, 30, 0.99F);
   EXPECT_EQ(ofIdentity(matches, 10000).confidence, ofIdentity(matches, 0).confidence);
@@ -92,7 +103,7 @@ TEST(SignificanceTest, SqueezingTheImageIntoOnePointIsNoEvidence) {
     hub.add(uniformPoint(random, 640, 480), cv::Point2d(300, 200) + 2 * normalPoint(random));
   SignificanceTest test;
   test.assign(hub);
-  EXPECT_EQ(test.homography({1e-3, 0, 300, 0, 1e-3, 200, 0, 0, 1}, 0).confidence, 0);
+  EXPECT_LT(test.homography({1e-3, 0, 300, 0, 1e-3, 200, 0, 0, 1}, 0).confidence, 0.01);
 }
 
 TEST(SignificanceTest, CrowdedPointsAgreeByChance) {
@@ -102,7 +113,7 @@ TEST(SignificanceTest, CrowdedPointsAgreeByChance) {
   for (std::size_t i = 0; i < 60; ++i)
     crowds.add(cv::Point2d(100, 100) + uniformPoint(random, 60, 60),
                cv::Point2d(100, 100) + uniformPoint(random, 60, 60));
-  EXPECT_EQ(ofIdentity(crowds).confidence, 0);
+  EXPECT_LT(ofIdentity(crowds).confidence, 0.01);
 }
 
 TEST(SignificanceTest, FundamentalMatrix) {
@@ -114,7 +125,7 @@ TEST(SignificanceTest, FundamentalMatrix) {
   EXPECT_LE(found.threshold, 2);
   EXPECT_GT(found.agreements, 200u);
   const cv::Matx33d unrelated(0, 0, 0, 0, 0, 1, -0.75, 0, 0);  // y' = 0.75 x
-  EXPECT_EQ(test.fundamental(unrelated, 0).confidence, 0);
+  EXPECT_LT(test.fundamental(unrelated, 0).confidence, 0.01);
   EXPECT_EQ(test.fundamental(cv::Matx33d::zeros(), 0).confidence, 0);
 }
 
@@ -139,16 +150,17 @@ TEST(SignificanceTest, MatchesThatAgreeWithTheirNeighboursAreSignificant) {
   EXPECT_GT(found.confidence, 50);
   EXPECT_LE(found.threshold, 5);
   EXPECT_GT(found.agreements, 30u);
-  // What is right and was not selected counts, too: the neighbours predict it.
+  // Only selected matches count.
   std::vector<std::uint8_t> half = scene.inlier;
   for (std::size_t i = 0; i < half.size(); i += 2) half[i] = 0;
-  EXPECT_GT(test.local(half).confidence, 50);
+  EXPECT_GT(test.local(half).confidence, 10);
+  EXPECT_LT(test.local(half).confidence, 0.7 * found.confidence);
 }
 
 TEST(SignificanceTest, CopiesOfAMatchDoNotPredictEachOther) {
   SignificanceTest test;
   test.assign(randomMatches(100, 8, 1));
-  EXPECT_EQ(test.local(std::vector<std::uint8_t>(800, 1)).confidence, 0);
+  EXPECT_LT(test.local(std::vector<std::uint8_t>(800, 1)).confidence, 0.01);
 }
 
 TEST(ConfidenceOf, IsThatOfTheModelOrElseOfTheMask) {
