@@ -19,12 +19,13 @@ constexpr double kThreshold[kThresholds] = {1, 1.5, 2, 3, 4, 5, 7, 10};  // px
 constexpr double kLargestThreshold = kThreshold[kThresholds - 1];
 constexpr std::uint64_t kLeastTests = 10000;
 constexpr std::size_t kLeastRepaired = 20000;
-constexpr float kPlaceRadius = 8.0F;   // px: nearer points are the same place
-constexpr double kDensityRadius = 20;  // px: half the side of the square in which the density is measured
-constexpr double kLeastCell = 5;       // px: side of a cell of the density
-constexpr double kCellsPerMatch = 8;   // at most
-constexpr double kLeastSpread = 1e-3;  // smallest product of principal variances over the squared sum
-constexpr int kPredictors = 6;         // nearest selected matches from which a match is predicted
+constexpr float kPlaceRadius = 8.0F;      // px: nearer points are the same place
+constexpr float kLinePlaceRadius = 2.0F;  // px: the same for epipolar lines
+constexpr double kDensityRadius = 20;     // px: half the side of the square in which the density is measured
+constexpr double kLeastCell = 5;          // px: side of a cell of the density
+constexpr double kCellsPerMatch = 8;      // at most
+constexpr double kLeastSpread = 1e-3;     // smallest product of principal variances over the squared sum
+constexpr int kPredictors = 6;            // nearest selected matches from which a match is predicted
 
 /// The cell of a position, at least 0 and at most `last`.
 int clampCell(double position, int last) {
@@ -65,7 +66,8 @@ double log10BinomialTail(std::size_t n, std::size_t k, double p) {
   return std::min(0.0, (term - std::log1p(-q)) / std::log(10.0));
 }
 
-void SignificanceTest::Places::clear(std::size_t most) {
+void SignificanceTest::Places::clear(std::size_t most, float radius) {
+  radius_ = radius;
   std::size_t size = 16;
   while (size < 2 * most) size *= 2;
   first_.assign(size, 0);
@@ -79,14 +81,14 @@ std::size_t SignificanceTest::Places::slot(std::int32_t cell_x, std::int32_t cel
 }
 
 std::uint32_t SignificanceTest::Places::find(float x, float y) const {
-  const auto cell_x = static_cast<std::int32_t>(std::floor(x / kPlaceRadius));
-  const auto cell_y = static_cast<std::int32_t>(std::floor(y / kPlaceRadius));
+  const auto cell_x = static_cast<std::int32_t>(std::floor(x / radius_));
+  const auto cell_y = static_cast<std::int32_t>(std::floor(y / radius_));
   for (std::int32_t cy = cell_y - 1; cy <= cell_y + 1; ++cy) {
     for (std::int32_t cx = cell_x - 1; cx <= cell_x + 1; ++cx) {
       for (std::uint32_t i = first_[slot(cx, cy)]; i != 0; i = points_[i - 1].next) {
         const Point& point = points_[i - 1];
         const float dx = point.x - x, dy = point.y - y;
-        if (dx * dx + dy * dy < kPlaceRadius * kPlaceRadius) return i - 1;
+        if (dx * dx + dy * dy < radius_ * radius_) return i - 1;
       }
     }
   }
@@ -94,10 +96,10 @@ std::uint32_t SignificanceTest::Places::find(float x, float y) const {
 }
 
 void SignificanceTest::Places::add(float x, float y) {
-  const auto cell_x = static_cast<std::int32_t>(std::floor(x / kPlaceRadius));
-  const auto cell_y = static_cast<std::int32_t>(std::floor(y / kPlaceRadius));
+  const auto cell_x = static_cast<std::int32_t>(std::floor(x / radius_));
+  const auto cell_y = static_cast<std::int32_t>(std::floor(y / radius_));
   std::uint32_t& first = first_[slot(cell_x, cell_y)];
-  points_.push_back({x, y, cell_x, cell_y, first});
+  points_.push_back({x, y, first});
   first = static_cast<std::uint32_t>(points_.size());
 }
 
@@ -176,12 +178,12 @@ void SignificanceTest::addCandidate(double squared_error, std::size_t match) {
 }
 
 /// Takes the candidates by rising error and counts those that begin and end where none taken before does.
-void SignificanceTest::countDistinct() {
+void SignificanceTest::countDistinct(float place_radius) {
   std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
     return a.key != b.key ? a.key < b.key : a.match < b.match;
   });
-  left_places_.clear(candidates_.size());
-  right_places_.clear(candidates_.size());
+  left_places_.clear(candidates_.size(), place_radius);
+  right_places_.clear(candidates_.size(), place_radius);
   std::size_t count = 0, next = 0;
   for (std::size_t threshold = 0; threshold < kThresholds; ++threshold) {
     const std::uint32_t limit = sortKey(static_cast<float>(kThreshold[threshold] * kThreshold[threshold]));
@@ -244,7 +246,7 @@ Significance SignificanceTest::homography(const cv::Matx33d& left_to_right, std:
               chance);
   }
   for (double& share : chance) share /= static_cast<double>(n);
-  countDistinct();
+  countDistinct(kPlaceRadius);
   const auto tests = static_cast<double>(kThresholds * std::max(kLeastTests, hypotheses));
   return judge(n, kSampleSize, std::log10(tests), chance);
 }
@@ -273,7 +275,7 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
     per_px = std::max(per_px, chance[t] / static_cast<double>(drawn) / kThreshold[t]);
     chance[t] = per_px * kThreshold[t];
   }
-  countDistinct();
+  countDistinct(kLinePlaceRadius);
   const auto tests = static_cast<double>(kThresholds * kMostModels * std::max(kLeastTests, hypotheses));
   return judge(n, kSampleSize, std::log10(tests), chance);
 }
@@ -297,7 +299,7 @@ void SignificanceTest::drawHalves() {
   half_of_place_.clear();
   predictors_[0].clear();
   predictors_[1].clear();
-  left_places_.clear(selected_.size());
+  left_places_.clear(selected_.size(), kPlaceRadius);
   for (std::size_t i = 0; i < selected_.size(); ++i) {
     std::uint32_t place = left_places_.find(selected_x_[i], selected_y_[i]);
     if (place == Places::kNone) {
@@ -363,7 +365,7 @@ Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
       addChance(x, y, match, 1, chance);
     }
     for (double& share : chance) share /= static_cast<double>(predicted);
-    countDistinct();
+    countDistinct(kPlaceRadius);
     const std::size_t trials = predicted + (n - count + 1) / 2;
     const Significance found = judge(trials, 0, std::log10(static_cast<double>(kThresholds)), chance);
     if (half == 0 || found.confidence < worst.confidence) worst = found;

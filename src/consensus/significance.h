@@ -33,8 +33,8 @@ double log10BinomialTail(std::size_t n, std::size_t k, double p);
 /// confidences of all selectors can be compared.
 ///
 /// Algorithm: Matches count by rising error. A match counts if no match that counts already lies within 8 px
-/// of it, neither in the left nor in the right image. k(t) is the number of these with an error of at most
-/// t = 1, 1.5, 2, 3, 4, 5, 7 or 10 px, and
+/// (fundamental matrix: 2 px) of it, neither in the left nor in the right image. k(t) is the number of these
+/// with an error of at most t = 1, 1.5, 2, 3, 4, 5, 7 or 10 px, and
 ///   NFA = 8 m T * min over t of P(Bin(n - s, a(t)) >= k(t) - s),   confidence = -log10(1 - exp(-NFA))
 /// for n matches, samples of s matches that give at most m models each, and T = max(10^4, hypotheses). The
 /// confidence is -log10 NFA where this is more than 1. a(t) is the mean over the matches of the probability
@@ -69,7 +69,7 @@ class SignificanceTest {
  public:
   /// Copies the matches, in the order of their coordinates, so that no result depends on the order of the
   /// input.
-  /// @pre finite coordinates
+  /// @pre coordinates of at most 10^6 px
   void assign(const Correspondences& matches);
 
   /// @param left_to_right  in pixels
@@ -96,7 +96,8 @@ class SignificanceTest {
     static constexpr std::uint32_t kNone = 0xffffffffU;
 
     /// Removes all points and makes room for `most`.
-    void clear(std::size_t most);
+    /// @param radius  px: size of a place
+    void clear(std::size_t most, float radius);
     /// The number of an accepted point nearer than the radius of a place, or kNone.
     std::uint32_t find(float x, float y) const;
     bool isTaken(float x, float y) const { return find(x, y) != kNone; }
@@ -105,10 +106,10 @@ class SignificanceTest {
    private:
     struct Point {
       float x, y;
-      std::int32_t cell_x, cell_y;
-      std::uint32_t next;
+      std::uint32_t next;  // in the list of the cell, counted from 1
     };
     std::size_t slot(std::int32_t cell_x, std::int32_t cell_y) const;
+    float radius_ = 1;
     std::vector<std::uint32_t> first_;  // by hashed cell: first point, counted from 1
     std::vector<Point> points_;
   };
@@ -132,7 +133,7 @@ class SignificanceTest {
   bool predict(std::uint32_t match, const std::uint32_t* predictors, double& x, double& y) const;
   void addCandidate(double squared_error, std::size_t match);
   void addChance(double x, double y, std::uint32_t match, double area, double* chance) const;
-  void countDistinct();
+  void countDistinct(float place_radius);
   Significance judge(std::size_t trials, std::size_t sample_size, double log10_tests,
                      const double* chance) const;
 
