@@ -132,7 +132,14 @@ TEST(LocalSupport, FindsTheMatchesOfAPlaneWithAndWithoutFrames) {
       EXPECT_GE(double(right), 0.9 * double(support.survivors().size()));
       EXPECT_GE(share(support.local(), scene.inlier, 1), 0.9);
       EXPECT_LE(share(support.local(), scene.inlier, 0), 0.03);
-      EXPECT_EQ(support.localSize(), selectedRows(support.local()).size());
+      std::vector<std::uint32_t> rows = support.localRows();
+      const auto explains = [&scene](std::uint32_t row) { return scene.inlier[row] != 0; };
+      EXPECT_DOUBLE_EQ(support.explainedShare(explains),
+                       double(std::count_if(rows.begin(), rows.end(), explains)) / double(rows.size()));
+      EXPECT_GE(support.explainedShare(explains), 0.8);
+      std::sort(rows.begin(), rows.end());
+      EXPECT_EQ(rows, selectedRows(support.local()));
+      EXPECT_EQ(rows.size(), support.localSize());
       for (std::size_t i = 0; i < scene.matches.size(); ++i)
         EXPECT_GE(support.extended()[i], support.local()[i]);
     }
@@ -169,7 +176,8 @@ TEST(LocalSupport, IsWhatTheFormulasGive) {
       partner = int(j);
       similarity = {float(ratio.real()), float(-ratio.imag()), float(ratio.imag()), float(ratio.real())};
     }
-    const double of_pair = partner >= 0 ? supportBySums(m, i, similarity, partner) : 0;
+    const bool sure = of_frame > 2 * (std::log(6.0 * 150) + 4);
+    const double of_pair = partner >= 0 && !sure ? supportBySums(m, i, similarity, partner) : 0;
     // The grid gives the visible share of a disc within 3 %.
     const double expected = std::max({of_frame, of_pair, 0.0});
     EXPECT_NEAR(support.support()[i], expected, 0.1 + 0.03 * expected) << i;
@@ -219,6 +227,25 @@ TEST(LocalSupport, SeparatesTwoMotions) {
   }
 }
 
+TEST(LocalSupport, LocalMembersWithoutAHypothesisHaveTheMapOfASurvivor) {
+  // With 5000 matches only the 200 best ones have hypotheses.
+  Scene scene = homographyScene({5000, 0.5, 1.0, 15});
+  addFrames(scene, 0.02);
+  const LocalSupport support = supportOf(scene.matches);
+  std::size_t members = 0, close = 0;
+  for (const std::uint32_t row : support.localRows()) {
+    if (support.support()[row] > 0 || scene.inlier[row] == 0) continue;
+    ++members;
+    const LinearMap& map = support.maps()[row];
+    const cv::Point2d there =
+        projected(scene.model, scene.matches.left_x[row] + 10, scene.matches.left_y[row]);
+    const cv::Point2d here = projected(scene.model, scene.matches.left_x[row], scene.matches.left_y[row]);
+    close += std::hypot(10 * map[0] - (there - here).x, 10 * map[2] - (there - here).y) < 1.5 ? 1 : 0;
+  }
+  EXPECT_GE(members, 2000u);
+  EXPECT_GE(close, members * 95 / 100);
+}
+
 TEST(LocalSupport, FindsNothingAmongWrongMatches) {
   for (const bool frames : {false, true}) {
     int with_survivors = 0;
@@ -229,6 +256,7 @@ TEST(LocalSupport, FindsNothingAmongWrongMatches) {
       with_survivors += support.survivors().empty() ? 0 : 1;
       if (support.survivors().empty()) {
         EXPECT_EQ(support.localSize(), 0u);
+        EXPECT_EQ(support.explainedShare([](std::uint32_t) { return true; }), 0);
       }
     }
     EXPECT_LE(with_survivors, 1) << (frames ? "with frames" : "without frames");

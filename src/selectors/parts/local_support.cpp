@@ -20,7 +20,8 @@ constexpr double kSure = 2;      // S, in units of what is significant
 constexpr double kHopeless = 2;  // S where the smaller discs hold enough matches:
 constexpr double kEnough = 40;
 constexpr double kCostOfPartner = 1;  // S of a map from two matches is lowered by this
-constexpr int kVoters = 8;            // survivors that decide about the local set
+constexpr std::uint32_t kNone = 0xffffffffU;
+constexpr int kVoters = 8;                                        // survivors that decide about the local set
 constexpr float kLeastLeft = 8, kLeastRight = 3, kMostScale = 6;  // of two matches that give a similarity
 
 /// The number of matches that hypotheses are made for.
@@ -84,7 +85,7 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   local_.assign(n_, 0);
   extended_.assign(n_, 0);
   survivors_.clear();
-  local_size_ = 0;
+  local_rows_.clear();
   if (n_ == 0) return;
   layOut(matches);
 
@@ -101,6 +102,7 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
       Place place;
       LinearMap map;
       if (frames && frameMap(matches, i, map)) judge(i, map, nullptr, place);
+      if (best_[i] > kSure * significant_support_) continue;
       std::uint32_t found[kMostPartners];
       const int count = partners(i, wanted, found);
       for (int p = 0; p < count; ++p) {
@@ -352,6 +354,7 @@ void LocalSupport::findLocalSets() {
   neighbours_.nearestToAll(left_x_.data(), left_y_.data(), n_, k, near_.data());
   for (std::size_t j = 0; j < n_; ++j) {
     int voters = 0, for_local = 0, for_extended = 0;
+    std::uint32_t nearest = kNone;  // of the survivors that predict this match
     for (std::size_t place = 0; place < stride && voters < kVoters; ++place) {
       const std::uint32_t i = near_[j * stride + place];
       if (i == j) continue;
@@ -359,12 +362,15 @@ void LocalSupport::findLocalSets() {
                                   right_x_[j] - right_x_[i], right_y_[j] - right_y_[i]);
       ++voters;
       for_local += prediction.within(kLocalRho, reach) ? 1 : 0;
-      for_extended += prediction.within(kExtendedRho, reach) ? 1 : 0;
+      if (!prediction.within(kExtendedRho, reach)) continue;
+      ++for_extended;
+      if (nearest == kNone) nearest = i;
     }
     const std::uint32_t row = row_[j];
     local_[row] = 2 * for_local > kVoters ? 1 : 0;
     extended_[row] = 2 * for_extended > kVoters ? 1 : 0;
-    local_size_ += local_[row];
+    if (local_[row] != 0) local_rows_.push_back(row);
+    if (extended_[row] != 0 && support_[row] <= significant_support_) maps_[row] = best_map_[nearest];
   }
 }
 

@@ -18,8 +18,8 @@ namespace corrsel::core {
 /// there are more of them than chance explains.
 ///
 /// Idea: one match fixes a local map x' = x'_i + A (x - x_i). Its frames give A; without frames, so does a
-/// near second match. Every good match is therefore a hypothesis of its own, and no sample of several right
-/// matches has to be drawn.
+/// near second match, which is not tried where the frames give a sure map. Every good match is therefore a
+/// hypothesis of its own, and no sample of several right matches has to be drawn.
 ///
 /// Algorithm: hypotheses are made for the M best matches. For the hypothesis (i, A), the predicted
 /// displacement u_j = A (x_j - x_i) and the actual one v_j = x'_j - x'_i, radii R = D/16, D/8, D/4, D/2 (D is
@@ -63,7 +63,9 @@ class LocalSupport {
   /// S per row of the input; 0 where a match has no hypothesis or no support beyond chance.
   const std::vector<float>& support() const { return support_; }
 
-  /// The linear part of the best map per row of the input; zero where support() is 0.
+  /// The linear part of the best map per row of the input. Members of the extended local set whose own
+  /// support is not significant have the map of the nearest survivor that predicts them. Zero for all others
+  /// whose support() is 0.
   const std::vector<LinearMap>& maps() const { return maps_; }
 
   /// Rows whose support is significant, by falling support.
@@ -74,7 +76,20 @@ class LocalSupport {
 
   /// Per row: 1 if it belongs to the local set L.
   const std::vector<std::uint8_t>& local() const { return local_; }
-  std::size_t localSize() const { return local_size_; }
+  std::size_t localSize() const { return local_rows_.size(); }
+
+  /// The rows of the local set, in the order of quality.
+  const std::vector<std::uint32_t>& localRows() const { return local_rows_; }
+
+  /// The share of the local set that a model explains; 0 where the set is empty. A model that explains nearly
+  /// all of it leaves nothing for other models to explain. O(localSize()).
+  /// @param explains  explains(row) tells whether the match agrees with the model
+  template <class Explains>
+  double explainedShare(const Explains& explains) const {
+    std::size_t explained = 0;
+    for (const std::uint32_t row : local_rows_) explained += explains(row) ? 1 : 0;
+    return local_rows_.empty() ? 0 : static_cast<double>(explained) / static_cast<double>(local_rows_.size());
+  }
 
   /// Per row: 1 if it belongs to the extended local set L2.
   const std::vector<std::uint8_t>& extended() const { return extended_; }
@@ -148,8 +163,8 @@ class LocalSupport {
   std::vector<float> support_, weights_;
   std::vector<LinearMap> maps_;
   std::vector<std::uint32_t> survivors_;
+  std::vector<std::uint32_t> local_rows_;
   std::vector<std::uint8_t> local_, extended_;
-  std::size_t local_size_ = 0;
 };
 
 }  // namespace corrsel::core
