@@ -88,6 +88,13 @@ cv::Matx33d NormalizedMatches::homographyToPixels(const cv::Matx33d& normalized)
   return divisor > 0 ? h * (1.0 / divisor) : h;
 }
 
+cv::Matx33d NormalizedMatches::homographyFromPixels(const cv::Matx33d& pixels) const {
+  const cv::Matx33d back(1 / scale, 0, -left(0, 2) / scale, 0, 1 / scale, -left(1, 2) / scale, 0, 0, 1);
+  const cv::Matx33d h = right * pixels * back;
+  const double norm = cv::norm(h);
+  return norm > 0 ? h * (1.0 / norm) : h;
+}
+
 cv::Matx33d NormalizedMatches::fundamentalToPixels(const cv::Matx33d& normalized) const {
   const cv::Matx33d f = right.t() * normalized * left;
   const double norm = cv::norm(f);

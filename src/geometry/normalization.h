@@ -30,6 +30,9 @@ struct NormalizedMatches {
   /// is near 0.
   cv::Matx33d homographyToPixels(const cv::Matx33d& normalized) const;
 
+  /// Converts a homography between pixels to one between normalised coordinates, with Frobenius norm 1.
+  cv::Matx33d homographyFromPixels(const cv::Matx33d& pixels) const;
+
   /// Converts a fundamental matrix between normalised coordinates to one between pixels, with Frobenius
   /// norm 1.
   cv::Matx33d fundamentalToPixels(const cv::Matx33d& normalized) const;

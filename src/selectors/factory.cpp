@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "corrsel/selectors/auto.h"
 #include "corrsel/selectors/gms.h"
 #include "corrsel/selectors/gtm.h"
 #include "corrsel/selectors/keep_all.h"
@@ -96,7 +97,8 @@ std::vector<std::string> namesOf(const Presets& presets) {
 
 /// The one place where a selector is announced: one line each.
 const std::vector<SelectorFactory>& builtInSelectors() {
-  constexpr SelectorGroup kPaper = SelectorGroup::kPaper, kBaseline = SelectorGroup::kBaseline;
+  constexpr SelectorGroup kPaper = SelectorGroup::kPaper, kOther = SelectorGroup::kOther,
+                          kBaseline = SelectorGroup::kBaseline;
   static const std::vector<SelectorFactory> table = {
       builtIn<NnsrSelector>(kPaper, "Ratio of descriptor distances, threshold by Otsu"),
       builtIn<RansacSelector>(kPaper, "Random sample consensus, homography or fundamental matrix"),
@@ -106,6 +108,7 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<VfcSelector>(kPaper, "Vector field consensus"),
       builtIn<GmsSelector>(kPaper, "Grid-based motion statistics"),
       builtIn<LpmSelector>(kPaper, "Locality preserving matching"),
+      builtIn<AutoSelector>(kOther, "Finds out by itself what kind of scene it has"),
       builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
   };
   return table;

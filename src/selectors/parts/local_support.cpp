@@ -152,9 +152,11 @@ void LocalSupport::layOut(const Correspondences& m) {
   findWeights();
   const Bounds left = boundsOf(left_x_, left_y_, m.left_size);
   bounds_ = boundsOf(right_x_, right_y_, m.right_size);
-  diagonal_ = m.right_size.area() > 0
-                  ? std::hypot(m.right_size.width, m.right_size.height)
-                  : std::hypot(bounds_.high[0] - bounds_.low[0], bounds_.high[1] - bounds_.low[1]);
+  const bool sized = m.right_size.area() > 0;
+  const double width = sized ? m.right_size.width : bounds_.high[0] - bounds_.low[0];
+  const double height = sized ? m.right_size.height : bounds_.high[1] - bounds_.low[1];
+  diagonal_ = std::hypot(width, height);
+  area_ = std::max(1.0, width * height);
   left_cells_.build(left_x_.data(), left_y_.data(), n_, left.low, left.high);
   right_cells_.build(right_x_.data(), right_y_.data(), n_, bounds_.low, bounds_.high);
   by_left_.assign(left_cells_);

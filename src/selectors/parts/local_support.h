@@ -101,6 +101,9 @@ class LocalSupport {
   /// image is unknown, px.
   double diagonal() const { return diagonal_; }
 
+  /// Area of the same, px^2; at least 1.
+  double area() const { return area_; }
+
   /// Writes the rows that the best map of `row` predicts, `row` included, in the order of quality.
   /// @param radius  px, largest |u|
   /// @param rho     relative tolerance; at least 3 px
@@ -144,7 +147,7 @@ class LocalSupport {
 
   // Matches are numbered by their rank in the order of quality. The order of the input then has no influence.
   std::size_t n_ = 0;
-  double diagonal_ = 0, all_weights_ = 0, significant_support_ = 0;
+  double diagonal_ = 0, area_ = 1, all_weights_ = 0, significant_support_ = 0;
   Bounds bounds_{};                                         // of the right points
   std::int32_t unit_ = 1;                                   // the weight of a match that counts fully
   std::vector<std::uint32_t> row_, rank_;                   // row of a rank and rank of a row

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <string>
+
+#include "corrsel/confidence.h"
+#include "corrsel/options.h"
+#include "corrsel/selectors/selector.h"
+
+namespace corrsel::core {
+
+struct AutoOptions : ConfidenceOptions {
+  enum class Model : std::uint8_t { kAny, kHomography, kFundamental };
+
+  AutoOptions();
+
+  Model model = Model::kAny;           ///< model to which the answer is restricted
+  double threshold = 5;                ///< inlier threshold of a homography, px
+  double fundamental_threshold = 1.5;  ///< inlier threshold of a fundamental matrix, px
+  int hard_search = 400000;            ///< hypotheses where nothing else has found a model; 0 = none
+  int seed = 0;                        ///< of the samplers
+  int threads = 1;                     ///< that may be used
+  double max_seconds = 0;              ///< time limit, s; 0 = none
+  void visit(OptionVisitor& visitor) const override;
+};
+
+/// Finds out by itself what kind of scene the matches show, selects accordingly, and reports how sure it is.
+///
+/// Idea: two facts carry it. First, one match fixes a local map, so that every match is a hypothesis of its
+/// own, and the number of other matches that it predicts decides whether it is right. No sample of four right
+/// matches has to be drawn, which is hopeless among few right ones. Second, which model a scene needs shows
+/// in what a model leaves over: matches with local support that it does not explain.
+///
+/// Algorithm:
+///  1. Local support (selectors/parts/local_support.h) gives the local set L, the extended local set L2, and
+///     a local map per match.
+///  2. The best homography is found by growing local maps (affine_growing.h), by PROSAC in the order of local
+///     support on L, and, where that found little, on all matches; where still nothing is significant, by
+///     `hard_search` hypotheses in the order of the descriptor distances. Each candidate is refined on all
+///     matches and scored with one-to-one support (consensus/support.h). Matches are on the plane if the
+///     smaller one of their transfer errors in both images is at most `threshold`.
+///  3. If the homography is significant (consensus/significance.h) and leaves nothing sizable over
+///     (leftover.h), and if the matches off the plane show no parallax (parallax.h), the answer is H.
+///  4. Otherwise F is estimated from uniform samples of L and refined on all matches. Matches agree if their
+///     Sampson distance is at most `fundamental_threshold`, or twice that for members of L2, and if their
+///     surroundings make them plausible (plausibility.h).
+///  5. If F is significant and leaves nothing sizable over, the answer is F. If it leaves something over,
+///     there are several motions, and the answer is what agrees with F, and L2.
+///  6. If F is not significant, the answer is H, with L2 where it is sizable and significant; without a
+///     significant model it is L2.
+///
+/// Input: coordinates. Image sizes, descriptor distances and frames are used where they exist.
+///
+/// Options: `threshold` is what the user calls right, px. `min_confidence` is the confidence from which a
+/// model is accepted; below it, the best guess is returned with the status `uncertain`. With `max_seconds`
+/// the hard search is cut first. Local support uses `threads`.
+///
+/// Presets: `h` and `f` restrict the answer to that model; `fast` does without the hard search.
+///
+/// Failure: `too_few` (fewer than 6 matches), `uncertain` (a best guess that chance explains), `no_model`
+/// (nothing agrees with anything), `time_limit` (the best answer so far). The score is the local support, the
+/// log likelihood ratio of a Poisson count. The iterations are hypotheses, and the message names the kind of
+/// scene.
+///
+/// Cost: O(N) for the local support and all steps after it, with about 10^6 operations at least; the hard
+/// search adds O(hypotheses). Memory of some hundred bytes per match is kept between calls.
+///
+/// Source: this package. The support count is related to AdaLAM (Cavalli et al., ECCV 2020) and to fast
+/// spatial matching (Philbin et al., CVPR 2007), the significance to Moisan and Stival, IJCV 2004.
+class AutoSelector : public SelectorWithOptions<AutoOptions> {
+ public:
+  using SelectorWithOptions::SelectorWithOptions;
+  std::string name() const override { return "auto"; }
+  Presets presets() const override;
+
+ protected:
+  void run(const Correspondences& matches, Selection& result) const override;
+};
+
+}  // namespace corrsel::core

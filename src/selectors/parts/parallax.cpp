@@ -1,0 +1,60 @@
+#include "selectors/parts/parallax.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "consensus/degensac.h"
+#include "consensus/local_optimization.h"
+#include "consensus/two_view.h"
+#include "consensus/verifier.h"
+#include "corrsel/random.h"
+#include "geometry/homography.h"
+#include "geometry/residual.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr double kOffPlane = 15;  // px
+constexpr std::size_t kLeastGood = 100, kGoodShare = 8;
+constexpr int kPairs = 300;
+constexpr double kTimesChance = 40, kShareOfPlane = 0.5;
+
+}  // namespace
+
+bool ParallaxTest::find(const NormalizedMatches& matches, const std::vector<std::uint32_t>& best_first,
+                        const cv::Matx33d& plane, const std::vector<double>& errors, double area,
+                        const Thresholds& thresholds, std::uint64_t seed, cv::Matx33d& fundamental) {
+  const std::size_t n = matches.size();
+  const std::size_t good = std::min(n, std::max(kLeastGood, n / kGoodShare));
+  off_plane_.clear();
+  for (std::size_t rank = 0; rank < good; ++rank)
+    if (errors[best_first[rank]] > kOffPlane * kOffPlane) off_plane_.push_back(best_first[rank]);
+  if (off_plane_.size() < 2) return false;
+  const Verifier verifier(matches, Residual::kSampson, thresholds.fundamental * matches.scale, true);
+  Random random(seed);
+  Candidate best;
+  if (!improveByParallax(verifier, plane, off_plane_, kPairs, random, best)) return false;
+  optimizeLocally(fundamentalProblem(), verifier, best);
+  errors_.resize(n);
+  modelErrors(Residual::kSampson, best.model, matches, 0, n, errors_.data());
+  std::size_t off = 0, off_agreeing = 0, on = 0, on_agreeing = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t agrees = errors_[i] <= verifier.squaredThreshold() ? 1 : 0;
+    if (errors[i] > kOffPlane * kOffPlane) {
+      ++off;
+      off_agreeing += agrees;
+    } else if (errors[i] <= thresholds.homography * thresholds.homography) {
+      ++on;
+      on_agreeing += agrees;
+    }
+  }
+  const double chance = 2 * std::sqrt(2.0) * thresholds.fundamental / std::sqrt(area);
+  if (static_cast<double>(off_agreeing) < kTimesChance * chance * static_cast<double>(off) ||
+      static_cast<double>(off_agreeing) < kShareOfPlane * static_cast<double>(on) || 2 * on_agreeing < on) {
+    return false;
+  }
+  fundamental = matches.fundamentalToPixels(best.model);
+  return true;
+}
+
+}  // namespace corrsel::core

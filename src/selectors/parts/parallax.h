@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core/matx.hpp>
+#include <vector>
+
+#include "geometry/normalization.h"
+
+namespace corrsel::core {
+
+/// Tests whether the matches off a plane show the parallax of a rigid scene.
+///
+/// Idea: where the depth jumps from point to point, hardly any match has local support, and a plane leaves
+/// nothing coherent over. But a plane and two matches off it determine the epipolar geometry, and many other
+/// matches off the plane then agree with it.
+///
+/// Algorithm: pairs among the good matches that are farther than 15 px from the plane give fundamental
+/// matrices (improveByParallax()), and the best one is refined on all matches. There is parallax if, of all
+/// matches farther than 15 px from the plane, the number of those that agree with it is at least 40 times the
+/// number expected by chance and at least half the number of matches on the plane, and if half of the matches
+/// on the plane agree with it. The share of matches that agree by chance is 2 sqrt(2) t / sqrt(area) for a
+/// threshold t.
+///
+/// Cost: that of improveByParallax() with 300 pairs, and O(N); memory is kept between calls.
+class ParallaxTest {
+ public:
+  struct Thresholds {
+    double homography, fundamental;  // px
+  };
+
+  /// @param matches     in random order
+  /// @param best_first  positions in `matches`, best first; pairs come from the best max(100, N / 8)
+  /// @param plane       its homography, normalised like the matches
+  /// @param errors      squared errors of all matches under the plane, px^2
+  /// @param area        of the right image, px^2
+  /// @param fundamental receives the matrix, px
+  /// @return whether there is parallax
+  bool find(const NormalizedMatches& matches, const std::vector<std::uint32_t>& best_first,
+            const cv::Matx33d& plane, const std::vector<double>& errors, double area,
+            const Thresholds& thresholds, std::uint64_t seed, cv::Matx33d& fundamental);
+
+ private:
+  std::vector<std::uint32_t> off_plane_;
+  std::vector<float> errors_;
+};
+
+}  // namespace corrsel::core
