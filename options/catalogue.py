@@ -72,7 +72,8 @@ def add_parameters(generator, nodelet):
         return generator.enum(constants, "Values of " + name)
 
     for group_name, prefix, level, options in groups(load(), nodelet):
-        group = generator.add_group(group_name) if group_name else generator
+        # The name of a group becomes that of a C++ variable, which cannot be `auto`.
+        group = generator.add_group(group_name + "_options") if group_name else generator
         for option in options:
             name = prefix + option["name"]
             arguments = {}
