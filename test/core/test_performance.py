@@ -60,6 +60,13 @@ class Performance(unittest.TestCase):
         for spec in ("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "gms", "vfc", "lpm:v2", "st", "gtm"):
             for n in (1000, 5000, 20000):
                 self.assertTrue(any(name.startswith(f"{spec}/N:{n}/eps:0.5") for name in names), (spec, n))
+        for scene in (
+            "plane/N:2000/eps:0.5",
+            "space/N:2000/eps:0.5",
+            "plane/N:2000/eps:0.9",
+            "plane/N:100000/eps:0.5",
+        ):
+            self.assertIn("auto/" + scene, names)
 
 
 if __name__ == "__main__":

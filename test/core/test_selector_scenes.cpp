@@ -75,5 +75,69 @@ INSTANTIATE_TEST_SUITE_P(Selectors, OnScenes, ::testing::ValuesIn(allSpecs()), [
   return name;
 });
 
+/// What `auto` must find on one kind of scene.
+struct Expectation {
+  const char* name;
+  SceneKind kind;
+  double noise, object_share;
+  ModelKind model;
+  double least_f[3];  // mean over seeds in percent, at inlier ratios of 90, 50 and 20 %
+};
+
+constexpr double kAutoInlierRatios[] = {0.9, 0.5, 0.2};
+
+class AutoOnScenes : public ::testing::TestWithParam<Expectation> {};
+
+/// The model is judged where half of the matches are right or more. With fewer, small objects and other
+/// structures cannot be told from coherent wrong matches.
+TEST_P(AutoOnScenes, FindsModelAndMatches) {
+  const Expectation& expected = GetParam();
+  const auto selector = createSelector("auto");
+  constexpr int kSeeds = 3;
+  for (std::size_t k = 0; k < 3; ++k) {
+    // Everything, then no frames, then coordinates alone.
+    for (int columns = 0; columns < 3; ++columns) {
+      double f = 0;
+      for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+        SceneSpec spec{expected.kind, 1000, kAutoInlierRatios[k], seed};
+        spec.noise = expected.noise;
+        spec.object_share = expected.object_share;
+        spec.frames = columns == 0;
+        spec.distances = spec.sizes = columns < 2;
+        const MatchScene scene = makeScene(spec);
+        const Selection found = selector->select(scene.matches);
+        EXPECT_EQ(found.status, Status::kOk) << found.message;
+        EXPECT_GE(found.confidence, 4);
+        f += quality(found.mask, scene.inlier).f / kSeeds;
+        if (kAutoInlierRatios[k] >= 0.5) {
+          EXPECT_EQ(found.model_kind, expected.model)
+              << found.message << ", inlier ratio " << kAutoInlierRatios[k] << ", columns " << columns;
+        }
+      }
+      EXPECT_GE(f, expected.least_f[k]) << "inlier ratio " << kAutoInlierRatios[k] << ", columns " << columns;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, AutoOnScenes,
+    ::testing::Values(
+        Expectation{"Plane", SceneKind::kPlane, 1, 0, ModelKind::kHomography, {99, 99, 99}},
+        Expectation{"Space", SceneKind::kSpace, 1, 0, ModelKind::kFundamental, {90, 90, 35}},
+        Expectation{"IdenticalImages", SceneKind::kRest, 0, 0, ModelKind::kHomography, {99, 99, 99}},
+        Expectation{"AtRest", SceneKind::kRest, 0.1, 0, ModelKind::kHomography, {99, 99, 99}},
+        Expectation{"AtRestWithNoise", SceneKind::kRest, 2, 0, ModelKind::kHomography, {95, 95, 95}},
+        Expectation{"Rotation", SceneKind::kRotation, 1, 0, ModelKind::kHomography, {99, 99, 99}},
+        Expectation{"Forward", SceneKind::kForward, 1, 0, ModelKind::kFundamental, {98, 98, 98}},
+        Expectation{"SmallObject", SceneKind::kMovingObject, 1, 0.06, ModelKind::kFundamental, {98, 98, 94}},
+        Expectation{"Object", SceneKind::kMovingObject, 1, 0.15, ModelKind::kFundamental, {98, 98, 92}},
+        Expectation{"LargeObject", SceneKind::kMovingObject, 1, 0.3, ModelKind::kFundamental, {98, 98, 95}},
+        Expectation{
+            "PassingObject", SceneKind::kPassingObject, 0.5, 0.3, ModelKind::kFundamental, {98, 97, 94}},
+        Expectation{"TwoPlanes", SceneKind::kTwoPlanes, 1, 0, ModelKind::kFundamental, {98, 98, 98}},
+        Expectation{"Wall", SceneKind::kWall, 1, 0, ModelKind::kFundamental, {98, 98, 98}},
+        Expectation{"Facade", SceneKind::kFacade, 1, 0, ModelKind::kHomography, {98, 98, 40}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
 }  // namespace
 }  // namespace corrsel::core
