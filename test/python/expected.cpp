@@ -45,6 +45,7 @@ json toJson(const Selection& selection) {
           {"model", toJson(selection.model)},
           {"model_kind", toString(selection.model_kind)},
           {"status", toString(selection.status)},
+          {"confidence", selection.confidence},
           {"message", selection.message},
           {"iterations", selection.iterations},
           {"n_input", selection.n_input},
@@ -74,7 +75,11 @@ json selections(const Correspondences& matches) {
   for (const std::string& name : selectorNames()) {
     std::vector<std::string> specs = {name};
     for (const std::string& preset : selectorPresets(name)) specs.push_back(name + ":" + preset);
-    for (const std::string& spec : specs) result[spec] = toJson(createSelector(spec)->select(matches));
+    for (const std::string& spec : specs) {
+      Selection selection = createSelector(spec)->select(matches);
+      addConfidence(matches, selection);
+      result[spec] = toJson(selection);
+    }
   }
   return result;
 }

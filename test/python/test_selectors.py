@@ -44,7 +44,11 @@ class Results(unittest.TestCase):
                         self.assertIsNone(selection.model)
                     else:
                         np.testing.assert_array_equal(selection.model, np.reshape(result["model"], (3, 3)))
-                    for name in "model_kind status message iterations n_input n_ignored n_selected".split():
+                    for (
+                        name
+                    ) in (
+                        "model_kind status confidence message iterations n_input n_ignored n_selected".split()
+                    ):
                         self.assertEqual(getattr(selection, name), result[name], name)
                     self.assertGreaterEqual(selection.seconds, 0)
 
@@ -143,6 +147,17 @@ class Extremes(unittest.TestCase):
             left_index=[0],
             right_index=[7],
         )
+
+    def test_a_confidence_below_the_asked_one_is_a_status(self):
+        matches = scene()
+        selection = matches.select("gms")
+        self.assertEqual(selection.status, "ok")
+        self.assertGreater(selection.confidence, 10)
+        uncertain = matches.select("gms", min_confidence=selection.confidence + 1)
+        self.assertEqual(uncertain.status, "uncertain")
+        self.assertIn("below min_confidence", uncertain.message)
+        self.assertEqual(uncertain.confidence, selection.confidence)
+        np.testing.assert_array_equal(uncertain.mask, selection.mask)
 
     def test_coordinates_that_are_not_finite_are_ignored(self):
         random = np.random.RandomState(0)
