@@ -62,7 +62,7 @@ using Rows = std::vector<std::uint32_t>;
 using Mask = std::vector<std::uint8_t>;
 
 constexpr std::size_t kLeastMatches = 6;
-constexpr float kLeastSeedSupport = 5;       // S of a seed
+constexpr float kLeastSeedSupport = 1;       // S of a seed
 constexpr int kMostSeeds = 60;               // that are grown
 constexpr std::size_t kBestSupported = 200;  // matches that join the first search
 constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000, kFundamentalHypotheses = 2000;
