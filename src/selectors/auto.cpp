@@ -408,7 +408,7 @@ void Stages::chooseModel(Selection& result) {
             static_cast<double>(loose_places) > kLooseShare * static_cast<double>(n_ - on_plane);
     if (!coherent && !loose) {
       has_fundamental_ =
-          work_.parallax.find(work_.normalized, work_.best_first, plane_.model, work_.plane_errors,
+          work_.parallax.find(matches_, work_.normalized, work_.best_first, plane_.model, work_.plane_errors,
                               work_.support.area(), {options_.threshold, options_.fundamental_threshold},
                               static_cast<std::uint64_t>(options_.seed), fundamental_);
       if (!has_fundamental_) return selectHomography(result, "a plane or a camera that only turns");

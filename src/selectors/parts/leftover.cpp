@@ -1,35 +1,15 @@
 #include "selectors/parts/leftover.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace corrsel::core {
 namespace {
 
 constexpr float kSamePlace = 4.0F;  // px
-constexpr float kCell = 8.0F;       // px
 constexpr std::size_t kLeast = 6;
 constexpr double kShareOfExplained = 0.04, kShareOfWrong = 0.02;
 
 }  // namespace
-
-std::size_t Leftover::cells(const std::vector<float>& x, const std::vector<float>& y,
-                            const std::vector<std::uint8_t>& mask) {
-  cells_.clear();
-  for (std::size_t i = 0; i < mask.size(); ++i) {
-    if (mask[i] == 0) continue;
-    const auto column = static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(x[i] / kCell)));
-    const auto row = static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(y[i] / kCell)));
-    cells_.push_back(static_cast<std::uint64_t>(column) << 32 | row);
-  }
-  std::sort(cells_.begin(), cells_.end());
-  return static_cast<std::size_t>(std::unique(cells_.begin(), cells_.end()) - cells_.begin());
-}
-
-std::size_t Leftover::distinctPlaces(const std::vector<std::uint8_t>& mask) {
-  const Correspondences& m = *matches_;
-  return std::min(cells(m.left_x, m.left_y, mask), cells(m.right_x, m.right_y, mask));
-}
 
 bool Leftover::isSizable(std::size_t count, std::size_t explained) const {
   const auto c = static_cast<double>(count), m = static_cast<double>(explained);

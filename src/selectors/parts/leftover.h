@@ -6,6 +6,7 @@
 
 #include "corrsel/correspondences.h"
 #include "corrsel/selectors/neighbours.h"
+#include "selectors/parts/occupied_cells.h"
 
 namespace corrsel::core {
 
@@ -19,8 +20,8 @@ namespace corrsel::core {
 /// Algorithm: the leftover of a model are the members of the local set outside the model. The coherent
 /// leftover are those of them for which more than half of the nearest matches, 8 in each image, among the
 /// local set and the matches that the model explains, are outside the model, too. Neighbours within 4 px in
-/// both images are the same match again and do not count. Matches are counted at distinct places: the number
-/// of occupied cells of 8 px, the smaller one of both images.
+/// both images are the same match again and do not count. Matches are counted at distinct places
+/// (occupied_cells.h).
 ///
 /// A leftover of c places is sizable if c >= 6, c > 0.04 (c + m) and c > 0.02 (N - m), where the model
 /// explains m of the N matches. The last condition is there because chance and repeated structure make 0.3 to
@@ -41,23 +42,21 @@ class Leftover {
   /// @param explained  matches that the model explains
   bool isSizable(std::size_t count, std::size_t explained) const;
 
-  /// Number of distinct places of the matches in a mask: the smaller one of both images.
-  std::size_t distinctPlaces(const std::vector<std::uint8_t>& mask);
+  /// Number of distinct places of the matches in a mask.
+  std::size_t distinctPlaces(const std::vector<std::uint8_t>& mask) { return cells_.count(*matches_, mask); }
 
  private:
   static constexpr int kNearest = 8, kListed = 24;
 
   int countOutside(const PlanarNeighbours& neighbours, const float* x, const float* y, std::size_t member,
                    const std::vector<std::uint8_t>& explained, int& seen) const;
-  std::size_t cells(const std::vector<float>& x, const std::vector<float>& y,
-                    const std::vector<std::uint8_t>& mask);
 
   const Correspondences* matches_ = nullptr;
   std::vector<std::uint32_t> members_;
   std::vector<float> left_x_, left_y_, right_x_, right_y_;  // of the members
   std::vector<std::uint8_t> coherent_;
   PlanarNeighbours left_, right_;
-  std::vector<std::uint64_t> cells_;
+  OccupiedCells cells_;
 };
 
 }  // namespace corrsel::core

@@ -21,9 +21,10 @@ constexpr double kTimesChance = 40, kShareOfPlane = 0.5;
 
 }  // namespace
 
-bool ParallaxTest::find(const NormalizedMatches& matches, const std::vector<std::uint32_t>& best_first,
-                        const cv::Matx33d& plane, const std::vector<double>& errors, double area,
-                        const Thresholds& thresholds, std::uint64_t seed, cv::Matx33d& fundamental) {
+bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& matches,
+                        const std::vector<std::uint32_t>& best_first, const cv::Matx33d& plane,
+                        const std::vector<double>& errors, double area, const Thresholds& thresholds,
+                        std::uint64_t seed, cv::Matx33d& fundamental) {
   const std::size_t n = matches.size();
   const std::size_t good = std::min(n, std::max(kLeastGood, n / kGoodShare));
   off_plane_.clear();
@@ -37,20 +38,23 @@ bool ParallaxTest::find(const NormalizedMatches& matches, const std::vector<std:
   optimizeLocally(fundamentalProblem(), verifier, best);
   errors_.resize(n);
   modelErrors(Residual::kSampson, best.model, matches, 0, n, errors_.data());
-  std::size_t off = 0, off_agreeing = 0, on = 0, on_agreeing = 0;
+  std::size_t off = 0;
+  for (std::vector<std::uint8_t>* const mask : {&off_agreeing_, &on_, &on_agreeing_}) mask->assign(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t agrees = errors_[i] <= verifier.squaredThreshold() ? 1 : 0;
+    const std::uint8_t agrees = errors_[i] <= verifier.squaredThreshold() ? 1 : 0;
     if (errors[i] > kOffPlane * kOffPlane) {
       ++off;
-      off_agreeing += agrees;
+      off_agreeing_[i] = agrees;
     } else if (errors[i] <= thresholds.homography * thresholds.homography) {
-      ++on;
-      on_agreeing += agrees;
+      on_[i] = 1;
+      on_agreeing_[i] = agrees;
     }
   }
   const double chance = 2 * std::sqrt(2.0) * thresholds.fundamental / std::sqrt(area);
-  if (static_cast<double>(off_agreeing) < kTimesChance * chance * static_cast<double>(off) ||
-      static_cast<double>(off_agreeing) < kShareOfPlane * static_cast<double>(on) || 2 * on_agreeing < on) {
+  const auto off_agreeing = static_cast<double>(cells_.count(pixels, off_agreeing_));
+  const auto on = static_cast<double>(cells_.count(pixels, on_));
+  if (off_agreeing < kTimesChance * chance * static_cast<double>(off) || off_agreeing < kShareOfPlane * on ||
+      2 * static_cast<double>(cells_.count(pixels, on_agreeing_)) < on) {
     return false;
   }
   fundamental = matches.fundamentalToPixels(best.model);

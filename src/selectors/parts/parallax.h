@@ -4,7 +4,9 @@
 #include <opencv2/core/matx.hpp>
 #include <vector>
 
+#include "corrsel/correspondences.h"
 #include "geometry/normalization.h"
+#include "selectors/parts/occupied_cells.h"
 
 namespace corrsel::core {
 
@@ -18,8 +20,8 @@ namespace corrsel::core {
 /// matrices (improveByParallax()), and the best one is refined on all matches. There is parallax if, of all
 /// matches farther than 15 px from the plane, the number of those that agree with it is at least 40 times the
 /// number expected by chance and at least half the number of matches on the plane, and if half of the matches
-/// on the plane agree with it. The share of matches that agree by chance is 2 sqrt(2) t / sqrt(area) for a
-/// threshold t.
+/// on the plane agree with it. Agreeing matches are counted at distinct places (occupied_cells.h). The share
+/// of matches that agree by chance is 2 sqrt(2) t / sqrt(area) for a threshold t.
 ///
 /// Cost: that of improveByParallax() with 300 pairs, and O(N); memory is kept between calls.
 class ParallaxTest {
@@ -28,20 +30,24 @@ class ParallaxTest {
     double homography, fundamental;  // px
   };
 
-  /// @param matches     in random order
+  /// @param pixels      the matches, in random order
+  /// @param matches     the same, normalised
   /// @param best_first  positions in `matches`, best first; pairs come from the best max(100, N / 8)
   /// @param plane       its homography, normalised like the matches
   /// @param errors      squared errors of all matches under the plane, px^2
   /// @param area        of the right image, px^2
   /// @param fundamental receives the matrix, px
   /// @return whether there is parallax
-  bool find(const NormalizedMatches& matches, const std::vector<std::uint32_t>& best_first,
-            const cv::Matx33d& plane, const std::vector<double>& errors, double area,
-            const Thresholds& thresholds, std::uint64_t seed, cv::Matx33d& fundamental);
+  bool find(const Correspondences& pixels, const NormalizedMatches& matches,
+            const std::vector<std::uint32_t>& best_first, const cv::Matx33d& plane,
+            const std::vector<double>& errors, double area, const Thresholds& thresholds, std::uint64_t seed,
+            cv::Matx33d& fundamental);
 
  private:
   std::vector<std::uint32_t> off_plane_;
   std::vector<float> errors_;
+  std::vector<std::uint8_t> off_agreeing_, on_, on_agreeing_;
+  OccupiedCells cells_;
 };
 
 }  // namespace corrsel::core
