@@ -14,7 +14,8 @@ struct Round {
 
 constexpr Round kRounds[] = {
     {1.0 / 16, 0.3}, {1.0 / 8, 0.25}, {1.0 / 8, 0.2}, {1.0 / 4, 0.15}, {1.0 / 4, 0.12}};
-constexpr double kTolerance = 4;  // px, at least
+constexpr double kLargestRadius = 1.0 / 2;  // of the diagonal
+constexpr double kTolerance = 4;            // px, at least
 constexpr std::size_t kLeastToGoOn = 4, kLeastAtEnd = 6;
 
 }  // namespace
@@ -32,9 +33,10 @@ bool AffineGrowing::grow(std::uint32_t seed, const LinearMap& linear) {
   // Columns: the images of dx, dy and 1, relative to the seed.
   Eigen::Matrix<double, 3, 2> a;
   a << linear[0], linear[2], linear[1], linear[3], 0, 0;
+  double least_radius = kRounds[0].radius;
   const auto findSupporters = [&](const Round& round, auto&& use) {
     supporters_.clear();
-    const double squared_radius = round.radius * round.radius * diagonal_ * diagonal_;
+    const double reach = std::max(round.radius, least_radius) * diagonal_, squared_radius = reach * reach;
     for (std::uint32_t j = 0; j < m.size(); ++j) {
       const double dx = m.left_x[j] - x, dy = m.left_y[j] - y;
       const double ux = a(0, 0) * dx + a(1, 0) * dy + a(2, 0), uy = a(0, 1) * dx + a(1, 1) * dy + a(2, 1);
@@ -48,12 +50,17 @@ bool AffineGrowing::grow(std::uint32_t seed, const LinearMap& linear) {
     }
   };
   for (const Round& round : kRounds) {
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Eigen::Matrix<double, 3, 2> right_side = Eigen::Matrix<double, 3, 2>::Zero();
-    findSupporters(round, [&](double weight, const Eigen::Vector3d& p, const Eigen::RowVector2d& v) {
-      normal += weight * p * p.transpose();
-      right_side += weight * p * v;
-    });
+    Eigen::Matrix3d normal;
+    Eigen::Matrix<double, 3, 2> right_side;
+    for (;; least_radius *= 2) {
+      normal.setZero();
+      right_side.setZero();
+      findSupporters(round, [&](double weight, const Eigen::Vector3d& p, const Eigen::RowVector2d& v) {
+        normal += weight * p * p.transpose();
+        right_side += weight * p * v;
+      });
+      if (supporters_.size() >= kLeastToGoOn || least_radius >= kLargestRadius) break;
+    }
     if (supporters_.size() < kLeastToGoOn) return false;
     const double tie = (normal(0, 0) + normal(1, 1)) / 2 / (2 * static_cast<double>(supporters_.size()));
     normal(0, 0) += tie;

@@ -18,12 +18,13 @@ namespace corrsel::core {
 /// Algorithm: five rounds, with radii D/16, D/8, D/8, D/4 and D/4 (D is the diagonal of the right image) and
 /// relative tolerances rho = 0.3, 0.25, 0.2, 0.15 and 0.12. The supporters of a round are the matches whose
 /// predicted displacement u from the seed is at most the radius and whose error is at most
-/// max(4 px, rho |u|). An affine map is fitted to them by least squares, weighted by the squared inverse of
-/// the tolerance and by the weights of the matches. With k supporters, 1 / (2 k) of the mean diagonal of the
-/// normal matrix ties the linear part to that of the round before, because few supporters close together
-/// determine it badly.
+/// max(4 px, rho |u|). Where these are fewer than 4, the radius is doubled, up to D/2, and no later round
+/// falls below the radius that was needed. An affine map is fitted to them by least squares, weighted by the
+/// squared inverse of the tolerance and by the weights of the matches. With k supporters, 1 / (2 k) of the
+/// mean diagonal of the normal matrix ties the linear part to that of the round before, because few
+/// supporters close together determine it badly.
 ///
-/// Failure: there is no map if a round has fewer than 4 supporters, or the last map fewer than 6.
+/// Failure: there is no map if a round has fewer than 4 supporters within D/2, or the last map fewer than 6.
 ///
 /// Cost: O(N) per round; memory is kept between calls.
 class AffineGrowing {
