@@ -91,7 +91,7 @@ struct RegionParameters : core::OptionSet {
 
 /// The parameters of the Selector nodelet that can be changed at run time and are not options of a selector.
 struct SelectorChoice : core::OptionSet {
-  std::string selector = "gms";
+  std::string selector = "auto";
   std::string preset;
   std::string plugin_options;
   double max_seconds = 1;
