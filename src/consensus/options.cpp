@@ -2,8 +2,7 @@
 
 namespace corrsel::core {
 
-void ConsensusOptions::visitParts(OptionVisitor& visitor, double lowest_threshold,
-                                  const char* threshold_text) const {
+void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) const {
   visitor.choice("model",
                  {{ModelKind::kHomography, "homography", "Planes, or cameras that only turn"},
                   {ModelKind::kFundamental, "fundamental", "Epipolar geometry of rigid scenes"}},
@@ -13,8 +12,9 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, double lowest_threshol
                   {Error::kSymmetricTransfer, "symmetric_transfer", "Both ways, squares added up"},
                   {Error::kSmallerTransfer, "smaller_transfer", "The smaller one of both ways"}},
                  "Error of a homography", &ConsensusOptions::error);
-  visitor.number({"threshold", lowest_threshold, 1000, "px", threshold_text}, &ConsensusOptions::threshold);
-  visitor.integer({"max_iterations", 1, 10000000, "-", "Hypotheses at most"},
+  visitor.number({"threshold", texts.lowest_threshold, 1000, "px", texts.threshold},
+                 &ConsensusOptions::threshold);
+  visitor.integer({"max_iterations", texts.lowest_iterations, 10000000, "-", texts.iterations},
                   &ConsensusOptions::max_iterations);
   visitor.number(
       {"confidence", 0, 1, "-", "Probability of an all-inlier sample at which the search stops; 1 = never"},
@@ -23,7 +23,7 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, double lowest_threshol
                  {{Score::kMsac, "msac", "Sum of truncated squared errors"},
                   {Score::kInlierCount, "inlier_count", "Number of inliers"}},
                  "Sum of truncated squared errors (msac) or number of inliers", &ConsensusOptions::score);
-  visitor.flag("one_to_one", "Every image point counts at most once in the score of a model",
+  visitor.flag("one_to_one", "Every image point counts at most once in the score of a homography",
                &ConsensusOptions::one_to_one);
   visitor.choice("sampler",
                  {{Sampler::kUniform, "uniform", "All matches alike"},
@@ -32,10 +32,9 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, double lowest_threshol
                  &ConsensusOptions::sampler);
   visitor.flag("sprt", "Give up wrong models early, by a sequential probability ratio test",
                &ConsensusOptions::sprt);
-  visitor.number(
-      {"sprt_inlier_ratio", 0, 0.9, "-",
-       "Smallest inlier ratio that the SPRT must not miss; 0 = 0.015 (homography), 0.15 (fundamental)"},
-      &ConsensusOptions::sprt_inlier_ratio);
+  visitor.number({"sprt_inlier_ratio", 0, 0.9, "-",
+                  "Smallest inlier ratio that the SPRT must not miss; 0 = what max_iterations can find"},
+                 &ConsensusOptions::sprt_inlier_ratio);
   visitor.flag("degensac", "Fundamental matrix: look for a dominant plane and get off it",
                &ConsensusOptions::degensac);
   visitor.flag("local_optimization", "Refine every new best model, not only the last one",

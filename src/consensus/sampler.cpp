@@ -1,22 +1,20 @@
 #include "consensus/sampler.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace corrsel::core {
-namespace {
-
-constexpr double kProsacSamples = 200000;  // T_N, as in the paper on PROSAC
-
-}  // namespace
 
 Sampler::Sampler(std::size_t count, int sample_size, std::uint64_t seed)
     : count_(static_cast<std::uint32_t>(count)), sample_size_(sample_size), random_(seed), pool_(count_) {}
 
-Sampler::Sampler(const std::vector<std::uint32_t>& order, int sample_size, std::uint64_t seed)
+Sampler::Sampler(const std::vector<std::uint32_t>& order, int sample_size, std::uint64_t seed,
+                 const ProsacSchedule& schedule)
     : Sampler(order.size(), sample_size, seed) {
   order_ = &order;
+  schedule_ = schedule;
   pool_ = static_cast<std::uint32_t>(sample_size);
-  expected_ = kProsacSamples;
+  expected_ = schedule.samples;
   for (int i = 0; i < sample_size; ++i)
     expected_ *= static_cast<double>(sample_size - i) / (count_ - static_cast<std::uint32_t>(i));
 }
@@ -37,7 +35,9 @@ void Sampler::draw(std::uint32_t* sample) {
   }
   while (drawn_ > pool_end_ && pool_ < count_) growPool();
   if (drawn_ > pool_end_) {
-    random_.sample(count_, m, sample);
+    constexpr std::uint32_t kLeastPrefix = 20;
+    const auto halvings = static_cast<unsigned>(drawn_ % static_cast<std::uint64_t>(schedule_.prefixes));
+    random_.sample(std::max(count_ >> halvings, std::min(count_, kLeastPrefix)), m, sample);
   } else {
     random_.sample(pool_ - 1, m - 1, sample);
     sample[m - 1] = pool_ - 1;

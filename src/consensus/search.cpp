@@ -14,6 +14,7 @@
 #include "consensus/local_optimization.h"
 #include "consensus/ordering.h"
 #include "consensus/sampler.h"
+#include "consensus/significance.h"
 #include "consensus/sprt.h"
 #include "consensus/stopping.h"
 #include "consensus/two_view.h"
@@ -28,6 +29,7 @@ struct SearchMemory {
   std::vector<float> errors;
   Degensac::Scratch degensac;
   DistinctSupport distinct;
+  std::vector<std::uint8_t> first;  // whether a match is the best one of its points by quality
   // The matches that take part, where they are not all.
   NormalizedMatches subset;
   std::vector<std::uint32_t> positions, order;
@@ -56,14 +58,16 @@ class Search {
         best_first_(best_first),
         deadline_(deadline),
         work_(work),
-        verifier_(matches, problem.residual, threshold * matches.scale,
-                  options.score == ConsensusOptions::Score::kMsac,
-                  options.one_to_one ? &work.distinct : nullptr),
-        sampler_(best_first != nullptr ? Sampler(*best_first, problem.sample_size, seed())
+        one_to_one_(options.one_to_one && problem.kind == ModelKind::kHomography),
+        verifier_(matches, problem.residual, problem.search_width * threshold * matches.scale,
+                  options.score == ConsensusOptions::Score::kMsac, one_to_one_ ? &work.distinct : nullptr),
+        most_iterations_(options.max_iterations > 0 ? options.max_iterations
+                         : best_first != nullptr    ? kOrderedIterations
+                                                    : kUniformIterations),
+        sampler_(best_first != nullptr ? Sampler(*best_first, problem.sample_size, seed(), problem.prosac)
                                        : Sampler(matches.size(), problem.sample_size, seed())),
-        stopping_(options.confidence, matches.size(), problem.sample_size),
+        stopping_(options.confidence, countDistinct(threshold), problem.sample_size),
         degensac_(seed() + 1, work.degensac) {
-    if (options.one_to_one) work.distinct.group(matches, std::min(1.0, threshold) * matches.scale);
     if (options.sprt) {
       sprt_.emplace(sprtConstants(), problem.sample_size / static_cast<double>(matches.size()));
       stopping_.setLoss(sprt_->loss(), 0);
@@ -74,8 +78,11 @@ class Search {
   Candidate run(int& iterations) {
     std::uint32_t sample[TwoViewProblem::kLargestSample];
     cv::Matx33d models[TwoViewProblem::kMostModels];
-    for (; iterations < options_.max_iterations && !stopping_.enough(sampler_.drawn()); ++iterations) {
-      if (outOfTime() || !drawValidSample(sample)) break;
+    const double most_samples = samplesForLeastSignificance();
+    for (; iterations < most_iterations_ && !stopping_.enough(sampler_.drawn()); ++iterations) {
+      if (static_cast<double>(sampler_.drawn()) >= most_samples || outOfTime()) break;
+      no_valid_sample_ = !drawValidSample(sample);
+      if (no_valid_sample_) break;
       const int count = problem_.solve(matches_, sample, models);
       for (int k = 0; k < count; ++k) tryModel(models[k], sample);
     }
@@ -86,7 +93,22 @@ class Search {
   /// Whether the time limit ended the search.
   bool timedOut() const { return timed_out_; }
 
+  /// Whether the search ended because no sample passed the check.
+  bool foundNoSample() const { return no_valid_sample_; }
+
  private:
+  // For max_iterations 0. With the order by quality, fewer samples find as much as uniform samples do.
+  static constexpr int kOrderedIterations = 100000, kUniformIterations = 850000;
+
+  /// Returns the number of matches that count, and prepares the count if every point counts once.
+  std::size_t countDistinct(double threshold) {
+    if (!one_to_one_) return matches_.size();
+    // Points that are closer together than the threshold would not differ in another unit either.
+    work_.distinct.group(matches_, std::min(1.0, threshold) * matches_.scale);
+    if (best_first_ != nullptr) work_.distinct.markFirst(*best_first_, work_.first);
+    return work_.distinct.distinctMatches();
+  }
+
   /// Returns whether the time limit has passed. Reads the clock once in kSamplesPerLook samples, which take
   /// well below a millisecond, and after each new best model, which may take longer.
   bool outOfTime() {
@@ -97,13 +119,44 @@ class Search {
     return timed_out_;
   }
 
+  /// Number of samples after which a further search cannot gain anything: the smallest support that chance
+  /// does not explain, if all its matches lay within a pixel of the model, would have been drawn. Matters
+  /// where there are few matches, since their smallest significant support is a large share of them.
+  double samplesForLeastSignificance() const {
+    constexpr double kTests = 8e4;  // hypotheses times thresholds, as in SignificanceTest
+    constexpr double kLeastSamples = 1e4, kLargestLoss = 1.0 / 8;
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    const std::size_t n = matches_.size(), m = static_cast<std::size_t>(problem_.sample_size);
+    if (options_.confidence >= 1) return kNever;
+    const auto [left, right] = std::minmax_element(matches_.right_x.begin(), matches_.right_x.end());
+    const auto [top, bottom] = std::minmax_element(matches_.right_y.begin(), matches_.right_y.end());
+    const double width = (*right - *left) / matches_.scale, height = (*bottom - *top) / matches_.scale;
+    const double chance = std::min(1.0, problem_.chanceWithinOne(width, height));
+    std::size_t support = m + 1;
+    while (support < n && std::log10(kTests) + log10BinomialTail(n - m, support - m, chance) > 0) ++support;
+    double all_inliers = 1;
+    for (std::size_t k = 0; k < m; ++k)
+      all_inliers *= static_cast<double>(support - k) / static_cast<double>(n - k);
+    return std::max(kLeastSamples,
+                    std::log1p(-options_.confidence) / std::log1p(-all_inliers * (1 - kLargestLoss)));
+  }
+
   SprtConstants sprtConstants() const {
     SprtConstants constants = problem_.sprt;
-    if (options_.sprt_inlier_ratio > 0) {
-      constants.delta *= options_.sprt_inlier_ratio / constants.epsilon;
-      constants.epsilon = options_.sprt_inlier_ratio;
-    }
+    constants.epsilon = options_.sprt_inlier_ratio > 0 ? options_.sprt_inlier_ratio : smallestTestedRatio();
     return constants;
+  }
+
+  /// Inlier ratio for which the SPRT is designed. The search can find models down to the inlier ratio at
+  /// which as many uniform samples as it may draw contain one without an outlier with a probability of 99.9
+  /// %. The model of a noisy sample agrees with about three of ten matches that are right. PROSAC finds rarer
+  /// models, as if it drew a million samples at least.
+  double smallestTestedRatio() const {
+    constexpr double kLogMissed = -6.9078, kProsacSamples = 1e6, kAgreeing = 0.3;
+    const double samples =
+        best_first_ != nullptr ? std::max<double>(most_iterations_, kProsacSamples) : most_iterations_;
+    const double all_inliers = -std::expm1(kLogMissed / samples);
+    return kAgreeing * std::pow(all_inliers, 1.0 / problem_.sample_size);
   }
 
   std::uint64_t seed() const { return static_cast<std::uint64_t>(options_.seed); }
@@ -114,7 +167,7 @@ class Search {
     // Limits the average number of samples per hypothesis, for data with hardly any valid sample.
     constexpr std::uint64_t kSamplesPerHypothesis = 50;
     const std::uint64_t most =
-        kMostRefusals + kSamplesPerHypothesis * static_cast<std::uint64_t>(options_.max_iterations);
+        kMostRefusals + kSamplesPerHypothesis * static_cast<std::uint64_t>(most_iterations_);
     for (int refused = 0; refused < kMostRefusals && sampler_.drawn() < most; ++refused) {
       sampler_.draw(sample);
       if (problem_.isValidSample(matches_, sample)) return true;
@@ -128,7 +181,7 @@ class Search {
     if (score.rejected_by_sprt && sprt_->addRejected(score))
       stopping_.setLoss(sprt_->loss(), sampler_.drawn());
     if (score.rejected) return;
-    best_ = {model, score.cost, score.inliers};
+    best_ = {model, score.cost, score.inliers, score.inliers - score.surplus};
     next_look_ = 0;
     optimized_ = false;
     if (options_.degensac && problem_.kind == ModelKind::kFundamental)
@@ -136,20 +189,22 @@ class Search {
     // A model with little more than its own sample is noise and not worth the steps.
     constexpr std::size_t kWorthwhile = 4;
     if (options_.local_optimization &&
-        best_.inliers >= kWorthwhile * static_cast<std::size_t>(problem_.sample_size)) {
+        best_.distinct >= kWorthwhile * static_cast<std::size_t>(problem_.sample_size)) {
       optimizeLocally(problem_, verifier_, best_);
       optimized_ = true;
     }
-    const double ratio = static_cast<double>(best_.inliers) / static_cast<double>(matches_.size());
+    // A better model has at least as many inliers that count.
+    const double ratio = static_cast<double>(best_.distinct) / static_cast<double>(matches_.size());
     if (sprt_ && sprt_->addBest(ratio)) stopping_.setLoss(sprt_->loss(), sampler_.drawn());
-    stopping_.setInliers(best_.inliers);
+    stopping_.setInliers(best_.distinct);
     if (best_first_ != nullptr) stopByPrefix();
   }
 
   /// Stopping condition of PROSAC. Considers the prefixes of the best matches from which all samples so far
   /// were drawn, that are long enough for the kind of model, and whose number of inliers is not explained by
   /// chance (inlier probability 5 %, confidence 95 %, normal approximation of the binomial tail). Takes the
-  /// prefix with the largest share of inliers.
+  /// prefix with the largest share of inliers. Where every point counts once, only the best match of a point
+  /// does.
   void stopByPrefix() {
     constexpr std::size_t kLeastPrefix = 20;
     constexpr double kChance = 0.05, kSquaredQuantile = 2.706;
@@ -159,10 +214,13 @@ class Search {
     const auto share = static_cast<std::size_t>(problem_.least_prefix * static_cast<double>(n));
     const std::size_t least = std::max<std::size_t>({kLeastPrefix, sampler_.pool(), share});
     std::size_t inliers = 0, best_inliers = 0, best_pool = 1;
+    std::size_t pool = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      inliers += work_.errors[(*best_first_)[i]] <= verifier_.squaredThreshold() ? 1 : 0;
-      const std::size_t pool = i + 1;
-      if (pool < least || inliers * best_pool <= best_inliers * pool) continue;
+      const std::uint32_t match = (*best_first_)[i];
+      if (one_to_one_ && work_.first[match] == 0) continue;
+      inliers += work_.errors[match] <= verifier_.squaredThreshold() ? 1 : 0;
+      ++pool;
+      if (i + 1 < least || inliers * best_pool <= best_inliers * pool) continue;
       const double mean = kChance * static_cast<double>(pool - m);
       const double enough =
           static_cast<double>(m) + mean + std::sqrt(kSquaredQuantile * mean * (1 - kChance));
@@ -179,14 +237,16 @@ class Search {
   const std::vector<std::uint32_t>* best_first_;
   const Deadline& deadline_;
   SearchMemory& work_;
+  bool one_to_one_;
   Verifier verifier_;
+  int most_iterations_;
   Sampler sampler_;
   StoppingRule stopping_;
   Degensac degensac_;
   std::optional<Sprt> sprt_;
   Candidate best_;
   std::uint64_t next_look_ = 0;  // at the clock, samples
-  bool optimized_ = false, timed_out_ = false;
+  bool optimized_ = false, timed_out_ = false, no_valid_sample_ = false;
 };
 
 /// Gathers the matches at the given positions, which keep their coordinates.
@@ -211,13 +271,26 @@ void addRemark(Selection& result, const std::string& text) {
   result.message += (result.message.empty() ? "" : "; ") + text;
 }
 
+/// Fits the model to its inliers at the threshold by which matches are selected, where it differs from that
+/// of the search.
+void fitToSelection(const NormalizedMatches& matches, const ConsensusOptions& options,
+                    const TwoViewProblem& problem, double threshold, Candidate& best) {
+  if (!options.refine || problem.final_width == problem.search_width) return;
+  const Verifier verifier(matches, problem.residual, problem.final_width * threshold * matches.scale,
+                          options.score == ConsensusOptions::Score::kMsac);
+  Candidate fitted;
+  verifier.improve(best.model, fitted);
+  optimizeLocally(problem, verifier, fitted);
+  best.model = fitted.model;
+}
+
 void report(const Correspondences& matches, const TwoViewProblem& problem, double threshold,
             const Candidate& best, SelectionMemory& work, Selection& result) {
   result.model = (work.matches.*problem.toPixels)(best.model);
   result.model_kind = problem.kind;
   const std::size_t n = matches.size();
   work.pixel_errors.resize(n);
-  pixelErrors(problem.residual, result.model, matches, work.pixel_errors.data());
+  pixelErrors(problem.mask_residual, result.model, matches, work.pixel_errors.data());
   result.score.resize(n);
   std::size_t inliers = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -225,8 +298,8 @@ void report(const Correspondences& matches, const TwoViewProblem& problem, doubl
     result.mask[i] = work.pixel_errors[i] <= threshold * threshold ? 1 : 0;
     inliers += result.mask[i];
   }
-  // Points that count once may leave fewer inliers than the mask holds.
-  if (std::min(inliers, best.inliers) <= static_cast<std::size_t>(problem.sample_size)) {
+  // Where every point counts once, the mask may hold more matches than count.
+  if (std::min(inliers, best.distinct) <= static_cast<std::size_t>(problem.sample_size)) {
     std::fill(result.mask.begin(), result.mask.end(), std::uint8_t{0});
     // With more time the search might have found a better model.
     if (result.status != Status::kTimeLimit) {
@@ -278,6 +351,7 @@ SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptio
   SearchOutcome outcome;
   outcome.best = search.run(outcome.iterations);
   outcome.timed_out = search.timedOut();
+  outcome.no_valid_sample = search.foundNoSample();
   return outcome;
 }
 
@@ -310,7 +384,7 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
           "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC";
     }
   }
-  const SearchOutcome outcome = searchModel(work.matches, options, threshold, order, deadline);
+  SearchOutcome outcome = searchModel(work.matches, options, threshold, order, deadline);
   result.iterations = outcome.iterations;
   if (outcome.timed_out) {
     result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
@@ -319,10 +393,11 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
                           ", max_seconds = " + formatNumber(options.max_seconds));
   }
   if (outcome.best.exists()) {
+    fitToSelection(work.matches, options, problem, threshold, outcome.best);
     report(matches, problem, threshold, outcome.best, work, result);
   } else if (outcome.timed_out) {
     return;
-  } else if (result.iterations < options.max_iterations) {
+  } else if (outcome.no_valid_sample) {
     result.status = Status::kDegenerate;
     result.message = "no sample is valid: the matches are collinear, equal or differently oriented";
   } else {

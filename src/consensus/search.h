@@ -43,9 +43,10 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
 
 /// What searchModel() found.
 struct SearchOutcome {
-  Candidate best;          ///< normalised, with cost and inliers among the matches that took part
-  int iterations = 0;      ///< hypotheses
-  bool timed_out = false;  ///< whether the deadline ended the search
+  Candidate best;                ///< normalised, with cost and inliers among the matches that took part
+  int iterations = 0;            ///< hypotheses
+  bool timed_out = false;        ///< whether the deadline ended the search
+  bool no_valid_sample = false;  ///< whether it ended because no sample passed the check
 };
 
 /// The model with its residual that the options ask for.

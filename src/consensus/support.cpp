@@ -12,125 +12,157 @@ namespace {
 
 constexpr std::uint32_t kEmpty = 0xFFFFFFFFU;
 
-/// The multiple of the cell that is nearest to a coordinate; never -0.
-double rounded(float value, double inverse_cell) { return std::floor(value * inverse_cell + 0.5) + 0.0; }
-
-std::uint64_t bitsOf(double value) {
-  std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof bits);
+/// The number of the multiple of `cell` that is nearest to a coordinate, or, where such numbers would be too
+/// large, the bits of the coordinate.
+std::uint32_t cellOf(float value, float inverse_cell, bool exact) {
+  if (!exact)
+    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(value * inverse_cell + 0.5F)));
+  const float positive_zero = value + 0.0F;
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &positive_zero, sizeof bits);
   return bits;
-}
-
-/// Mixes the bits of a point (the finalizer of splitmix64).
-std::uint64_t hashOf(double x, double y) {
-  std::uint64_t hash = bitsOf(x) * 0x9E3779B97F4A7C15U + bitsOf(y);
-  hash = (hash ^ (hash >> 30)) * 0xBF58476D1CE4E5B9U;
-  hash = (hash ^ (hash >> 27)) * 0x94D049BB133111EBU;
-  return hash ^ (hash >> 31);
-}
-
-/// Numbers the points, equal ones alike, in the order of their first appearance, by a hash table with open
-/// addressing.
-/// @param sizes  receives the number of points in each group
-void numberPoints(const std::vector<float>& x, const std::vector<float>& y, double cell,
-                  std::vector<std::uint32_t>& slots, std::vector<std::uint32_t>& groups,
-                  std::vector<std::uint32_t>& firsts, std::vector<std::uint32_t>& sizes) {
-  const std::size_t n = x.size();
-  const double inverse = 1.0 / cell;
-  std::size_t size = 16;
-  while (size < 2 * n) size *= 2;
-  slots.assign(size, kEmpty);
-  groups.resize(n);
-  firsts.clear();
-  sizes.clear();
-  for (std::size_t i = 0; i < n; ++i) {
-    const double px = rounded(x[i], inverse), py = rounded(y[i], inverse);
-    std::size_t slot = hashOf(px, py) & (size - 1);
-    while (slots[slot] != kEmpty) {
-      const std::uint32_t first = firsts[slots[slot]];
-      if (rounded(x[first], inverse) == px && rounded(y[first], inverse) == py) break;
-      slot = (slot + 1) & (size - 1);
-    }
-    if (slots[slot] == kEmpty) {
-      slots[slot] = static_cast<std::uint32_t>(sizes.size());
-      firsts.push_back(static_cast<std::uint32_t>(i));
-      sizes.push_back(0);
-    }
-    groups[i] = slots[slot];
-    ++sizes[groups[i]];
-  }
 }
 
 }  // namespace
 
-void DistinctSupport::group(const NormalizedMatches& m, double cell) {
-  matches_ = m.size();
-  numberPoints(m.left_x, m.left_y, cell, slots_, all_left_, firsts_, left_size_);
-  numberPoints(m.right_x, m.right_y, cell, slots_, all_right_, firsts_, right_size_);
-  left_points_ = left_size_.size();
-  right_points_ = right_size_.size();
-  shared_.clear();
-  for (auto* column : {&left_x_, &left_y_, &right_x_, &right_y_}) column->clear();
-  for (auto* groups : {&left_group_, &right_group_}) groups->clear();
-  for (std::uint32_t i = 0; i < matches_; ++i) {
-    if (left_size_[all_left_[i]] == 1 && right_size_[all_right_[i]] == 1) continue;
-    shared_.push_back(i);
-    left_x_.push_back(m.left_x[i]);
-    left_y_.push_back(m.left_y[i]);
-    right_x_.push_back(m.right_x[i]);
-    right_y_.push_back(m.right_y[i]);
-    left_group_.push_back(all_left_[i]);
-    right_group_.push_back(all_right_[i]);
+void DistinctSupport::PointGroups::number(const std::vector<float>& x, const std::vector<float>& y,
+                                          double cell) {
+  constexpr double kMostCells = 1e9;
+  const std::size_t n = x.size();
+  const auto inverse = static_cast<float>(1.0 / cell);
+  float largest = 0;
+  for (std::size_t i = 0; i < n; ++i) largest = std::max({largest, std::abs(x[i]), std::abs(y[i])});
+  const bool exact = !(static_cast<double>(largest) / cell < kMostCells);
+  unsigned bits = 4;
+  while ((std::size_t{1} << bits) < 2 * n) ++bits;
+  slots_.assign(std::size_t{1} << bits, kEmpty);
+  of.resize(n);
+  sizes.clear();
+  keys_.clear();
+  // A hash table with open addressing. The groups are numbered in the order of their first appearance.
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::uint64_t key =
+        (std::uint64_t{cellOf(x[i], inverse, exact)} << 32) | cellOf(y[i], inverse, exact);
+    std::size_t slot = ((key ^ (key >> 29)) * 0x9E3779B97F4A7C15U) >> (64 - bits);
+    while (slots_[slot] != kEmpty && keys_[slots_[slot]] != key) slot = (slot + 1) & (slots_.size() - 1);
+    if (slots_[slot] == kEmpty) {
+      slots_[slot] = static_cast<std::uint32_t>(keys_.size());
+      keys_.push_back(key);
+      sizes.push_back(0);
+    }
+    of[i] = slots_[slot];
+    ++sizes[of[i]];
   }
-  errors_.resize(shared_.size());
-  best_left_.assign(left_points_, {0, 0});
-  best_right_.assign(right_points_, {0, 0});
-  stamp_ = 0;
 }
 
-const std::vector<float>& DistinctSupport::surplus(Residual residual, const cv::Matx33d& model,
-                                                   float squared_threshold) {
+void DistinctSupport::group(const NormalizedMatches& m, double cell) {
+  matches_ = m.size();
+  left_.number(m.left_x, m.left_y, cell);
+  right_.number(m.right_x, m.right_y, cell);
+  // The shared matches in the order of their right points: a counting sort.
+  begins_.assign(right_.sizes.size() + 1, 0);
+  const auto isShared = [this](std::uint32_t i) {
+    return left_.sizes[left_.of[i]] > 1 || right_.sizes[right_.of[i]] > 1;
+  };
+  std::uint32_t shared = 0;
+  for (std::uint32_t i = 0; i < matches_; ++i) {
+    if (!isShared(i)) continue;
+    ++begins_[right_.of[i] + 1];
+    ++shared;
+  }
+  for (std::size_t g = 1; g < begins_.size(); ++g) begins_[g] += begins_[g - 1];
+  shared_.resize(shared);
+  for (std::uint32_t i = 0; i < matches_; ++i) {
+    if (isShared(i)) shared_[begins_[right_.of[i]]++] = i;
+  }
+  for (auto* column : {&left_x_, &left_y_, &right_x_, &right_y_, &errors_}) column->resize(shared);
+  left_group_.resize(shared);
+  values_.resize(shared);
+  ends_.clear();
+  // Left points get numbers of their own, since only some of them occur.
+  std::fill(left_.sizes.begin(), left_.sizes.end(), kEmpty);
+  std::uint32_t left_points = 0;
+  for (std::uint32_t k = 0; k < shared; ++k) {
+    const std::uint32_t i = shared_[k];
+    left_x_[k] = m.left_x[i];
+    left_y_[k] = m.left_y[i];
+    right_x_[k] = m.right_x[i];
+    right_y_[k] = m.right_y[i];
+    std::uint32_t& number = left_.sizes[left_.of[i]];
+    if (number == kEmpty) number = left_points++;
+    left_group_[k] = number;
+    if (k + 1 == shared || right_.of[shared_[k + 1]] != right_.of[i]) ends_.push_back(k + 1);
+  }
+  best_.resize(left_points);
+  std::fill(errors_.begin(), errors_.end(), 0.0F);
+  distinct_ = matches_ - findSurplus(1.0F).inliers;
+}
+
+void DistinctSupport::markFirst(const std::vector<std::uint32_t>& order, std::vector<std::uint8_t>& first) {
+  constexpr std::uint8_t kLeft = 1, kRight = 2;
+  first.assign(matches_, 0);
+  seen_.assign(matches_, 0);  // by group; there are at most as many groups as matches
+  for (const std::uint32_t i : order) {
+    std::uint8_t &left = seen_[left_.of[i]], &right = seen_[right_.of[i]];
+    if ((left & kLeft) != 0 || (right & kRight) != 0) continue;
+    left |= kLeft;
+    right |= kRight;
+    first[i] = 1;
+  }
+}
+
+DistinctSupport::Surplus DistinctSupport::surplus(Residual residual, const cv::Matx33d& model,
+                                                  float squared_threshold) {
   const MatchColumns columns = {left_x_.data(), left_y_.data(), right_x_.data(), right_y_.data(),
                                 shared_.size()};
   kernels().residuals.errors[static_cast<std::size_t>(residual)](residualModel(residual, model), columns, 0,
                                                                  columns.size, errors_.data());
-  findSurplus(squared_threshold);
-  return surplus_;
+  return findSurplus(squared_threshold);
 }
 
 std::size_t DistinctSupport::countInliers(const float* errors, float squared_threshold) {
   std::size_t inliers = 0;
   for (std::size_t i = 0; i < matches_; ++i) inliers += errors[i] <= squared_threshold ? 1 : 0;
   for (std::size_t k = 0; k < shared_.size(); ++k) errors_[k] = errors[shared_[k]];
-  findSurplus(squared_threshold);
-  return inliers - surplus_.size();
+  return inliers - findSurplus(squared_threshold).inliers;
 }
 
-void DistinctSupport::findSurplus(float squared_threshold) {
-  if (++stamp_ == 0) {  // after 2^32 models
-    for (auto* bests : {&best_left_, &best_right_}) std::fill(bests->begin(), bests->end(), Best{0, 0});
-    stamp_ = 1;
+DistinctSupport::Surplus DistinctSupport::findSurplus(float squared_threshold) {
+  // An inlier's value is what it saves in MSAC, plus one to tell the worst inlier from an outlier. There are
+  // no branches on it, since nobody can predict which matches are inliers.
+  const float scale = static_cast<float>(ScoreRule::kOutlierCost) / squared_threshold;
+  const std::size_t n = values_.size();
+  const float* const errors = errors_.data();
+  std::int32_t* const values = values_.data();
+  for (std::size_t k = 0; k < n; ++k) {
+    const float error = errors[k] < squared_threshold ? errors[k] : squared_threshold;
+    const std::int32_t value = ScoreRule::kOutlierCost + 1 - static_cast<std::int32_t>(error * scale);
+    values[k] = value & -static_cast<std::int32_t>(errors[k] <= squared_threshold);
   }
-  surplus_.clear();
-  touched_.clear();
-  // Keeps the better one of the matches of a group. Returns whether this is the first one.
-  const auto enter = [this](Best& best, std::uint32_t k) {
-    if (best.stamp != stamp_) {
-      best = {stamp_, k};
-      return true;
+  std::int64_t saved = 0;
+  std::int32_t inliers = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    saved += values[k];
+    inliers += static_cast<std::int32_t>(values[k] > 0);
+  }
+  std::fill(best_.begin(), best_.end(), 0);
+  std::int32_t* const best = best_.data();
+  const std::uint32_t* const left = left_group_.data();
+  std::uint32_t k = 0;
+  for (const std::uint32_t end : ends_) {
+    std::int32_t value = values[k];
+    std::uint32_t group = left[k];
+    for (++k; k < end; ++k) {
+      group = values[k] > value ? left[k] : group;
+      value = std::max(value, values[k]);
     }
-    if (errors_[k] < errors_[best.position]) std::swap(best.position, k);
-    surplus_.push_back(errors_[k]);
-    return false;
-  };
-  for (std::uint32_t k = 0; k < shared_.size(); ++k) {
-    if (errors_[k] <= squared_threshold && enter(best_right_[right_group_[k]], k))
-      touched_.push_back(right_group_[k]);
+    best[group] = std::max(best[group], value);
   }
-  for (const std::uint32_t group : touched_) {
-    const std::uint32_t k = best_right_[group].position;
-    enter(best_left_[left_group_[k]], k);
+  for (const std::int32_t value : best_) {
+    saved -= value;
+    inliers -= static_cast<std::int32_t>(value > 0);
   }
+  return {static_cast<std::size_t>(inliers), saved - inliers};
 }
 
 }  // namespace corrsel::core

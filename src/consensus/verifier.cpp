@@ -35,11 +35,11 @@ ModelScore Verifier::score(const cv::Matx33d& model, std::int64_t limit) const {
 
 ModelScore Verifier::countOnce(const cv::Matx33d& model, std::int64_t limit, ModelScore score) const {
   if (distinct_ == nullptr || distinct_->shared().empty() || score.rejected) return score;
-  const std::vector<float>& surplus = distinct_->surplus(residual_, model, rule_.squared_threshold);
-  // What the kernel has saved for these inliers.
-  for (const float error : surplus)
-    score.cost += ScoreRule::kOutlierCost - static_cast<std::int32_t>(error * rule_.cost_per_error);
-  score.inliers -= std::min(surplus.size(), score.inliers);
+  const DistinctSupport::Surplus surplus = distinct_->surplus(residual_, model, rule_.squared_threshold);
+  score.cost += rule_.cost_per_error > 0
+                    ? surplus.saved
+                    : static_cast<std::int64_t>(surplus.inliers) * ScoreRule::kOutlierCost;
+  score.surplus = std::min(surplus.inliers, score.inliers);
   score.rejected = score.cost >= limit;
   return score;
 }
@@ -63,7 +63,7 @@ ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sp
 bool Verifier::improve(const cv::Matx33d& model, Candidate& best) const {
   const ModelScore judged = score(model, best.cost);
   if (judged.rejected) return false;
-  best = {model, judged.cost, judged.inliers};
+  best = {model, judged.cost, judged.inliers, judged.inliers - judged.surplus};
   return true;
 }
 

@@ -15,7 +15,8 @@ namespace corrsel::core {
 struct Candidate {
   cv::Matx33d model = cv::Matx33d::zeros();
   std::int64_t cost = std::numeric_limits<std::int64_t>::max();  ///< lower is better; see ScoreRule
-  std::size_t inliers = 0;  ///< distinct ones, where the verifier counts every point once
+  std::size_t inliers = 0;                                       ///< all matches within the threshold
+  std::size_t distinct = 0;  ///< those that count; the same number, unless the verifier counts points once
 
   bool exists() const { return cost != std::numeric_limits<std::int64_t>::max(); }
 };

@@ -47,6 +47,8 @@ struct ScoreRule {
 struct ModelScore {
   std::int64_t cost = 0;    ///< sum over the matches seen
   std::size_t inliers = 0;  ///< among the matches seen
+  std::size_t surplus = 0;  ///< inliers that do not count, because another match of their point does; the
+                            ///< kernels leave it at 0
   std::size_t seen = 0;     ///< matches seen before giving up; all of them unless rejected
   bool rejected = false;    ///< by the limit or by the SPRT
   bool rejected_by_sprt = false;

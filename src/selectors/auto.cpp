@@ -237,8 +237,7 @@ void Stages::search(const Rows& order, int hypotheses) {
   options.seed = options_.seed;
   const TwoViewProblem problem = problemOf(options);
   if (order.size() < static_cast<std::size_t>(problem.sample_size)) return;
-  const SearchOutcome outcome =
-      searchModel(work_.normalized, options, 2 * options_.threshold, &order, deadline_);
+  const SearchOutcome outcome = searchModel(work_.normalized, options, options_.threshold, &order, deadline_);
   hypotheses_ += static_cast<std::uint64_t>(outcome.iterations);
   timed_out_ = timed_out_ || outcome.timed_out;
   if (outcome.best.exists()) consider(outcome.best.model);
@@ -293,8 +292,8 @@ void Stages::findHomography() {
   search(work_.searched, kFirstHypotheses);
   judgeHomography();
   const bool enough =
-      isBelieved(plane_confidence_) && plane_.inliers >= kManyInliers &&
-      static_cast<double>(plane_.inliers) >= kShareOfLocal * static_cast<double>(work_.support.localSize());
+      isBelieved(plane_confidence_) && plane_.distinct >= kManyInliers &&
+      static_cast<double>(plane_.distinct) >= kShareOfLocal * static_cast<double>(work_.support.localSize());
   if (enough || timed_out_) return;
   search(work_.by_support, kSecondHypotheses);
   judgeHomography();

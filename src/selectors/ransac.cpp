@@ -5,7 +5,9 @@
 namespace corrsel::core {
 
 void RansacOptions::visit(OptionVisitor& visitor) const {
-  visitParts(visitor, 0.01, "Inlier threshold: transfer error (homography), Sampson distance (fundamental)");
+  visitParts(visitor,
+             {0.01, "Inlier threshold: the error of a homography, Sampson distance of a fundamental matrix",
+              1, "Hypotheses at most"});
 }
 
 Presets RansacSelector::presets() const {

@@ -54,6 +54,34 @@ TEST(Sampler, ProsacGrowsItsPoolAsThePaperSays) {
   }
 }
 
+TEST(Sampler, PrefixesTakeTurnsAfterProsac) {
+  const std::vector<std::uint32_t> order = permutation(1000, 3);
+  std::vector<std::size_t> rank(1000);
+  for (std::size_t i = 0; i < 1000; ++i) rank[order[i]] = i;
+  Sampler sampler(order, 4, 1, {500, 8});
+  std::uint32_t sample[4];
+  while (sampler.pool() < 1000) sampler.draw(sample);
+  for (int i = 0; i < 100; ++i) sampler.draw(sample);  // the last samples of the pool of all matches
+  std::vector<std::size_t> largest(8, 0);
+  for (int i = 0; i < 40000; ++i) {
+    sampler.draw(sample);
+    std::size_t& seen = largest[sampler.drawn() % 8];
+    for (const std::uint32_t k : sample) seen = std::max(seen, rank[k] + 1);
+  }
+  // All matches, the best half, quarter... but 20 at least.
+  EXPECT_EQ(largest, (std::vector<std::size_t>{1000, 500, 250, 125, 62, 31, 20, 20}));
+  EXPECT_EQ(sampler.pool(), 1000u);
+  // With fewer matches than the least prefix, all of them.
+  const std::vector<std::uint32_t> few = permutation(10, 3);
+  Sampler small(few, 4, 1, {1, 8});
+  std::set<std::uint32_t> drawn;
+  for (int i = 0; i < 1000; ++i) {
+    small.draw(sample);
+    drawn.insert(sample, sample + 4);
+  }
+  EXPECT_EQ(drawn.size(), 10u);
+}
+
 TEST(Sampler, ProsacEndsUniform) {
   const std::vector<std::uint32_t> order = permutation(30, 3);
   Sampler sampler(order, 4, 1);

@@ -86,6 +86,8 @@ TEST(Search, ModelAloneIsThatOfTheSelection) {
                                                        : stereoScene({800, 0.5, 0.5, 4});
     UsacOptions options;
     options.model = kind;
+    // With this error the model found is not fitted again before matches are selected.
+    options.error = ConsensusOptions::Error::kSymmetricTransfer;
     const std::vector<std::uint32_t> rows = rightFirst(scene, 100);
     const Selection selection = consensusOf(scene, options, &rows);
     Ordering ordering;

@@ -35,7 +35,7 @@ TEST(SelectorFactory, KnowsPresets) {
   EXPECT_EQ(selectorPresets("ransac"), (std::vector<std::string>{"h", "f", "count", "msac", "lo", "prosac"}));
   EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert"}));
   EXPECT_EQ(selectorPresets("gtm"), (std::vector<std::string>{"paper", "equilibrium"}));
-  EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform"}));
+  EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform", "paper"}));
   EXPECT_EQ(selectorPresets("vfc"), (std::vector<std::string>{"sparse"}));
   EXPECT_TRUE(selectorPresets("nnsr").empty());
   for (const std::string& name : selectorNames()) {

@@ -57,10 +57,17 @@ TEST(Usac, BestMatchesInOneCornerDoNotEndTheSearch) {
   EXPECT_GT(sum / 10, 94);
 }
 
-TEST(Usac, ThresholdZeroStandsForThePapersValues) {
+TEST(Usac, ThresholdZeroStandsForTheValuesOfTheErrors) {
   const Scene plane = homographyScene({300, 0.6, 2.0, 1}), space = stereoScene({300, 0.6, 1.0, 1});
-  EXPECT_EQ(UsacSelector().select(plane.matches).mask,
-            UsacSelector(homography(10)).select(plane.matches).mask);
+  const auto h = [&plane](const char* error, const char* threshold) {
+    return createSelector("usac:h", {{"error", error}, {"threshold", threshold}})->select(plane.matches).mask;
+  };
+  EXPECT_EQ(UsacSelector().select(plane.matches).mask, h("smaller_transfer", "5"));
+  EXPECT_NE(UsacSelector().select(plane.matches).mask, h("smaller_transfer", "2"));
+  for (const char* error : {"symmetric_transfer", "transfer"}) {
+    EXPECT_EQ(h(error, "0"), h(error, "10"));
+    EXPECT_NE(h(error, "0"), h(error, "2"));
+  }
   const auto f = [&space](const char* threshold) {
     return createSelector("usac:f", {{"threshold", threshold}})->select(space.matches).mask;
   };
@@ -68,21 +75,95 @@ TEST(Usac, ThresholdZeroStandsForThePapersValues) {
   EXPECT_NE(f("0"), f("10"));
 }
 
-TEST(Usac, MaskIsSymmetricTransferWithinTheThreshold) {
+TEST(Usac, MaskIsTheErrorWithinTheThreshold) {
   const Scene scene = homographyScene({500, 0.5, 1.5, 2});
-  const Selection s = UsacSelector(homography(3)).select(scene.matches);
-  const cv::Matx33d inverse = s.model.inv();
-  for (std::size_t i = 0; i < 500; ++i) {
-    const Correspondences& m = scene.matches;
-    const cv::Point2d there =
-        projected(s.model, m.left_x[i], m.left_y[i]) - cv::Point2d(m.right_x[i], m.right_y[i]);
-    const cv::Point2d back =
-        projected(inverse, m.right_x[i], m.right_y[i]) - cv::Point2d(m.left_x[i], m.left_y[i]);
-    const double error = there.dot(there) + back.dot(back);
-    if (std::abs(error - 9) > 1e-6) {
-      EXPECT_EQ(s.mask[i], error <= 9 ? 1 : 0) << error;
+  for (const bool smaller : {true, false}) {
+    UsacOptions options = homography(3);
+    options.error = smaller ? UsacOptions::Error::kSmallerTransfer : UsacOptions::Error::kSymmetricTransfer;
+    const Selection s = UsacSelector(options).select(scene.matches);
+    const cv::Matx33d inverse = s.model.inv();
+    int differ = 0;
+    for (std::size_t i = 0; i < 500; ++i) {
+      const Correspondences& m = scene.matches;
+      const cv::Point2d there =
+          projected(s.model, m.left_x[i], m.left_y[i]) - cv::Point2d(m.right_x[i], m.right_y[i]);
+      const cv::Point2d back =
+          projected(inverse, m.right_x[i], m.right_y[i]) - cv::Point2d(m.left_x[i], m.left_y[i]);
+      const double sum = there.dot(there) + back.dot(back),
+                   least = std::min(there.dot(there), back.dot(back));
+      const double error = smaller ? least : sum;
+      differ += (least <= 9) != (sum <= 9);
+      if (std::abs(error - 9) > 1e-6) {
+        EXPECT_EQ(s.mask[i], error <= 9 ? 1 : 0) << error;
+      }
     }
+    EXPECT_GT(differ, 10);
   }
+}
+
+/// The right image shows the plane four times as large, so that the noise of the left points is four times as
+/// large there.
+TEST(Usac, ZoomCostsNoRecall) {
+  Random random(5);
+  Correspondences m;
+  for (int i = 0; i < 600; ++i) {
+    const cv::Point2d left = uniformPoint(random, 200, 150), noisy = left + 1.5 * normalPoint(random);
+    const cv::Point2d right = i < 300 ? 4 * left : uniformPoint(random, 800, 600);
+    m.add(cv::Point2f(noisy), cv::Point2f(right));
+  }
+  std::vector<std::uint8_t> inlier(600, 0);
+  std::fill(inlier.begin(), inlier.begin() + 300, std::uint8_t{1});
+  EXPECT_GT(quality(UsacSelector().select(m).mask, inlier).recall, 98);
+  EXPECT_LT(quality(createSelector("usac:paper")->select(m).mask, inlier).recall, 90);
+}
+
+/// Right matches are rare, but less so among the best.
+TEST(Usac, ShortPrefixesFindRareInliers) {
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Scene scene = homographyScene({3000, 0.015, 0.5, seed});
+    Random random(seed);
+    for (std::size_t i = 0; i < scene.matches.size(); ++i) {
+      scene.matches.second_distance[i] = 100;
+      scene.matches.distance[i] =
+          static_cast<float>(random.uniform(scene.inlier[i] ? 30 : 50, scene.inlier[i] ? 90 : 100));
+    }
+    const Selection s = UsacSelector(homography(3)).select(scene.matches);
+    EXPECT_LE(s.iterations, 100000);
+    found += quality(s.mask, scene.inlier).recall > 90 ? 1 : 0;
+  }
+  EXPECT_GE(found, 9);
+}
+
+/// With few matches, all models that chance does not explain have soon been drawn.
+TEST(Usac, StopsWhereNothingSignificantIsLeftToFind) {
+  const Correspondences small = homographyScene({60, 0.0, 0.5, 1}).matches;
+  const Selection s = UsacSelector(homography(3)).select(small);
+  EXPECT_LT(s.iterations, 60000);
+  EXPECT_GT(s.iterations, 1000);
+  // Confidence 1 never stops early.
+  UsacOptions all = homography(3);
+  all.confidence = 1;
+  EXPECT_EQ(UsacSelector(all).select(small).iterations, 100000);
+  // A third of so few matches is found before.
+  const Scene right = withoutDistances(homographyScene({60, 0.35, 0.5, 1}));
+  EXPECT_GT(quality(UsacSelector(homography(3)).select(right.matches).mask, right.inlier).recall, 95);
+  // Many matches are searched to the end, and to a later end without an order.
+  const Scene large = homographyScene({1000, 0.0, 0.5, 1});
+  EXPECT_EQ(UsacSelector(homography(3)).select(large.matches).iterations, 100000);
+  EXPECT_EQ(UsacSelector(homography(3)).select(withoutDistances(large).matches).iterations, 850000);
+}
+
+/// The SPRT must not reject fundamental matrices that the search can find. Designed for 15 % of inliers, it
+/// loses more than half of these.
+TEST(Usac, FindsEpipolarGeometryAmongFewInliers) {
+  int found = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Scene scene = stereoScene({600, 0.08, 0.6, seed});
+    const Selection s = createSelector("usac:f")->select(scene.matches);
+    found += quality(s.mask, scene.inlier).recall > 75 ? 1 : 0;
+  }
+  EXPECT_GE(found, 9);
 }
 
 TEST(Usac, ProsacNeedsFewerHypothesesAndSaysWhenItCannot) {

@@ -18,10 +18,10 @@ struct ConsensusOptions : ConfidenceOptions {
   /// fundamental matrix is judged by the Sampson distance.
   Error error = Error::kTransfer;
   double threshold = 10.0;     ///< inlier threshold, px
-  int max_iterations = 2000;   ///< hypotheses at most
+  int max_iterations = 2000;   ///< hypotheses at most; 0 = depends on the order of the samples
   double confidence = 0.995;   ///< probability of having drawn an all-inlier sample at which the search stops
   Score score = Score::kMsac;  ///< sum of truncated squared errors, or number of inliers
-  bool one_to_one = false;     ///< every image point counts at most once in the score of a model
+  bool one_to_one = false;     ///< every image point counts at most once in the score of a homography
   Sampler sampler = Sampler::kUniform;  ///< uniform samples, or the best descriptor ratios first
   bool sprt = false;  ///< sequential probability ratio test: wrong models are given up early
   double sprt_inlier_ratio =
@@ -33,8 +33,16 @@ struct ConsensusOptions : ConfidenceOptions {
   double max_seconds = 0;           ///< time limit, s; 0 = none
 
  protected:
-  /// Visits all fields; `lowest_threshold` and `threshold_text` differ between the selectors.
-  void visitParts(OptionVisitor& visitor, double lowest_threshold, const char* threshold_text) const;
+  /// What differs between the selectors.
+  struct Texts {
+    double lowest_threshold;
+    const char* threshold;
+    double lowest_iterations;
+    const char* iterations;
+  };
+
+  /// Visits all fields.
+  void visitParts(OptionVisitor& visitor, const Texts& texts) const;
 };
 
 }  // namespace corrsel::core

@@ -7,7 +7,7 @@
 
 namespace corrsel::core {
 
-/// All parts of the search on, with the paper's 850000 hypotheses.
+/// All parts of the search on, with the smaller transfer error and every image point counted once.
 struct UsacOptions : ConsensusOptions {
   UsacOptions();
   void visit(OptionVisitor& visitor) const override;
@@ -20,17 +20,20 @@ struct UsacOptions : ConsensusOptions {
 /// accounts for what the SPRT loses.
 ///
 /// Algorithm: the search of consensus/search.h; the headers in src/consensus describe each part with its
-/// equations. Errors are the symmetric transfer error d1^2 + d2^2 (homography) or the Sampson distance
-/// (fundamental matrix), compared with the squared threshold. (The paper prints the Sampson distance
-/// against t_F: read t_F^2.)
+/// equations. A match is selected if the smaller one of its two transfer errors (homography) or its Sampson
+/// distance (fundamental matrix) is at most the threshold. Homographies compete by the symmetric transfer
+/// error d1^2 + d2^2 within twice the threshold (consensus/two_view.h). (The paper prints the Sampson
+/// distance against t_F: read t_F^2.)
 ///
 /// Input: coordinates; for PROSAC the column `distance` (and `second_distance`), without which samples are
 /// uniform and the message reports it.
 ///
-/// Options: `threshold` 0 means the paper's 10 px (homography) and 1.5 px (fundamental matrix). There
-/// is no option `threads`, because each hypothesis is judged by the best one so far.
+/// Options: `threshold` 0 means 5 px (homography; the paper's 10 px with another `error`) and the paper's
+/// 1.5 px (fundamental matrix). `max_iterations` 0 means 100000, or 850000 if samples are uniform. There is
+/// no option `threads`, because each hypothesis is judged by the best one so far.
 ///
-/// Presets: `h` and `f` choose the model; `uniform` samples uniformly.
+/// Presets: `h` and `f` choose the model; `uniform` samples uniformly; `paper` has the paper's error,
+/// threshold and number of hypotheses, and counts every match.
 ///
 /// Failure: statuses and score as for RansacSelector.
 ///
@@ -38,8 +41,11 @@ struct UsacOptions : ConsensusOptions {
 ///
 /// Source: Raguram, Chum, Pollefeys, Matas and Frahm, PAMI 2013. Deviations from USAC 1.0:
 ///  - The score is MSAC.
-///  - The SPRT is designed for the smallest inlier ratio that must be found, with the times of this
+///  - The SPRT is designed for the smallest inlier ratio that the search can find, with the times of this
 ///    implementation, and never loses more than one right model in eight (consensus/sprt.h).
+///  - PROSAC for a homography soon reaches all matches; samples from short and long prefixes then take turns
+///    (consensus/sampler.h).
+///  - The search ends once every support that chance does not explain would have been drawn.
 ///  - Models from local optimisation are scored in full.
 ///  - Degenerate samples are recognised by sqrt(3) times the user's threshold.
 ///  - PROSAC stops early only by a prefix of at least one match in twenty (homography) or half of them
