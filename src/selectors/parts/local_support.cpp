@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/parallel.h"
 
@@ -24,12 +25,28 @@ constexpr std::uint32_t kNone = 0xffffffffU;
 constexpr int kVoters = 8;                                        // survivors that decide about the local set
 constexpr float kLeastLeft = 8, kLeastRight = 3, kMostScale = 6;  // of two matches that give a similarity
 
-/// The number of matches that hypotheses are made for.
-std::size_t budget(std::size_t n, bool frames) {
-  const std::size_t most =
-      frames ? std::max<std::size_t>(100, 1000000 / n) : std::max<std::size_t>(60, 800000 / n);
-  return std::min(n, most);
-}
+/// The number of matches that hypotheses are made for: `first` in any case, up to `most` where few survive.
+struct Budget {
+  static constexpr std::size_t kBatch = 128;      // matches judged before the survivors are counted again
+  static constexpr std::size_t kSurvivors = 200;  // more hypotheses are not needed
+  static constexpr double kFew = 0.1;             // share of survivors below which more are needed
+  static constexpr double kApart = 0.25;          // of `first`: matches outside of the local set, afterwards
+
+  std::size_t first, most;
+
+  Budget(std::size_t n, bool frames)
+      : first(std::min(
+            n, frames ? std::max<std::size_t>(100, 1000000 / n) : std::max<std::size_t>(60, 800000 / n))),
+        most(std::min(n, 4 * first)) {}
+
+  /// The end of the batch that begins with match `start`; `start` itself where no more matches are judged.
+  std::size_t batchEnd(std::size_t start, std::size_t survivors) const {
+    if (survivors >= kSurvivors) return start;
+    if (start < first) return std::min(first, start + kBatch);
+    const bool few = static_cast<double>(survivors) < kFew * static_cast<double>(start);
+    return few ? std::min(most, start + kBatch) : start;
+  }
+};
 
 /// Area that the first quadrant of the unit disc shares with [0, width] x [0, height].
 double quadrantArea(double width, double height) {
@@ -90,18 +107,48 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   layOut(matches);
 
   const bool frames = !matches.left_frame.empty() && !matches.right_frame.empty();
-  const std::size_t judged = budget(n_, frames);
-  const int wanted = frames ? 1 : kMostPartners;
-  significant_support_ = std::log(kTests * static_cast<double>(n_) * wanted) + kCaution;
-  best_.assign(judged, 0);
-  best_map_.assign(judged, LinearMap{});
-  sortPool(judged);
+  const Budget budget(n_, frames);
+  significant_support_ = std::log(kTests * static_cast<double>(n_) * partnersPerMatch(frames)) + kCaution;
+  best_.assign(n_, 0);
+  best_map_.assign(n_, LinearMap{});
+  members_.clear();
+  sortPool(budget.most);
+  candidates_.resize(budget.most);
+  std::iota(candidates_.begin(), candidates_.end(), 0U);
+  std::size_t judged = 0;
+  for (std::size_t end = 0; (end = budget.batchEnd(judged, members_.size())) > judged; judged = end)
+    judgeBatch(matches, frames, judged, end, threads);
+  extendLocalSets();
+  // Small groups that move by themselves have few of the best matches, or none. They stand out among those
+  // that the survivors do not predict.
+  if (judged <= budget.first) {
+    const auto apart = static_cast<std::size_t>(Budget::kApart * static_cast<double>(budget.first));
+    candidates_.clear();
+    for (std::size_t i = judged; i < n_ && candidates_.size() < apart; ++i) {
+      if (extended_[row_[i]] == 0) candidates_.push_back(static_cast<std::uint32_t>(i));
+    }
+    const std::size_t before = members_.size();
+    judgeBatch(matches, frames, 0, candidates_.size(), threads);
+    if (members_.size() > before) extendLocalSets();
+  }
+  std::stable_sort(members_.begin(), members_.end(),
+                   [this](std::uint32_t a, std::uint32_t b) { return best_[a] > best_[b]; });
+  for (const std::uint32_t i : members_) survivors_.push_back(row_[i]);
+  for (const std::uint32_t row : row_) {
+    if (local_[row] != 0) local_rows_.push_back(row);
+  }
+}
+
+void LocalSupport::judgeBatch(const Correspondences& matches, bool frames, std::size_t first,
+                              std::size_t last, int threads) {
   constexpr std::size_t kBlock = 16;  // matches that a thread judges at a time
-  forEachBlock(judged, kBlock, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Place place;
+  const int wanted = partnersPerMatch(frames);
+  forEachBlock(last - first, kBlock, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t place = first + begin; place < first + end; ++place) {
+      const std::uint32_t i = candidates_[place];
+      Place of_map;
       LinearMap map;
-      if (frames && frameMap(matches, i, map)) judge(i, map, nullptr, place);
+      if (frames && frameMap(matches, i, map)) judge(i, map, nullptr, of_map);
       if (best_[i] > kSure * significant_support_) continue;
       std::uint32_t found[kMostPartners];
       const int count = partners(i, wanted, found);
@@ -110,15 +157,16 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
         judge(i,
               similarity(left_x_[j] - left_x_[i], left_y_[j] - left_y_[i], right_x_[j] - right_x_[i],
                          right_y_[j] - right_y_[i]),
-              &j, place);
+              &j, of_map);
       }
     }
   });
-  for (std::size_t i = 0; i < judged; ++i) {
+  for (std::size_t place = first; place < last; ++place) {
+    const std::uint32_t i = candidates_[place];
     support_[row_[i]] = best_[i];
-    if (best_[i] > 0) maps_[row_[i]] = best_map_[i];
+    maps_[row_[i]] = best_map_[i];
+    if (best_[i] > significant_support_) members_.push_back(i);
   }
-  findLocalSets();
 }
 
 LocalSupport::Bounds LocalSupport::boundsOf(const std::vector<float>& x, const std::vector<float>& y,
@@ -223,8 +271,6 @@ void LocalSupport::sortPool(std::size_t judged) {
   for (std::size_t i = 0; i < pool_.size(); ++i)
     pool_[i] = {sortKey(left_x_[i]), static_cast<std::uint32_t>(i)};
   radixSort(pool_, scratch_);
-  in_pool_.resize(pool_.size());
-  for (std::size_t i = 0; i < pool_.size(); ++i) in_pool_[pool_[i].row] = static_cast<std::uint32_t>(i);
 }
 
 int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) const {
@@ -255,10 +301,12 @@ int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) con
     out[place] = j;
     return true;
   };
-  const std::size_t start = in_pool_[rank];
+  const auto place = std::lower_bound(pool_.begin(), pool_.end(), sortKey(x),
+                                      [](const KeyedRow& row, std::uint32_t key) { return row.key < key; });
+  const auto start = static_cast<std::size_t>(place - pool_.begin());
   bool before = true, behind = true;
-  for (std::size_t step = 1; before || behind; ++step) {
-    before = before && step <= start && visit(pool_[start - step].row);
+  for (std::size_t step = 0; before || behind; ++step) {
+    before = before && step < start && visit(pool_[start - 1 - step].row);
     behind = behind && start + step < pool_.size() && visit(pool_[start + step].row);
   }
   return found;
@@ -338,17 +386,9 @@ void LocalSupport::judge(std::size_t rank, const LinearMap& map, const std::uint
   }
 }
 
-void LocalSupport::findLocalSets() {
+void LocalSupport::extendLocalSets() {
   const double reach = kReach * diagonal_;
-  members_.clear();
-  for (std::size_t i = 0; i < best_.size(); ++i) {
-    if (best_[i] > significant_support_) members_.push_back(static_cast<std::uint32_t>(i));
-  }
-  std::stable_sort(members_.begin(), members_.end(),
-                   [this](std::uint32_t a, std::uint32_t b) { return best_[a] > best_[b]; });
-  for (const std::uint32_t i : members_) survivors_.push_back(row_[i]);
   if (2 * members_.size() <= kVoters) return;
-  std::sort(members_.begin(), members_.end());
   const int k = static_cast<int>(std::min<std::size_t>(members_.size(), kVoters + 1));
   const auto stride = static_cast<std::size_t>(k);
   near_.resize(n_ * stride);
@@ -369,10 +409,10 @@ void LocalSupport::findLocalSets() {
       if (nearest == kNone) nearest = i;
     }
     const std::uint32_t row = row_[j];
-    local_[row] = 2 * for_local > kVoters ? 1 : 0;
-    extended_[row] = 2 * for_extended > kVoters ? 1 : 0;
-    if (local_[row] != 0) local_rows_.push_back(row);
-    if (extended_[row] != 0 && support_[row] <= significant_support_) maps_[row] = best_map_[nearest];
+    if (2 * for_local > kVoters) local_[row] = 1;
+    if (2 * for_extended <= kVoters || extended_[row] != 0) continue;
+    extended_[row] = 1;
+    if (best_[j] <= significant_support_) maps_[row] = best_map_[nearest];
   }
 }
 

@@ -21,7 +21,7 @@ namespace corrsel::core {
 /// near second match, which is not tried where the frames give a sure map. Every good match is therefore a
 /// hypothesis of its own, and no sample of several right matches has to be drawn.
 ///
-/// Algorithm: hypotheses are made for the M best matches. For the hypothesis (i, A), the predicted
+/// Algorithm: hypotheses are made for the best matches. For the hypothesis (i, A), the predicted
 /// displacement u_j = A (x_j - x_i) and the actual one v_j = x'_j - x'_i, radii R = D/16, D/8, D/4, D/2 (D is
 /// the diagonal of the right image) and relative tolerances rho = 0.12 (noise of frames) and, for the two
 /// smaller radii, 0.3 (affine part that a similarity lacks):
@@ -48,9 +48,12 @@ namespace corrsel::core {
 ///
 /// Input: coordinates; frames and image sizes where they are there; an order by quality.
 ///
-/// Cost: hypotheses are made for M = min(N, max(100, 10^6 / N)) matches, without frames for M = min(N,
-/// max(60, 8 * 10^5 / N)), five for each. O(M n + N) where discs of D/8, with n matches each, decide; at most
-/// O(M N). Memory of about 150 bytes per match is kept between calls.
+/// Hypotheses are made for the M = min(N, max(100, 10^6 / N)) best matches, without frames five for each of M
+/// = min(N, max(60, 8 * 10^5 / N)), but not for more once 200 have survived. Where fewer than a tenth
+/// survive, up to 4 M matches are tried.
+///
+/// Cost: O(M n + N) where discs of D/8, with n matches each, decide; at most O(M N). Memory of about 150
+/// bytes per match is kept between calls.
 class LocalSupport {
  public:
   /// @param order    every row of `matches` once, best first; ties must not depend on the order of the input
@@ -136,6 +139,10 @@ class LocalSupport {
   void layOut(const Correspondences& matches);
   void findWeights();
   void sortPool(std::size_t judged);
+  static int partnersPerMatch(bool frames) { return frames ? 1 : kMostPartners; }
+  /// Judges the matches candidates_[first .. last), and adds the survivors to members_.
+  void judgeBatch(const Correspondences& matches, bool frames, std::size_t first, std::size_t last,
+                  int threads);
   bool frameMap(const Correspondences& matches, std::size_t rank, LinearMap& map) const;
   int partners(std::size_t rank, int wanted, std::uint32_t* out) const;
   double radius(int disc) const { return diagonal_ / (16 >> disc); }
@@ -143,7 +150,7 @@ class LocalSupport {
   /// Counts the supporters of a map through a match, and keeps the map if it is the match's best so far.
   /// @param partner  the second match that the map was made from, or nullptr
   void judge(std::size_t rank, const LinearMap& map, const std::uint32_t* partner, Place& place);
-  void findLocalSets();
+  void extendLocalSets();
 
   // Matches are numbered by their rank in the order of quality. The order of the input then has no influence.
   std::size_t n_ = 0;
@@ -155,10 +162,10 @@ class LocalSupport {
   std::vector<std::int32_t> weight_;                        // by rank
   CellRuns left_cells_, right_cells_;
   Columns by_left_, by_right_;
-  std::vector<float> best_;             // S by rank
-  std::vector<LinearMap> best_map_;     // by rank
-  std::vector<KeyedRow> pool_;          // matches that may be partners, by left x
-  std::vector<std::uint32_t> in_pool_;  // place of a rank in the pool
+  std::vector<float> best_;                // S by rank
+  std::vector<LinearMap> best_map_;        // by rank
+  std::vector<KeyedRow> pool_;             // matches that may be partners, by left x
+  std::vector<std::uint32_t> candidates_;  // ranks that hypotheses are made for
   std::vector<std::uint32_t> members_, near_;
   std::vector<KeyedRow> places_, scratch_;
   PlanarNeighbours neighbours_;
