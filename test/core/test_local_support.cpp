@@ -132,14 +132,7 @@ TEST(LocalSupport, FindsTheMatchesOfAPlaneWithAndWithoutFrames) {
       EXPECT_GE(double(right), 0.9 * double(support.survivors().size()));
       EXPECT_GE(share(support.local(), scene.inlier, 1), 0.9);
       EXPECT_LE(share(support.local(), scene.inlier, 0), 0.03);
-      std::vector<std::uint32_t> rows = support.localRows();
-      const auto explains = [&scene](std::uint32_t row) { return scene.inlier[row] != 0; };
-      EXPECT_DOUBLE_EQ(support.explainedShare(explains),
-                       double(std::count_if(rows.begin(), rows.end(), explains)) / double(rows.size()));
-      EXPECT_GE(support.explainedShare(explains), 0.8);
-      std::sort(rows.begin(), rows.end());
-      EXPECT_EQ(rows, selectedRows(support.local()));
-      EXPECT_EQ(rows.size(), support.localSize());
+      EXPECT_EQ(support.localSize(), selectedRows(support.local()).size());
       for (std::size_t i = 0; i < scene.matches.size(); ++i)
         EXPECT_GE(support.extended()[i], support.local()[i]);
     }
@@ -185,7 +178,10 @@ TEST(LocalSupport, IsWhatTheFormulasGive) {
   }
   EXPECT_GT(by_frame, 20u);
   EXPECT_LT(by_frame, 149u);
-  EXPECT_NEAR(support.significantSupport(), std::log(6.0 * 150) + 4, 1e-9);
+  std::size_t significant = 0;
+  for (const float of_match : support.support()) significant += of_match > std::log(6.0 * 150) + 4 ? 1 : 0;
+  EXPECT_EQ(support.survivors().size(), significant);
+  EXPECT_GE(significant, 20u);
   EXPECT_FLOAT_EQ(support.weights()[0], 0.5F);
   EXPECT_FLOAT_EQ(support.weights()[149], 1.0F);
 }
@@ -211,20 +207,6 @@ TEST(LocalSupport, SeparatesTwoMotions) {
     close += std::hypot(support.maps()[row][0] - a, support.maps()[row][1] - b) < 0.1 ? 1 : 0;
   }
   EXPECT_GE(close, right * 9 / 10);
-  // The best map of the first motion does not explain the second.
-  for (const std::uint32_t row : support.survivors()) {
-    if (motion[row] != 0) continue;
-    std::vector<std::uint32_t> supporters;
-    support.supporters(row, support.diagonal() / 2, 0.12, supporters);
-    std::size_t of_first = 0, of_second = 0;
-    for (const std::uint32_t other : supporters) {
-      of_first += motion[other] == 0 ? 1 : 0;
-      of_second += motion[other] == 1 ? 1 : 0;
-    }
-    EXPECT_GE(of_first, all[0] / 2);
-    EXPECT_LE(of_second, all[1] / 4);
-    break;
-  }
 }
 
 TEST(LocalSupport, LocalMembersWithoutAHypothesisHaveTheMapOfASurvivor) {
@@ -233,7 +215,7 @@ TEST(LocalSupport, LocalMembersWithoutAHypothesisHaveTheMapOfASurvivor) {
   addFrames(scene, 0.02);
   const LocalSupport support = supportOf(scene.matches);
   std::size_t members = 0, close = 0;
-  for (const std::uint32_t row : support.localRows()) {
+  for (const std::uint32_t row : selectedRows(support.local())) {
     if (support.support()[row] > 0 || scene.inlier[row] == 0) continue;
     ++members;
     const LinearMap& map = support.maps()[row];
@@ -284,7 +266,6 @@ TEST(LocalSupport, FindsNothingAmongWrongMatches) {
       with_survivors += support.survivors().empty() ? 0 : 1;
       if (support.survivors().empty()) {
         EXPECT_EQ(support.localSize(), 0u);
-        EXPECT_EQ(support.explainedShare([](std::uint32_t) { return true; }), 0);
       }
     }
     EXPECT_LE(with_survivors, 1) << (frames ? "with frames" : "without frames");
@@ -361,15 +342,15 @@ TEST(LocalSupport, IsTheSameAtEveryKernelLevel) {
 TEST(LocalSupport, SurvivesDegenerateInput) {
   for (const std::size_t n : {0, 1, 2, 3, 9, 17}) {
     Scene scene = homographyScene({n, 1.0, 1.0, 12});
-    EXPECT_EQ(supportOf(scene.matches).size(), n);
+    EXPECT_EQ(supportOf(scene.matches).support().size(), n);
     addFrames(scene);
-    EXPECT_EQ(supportOf(scene.matches).size(), n);
+    EXPECT_EQ(supportOf(scene.matches).support().size(), n);
   }
   Scene scene = homographyScene({200, 0.5, 1.0, 13});
   addFrames(scene);
   const auto expectFinite = [](const Correspondences& matches) {
     const LocalSupport support = supportOf(matches);
-    for (std::size_t i = 0; i < support.size(); ++i) {
+    for (std::size_t i = 0; i < support.support().size(); ++i) {
       EXPECT_TRUE(std::isfinite(support.support()[i]) && support.support()[i] >= 0);
       for (const float element : support.maps()[i]) EXPECT_TRUE(std::isfinite(element));
     }

@@ -94,15 +94,13 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
                            int threads) {
   n_ = order.size();
   row_ = order;
-  rank_.resize(n_);
-  for (std::size_t i = 0; i < n_; ++i) rank_[row_[i]] = static_cast<std::uint32_t>(i);
   support_.assign(n_, 0);
   weights_.assign(n_, 1);
   maps_.assign(n_, LinearMap{});
   local_.assign(n_, 0);
   extended_.assign(n_, 0);
   survivors_.clear();
-  local_rows_.clear();
+  local_size_ = 0;
   if (n_ == 0) return;
   layOut(matches);
 
@@ -129,14 +127,13 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
     }
     const std::size_t before = members_.size();
     judgeBatch(matches, frames, 0, candidates_.size(), threads);
-    if (members_.size() > before) extendLocalSets();
+    // Fewer have no majority of their own.
+    if (2 * (members_.size() - before) > kVoters) extendLocalSets();
   }
   std::stable_sort(members_.begin(), members_.end(),
                    [this](std::uint32_t a, std::uint32_t b) { return best_[a] > best_[b]; });
   for (const std::uint32_t i : members_) survivors_.push_back(row_[i]);
-  for (const std::uint32_t row : row_) {
-    if (local_[row] != 0) local_rows_.push_back(row);
-  }
+  local_size_ = static_cast<std::size_t>(std::count(local_.begin(), local_.end(), 1));
 }
 
 void LocalSupport::judgeBatch(const Correspondences& matches, bool frames, std::size_t first,
@@ -413,19 +410,6 @@ void LocalSupport::extendLocalSets() {
     if (2 * for_extended <= kVoters || extended_[row] != 0) continue;
     extended_[row] = 1;
     if (best_[j] <= significant_support_) maps_[row] = best_map_[nearest];
-  }
-}
-
-void LocalSupport::supporters(std::uint32_t row, double radius, double rho,
-                              std::vector<std::uint32_t>& rows) const {
-  rows.clear();
-  const std::uint32_t i = rank_[row];
-  const LinearMap& map = maps_[row];
-  const auto most = static_cast<float>(radius * radius);
-  for (std::size_t j = 0; j < n_; ++j) {
-    const Prediction prediction(map, left_x_[j] - left_x_[i], left_y_[j] - left_y_[i],
-                                right_x_[j] - right_x_[i], right_y_[j] - right_y_[i]);
-    if (prediction.uu <= most && prediction.within(rho, radius)) rows.push_back(row_[j]);
   }
 }
 

@@ -61,8 +61,6 @@ class LocalSupport {
   /// @pre all coordinates are finite
   void compute(const Correspondences& matches, const std::vector<std::uint32_t>& order, int threads = 1);
 
-  std::size_t size() const { return support_.size(); }
-
   /// S per row of the input; 0 where a match has no hypothesis or no support beyond chance.
   const std::vector<float>& support() const { return support_; }
 
@@ -74,25 +72,9 @@ class LocalSupport {
   /// Rows whose support is significant, by falling support.
   const std::vector<std::uint32_t>& survivors() const { return survivors_; }
 
-  /// S above which a match is a survivor.
-  double significantSupport() const { return significant_support_; }
-
   /// Per row: 1 if it belongs to the local set L.
   const std::vector<std::uint8_t>& local() const { return local_; }
-  std::size_t localSize() const { return local_rows_.size(); }
-
-  /// The rows of the local set, in the order of quality.
-  const std::vector<std::uint32_t>& localRows() const { return local_rows_; }
-
-  /// The share of the local set that a model explains; 0 where the set is empty. A model that explains nearly
-  /// all of it leaves nothing for other models to explain. O(localSize()).
-  /// @param explains  explains(row) tells whether the match agrees with the model
-  template <class Explains>
-  double explainedShare(const Explains& explains) const {
-    std::size_t explained = 0;
-    for (const std::uint32_t row : local_rows_) explained += explains(row) ? 1 : 0;
-    return local_rows_.empty() ? 0 : static_cast<double>(explained) / static_cast<double>(local_rows_.size());
-  }
+  std::size_t localSize() const { return local_size_; }
 
   /// Per row: 1 if it belongs to the extended local set L2.
   const std::vector<std::uint8_t>& extended() const { return extended_; }
@@ -106,12 +88,6 @@ class LocalSupport {
 
   /// Area of the same, px^2; at least 1.
   double area() const { return area_; }
-
-  /// Writes the rows that the best map of `row` predicts, `row` included, in the order of quality.
-  /// @param radius  px, largest |u|
-  /// @param rho     relative tolerance; at least 3 px
-  /// O(N).
-  void supporters(std::uint32_t row, double radius, double rho, std::vector<std::uint32_t>& rows) const;
 
  private:
   static constexpr int kMostPartners = 5, kDiscs = 4;
@@ -157,7 +133,7 @@ class LocalSupport {
   double diagonal_ = 0, area_ = 1, all_weights_ = 0, significant_support_ = 0;
   Bounds bounds_{};                                         // of the right points
   std::int32_t unit_ = 1;                                   // the weight of a match that counts fully
-  std::vector<std::uint32_t> row_, rank_;                   // row of a rank and rank of a row
+  std::vector<std::uint32_t> row_;                          // by rank
   std::vector<float> left_x_, left_y_, right_x_, right_y_;  // by rank
   std::vector<std::int32_t> weight_;                        // by rank
   CellRuns left_cells_, right_cells_;
@@ -173,8 +149,8 @@ class LocalSupport {
   std::vector<float> support_, weights_;
   std::vector<LinearMap> maps_;
   std::vector<std::uint32_t> survivors_;
-  std::vector<std::uint32_t> local_rows_;
   std::vector<std::uint8_t> local_, extended_;
+  std::size_t local_size_ = 0;
 };
 
 }  // namespace corrsel::core
