@@ -17,19 +17,19 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr std::size_t kThresholds = 8;
 constexpr double kThreshold[kThresholds] = {1, 1.5, 2, 3, 4, 5, 7, 10};  // px
 constexpr double kLargestThreshold = kThreshold[kThresholds - 1];
-constexpr std::uint64_t kLeastTests = 10000;
-constexpr std::size_t kLeastRepaired = 20000;
-constexpr float kPlaceRadius = 8.0F;      // px: nearer points are the same place
-constexpr float kLinePlaceRadius = 2.0F;  // px: the same for epipolar lines
-constexpr double kDensityRadius = 20;     // px: half the side of the square in which the density is measured
-constexpr double kLeastCell = 5;          // px: side of a cell of the density
-constexpr double kCellsPerMatch = 8;      // at most
-constexpr double kLeastSpread = 1e-3;     // smallest product of principal variances over the squared sum
-constexpr int kPredictors = 6;            // nearest selected matches from which a match is predicted
+constexpr std::uint64_t kLeastTests = 10000;   // hypotheses that count at least, because models are refined
+constexpr std::size_t kLeastRepaired = 20000;  // re-paired matches that are drawn at least
+constexpr float kPlaceRadius = 8.0F;           // px: nearer points are the same place
+constexpr float kLinePlaceRadius = 2.0F;       // px: the same for epipolar lines
+constexpr double kDensityRadius = 20;  // px: half the side of the square in which the density is measured
+constexpr double kLeastCell = 5;       // px: side of a cell of the density
+constexpr double kCellsPerMatch = 8;   // cells of the density per match, at most
+constexpr double kLeastSpread = 1e-3;  // smallest product of principal variances over the squared sum
+constexpr int kPredictors = 6;         // nearest selected matches from which a match is predicted
 
-/// The cell of a position, at least 0 and at most `last`.
+/// The cell of a position, at least 0 and at most `last`; 0 for NaN.
 int clampCell(double position, int last) {
-  return static_cast<int>(std::clamp(position, 0.0, static_cast<double>(last)));
+  return position > 0 ? static_cast<int>(std::min(position, static_cast<double>(last))) : 0;
 }
 
 double logFactorial(double n) {
@@ -312,7 +312,8 @@ void SignificanceTest::drawHalves() {
   }
 }
 
-/// The right point of the affine map that fits the predictors best; false if they are nearly on a line.
+/// Computes where the affine map that fits the predictors best takes a match.
+/// @return false if the predictors are nearly on a line
 bool SignificanceTest::predict(std::uint32_t match, const std::uint32_t* predictors, double& x,
                                double& y) const {
   double mean_x = 0, mean_y = 0, mean_u = 0, mean_v = 0;

@@ -197,7 +197,7 @@ TEST(ConfidenceOf, IsZeroWhereMatchesAreRandom) {
   }
 }
 
-TEST(ConfidenceOf, DegenerateMatches) {
+TEST(SignificanceTest, DegenerateMatchesAndModels) {
   SignificanceTest test;
   for (const std::size_t n : {0, 1, 3, 5, 50}) {
     Correspondences matches;
@@ -205,6 +205,8 @@ TEST(ConfidenceOf, DegenerateMatches) {
     test.assign(matches);
     EXPECT_EQ(test.homography(cv::Matx33d::eye(), 0).confidence, 0);
     EXPECT_EQ(test.homography(cv::Matx33d::zeros(), 0).confidence, 0);
+    EXPECT_EQ(test.homography({1e308, -1e308, 0, 0, 1e308, 0, 0, 0, 1}, 0).confidence, 0);
+    EXPECT_EQ(test.homography({1, 0, 0, 0, 1, 0, 1e-310, 0, 1e-310}, 0).confidence, 0);
     EXPECT_EQ(test.fundamental({0, 0, 0, 0, 0, -1, 0, 1, 0}, 0).confidence, 0);
     EXPECT_EQ(test.local(std::vector<std::uint8_t>(n, 1)).confidence, 0);
   }
