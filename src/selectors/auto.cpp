@@ -27,7 +27,13 @@
 
 namespace corrsel::core {
 
-AutoOptions::AutoOptions() { min_confidence = 4; }
+namespace {
+
+constexpr double kBelieved = 4;  // confidence from which the stages take a model for real
+
+}  // namespace
+
+AutoOptions::AutoOptions() { min_confidence = kBelieved; }
 
 void AutoOptions::visit(OptionVisitor& visitor) const {
   visitor.choice("model",
@@ -60,6 +66,13 @@ namespace {
 
 using Rows = std::vector<std::uint32_t>;
 using Mask = std::vector<std::uint8_t>;
+
+bool allEqual(const std::vector<float>& x, const std::vector<float>& y) {
+  const auto other = [](const std::vector<float>& column) {
+    return std::any_of(column.begin(), column.end(), [&](float value) { return value != column[0]; });
+  };
+  return !other(x) && !other(y);
+}
 
 constexpr std::size_t kLeastMatches = 6;
 constexpr float kLeastSeedSupport = 1;       // S of a seed
@@ -131,7 +144,7 @@ class Stages {
 
   double squaredThreshold() const { return options_.threshold * options_.threshold; }
   double squaredEpipolar() const { return options_.fundamental_threshold * options_.fundamental_threshold; }
-  bool isBelieved(double confidence) const { return confidence >= options_.min_confidence; }
+  static bool isBelieved(double confidence) { return confidence >= kBelieved; }
 
   void sortBySupport();
   void findHomography();
@@ -145,6 +158,7 @@ class Stages {
   void selectFundamental(bool single_model, Selection& result);
   void selectHomography(Selection& result, const char* found);
   void finish(const Mask& mask, Selection& result, double confidence, const std::string& found);
+  void reportTimeLimit(Selection& result) const;
 
   const AutoOptions& options_;
   AutoMemory& work_;
@@ -236,7 +250,7 @@ void Stages::search(const Rows& order, int hypotheses) {
   options.max_iterations = hypotheses;
   options.seed = options_.seed;
   const TwoViewProblem problem = problemOf(options);
-  if (order.size() < static_cast<std::size_t>(problem.sample_size)) return;
+  if (timed_out_ || order.size() < static_cast<std::size_t>(problem.sample_size)) return;
   const SearchOutcome outcome = searchModel(work_.normalized, options, options_.threshold, &order, deadline_);
   hypotheses_ += static_cast<std::uint64_t>(outcome.iterations);
   timed_out_ = timed_out_ || outcome.timed_out;
@@ -309,7 +323,7 @@ void Stages::findFundamental(const Rows& members) {
   options.max_iterations = kFundamentalHypotheses;
   options.seed = options_.seed;
   const TwoViewProblem problem = problemOf(options);
-  if (members.size() < static_cast<std::size_t>(problem.sample_size)) return;
+  if (timed_out_ || members.size() < static_cast<std::size_t>(problem.sample_size)) return;
   const SearchOutcome outcome =
       searchModel(work_.normalized, options, options_.fundamental_threshold, &members, deadline_);
   hypotheses_ += static_cast<std::uint64_t>(outcome.iterations);
@@ -334,10 +348,6 @@ void Stages::finish(const Mask& mask, Selection& result, double confidence, cons
   result.confidence = confidence;
   result.iterations = static_cast<int>(std::min<std::uint64_t>(hypotheses_, std::numeric_limits<int>::max()));
   result.message = found;
-  if (timed_out_) {
-    result.status = Status::kTimeLimit;
-    result.message += "; the search was cut short, max_seconds = " + formatNumber(options_.max_seconds);
-  }
 }
 
 void Stages::selectHomography(Selection& result, const char* found) {
@@ -463,9 +473,24 @@ void Stages::chooseModel(Selection& result) {
 
 void Stages::run(Selection& result) {
   work_.support.compute(matches_, work_.best_first, options_.threads);
-  sortBySupport();
-  if (options_.model != AutoOptions::Model::kFundamental) findHomography();
-  chooseModel(result);
+  timed_out_ = deadline_.passed();
+  if (!timed_out_) {
+    sortBySupport();
+    if (options_.model != AutoOptions::Model::kFundamental) findHomography();
+    chooseModel(result);
+  }
+  if (timed_out_) reportTimeLimit(result);
+}
+
+void Stages::reportTimeLimit(Selection& result) const {
+  if (hypotheses_ == 0) {
+    result = Selection{};
+    result.mask.assign(n_, 0);
+  }
+  result.status = hypotheses_ == 0 ? Status::kTooLarge : Status::kTimeLimit;
+  result.message += (result.message.empty() ? "" : "; ") + std::string("stopped after ") +
+                    std::to_string(hypotheses_) +
+                    " hypotheses, max_seconds = " + formatNumber(options_.max_seconds);
 }
 
 }  // namespace
@@ -474,6 +499,11 @@ void AutoSelector::run(const Correspondences& matches, Selection& result) const 
   if (matches.size() < kLeastMatches) {
     result.status = Status::kTooFew;
     result.message = std::to_string(matches.size()) + " matches, auto needs " + std::to_string(kLeastMatches);
+    return;
+  }
+  if (allEqual(matches.left_x, matches.left_y) || allEqual(matches.right_x, matches.right_y)) {
+    result.status = Status::kDegenerate;
+    result.message = "all points of one image are equal";
     return;
   }
   Stages(matches, options_, WorkspaceScope::part<AutoMemory>()).run(result);

@@ -337,6 +337,8 @@ const std::vector<std::string> kSpecs = {"nnsr",
                                          "gms:rotation_scale",
                                          "lpm",
                                          "lpm:v2",
+                                         "auto",
+                                         "auto:h",
                                          "keep_all"};
 
 bool isListed(const std::string& name) {
@@ -359,7 +361,7 @@ class EverySelector : public ::testing::TestWithParam<std::string> {
   std::string spec() const { return GetParam(); }
   std::string name() const { return spec().substr(0, spec().find(':')); }
   bool is(const std::string& prefix) const { return spec().rfind(prefix, 0) == 0; }
-  bool fundamental() const { return spec() == "ransac:f" || spec() == "usac:f"; }
+  bool fundamental() const { return is("ransac:f") || is("usac:f"); }
   /// Searches a model by random samples.
   bool samples() const { return name() == "ransac" || name() == "usac"; }
   Selection select(const Correspondences& matches) const { return createSelector(spec())->select(matches); }
@@ -389,8 +391,8 @@ void expectSame(const Selection& a, const Selection& b) {
 }
 
 TEST_P(ListedSelector, AnswersEveryNumberOfMatches) {
-  const std::map<std::string, std::size_t> least = {
-      {"vfc", 5}, {"vfc:sparse", 5}, {"lpm", 6}, {"lpm:v2", 10}};
+  const std::map<std::string, std::size_t> least = {{"vfc", 5},     {"vfc:sparse", 5}, {"lpm", 6},
+                                                    {"lpm:v2", 10}, {"auto", 6},       {"auto:h", 6}};
   const std::size_t needed = least.count(spec()) ? least.at(spec()) : !samples() ? 0 : fundamental() ? 7 : 4;
   for (const std::size_t n : {0, 1, 2, 3, 4, 7, 8, 20}) {
     SCOPED_TRACE(n);
@@ -483,6 +485,8 @@ TEST_P(ListedSelector, FindsTheRightMatches) {
                                                                    {"gms:rotation_scale", {97, 85}},
                                                                    {"lpm", {85, 99}},
                                                                    {"lpm:v2", {97, 97}},
+                                                                   {"auto", {99, 99}},
+                                                                   {"auto:h", {99, 99}},
                                                                    {"keep_all", {59, 100}}};
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Scene s = scene(2000, 0.6, 0.5, seed);

@@ -50,16 +50,16 @@ struct AutoOptions : ConfidenceOptions {
 ///
 /// Input: coordinates. Image sizes, descriptor distances and frames are used where they exist.
 ///
-/// Options: `threshold` is what the user calls right, px. `min_confidence` is the confidence from which a
-/// model is accepted; below it, the best guess is returned with the status `uncertain`. With `max_seconds`
-/// the hard search is cut first. Local support uses `threads`.
+/// Options: `threshold` is what the user calls right, px. Below `min_confidence`, the best
+/// guess is returned with the status `uncertain`. The stages themselves take a model for real from a
+/// confidence of 4. With `max_seconds` the hard search is cut first. Local support uses `threads`.
 ///
 /// Presets: `h` and `f` restrict the answer to that model; `fast` does without the hard search.
 ///
 /// Failure: `too_few` (fewer than 6 matches), `uncertain` (a best guess that chance explains), `no_model`
-/// (nothing agrees with anything), `time_limit` (the best answer so far). The score is the local support, the
-/// log likelihood ratio of a Poisson count. The iterations are hypotheses, and the message names the kind of
-/// scene.
+/// (nothing agrees with anything), `degenerate` (all points of one image are equal), `time_limit` (the best
+/// answer so far). The score is the local support, the log likelihood ratio of a Poisson count. The
+/// iterations are hypotheses, and the message names the kind of scene.
 ///
 /// Cost: O(N) for the local support and all steps after it, with about 10^6 operations at least; the hard
 /// search adds O(hypotheses). Memory of some hundred bytes per match is kept between calls.
