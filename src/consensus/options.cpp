@@ -5,7 +5,8 @@ namespace corrsel::core {
 void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) const {
   visitor.choice("model",
                  {{ModelKind::kHomography, "homography", "Planes, or cameras that only turn"},
-                  {ModelKind::kFundamental, "fundamental", "Epipolar geometry of rigid scenes"}},
+                  {ModelKind::kFundamental, "fundamental", "Epipolar geometry of rigid scenes"},
+                  {ModelKind::kNone, "auto", "The one of the two that the matches call for"}},
                  "Model to fit", &ConsensusOptions::model);
   visitor.choice("error",
                  {{Error::kTransfer, "transfer", "Left to right only"},

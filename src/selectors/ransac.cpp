@@ -1,6 +1,7 @@
 #include "corrsel/selectors/ransac.h"
 
 #include "consensus/search.h"
+#include "selectors/parts/model_choice.h"
 
 namespace corrsel::core {
 
@@ -17,7 +18,11 @@ Presets RansacSelector::presets() const {
 }
 
 void RansacSelector::run(const Correspondences& matches, Selection& result) const {
-  searchConsensus(matches, options_, options_.threshold, result);
+  if (options_.model == ModelKind::kNone) {
+    searchEitherModel(matches, options_, options_.threshold, options_.threshold, result);
+  } else {
+    searchConsensus(matches, options_, options_.threshold, result);
+  }
 }
 
 }  // namespace corrsel::core

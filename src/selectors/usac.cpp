@@ -1,6 +1,7 @@
 #include "corrsel/selectors/usac.h"
 
 #include "consensus/search.h"
+#include "selectors/parts/model_choice.h"
 
 namespace corrsel::core {
 
@@ -30,12 +31,19 @@ Presets UsacSelector::presets() const {
 }
 
 void UsacSelector::run(const Correspondences& matches, Selection& result) const {
-  // The thresholds of the paper are those for 1.5 px and for the transfer errors.
+  // The paper's thresholds, except for the smaller error, which the paper does not have.
   constexpr double kFundamental = 1.5, kTransfer = 10.0, kSmallerTransfer = 5.0;
-  const double standard = options_.model == ModelKind::kFundamental                ? kFundamental
-                          : options_.error == UsacOptions::Error::kSmallerTransfer ? kSmallerTransfer
-                                                                                   : kTransfer;
-  searchConsensus(matches, options_, options_.threshold > 0 ? options_.threshold : standard, result);
+  const bool given = options_.threshold > 0;
+  const double homography = given                                                    ? options_.threshold
+                            : options_.error == UsacOptions::Error::kSmallerTransfer ? kSmallerTransfer
+                                                                                     : kTransfer;
+  const double fundamental = given ? options_.threshold : kFundamental;
+  if (options_.model == ModelKind::kNone) {
+    searchEitherModel(matches, options_, homography, fundamental, result);
+  } else {
+    searchConsensus(matches, options_, options_.model == ModelKind::kFundamental ? fundamental : homography,
+                    result);
+  }
 }
 
 }  // namespace corrsel::core

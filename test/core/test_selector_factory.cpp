@@ -65,7 +65,7 @@ TEST(SelectorFactory, NamesValuesOutOfRange) {
   EXPECT_EQ(refusal("gms", {{"alpha", "-0.5"}}), "gms: option alpha = -0.5 is outside [0, 100]");
   EXPECT_EQ(refusal("ransac", {{"threshold", "0"}}), "ransac: option threshold = 0 is outside [0.01, 1000]");
   EXPECT_EQ(refusal("ransac", {{"model", "affine"}}),
-            "option ransac.model: 'affine' is not one of homography, fundamental");
+            "option ransac.model: 'affine' is not one of homography, fundamental, auto");
   EXPECT_EQ(refusal("ransac", {}, {{"seed", "-1"}}), "ransac: option seed = -1 is outside [0, 2147483647]");
   EXPECT_EQ(refusal("lpm", {{"k", "33"}}), "lpm: option k = 33 is outside [1, 32]");
   EXPECT_EQ(refusal("st", {{"threshold", "1.5"}}), "st: option threshold = 1.5 is outside [-1, 1]");

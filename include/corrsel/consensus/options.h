@@ -13,7 +13,7 @@ struct ConsensusOptions : ConfidenceOptions {
   enum class Score : std::uint8_t { kMsac, kInlierCount };
   enum class Sampler : std::uint8_t { kUniform, kProsac };
 
-  ModelKind model = ModelKind::kHomography;  ///< a homography or a fundamental matrix
+  ModelKind model = ModelKind::kHomography;  ///< kNone: what the matches call for
   /// Error of a homography: left to right only, both ways added up, or the smaller one of both ways. A
   /// fundamental matrix is judged by the Sampson distance.
   Error error = Error::kTransfer;
