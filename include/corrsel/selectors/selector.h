@@ -66,11 +66,10 @@ class Selector {
   virtual void run(const Correspondences& matches, Selection& result) const = 0;
 };
 
-/// Computes the confidence of a selection, by the same definition for every selector
-/// (consensus/significance.h). A selector computes it by itself only where its decision needs it: where
-/// `min_confidence` is above 0, or inside its algorithm. The others leave it 0, because it costs as much as a
-/// fast selector: about 0.2 ms with a model and 1 ms without one for 2000 matches. A confidence that the
-/// selection has already is kept.
+/// Computes the confidence of a selection, by the same definition for every selector (docs/selectors.md).
+/// A selector computes it by itself only where its decision needs it: where `min_confidence` is above 0, or
+/// inside its algorithm. The others leave it 0, because it takes longer than a fast selector
+/// (docs/selectors.md has the times). A confidence that the selection has already is kept.
 /// @param matches    those that the selector was given
 /// @param selection  of select(), for these matches
 /// Does nothing where the selection is not of these matches or their columns are inconsistent. O(N log N).
