@@ -15,8 +15,12 @@ constexpr std::uint32_t kEmpty = 0xFFFFFFFFU;
 /// The number of the multiple of `cell` that is nearest to a coordinate, or, where such numbers would be too
 /// large, the bits of the coordinate.
 std::uint32_t cellOf(float value, float inverse_cell, bool exact) {
-  if (!exact)
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(value * inverse_cell + 0.5F)));
+  if (!exact) {
+    // std::floor() would be a call without SSE4.1.
+    const float shifted = value * inverse_cell + 0.5F;
+    const auto truncated = static_cast<std::int32_t>(shifted);
+    return static_cast<std::uint32_t>(truncated - (static_cast<float>(truncated) > shifted ? 1 : 0));
+  }
   const float positive_zero = value + 0.0F;
   std::uint32_t bits = 0;
   std::memcpy(&bits, &positive_zero, sizeof bits);
