@@ -78,7 +78,7 @@ constexpr std::size_t kLeastMatches = 6;
 constexpr float kLeastSeedSupport = 1;       // S of a seed
 constexpr int kMostSeeds = 60;               // that are grown
 constexpr std::size_t kBestSupported = 200;  // matches that join the first search
-constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000, kFundamentalHypotheses = 2000;
+constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000, kFundamentalHypotheses = 500;
 constexpr std::size_t kManyInliers = 40;  // which make the second search unnecessary, with
 constexpr double kShareOfLocal = 0.6;     // this share of the local set
 constexpr double kExplained = 0.9;        // share of the local set that makes all further search unnecessary
@@ -321,6 +321,7 @@ void Stages::findFundamental(const Rows& members) {
   options.model = ModelKind::kFundamental;
   options.sampler = ConsensusOptions::Sampler::kUniform;
   options.max_iterations = kFundamentalHypotheses;
+  options.confidence = 1;  // all of them: the first good model is often good in a part of the scene only
   options.seed = options_.seed;
   const TwoViewProblem problem = problemOf(options);
   if (timed_out_ || members.size() < static_cast<std::size_t>(problem.sample_size)) return;
