@@ -7,12 +7,7 @@
 namespace corrsel::core {
 namespace {
 
-struct Round {
-  double radius;  // of the diagonal
-  double rho;     // relative tolerance
-};
-
-constexpr Round kRounds[] = {
+constexpr AffineGrowing::Round kRounds[] = {
     {1.0 / 16, 0.3}, {1.0 / 8, 0.25}, {1.0 / 8, 0.2}, {1.0 / 4, 0.15}, {1.0 / 4, 0.12}};
 constexpr double kLargestRadius = 1.0 / 2;  // of the diagonal
 constexpr double kTolerance = 4;            // px, at least
@@ -27,50 +22,64 @@ void AffineGrowing::assign(const Correspondences& matches, const std::vector<flo
   diagonal_ = diagonal;
 }
 
+void AffineGrowing::findSupporters(const Round& round, double reach, const Map& a) {
+  const Correspondences& m = *matches_;
+  const auto squared_radius = static_cast<float>(reach * reach);
+  const auto squared_rho = static_cast<float>(round.rho * round.rho);
+  const float x = m.left_x[seed_], y = m.left_y[seed_], right_x = m.right_x[seed_],
+              right_y = m.right_y[seed_];
+  float p[6];
+  for (int i = 0; i < 6; ++i) p[i] = static_cast<float>(a(i / 2, i % 2));
+  const float *const lx = m.left_x.data(), *const ly = m.left_y.data();
+  const float *const rx = m.right_x.data(), *const ry = m.right_y.data();
+  float* const squared = squared_.data();
+  // Without branches, so that the compiler uses vectors: the squared tolerance where a match is a supporter.
+  for (std::size_t j = 0; j < m.size(); ++j) {
+    const float dx = lx[j] - x, dy = ly[j] - y;
+    const float ux = p[0] * dx + p[2] * dy + p[4], uy = p[1] * dx + p[3] * dy + p[5];
+    const float ex = rx[j] - right_x - ux, ey = ry[j] - right_y - uy;
+    const float length = ux * ux + uy * uy, scaled = squared_rho * length;
+    const float tolerance = scaled > kTolerance * kTolerance ? scaled : kTolerance * kTolerance;
+    const float near = length <= squared_radius ? tolerance : -1.0F;
+    squared[j] = ex * ex + ey * ey <= near ? tolerance : 0.0F;
+  }
+  supporters_.clear();
+  for (std::uint32_t j = 0; j < m.size(); ++j)
+    if (squared[j] > 0) supporters_.push_back(j);
+}
+
 bool AffineGrowing::grow(std::uint32_t seed, const LinearMap& linear) {
   const Correspondences& m = *matches_;
+  seed_ = seed;
+  squared_.resize(m.size());
   const double x = m.left_x[seed], y = m.left_y[seed], right_x = m.right_x[seed], right_y = m.right_y[seed];
-  // Columns: the images of dx, dy and 1, relative to the seed.
-  Eigen::Matrix<double, 3, 2> a;
+  Map a;
   a << linear[0], linear[2], linear[1], linear[3], 0, 0;
   double least_radius = kRounds[0].radius;
-  const auto findSupporters = [&](const Round& round, auto&& use) {
-    supporters_.clear();
-    const double reach = std::max(round.radius, least_radius) * diagonal_, squared_radius = reach * reach;
-    for (std::uint32_t j = 0; j < m.size(); ++j) {
-      const double dx = m.left_x[j] - x, dy = m.left_y[j] - y;
-      const double ux = a(0, 0) * dx + a(1, 0) * dy + a(2, 0), uy = a(0, 1) * dx + a(1, 1) * dy + a(2, 1);
-      const double squared = ux * ux + uy * uy;
-      if (squared > squared_radius) continue;
-      const double vx = m.right_x[j] - right_x, vy = m.right_y[j] - right_y;
-      const double squared_tolerance = std::max(kTolerance * kTolerance, round.rho * round.rho * squared);
-      if ((vx - ux) * (vx - ux) + (vy - uy) * (vy - uy) > squared_tolerance) continue;
-      supporters_.push_back(j);
-      use(weights_[j] / squared_tolerance, Eigen::Vector3d(dx, dy, 1), Eigen::RowVector2d(vx, vy));
-    }
-  };
   for (const Round& round : kRounds) {
-    Eigen::Matrix3d normal;
-    Eigen::Matrix<double, 3, 2> right_side;
     for (;; least_radius *= 2) {
-      normal.setZero();
-      right_side.setZero();
-      findSupporters(round, [&](double weight, const Eigen::Vector3d& p, const Eigen::RowVector2d& v) {
-        normal += weight * p * p.transpose();
-        right_side += weight * p * v;
-      });
+      findSupporters(round, std::max(round.radius, least_radius) * diagonal_, a);
       if (supporters_.size() >= kLeastToGoOn || least_radius >= kLargestRadius) break;
     }
     if (supporters_.size() < kLeastToGoOn) return false;
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Map right_side = Map::Zero();
+    for (const std::uint32_t j : supporters_) {
+      const double weight = weights_[j] / double{squared_[j]};
+      const Eigen::Vector3d p(m.left_x[j] - x, m.left_y[j] - y, 1);
+      normal += weight * p * p.transpose();
+      right_side += weight * p * Eigen::RowVector2d(m.right_x[j] - right_x, m.right_y[j] - right_y);
+    }
     const double tie = (normal(0, 0) + normal(1, 1)) / 2 / (2 * static_cast<double>(supporters_.size()));
     normal(0, 0) += tie;
     normal(1, 1) += tie;
     right_side.topRows<2>() += tie * a.topRows<2>();
-    const Eigen::Matrix<double, 3, 2> solution = normal.ldlt().solve(right_side);
+    const Map solution = normal.ldlt().solve(right_side);
     if (!solution.allFinite()) return false;
     a = solution;
   }
-  findSupporters(kRounds[std::size(kRounds) - 1], [](double, const auto&, const auto&) {});
+  const Round& last = kRounds[std::size(kRounds) - 1];
+  findSupporters(last, std::max(last.radius, least_radius) * diagonal_, a);
   map_ = {a(0, 0), a(1, 0), right_x + a(2, 0) - a(0, 0) * x - a(1, 0) * y,
           a(0, 1), a(1, 1), right_y + a(2, 1) - a(0, 1) * x - a(1, 1) * y,
           0,       0,       1};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core/matx.hpp>
@@ -29,6 +30,11 @@ namespace corrsel::core {
 /// Cost: O(N) per round; memory is kept between calls.
 class AffineGrowing {
  public:
+  struct Round {
+    double radius;  ///< of the diagonal
+    double rho;     ///< relative tolerance
+  };
+
   /// @param matches   the memory must outlive the calls of grow()
   /// @param weights   votes per match
   /// @param diagonal  D, px
@@ -46,10 +52,17 @@ class AffineGrowing {
   const std::vector<std::uint32_t>& supporters() const { return supporters_; }
 
  private:
+  /// Displacement from the seed as a linear function of dx, dy and 1: one column for each coordinate.
+  using Map = Eigen::Matrix<double, 3, 2>;
+
+  void findSupporters(const Round& round, double reach, const Map& map);
+
   const Correspondences* matches_ = nullptr;
   const float* weights_ = nullptr;
   double diagonal_ = 0;
   cv::Matx33d map_;
+  std::uint32_t seed_ = 0;
+  std::vector<float> squared_;  // per match: its squared tolerance, 0 where it is no supporter
   std::vector<std::uint32_t> supporters_;
 };
 
