@@ -75,8 +75,10 @@ bool allEqual(const std::vector<float>& x, const std::vector<float>& y) {
 }
 
 constexpr std::size_t kLeastMatches = 6;
-constexpr float kLeastSeedSupport = 1;       // S of a seed
-constexpr int kMostSeeds = 60;               // that are grown
+constexpr float kLeastSeedSupport = 1;  // S of a seed
+constexpr int kMostSeeds = 60;          // that are grown
+constexpr int kFruitlessSeeds = 5;      // in a row, after which a model with many inliers is kept
+constexpr double kWorthRefining = 0.7;  // gain of a candidate at the wide threshold, relative to the best
 constexpr std::size_t kBestSupported = 200;  // matches that join the first search
 constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000, kFundamentalHypotheses = 500;
 constexpr std::size_t kManyInliers = 40;  // which make the second search unnecessary, with
@@ -168,8 +170,9 @@ class Stages {
   bool timed_out_ = false;
   std::uint64_t hypotheses_ = 0;
 
-  Verifier wide_, narrow_;  // 10 and 7 px for a threshold of 5 px
-  Candidate plane_;         // normalised, judged by narrow_
+  Verifier wide_, narrow_;      // 10 and 7 px for a threshold of 5 px
+  std::int64_t best_gain_ = 0;  // of a candidate over no model, judged by wide_
+  Candidate plane_;             // normalised, judged by narrow_
   double plane_confidence_ = 0;
   cv::Matx33d homography_ = cv::Matx33d::zeros();
   bool has_fundamental_ = false;
@@ -217,6 +220,9 @@ void Stages::consider(const cv::Matx33d& normalized) {
   Candidate candidate;
   if (!wide_.improve(normalized, candidate)) return;
   optimizeLocally(problem, wide_, candidate);
+  const std::int64_t gain = static_cast<std::int64_t>(n_) * ScoreRule::kOutlierCost - candidate.cost;
+  if (static_cast<double>(gain) < kWorthRefining * static_cast<double>(best_gain_)) return;
+  best_gain_ = std::max(best_gain_, gain);
   Candidate refined;
   if (!narrow_.improve(candidate.model, refined)) return;
   optimizeLocally(problem, narrow_, refined);
@@ -226,7 +232,7 @@ void Stages::consider(const cv::Matx33d& normalized) {
 void Stages::growSeeds() {
   work_.growing.assign(matches_, work_.support.weights(), work_.support.diagonal());
   work_.taken.assign(n_, 0);
-  int grown = 0;
+  int grown = 0, last_better = 0;
   for (const std::uint32_t seed : work_.by_support) {
     if (work_.support.support()[seed] < kLeastSeedSupport || grown == kMostSeeds) break;
     if (work_.taken[seed] != 0) continue;
@@ -234,9 +240,13 @@ void Stages::growSeeds() {
     const bool found = work_.growing.grow(seed, work_.support.maps()[seed]);
     for (const std::uint32_t i : work_.growing.supporters()) work_.taken[i] = 1;
     if (!found) continue;
+    if (plane_.inliers >= kManyInliers && grown - last_better > kFruitlessSeeds) break;
     const std::int64_t before = plane_.cost;
     consider(work_.normalized.homographyFromPixels(work_.growing.map()));
-    if (plane_.cost < before && explainsLocalSet()) break;
+    if (plane_.cost < before) {
+      last_better = grown;
+      if (explainsLocalSet()) break;
+    }
     if (deadline_.passed()) {
       timed_out_ = true;
       break;
