@@ -89,7 +89,8 @@ constexpr std::size_t kLeastLocal = 12;   // members of the local set that F is 
 constexpr double kLooseShare = 0.08;      // of the matches off the plane: a loose leftover
 constexpr double kTwoTier = 2;            // local support allows this many times the error of F
 constexpr double kExplainedByF = 3;       // times the threshold: a member of the local set is explained by F
-constexpr double kRoughScene = 20;        // times chance: F without local support means depth that jumps
+constexpr double kRoughScene = 20;  // times what chance gives: many matches that agree with F without local
+                                    // support mean depth that jumps
 
 /// Memory that is kept between calls.
 struct AutoMemory {
@@ -375,7 +376,7 @@ void Stages::selectFundamental(bool single_model, Selection& result) {
   work_.answer.assign(n_, 0);
   work_.core.assign(n_, 0);
   work_.explained.assign(n_, 0);
-  std::size_t unsupported = 0;
+  std::size_t unsupported = 0, agreeing = 0;
   for (std::size_t i = 0; i < n_; ++i) {
     const bool agrees = errors[i] <= squared;
     work_.answer[i] = agrees || (extended[i] != 0 && errors[i] <= kTwoTier * kTwoTier * squared) ? 1 : 0;
@@ -383,9 +384,10 @@ void Stages::selectFundamental(bool single_model, Selection& result) {
     work_.explained[i] =
         agrees || (local[i] != 0 && errors[i] <= kExplainedByF * kExplainedByF * squared) ? 1 : 0;
     unsupported += agrees && extended[i] == 0 ? 1 : 0;
+    agreeing += agrees ? 1 : 0;
   }
   const double chance = 2 * std::sqrt(2.0) * options_.fundamental_threshold / std::sqrt(work_.support.area());
-  if (static_cast<double>(unsupported) < kRoughScene * chance * static_cast<double>(n_))
+  if (static_cast<double>(unsupported) < kRoughScene * chance * static_cast<double>(n_ - agreeing))
     work_.plausibility.filter(matches_, work_.support.maps(), work_.core, work_.answer);
   result.model_kind = ModelKind::kFundamental;
   result.model = fundamental_;
