@@ -17,14 +17,14 @@ namespace {
 constexpr double kOffPlane = 15;  // px
 constexpr std::size_t kLeastGood = 100, kGoodShare = 8;
 constexpr int kPairs = 300;
-constexpr double kTimesChance = 40, kShareOfPlane = 0.5;
+constexpr double kTimesChance = 40, kShareOfPlane = 0.5, kOutnumbers = 1.25, kLeastTimesChance = 8;
 
 }  // namespace
 
 bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& matches,
                         const std::vector<std::uint32_t>& best_first, const cv::Matx33d& plane,
-                        const std::vector<double>& errors, double area, const Thresholds& thresholds,
-                        std::uint64_t seed, cv::Matx33d& fundamental) {
+                        const std::vector<double>& errors, double area, double min_confidence,
+                        const Thresholds& thresholds, std::uint64_t seed, cv::Matx33d& fundamental) {
   const std::size_t n = matches.size();
   const std::size_t good = std::min(n, std::max(kLeastGood, n / kGoodShare));
   off_plane_.clear();
@@ -53,11 +53,22 @@ bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& 
   const double chance = 2 * std::sqrt(2.0) * thresholds.fundamental / std::sqrt(area);
   const auto off_agreeing = static_cast<double>(cells_.count(pixels, off_agreeing_));
   const auto on = static_cast<double>(cells_.count(pixels, on_));
-  if (off_agreeing < kTimesChance * chance * static_cast<double>(off) || off_agreeing < kShareOfPlane * on ||
-      2 * static_cast<double>(cells_.count(pixels, on_agreeing_)) < on) {
-    return false;
+  if (2 * static_cast<double>(cells_.count(pixels, on_agreeing_)) < on) return false;
+  const cv::Matx33d candidate = matches.fundamentalToPixels(best.model);
+  const bool clear =
+      off_agreeing >= kTimesChance * chance * static_cast<double>(off) && off_agreeing >= kShareOfPlane * on;
+  if (!clear) {
+    if (off_agreeing < kOutnumbers * on ||
+        off_agreeing < kLeastTimesChance * chance * static_cast<double>(off)) {
+      return false;
+    }
+    far_.clear();
+    for (std::uint32_t i = 0; i < n; ++i)
+      if (errors[i] > kOffPlane * kOffPlane) far_.push_back(i);
+    significance_.assign(pixels.subset(far_));
+    if (significance_.fundamental(candidate, kPairs).confidence < min_confidence) return false;
   }
-  fundamental = matches.fundamentalToPixels(best.model);
+  fundamental = candidate;
   return true;
 }
 
