@@ -378,7 +378,8 @@ class Options(unittest.TestCase):
     def test_choices_have_meanings(self):
         model = next(option for option in corrsel.options("usac") if option.name == "model")
         self.assertEqual(
-            (model.value, model.unit, list(model.choices)), ("homography", "-", ["homography", "fundamental", "auto"])
+            (model.value, model.unit, list(model.choices)),
+            ("homography", "-", ["homography", "fundamental", "auto"]),
         )
         self.assertTrue(all(model.choices.values()))
 
