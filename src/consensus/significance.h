@@ -12,6 +12,10 @@
 
 namespace corrsel::core {
 
+/// Confidence from which a model is taken for real, where a search or a choice depends on it, decades. Of the
+/// homographies of unrelated images none reaches it (docs/selectors.md).
+inline constexpr double kBelievedConfidence = 4;
+
 /// The evidence for a model or for a set of selected matches.
 struct Significance {
   double confidence = 0;  ///< -log10 of the probability of such an agreement by chance, at least 0, decades

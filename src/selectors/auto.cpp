@@ -27,13 +27,9 @@
 
 namespace corrsel::core {
 
-namespace {
+namespace {}  // namespace
 
-constexpr double kBelieved = 4;  // confidence from which the stages take a model for real
-
-}  // namespace
-
-AutoOptions::AutoOptions() { min_confidence = kBelieved; }
+AutoOptions::AutoOptions() { min_confidence = kBelievedConfidence; }
 
 void AutoOptions::visit(OptionVisitor& visitor) const {
   visitor.choice("model",
@@ -147,7 +143,7 @@ class Stages {
 
   double squaredThreshold() const { return options_.threshold * options_.threshold; }
   double squaredEpipolar() const { return options_.fundamental_threshold * options_.fundamental_threshold; }
-  static bool isBelieved(double confidence) { return confidence >= kBelieved; }
+  static bool isBelieved(double confidence) { return confidence >= kBelievedConfidence; }
 
   void sortBySupport();
   void findHomography();
@@ -429,10 +425,10 @@ void Stages::chooseModel(Selection& result) {
     loose = work_.leftover.isSizable(loose_places, on_plane) &&
             static_cast<double>(loose_places) > kLooseShare * static_cast<double>(n_ - on_plane);
     if (!coherent && !loose) {
-      has_fundamental_ = work_.parallax.find(
-          matches_, work_.normalized, work_.best_first, plane_.model, work_.plane_errors,
-          work_.support.area(), options_.min_confidence, {options_.threshold, options_.fundamental_threshold},
-          static_cast<std::uint64_t>(options_.seed), fundamental_);
+      has_fundamental_ =
+          work_.parallax.find(matches_, work_.normalized, work_.best_first, plane_.model, work_.plane_errors,
+                              work_.support.area(), {options_.threshold, options_.fundamental_threshold},
+                              static_cast<std::uint64_t>(options_.seed), fundamental_);
       if (!has_fundamental_) return selectHomography(result, "a plane or a camera that only turns");
     }
   }

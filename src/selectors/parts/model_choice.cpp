@@ -20,7 +20,6 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kBelieved = 4;    // confidence, decades
 constexpr double kParallax = 1.5;  // px: largest error of a match that shows parallax
 constexpr double kOutside = 10;    // px: what is farther away is not explained by a homography
 
@@ -90,7 +89,7 @@ void searchEitherModel(const Correspondences& matches, const ConsensusOptions& o
   if (has_plane) {
     plane_confidence =
         work.significance.homography(result.model, static_cast<std::uint64_t>(result.iterations)).confidence;
-    if (plane_confidence >= kBelieved &&
+    if (plane_confidence >= kBelievedConfidence &&
         !leavesDepthOver(matches, options, homography_threshold, fundamental_threshold, result.model, work))
       return;
   }
@@ -104,7 +103,7 @@ void searchEitherModel(const Correspondences& matches, const ConsensusOptions& o
   if (space.model_kind == ModelKind::kFundamental && space.status != Status::kDegenerate) {
     const double confidence =
         work.significance.fundamental(space.model, static_cast<std::uint64_t>(space.iterations)).confidence;
-    if (confidence >= kBelieved || !has_plane || confidence > plane_confidence) result = space;
+    if (confidence >= kBelievedConfidence || !has_plane || confidence > plane_confidence) result = space;
   }
   result.iterations = iterations;
 }

@@ -23,8 +23,8 @@ constexpr double kTimesChance = 40, kShareOfPlane = 0.5, kOutnumbers = 1.25, kLe
 
 bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& matches,
                         const std::vector<std::uint32_t>& best_first, const cv::Matx33d& plane,
-                        const std::vector<double>& errors, double area, double min_confidence,
-                        const Thresholds& thresholds, std::uint64_t seed, cv::Matx33d& fundamental) {
+                        const std::vector<double>& errors, double area, const Thresholds& thresholds,
+                        std::uint64_t seed, cv::Matx33d& fundamental) {
   const std::size_t n = matches.size();
   const std::size_t good = std::min(n, std::max(kLeastGood, n / kGoodShare));
   off_plane_.clear();
@@ -66,7 +66,7 @@ bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& 
     for (std::uint32_t i = 0; i < n; ++i)
       if (errors[i] > kOffPlane * kOffPlane) far_.push_back(i);
     significance_.assign(pixels.subset(far_));
-    if (significance_.fundamental(candidate, kPairs).confidence < min_confidence) return false;
+    if (significance_.fundamental(candidate, kPairs).confidence < kBelievedConfidence) return false;
   }
   fundamental = candidate;
   return true;

@@ -41,13 +41,12 @@ class ParallaxTest {
   /// @param plane       its homography, normalised like the matches
   /// @param errors      squared errors of all matches under the plane, px^2
   /// @param area        of the right image, px^2
-  /// @param min_confidence  from which on the count is significant
   /// @param fundamental receives the matrix, px
   /// @return whether there is parallax
   bool find(const Correspondences& pixels, const NormalizedMatches& matches,
             const std::vector<std::uint32_t>& best_first, const cv::Matx33d& plane,
-            const std::vector<double>& errors, double area, double min_confidence,
-            const Thresholds& thresholds, std::uint64_t seed, cv::Matx33d& fundamental);
+            const std::vector<double>& errors, double area, const Thresholds& thresholds, std::uint64_t seed,
+            cv::Matx33d& fundamental);
 
  private:
   std::vector<std::uint32_t> off_plane_;
