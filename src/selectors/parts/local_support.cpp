@@ -25,26 +25,21 @@ constexpr std::uint32_t kNone = 0xffffffffU;
 constexpr int kVoters = 8;                                        // survivors that decide about the local set
 constexpr float kLeastLeft = 8, kLeastRight = 3, kMostScale = 6;  // of two matches that give a similarity
 
-/// The number of matches that hypotheses are made for: `first` in any case, up to `most` where few survive.
+/// The number of matches that hypotheses are made for: up to `most`, fewer where many survive.
 struct Budget {
   static constexpr std::size_t kBatch = 128;      // matches judged before the survivors are counted again
   static constexpr std::size_t kSurvivors = 200;  // more hypotheses are not needed
-  static constexpr double kFew = 0.1;             // share of survivors below which more are needed
-  static constexpr double kApart = 0.25;          // of `first`: matches outside of the local set, afterwards
+  static constexpr double kApart = 0.25;          // of `most`: matches outside of the local set, afterwards
 
-  std::size_t first, most;
+  std::size_t most;
 
   Budget(std::size_t n, bool frames)
-      : first(std::min(
-            n, frames ? std::max<std::size_t>(100, 1000000 / n) : std::max<std::size_t>(60, 800000 / n))),
-        most(std::min(n, 4 * first)) {}
+      : most(std::min(
+            n, frames ? std::max<std::size_t>(100, 1000000 / n) : std::max<std::size_t>(60, 800000 / n))) {}
 
   /// The end of the batch that begins with match `start`; `start` itself where no more matches are judged.
   std::size_t batchEnd(std::size_t start, std::size_t survivors) const {
-    if (survivors >= kSurvivors) return start;
-    if (start < first) return std::min(first, start + kBatch);
-    const bool few = static_cast<double>(survivors) < kFew * static_cast<double>(start);
-    return few ? std::min(most, start + kBatch) : start;
+    return survivors >= kSurvivors ? start : std::min(most, start + kBatch);
   }
 };
 
@@ -119,17 +114,15 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   extendLocalSets();
   // Small groups that move by themselves have few of the best matches, or none. They stand out among those
   // that the survivors do not predict.
-  if (judged <= budget.first) {
-    const auto apart = static_cast<std::size_t>(Budget::kApart * static_cast<double>(budget.first));
-    candidates_.clear();
-    for (std::size_t i = judged; i < n_ && candidates_.size() < apart; ++i) {
-      if (extended_[row_[i]] == 0) candidates_.push_back(static_cast<std::uint32_t>(i));
-    }
-    const std::size_t before = members_.size();
-    judgeBatch(matches, frames, 0, candidates_.size(), threads);
-    // Fewer have no majority of their own.
-    if (2 * (members_.size() - before) > kVoters) extendLocalSets();
+  const auto apart = static_cast<std::size_t>(Budget::kApart * static_cast<double>(budget.most));
+  candidates_.clear();
+  for (std::size_t i = judged; i < n_ && candidates_.size() < apart; ++i) {
+    if (extended_[row_[i]] == 0) candidates_.push_back(static_cast<std::uint32_t>(i));
   }
+  const std::size_t before = members_.size();
+  judgeBatch(matches, frames, 0, candidates_.size(), threads);
+  // Fewer have no majority of their own.
+  if (2 * (members_.size() - before) > kVoters) extendLocalSets();
   std::stable_sort(members_.begin(), members_.end(),
                    [this](std::uint32_t a, std::uint32_t b) { return best_[a] > best_[b]; });
   for (const std::uint32_t i : members_) survivors_.push_back(row_[i]);
