@@ -13,6 +13,16 @@ constexpr double kLargestRadius = 1.0 / 2;  // of the diagonal
 constexpr double kTolerance = 4;            // px, at least
 constexpr std::size_t kLeastToGoOn = 4, kLeastAtEnd = 6;
 
+/// One row each for dx, dy and 1, one column for each coordinate.
+using Solution = Eigen::Matrix<double, 3, 2>;
+
+std::array<float, 6> mapOf(const Solution& solution) {
+  std::array<float, 6> map{};
+  for (std::size_t i = 0; i < map.size(); ++i)
+    map[i] = static_cast<float>(solution(static_cast<Eigen::Index>(i / 2), static_cast<Eigen::Index>(i % 2)));
+  return map;
+}
+
 }  // namespace
 
 void AffineGrowing::assign(const Correspondences& matches, const std::vector<float>& weights,
@@ -22,14 +32,12 @@ void AffineGrowing::assign(const Correspondences& matches, const std::vector<flo
   diagonal_ = diagonal;
 }
 
-void AffineGrowing::findSupporters(const Round& round, double reach, const Map& a) {
+void AffineGrowing::findSupporters(const Round& round, double reach, const Map& p) {
   const Correspondences& m = *matches_;
   const auto squared_radius = static_cast<float>(reach * reach);
   const auto squared_rho = static_cast<float>(round.rho * round.rho);
   const float x = m.left_x[seed_], y = m.left_y[seed_], right_x = m.right_x[seed_],
               right_y = m.right_y[seed_];
-  float p[6];
-  for (int i = 0; i < 6; ++i) p[i] = static_cast<float>(a(i / 2, i % 2));
   const float *const lx = m.left_x.data(), *const ly = m.left_y.data();
   const float *const rx = m.right_x.data(), *const ry = m.right_y.data();
   float* const squared = squared_.data();
@@ -53,17 +61,17 @@ bool AffineGrowing::grow(std::uint32_t seed, const LinearMap& linear) {
   seed_ = seed;
   squared_.resize(m.size());
   const double x = m.left_x[seed], y = m.left_y[seed], right_x = m.right_x[seed], right_y = m.right_y[seed];
-  Map a;
+  Solution a;
   a << linear[0], linear[2], linear[1], linear[3], 0, 0;
   double least_radius = kRounds[0].radius;
   for (const Round& round : kRounds) {
     for (;; least_radius *= 2) {
-      findSupporters(round, std::max(round.radius, least_radius) * diagonal_, a);
+      findSupporters(round, std::max(round.radius, least_radius) * diagonal_, mapOf(a));
       if (supporters_.size() >= kLeastToGoOn || least_radius >= kLargestRadius) break;
     }
     if (supporters_.size() < kLeastToGoOn) return false;
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Map right_side = Map::Zero();
+    Solution right_side = Solution::Zero();
     for (const std::uint32_t j : supporters_) {
       const double weight = weights_[j] / double{squared_[j]};
       const Eigen::Vector3d p(m.left_x[j] - x, m.left_y[j] - y, 1);
@@ -74,12 +82,12 @@ bool AffineGrowing::grow(std::uint32_t seed, const LinearMap& linear) {
     normal(0, 0) += tie;
     normal(1, 1) += tie;
     right_side.topRows<2>() += tie * a.topRows<2>();
-    const Map solution = normal.ldlt().solve(right_side);
+    const Solution solution = normal.ldlt().solve(right_side);
     if (!solution.allFinite()) return false;
     a = solution;
   }
   const Round& last = kRounds[std::size(kRounds) - 1];
-  findSupporters(last, std::max(last.radius, least_radius) * diagonal_, a);
+  findSupporters(last, std::max(last.radius, least_radius) * diagonal_, mapOf(a));
   map_ = {a(0, 0), a(1, 0), right_x + a(2, 0) - a(0, 0) * x - a(1, 0) * y,
           a(0, 1), a(1, 1), right_y + a(2, 1) - a(0, 1) * x - a(1, 1) * y,
           0,       0,       1};

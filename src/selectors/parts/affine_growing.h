@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core/matx.hpp>
@@ -52,8 +52,8 @@ class AffineGrowing {
   const std::vector<std::uint32_t>& supporters() const { return supporters_; }
 
  private:
-  /// Displacement from the seed as a linear function of dx, dy and 1: one column for each coordinate.
-  using Map = Eigen::Matrix<double, 3, 2>;
+  /// Displacement from the seed as a linear function of dx, dy and 1: pairs of coefficients for x and y.
+  using Map = std::array<float, 6>;
 
   void findSupporters(const Round& round, double reach, const Map& map);
 
