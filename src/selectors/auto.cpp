@@ -33,7 +33,7 @@ AutoOptions::AutoOptions() { min_confidence = kBelievedConfidence; }
 
 void AutoOptions::visit(OptionVisitor& visitor) const {
   visitor.choice("model",
-                 {{Model::kAny, "any", "Found out from the matches"},
+                 {{Model::kAuto, "auto", "Found out from the matches"},
                   {Model::kHomography, "homography", "Planes, or cameras that only turn"},
                   {Model::kFundamental, "fundamental", "Epipolar geometry of rigid scenes"}},
                  "Model to which the answer is restricted", &AutoOptions::model);
@@ -73,10 +73,10 @@ bool allEqual(const std::vector<float>& x, const std::vector<float>& y) {
 constexpr std::size_t kLeastMatches = 6;
 constexpr float kLeastSeedSupport = 1;  // S of a seed
 constexpr int kMostSeeds = 60;          // that are grown
-constexpr int kFruitlessSeeds = 5;      // in a row, after which a model with many inliers is kept
+constexpr int kFruitlessSeeds = 3;      // in a row, after which a model with many inliers is kept
 constexpr double kWorthRefining = 0.7;  // gain of a candidate at the wide threshold, relative to the best
 constexpr std::size_t kBestSupported = 200;  // matches that join the first search
-constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000, kFundamentalHypotheses = 500;
+constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000, kFundamentalHypotheses = 300;
 constexpr std::size_t kManyInliers = 40;  // which make the second search unnecessary, with
 constexpr double kShareOfLocal = 0.6;     // this share of the local set
 constexpr double kExplained = 0.9;        // share of the local set that makes all further search unnecessary
@@ -410,7 +410,7 @@ void Stages::chooseModel(Selection& result) {
   // What is left over: coherently, farther than twice the threshold, and loosely, farther than the threshold.
   bool coherent = true, loose = false;
   std::size_t loose_matches = 0;
-  if (believed && options_.model == AutoOptions::Model::kAny) {
+  if (believed && options_.model == AutoOptions::Model::kAuto) {
     const std::size_t on_plane = count(work_.plane);
     work_.explained.resize(n_);
     work_.taken.resize(n_);

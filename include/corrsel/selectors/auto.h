@@ -9,11 +9,11 @@
 namespace corrsel::core {
 
 struct AutoOptions : ConfidenceOptions {
-  enum class Model : std::uint8_t { kAny, kHomography, kFundamental };
+  enum class Model : std::uint8_t { kAuto, kHomography, kFundamental };
 
   AutoOptions();
 
-  Model model = Model::kAny;           ///< model to which the answer is restricted
+  Model model = Model::kAuto;          ///< model to which the answer is restricted
   double threshold = 5;                ///< inlier threshold of a homography, px
   double fundamental_threshold = 1.5;  ///< inlier threshold of a fundamental matrix, px
   int hard_search = 20000;             ///< hypotheses where nothing else has found a model; 0 = none

@@ -46,7 +46,7 @@ class Leftover {
   std::size_t distinctPlaces(const std::vector<std::uint8_t>& mask) { return cells_.count(*matches_, mask); }
 
  private:
-  static constexpr int kNearest = 8, kListed = 24;
+  static constexpr int kNearest = 8, kListed = 16;
 
   int countOutside(const PlanarNeighbours& neighbours, const float* x, const float* y, std::size_t member,
                    const std::vector<std::uint8_t>& explained, int& seen) const;
