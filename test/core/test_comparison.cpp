@@ -354,8 +354,9 @@ TEST_F(RecordedFolder, EditedNumbersAreFound) {
       {5, 17, "0", "f_paper = 0 instead of the F of the counts = (empty)"},
       {2, 18, "inf", "f_same_tau = inf instead"},
       {2, 19, "fine", "unknown status 'fine'"},
-      {2, 20, "x", "seed"},
-      {2, 24, "-0.1", "select_s = -0.1 is no time"},
+      {2, 20, "x", "confidence"},
+      {2, 21, "x", "seed"},
+      {2, 25, "-0.1", "select_s = -0.1 is no time"},
       {6, 17, "0.5", "status unsupported_input beside numbers"},
   };
   for (const Case& c : cases) {
