@@ -255,7 +255,7 @@ int run(int argc, char** argv) {
   core::RunState state = runStages(arguments, bags, sources, folder, reporter);
   state.pairs_total += broken;
   state.pairs_failed += broken;
-  reporter.finish(state.interrupted ? "interrupted" : state.complete() ? "finished" : "failed");
+  reporter.finish(state);
   const core::Stopwatch watch;
   printTable(core::writeSummary(folder, state), config.tableTolerance());
   folder.appendStage({"summary", watch.seconds()});

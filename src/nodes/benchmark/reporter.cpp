@@ -96,9 +96,11 @@ void Reporter::failed(const core::Failure& failure) {
             << std::endl;
 }
 
-void Reporter::finish(const std::string& state) {
+void Reporter::finish(const core::RunState& state) {
   printer_.finish();
-  publish(state);
+  last_.done = state.pairs_done;
+  last_.total = state.pairs_total;
+  publish(state.interrupted ? "interrupted" : state.complete() ? "finished" : "failed");
 }
 
 void Reporter::publish(const std::string& state) {

@@ -23,8 +23,9 @@ class Reporter : public core::RunObserver {
   void judged(const std::vector<core::ResultRow>& rows) override;
   void failed(const core::Failure& failure) override;
 
-  /// @param state  "finished", "interrupted" or "failed"
-  void finish(const std::string& state);
+  /// Publishes the outcome: "finished", "interrupted" or "failed", with the pairs of the run and not those of
+  /// its last stage.
+  void finish(const core::RunState& state);
 
   /// Ends the progress bar's line.
   void endLine() { printer_.finish(); }
