@@ -38,6 +38,16 @@ class Problem(Exception):
     """An error that the user can correct; the text contains the remedy."""
 
 
+def program_in(folder):
+    """Return the program option_catalogue of a build folder, or None; other builds inside of it do not count."""
+    folder = pathlib.Path(folder)
+    for path in sorted(folder.rglob("option_catalogue")):
+        inner = [parent for parent in path.parents if folder in parent.parents]
+        if path.is_file() and not any((parent / "CMakeCache.txt").exists() for parent in inner):
+            return path
+    return None
+
+
 def built_program(folder):
     """Return the program option_catalogue, built in the given folder or in one of its own."""
     if folder is None:
@@ -63,12 +73,12 @@ def built_program(folder):
         str(os.cpu_count()),
     ]
     subprocess.run(build, check=True, stdout=subprocess.DEVNULL)
-    found = [path for path in pathlib.Path(folder).rglob("option_catalogue") if path.is_file()]
-    if not found:
+    found = program_in(folder)
+    if found is None:
         raise Problem(
             "%s holds no program option_catalogue; give the folder that cmake -B was called with" % folder
         )
-    return found[0]
+    return found
 
 
 def number(value):

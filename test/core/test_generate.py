@@ -12,22 +12,22 @@ import unittest
 PACKAGE = pathlib.Path(__file__).resolve().parents[2]
 
 
-def program():
-    """Return the program option_catalogue of this build."""
-    folders = [os.environ["CORRSEL_BINARY_DIR"], os.environ.get("CORRSEL_DEVEL_DIR")]
-    for folder in filter(None, folders):
-        for path in pathlib.Path(folder).rglob("option_catalogue"):
-            if path.is_file():
-                return path
-    raise AssertionError("the program option_catalogue is not built")
-
-
 def load():
     """Return the script as a module."""
     spec = importlib.util.spec_from_file_location("generate", PACKAGE / "scripts" / "generate.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def program():
+    """Return the program option_catalogue of this build."""
+    folders = [os.environ["CORRSEL_BINARY_DIR"], os.environ.get("CORRSEL_DEVEL_DIR")]
+    for folder in filter(None, folders):
+        found = load().program_in(folder)
+        if found is not None:
+            return found
+    raise AssertionError("the program option_catalogue is not built")
 
 
 class Generate(unittest.TestCase):
