@@ -101,7 +101,7 @@ struct AutoMemory {
   Plausibility plausibility;
   ParallaxTest parallax;
   SignificanceTest significance;
-  Rows by_support, seeds, searched;
+  Rows by_support, searched;
   Mask taken, plane, explained, answer, core;
   std::vector<double> plane_errors, epipolar_errors;
 };
@@ -161,9 +161,9 @@ class Stages {
 
   const AutoOptions& options_;
   AutoMemory& work_;
+  const Deadline deadline_;
   const Correspondences& matches_;
   const std::size_t n_;
-  const Deadline deadline_;
   bool timed_out_ = false;
   std::uint64_t hypotheses_ = 0;
 
@@ -192,9 +192,9 @@ const Correspondences& ordered(const Correspondences& matches, const AutoOptions
 Stages::Stages(const Correspondences& matches, const AutoOptions& options, AutoMemory& work)
     : options_(options),
       work_(work),
+      deadline_(options.max_seconds),
       matches_(ordered(matches, options, work)),
       n_(matches.size()),
-      deadline_(options.max_seconds),
       wide_(work.normalized, Residual::kSymmetricTransfer, 2 * options.threshold * work.normalized.scale,
             true, &work.distinct),
       narrow_(work.normalized, Residual::kSymmetricTransfer,
