@@ -101,7 +101,7 @@ struct AutoMemory {
   Plausibility plausibility;
   ParallaxTest parallax;
   SignificanceTest significance;
-  Rows by_support, searched;
+  Rows by_support, rank, searched;
   Mask taken, plane, explained, answer, core;
   std::vector<double> plane_errors, epipolar_errors;
 };
@@ -206,9 +206,13 @@ Stages::Stages(const Correspondences& matches, const AutoOptions& options, AutoM
 /// Writes all matches by falling support, then by quality.
 void Stages::sortBySupport() {
   const std::vector<float>& support = work_.support.support();
+  work_.rank.resize(n_);
+  for (std::uint32_t k = 0; k < n_; ++k) work_.rank[work_.best_first[k]] = k;
   work_.by_support = work_.best_first;
-  std::stable_sort(work_.by_support.begin(), work_.by_support.end(),
-                   [&support](std::uint32_t a, std::uint32_t b) { return support[a] > support[b]; });
+  // A stable sort would allocate memory.
+  std::sort(work_.by_support.begin(), work_.by_support.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return support[a] != support[b] ? support[a] > support[b] : work_.rank[a] < work_.rank[b];
+  });
 }
 
 /// Refines a homography on all matches and keeps it if it is the best one so far.

@@ -128,7 +128,8 @@ INSTANTIATE_TEST_SUITE_P(All, Allocations,
                          testName);
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,
-                         ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "auto", "st", "gtm"), testName);
+                         ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "auto", "st", "gtm"),
+                         testName);
 
 }  // namespace
 }  // namespace corrsel::core

@@ -43,6 +43,9 @@ struct Budget {
   }
 };
 
+/// The area of a huge image would overflow.
+bool isKnown(const cv::Size& image) { return image.width > 0 && image.height > 0; }
+
 /// Area that the first quadrant of the unit disc shares with [0, width] x [0, height].
 double quadrantArea(double width, double height) {
   width = std::min(width, 1.0);
@@ -123,8 +126,9 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   judgeBatch(matches, frames, 0, candidates_.size(), threads);
   // Fewer have no majority of their own.
   if (2 * (members_.size() - before) > kVoters) extendLocalSets();
-  std::stable_sort(members_.begin(), members_.end(),
-                   [this](std::uint32_t a, std::uint32_t b) { return best_[a] > best_[b]; });
+  std::sort(members_.begin(), members_.end(), [this](std::uint32_t a, std::uint32_t b) {
+    return best_[a] != best_[b] ? best_[a] > best_[b] : a < b;
+  });
   for (const std::uint32_t i : members_) survivors_.push_back(row_[i]);
   local_size_ = static_cast<std::size_t>(std::count(local_.begin(), local_.end(), 1));
 }
@@ -168,7 +172,7 @@ LocalSupport::Bounds LocalSupport::boundsOf(const std::vector<float>& x, const s
     const auto [low, high] = std::minmax_element(columns[axis]->begin(), columns[axis]->end());
     bounds.low[axis] = *low - double{kFloor};
     bounds.high[axis] = *high + double{kFloor};
-    if (image.area() > 0) {
+    if (isKnown(image)) {
       bounds.low[axis] = std::max(bounds.low[axis], 0.0);
       bounds.high[axis] = std::min<double>(bounds.high[axis], sizes[axis]);
     }
@@ -190,7 +194,7 @@ void LocalSupport::layOut(const Correspondences& m) {
   findWeights();
   const Bounds left = boundsOf(left_x_, left_y_, m.left_size);
   bounds_ = boundsOf(right_x_, right_y_, m.right_size);
-  const bool sized = m.right_size.area() > 0;
+  const bool sized = isKnown(m.right_size);
   const double width = sized ? m.right_size.width : bounds_.high[0] - bounds_.low[0];
   const double height = sized ? m.right_size.height : bounds_.high[1] - bounds_.low[1];
   diagonal_ = std::hypot(width, height);
