@@ -247,10 +247,13 @@ class ArbitraryOptions : public OptionVisitor {
       case OptionType::kNumber:
         value = formatNumber(between(field.min, field.max));
         break;
-      case OptionType::kInteger:
-        value = std::to_string(static_cast<int>(
-            between(field.min, std::max(field.min, std::min(field.max, repeats ? 300.0 : 2000.0)))));
+      case OptionType::kInteger: {
+        // 0 iterations would mean as many as the selector likes.
+        const double least = repeats ? std::max(1.0, field.min) : field.min;
+        value = std::to_string(
+            static_cast<int>(between(least, std::max(least, std::min(field.max, repeats ? 300.0 : 2000.0)))));
         break;
+      }
       case OptionType::kFlag:
         value = source_.oneIn(2) ? "true" : "false";
         break;
