@@ -45,6 +45,13 @@ int compareCoordinates(const Correspondences& m, std::uint32_t a, std::uint32_t 
   return 0;
 }
 
+bool allEqual(const std::vector<float>& x, const std::vector<float>& y) {
+  const auto differs = [](const std::vector<float>& column) {
+    return std::any_of(column.begin(), column.end(), [&](float value) { return value != column.front(); });
+  };
+  return !differs(x) && !differs(y);
+}
+
 void sortByCoordinates(const Correspondences& matches, std::vector<KeyedRow>& rows,
                        std::vector<KeyedRow>& scratch) {
   const std::size_t n = matches.size();

@@ -63,13 +63,6 @@ namespace {
 using Rows = std::vector<std::uint32_t>;
 using Mask = std::vector<std::uint8_t>;
 
-bool allEqual(const std::vector<float>& x, const std::vector<float>& y) {
-  const auto other = [](const std::vector<float>& column) {
-    return std::any_of(column.begin(), column.end(), [&](float value) { return value != column[0]; });
-  };
-  return !other(x) && !other(y);
-}
-
 constexpr std::size_t kLeastMatches = 6;
 constexpr float kLeastSeedSupport = 1;  // S of a seed
 constexpr int kMostSeeds = 60;          // that are grown

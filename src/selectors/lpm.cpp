@@ -87,13 +87,6 @@ void findDistinct(const Correspondences& matches, bool merge, LpmMemory& work) {
   for (std::vector<float>* const column : columns) column->resize(distinct);
 }
 
-bool allEqual(const std::vector<float>& x, const std::vector<float>& y) {
-  for (std::size_t i = 1; i < x.size(); ++i) {
-    if (x[i] != x[0] || y[i] != y[0]) return false;
-  }
-  return true;
-}
-
 void findMotions(LpmMemory& work) {
   work.motions.resize(work.size());
   for (std::size_t i = 0; i < work.size(); ++i) {

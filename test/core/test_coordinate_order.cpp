@@ -50,5 +50,12 @@ TEST(CoordinateOrder, SortsByEveryCoordinateThenByDistance) {
   EXPECT_GT(compareCoordinates(m, 0, 5), 0);
 }
 
+TEST(CoordinateOrder, AllEqualComparesBothCoordinates) {
+  EXPECT_TRUE(allEqual({}, {}));
+  EXPECT_TRUE(allEqual({1, 1}, {2, 2}));
+  EXPECT_FALSE(allEqual({1, 2}, {2, 2}));
+  EXPECT_FALSE(allEqual({1, 1}, {2, 3}));
+}
+
 }  // namespace
 }  // namespace corrsel::core

@@ -45,14 +45,14 @@ struct AutoOptions : ConfidenceOptions {
 ///     surroundings make them plausible (plausibility.h).
 ///  5. If F is significant and leaves nothing sizable over, the answer is F. If it leaves something over,
 ///     there are several motions, and the answer is what agrees with F, and L2.
-///  6. If F is not significant, the answer is H, with L2 where it is sizable and significant; without a
-///     significant model it is L2.
+///  6. If F is not significant, the answer is H, and also L2 where H leaves a coherent group over and L2 is
+///     significant. Without a significant model, the answer is the more significant one of H and L2.
 ///
 /// Input: coordinates. Image sizes, descriptor distances and frames are used where they exist.
 ///
-/// Options: `threshold` is what the user calls right, px. Below `min_confidence`, the best
-/// guess is returned with the status `uncertain`. The stages themselves take a model for real from a
-/// confidence of 4. With `max_seconds` the hard search is cut first. Local support uses `threads`.
+/// Options: `threshold` is what the user calls right, px. Below `min_confidence`, the best guess is returned
+/// with the status `uncertain`. The stages themselves take a model for real from a confidence of 4. With
+/// `max_seconds` the hard search is cut first. Local support uses `threads`.
 ///
 /// Presets: `h` and `f` restrict the answer to that model; `fast` does without the hard search.
 ///
