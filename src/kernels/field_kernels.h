@@ -212,7 +212,7 @@ void gramKernel(const FieldFactor& factor, const double* weight, double* lanes, 
   for (std::size_t begin = 0; begin < factor.padded; begin += kChunk) {
     const std::size_t count = begin + kChunk < factor.padded ? kChunk : factor.padded - begin;
     for (std::size_t j = 0; j < columns; j += 2) {
-      const bool pair = j + 1 < columns;  // else the last row is done twice over
+      const bool pair = j + 1 < columns;  // else the second row is zero and adds nothing
       const double* const a = factor.columns + j * factor.stride + begin;
       const double* const b = pair ? a + factor.stride : a;
       for (std::size_t i = 0; i < count; i += kDoubleWidth) {
@@ -220,7 +220,7 @@ void gramKernel(const FieldFactor& factor, const double* weight, double* lanes, 
         __builtin_prefetch(a + kChunk + i);
         __builtin_prefetch(b + kChunk + i);
         store(rows + i, w * load(a + i));
-        store(rows + kChunk + i, w * load(b + i));
+        store(rows + kChunk + i, pair ? w * load(b + i) : DoubleV{});
       }
       addRowPair(rows, kChunk, a, factor.stride, columns - j, count / kGroup,
                  lanes + (j * columns + j) * kGroup, pair ? columns * kGroup : 0);

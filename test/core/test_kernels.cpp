@@ -182,6 +182,37 @@ TEST_F(Kernels, NormalEquationsAreThoseOfTheInliersAtEveryLevel) {
   }
 }
 
+TEST_F(Kernels, GramMatrixIsTheSumOfWeightedProductsAtEveryRankAndLevel) {
+  constexpr std::size_t kPadded = 37 * kFieldGroup;
+  for (std::size_t rank = 0; rank <= 11; ++rank) {
+    const std::size_t columns = rank + 2;
+    Random random(rank);
+    std::vector<double> values(columns * kPadded), weight(kPadded);
+    for (double& value : values) value = random.uniform() - 0.5;
+    for (double& w : weight) w = random.uniform();
+    const FieldFactor factor = {values.data(), kPadded, rank, kPadded};
+    std::vector<double> first;
+    for (const KernelLevel level : supportedKernelLevels()) {
+      setKernelLevel(level);
+      std::vector<double> lanes(columns * columns * kFieldGroup), gram(columns * columns);
+      kernels().field.gram(factor, weight.data(), lanes.data(), gram.data());
+      for (std::size_t j = 0; j < columns; ++j) {
+        for (std::size_t k = j; k < columns; ++k) {
+          double expected = 0;
+          for (std::size_t i = 0; i < kPadded; ++i) {
+            expected += weight[i] * values[j * kPadded + i] * values[k * kPadded + i];
+          }
+          EXPECT_NEAR(gram[j * columns + k], expected, 1e-12)
+              << toString(level) << ", rank " << rank << ", element " << j << ", " << k;
+        }
+        for (std::size_t k = 0; k < j; ++k) gram[j * columns + k] = 0;  // undefined
+      }
+      if (first.empty()) first = gram;
+      EXPECT_EQ(gram, first) << toString(level) << ", rank " << rank;
+    }
+  }
+}
+
 TEST_F(Kernels, SprtRejectsAWrongModelEarlyAndKeepsARightOne) {
   const Scene scene = homographyScene({2000, 0.5, 0.5, 7});
   Correspondences mixed = scene.matches.subset(permutation(2000, 3));
