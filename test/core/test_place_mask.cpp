@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
+#include <utility>
+#include <vector>
 
 #include "features/parts/place_mask.h"
 
@@ -30,6 +32,65 @@ TEST(PlaceMask, PlacesBeyondTheBorderBelongToTheBorder) {
   const PlaceMask mask(pixels, {});
   EXPECT_TRUE(mask.allows({-9, 9}));
   EXPECT_FALSE(mask.allows({9, 9}));
+}
+
+TEST(PlaceMask, ARectangleAllowsWhatOneOfItsPlacesAllows) {
+  EXPECT_TRUE(PlaceMask().allowsAny({3, 4, 1, 1}));
+  EXPECT_FALSE(PlaceMask().allowsAny({3, 4, 0, 1}));
+  cv::Mat pixels(40, 61, CV_8U, cv::Scalar(0));
+  const auto allows = [&pixels](const cv::Rect& rectangle) {
+    return PlaceMask(pixels, {}).allowsAny(rectangle);
+  };
+  EXPECT_FALSE(allows({0, 0, 61, 40}));
+  pixels.at<std::uint8_t>(19, 27) = 1;  // in the tile of 8 x 8 px at (24, 16)
+  EXPECT_TRUE(allows({0, 0, 61, 40}));
+  EXPECT_TRUE(allows({27, 19, 1, 1}));
+  EXPECT_TRUE(allows({26, 18, 1, 1}));  // up to 26.5, which is rounded to 27
+  for (const cv::Rect& far : std::vector<cv::Rect>{{0, 0, 23, 40},
+                                                   {32, 0, 29, 40},
+                                                   {0, 0, 61, 15},
+                                                   {0, 24, 61, 16},
+                                                   {-99, -99, 99, 99},
+                                                   {61, 40, 9, 9}}) {
+    EXPECT_FALSE(allows(far)) << far;
+  }
+  // Places beyond the border belong to the border.
+  pixels = 0;
+  pixels.at<std::uint8_t>(39, 60) = 255;
+  EXPECT_TRUE(allows({100, 200, 5, 5}));
+  EXPECT_TRUE(allows({2000000000, 2000000000, 2000000000, 2000000000}));
+  EXPECT_FALSE(allows({-2000000000, -2000000000, 1000000000, 1000000000}));
+}
+
+TEST(PlaceMask, NoPlaceOfARefusedRectangleIsAllowed) {
+  // Whole, moved and reduced images; the mask allows few places.
+  cv::RNG random(4);
+  int refused = 0, granted = 0;
+  for (const auto& [seen, area] : std::vector<std::pair<cv::Size, cv::Rect>>{
+           {{90, 70}, {0, 0, 90, 70}}, {{50, 30}, {10, 20, 50, 30}}, {{31, 17}, {7, 9, 80, 45}}}) {
+    cv::Mat pixels(70, 90, CV_8U, cv::Scalar(0));
+    for (int i = 0; i < 4; ++i) pixels.at<std::uint8_t>(random.uniform(0, 70), random.uniform(0, 90)) = 1;
+    const PlaceMask mask(pixels, AreaTransform(seen, area));
+    for (int i = 0; i < 400; ++i) {
+      const cv::Rect rectangle(random.uniform(-3, seen.width), random.uniform(-3, seen.height),
+                               random.uniform(1, 12), random.uniform(1, 12));
+      bool allowed = false;
+      for (float y = 0; y <= 1; y += 1.0F / 32) {
+        for (float x = 0; x <= 1; x += 1.0F / 32) {
+          allowed |= mask.allows({float(rectangle.x) - 0.5F + x * float(rectangle.width),
+                                  float(rectangle.y) - 0.5F + y * float(rectangle.height)});
+        }
+      }
+      if (mask.allowsAny(rectangle)) {
+        ++granted;
+      } else {
+        ++refused;
+        ASSERT_FALSE(allowed) << rectangle;
+      }
+    }
+  }
+  EXPECT_GT(refused, 600);
+  EXPECT_GT(granted, 50);
 }
 
 TEST(PlaceMask, DropsFeaturesWithTheirFramesAndDescriptors) {

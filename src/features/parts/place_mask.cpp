@@ -3,11 +3,47 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "features/parts/feature_list.h"
 
 namespace corrsel::core {
+namespace {
+
+// As many pixels as a 64-bit word has bytes.
+constexpr int kTile = 8;
+
+/// The integral image of the tiles in which some pixel is not zero; the tiles at the right and at the bottom
+/// may be smaller.
+cv::Mat integralOfTiles(const cv::Mat& mask) {
+  const int rows = (mask.rows + kTile - 1) / kTile, columns = (mask.cols + kTile - 1) / kTile;
+  cv::Mat integral(rows + 1, columns + 1, CV_32S, cv::Scalar(0));
+  std::vector<std::uint8_t> united(static_cast<std::size_t>(columns) * kTile);  // the pixels of a tile's rows
+  for (int row = 0; row < rows; ++row) {
+    std::fill(united.begin(), united.end(), std::uint8_t{0});
+    for (int y = row * kTile; y < std::min((row + 1) * kTile, mask.rows); ++y) {
+      const std::uint8_t* const line = mask.ptr<std::uint8_t>(y);
+      for (int x = 0; x < mask.cols; ++x) united[static_cast<std::size_t>(x)] |= line[x];
+    }
+    const int* const above = integral.ptr<int>(row);
+    int* const here = integral.ptr<int>(row + 1);
+    for (int column = 0, sum = 0; column < columns; ++column) {
+      std::uint64_t pixels = 0;
+      std::memcpy(&pixels, united.data() + static_cast<std::ptrdiff_t>(column) * kTile, sizeof pixels);
+      sum += pixels != 0;
+      here[column + 1] = above[column + 1] + sum;
+    }
+  }
+  return integral;
+}
+
+/// The pixel in [0, size) that is nearest to a coordinate.
+int nearestPixel(float at, int size) {
+  return static_cast<int>(std::clamp(std::floor(at + 0.5F), 0.0F, static_cast<float>(size - 1)));
+}
+
+}  // namespace
 
 AreaTransform::AreaTransform(const cv::Size& seen, const cv::Rect& area)
     : reduced_(seen != area.size()),
@@ -31,14 +67,28 @@ void AreaTransform::apply(Features& features) const {
   }
 }
 
-PlaceMask::PlaceMask(const cv::Mat& mask, const AreaTransform& to_mask) : mask_(mask), to_mask_(to_mask) {}
+PlaceMask::PlaceMask(const cv::Mat& mask, const AreaTransform& to_mask)
+    : mask_(mask), allowed_tiles_(integralOfTiles(mask)), to_mask_(to_mask) {}
 
 bool PlaceMask::allows(const cv::Point2f& place) const {
   if (everywhere()) return true;
   const cv::Point2f at = to_mask_(place);
-  const int x = std::clamp(static_cast<int>(std::floor(at.x + 0.5F)), 0, mask_.cols - 1);
-  const int y = std::clamp(static_cast<int>(std::floor(at.y + 0.5F)), 0, mask_.rows - 1);
-  return mask_.at<std::uint8_t>(y, x) != 0;
+  return mask_.at<std::uint8_t>(nearestPixel(at.y, mask_.rows), nearestPixel(at.x, mask_.cols)) != 0;
+}
+
+bool PlaceMask::allowsAny(const cv::Rect& pixels) const {
+  if (pixels.empty()) return false;
+  if (everywhere()) return true;
+  // Rounding is monotone, so no place of the rectangle is mapped beyond its corners.
+  const cv::Point2f corner(static_cast<float>(pixels.x) - 0.5F, static_cast<float>(pixels.y) - 0.5F);
+  const cv::Point2f first = to_mask_(corner);
+  const cv::Point2f last =
+      to_mask_({corner.x + static_cast<float>(pixels.width), corner.y + static_cast<float>(pixels.height)});
+  const int left = nearestPixel(first.x, mask_.cols) / kTile;
+  const int right = nearestPixel(last.x, mask_.cols) / kTile + 1;
+  const int* const above = allowed_tiles_.ptr<int>(nearestPixel(first.y, mask_.rows) / kTile);
+  const int* const below = allowed_tiles_.ptr<int>(nearestPixel(last.y, mask_.rows) / kTile + 1);
+  return below[right] - below[left] - above[right] + above[left] > 0;
 }
 
 void PlaceMask::apply(Features& features) const {

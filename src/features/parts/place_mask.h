@@ -31,7 +31,7 @@ class AreaTransform {
   float left_ = 0, top_ = 0, x_scale_ = 1, y_scale_ = 1;
 };
 
-/// The places at which keypoints are allowed. A value: copies share the pixels.
+/// The places at which keypoints are allowed. Copies share the pixels.
 class PlaceMask {
  public:
   /// Keypoints are allowed everywhere.
@@ -48,11 +48,21 @@ class PlaceMask {
   /// the mask decides.
   bool allows(const cv::Point2f& place) const;
 
+  /// Whether a keypoint may be allowed at some place in the given pixels of the image that the detector sees,
+  /// i.e. in [x - 0.5, x + width - 0.5] x [y - 0.5, y + height - 0.5]. Never false where allows() is true for
+  /// a place in it, so a detector may leave out what only concerns a rectangle for which this is false. A
+  /// detector that refines positions extends the rectangle by the largest shift. True is not exact: the mask
+  /// is looked up in tiles of 8 x 8 px.
+  /// An empty rectangle has no places. O(1): the table of the tiles is made once, with the mask, in O(pixels
+  /// of the mask).
+  bool allowsAny(const cv::Rect& pixels) const;
+
   /// Drops the keypoints at places that are not allowed, with their frames and descriptors. O(features).
   void apply(Features& features) const;
 
  private:
   cv::Mat mask_;
+  cv::Mat allowed_tiles_;  ///< integral image of the tiles with an allowed pixel: [row + 1][column + 1], int
   AreaTransform to_mask_;
 };
 
