@@ -249,12 +249,12 @@ TEST(PatchSift, DoesNotDependOnThreads) {
 }
 
 TEST(AffinePatch, SamplesALinearImageExactly) {
-  cv::Mat image(60, 80, CV_32F);
+  cv::Mat image(60, 90, CV_16S, cv::Scalar(-1));
   for (int r = 0; r < 60; ++r) {
-    for (int c = 0; c < 80; ++c) image.at<float>(r, c) = float(3 * c - 2 * r + 5);
+    for (int c = 0; c < 80; ++c) image.at<std::int16_t>(r, c) = std::int16_t(kGreyUnit * (3 * c - 2 * r + 5));
   }
-  // Every second pixel of an image of twice the size.
-  const ScaleLevel level{image.ptr<float>(), 80, 60, 2, 1};
+  // Every second pixel of an image of twice the size; the rows have gaps.
+  const ScaleLevel level{image.ptr<std::int16_t>(), 90, 80, 60, 2, 1};
   const AffineFrame frame{5, -1, 70.3F, 2, 4, 61.7F};
   std::vector<float> patch(11 * 11);
   EXPECT_EQ(samplePatch(level, frame, 5, 0.5, patch.data()), 0u);
@@ -266,7 +266,7 @@ TEST(AffinePatch, SamplesALinearImageExactly) {
   }
   // Everything lies to the left of the image, where the first column is repeated.
   EXPECT_EQ(samplePatch(level, {0, 0, -50, 0, 0, 20}, 5, 0.5, patch.data()), 121u);
-  EXPECT_EQ(patch[0], image.at<float>(10, 0));
+  EXPECT_EQ(patch[0], 5 - 2 * 10);
 }
 
 TEST(AffinePatch, ChoosesTheLevelFromBelow) {

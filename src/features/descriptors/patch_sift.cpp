@@ -30,8 +30,11 @@ struct Pyramid {
   std::vector<ScaleLevel> levels;
 
   void add(const cv::Mat& image, double step, double sigma) {
-    images.push_back(image);
-    levels.push_back({image.ptr<float>(), image.cols, image.rows, step, sigma});
+    cv::Mat numbers;
+    image.convertTo(numbers, CV_16S, kGreyUnit);
+    images.push_back(numbers);
+    levels.push_back({numbers.ptr<std::int16_t>(), static_cast<std::ptrdiff_t>(numbers.step1()), image.cols,
+                      image.rows, step, sigma});
   }
 };
 

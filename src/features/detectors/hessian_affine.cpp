@@ -62,16 +62,21 @@ class HessianExtrema {
   }
 
   /// Valid as long as this object.
-  std::vector<ScaleLevel> levels() const {
+  std::vector<ScaleLevel> levels() {
     const VlScaleSpace* const space = vl_covdet_get_gss(covdet_.get());
     const VlScaleSpaceGeometry geometry = vl_scalespace_get_geometry(space);
     std::vector<ScaleLevel> levels;
     for (vl_index o = geometry.firstOctave; o <= geometry.lastOctave; ++o) {
       const VlScaleSpaceOctaveGeometry octave = vl_scalespace_get_octave_geometry(space, o);
       for (vl_index s = geometry.octaveFirstSubdivision; s <= geometry.octaveLastSubdivision; ++s) {
-        levels.push_back({vl_scalespace_get_level_const(space, o, s), static_cast<int>(octave.width),
-                          static_cast<int>(octave.height), octave.step,
-                          vl_scalespace_get_level_sigma(space, o, s)});
+        // VLFeat's interface is not const; the pixels are only read.
+        const cv::Mat level(static_cast<int>(octave.height), static_cast<int>(octave.width), CV_32F,
+                            const_cast<float*>(vl_scalespace_get_level_const(space, o, s)));
+        cv::Mat numbers;
+        level.convertTo(numbers, CV_16S, 255 * kGreyUnit);
+        levels_.push_back(numbers);
+        levels.push_back({numbers.ptr<std::int16_t>(), static_cast<std::ptrdiff_t>(numbers.step1()),
+                          level.cols, level.rows, octave.step, vl_scalespace_get_level_sigma(space, o, s)});
       }
     }
     return levels;
@@ -82,6 +87,7 @@ class HessianExtrema {
     void operator()(VlCovDet* covdet) const { vl_covdet_delete(covdet); }
   };
   std::unique_ptr<VlCovDet, Deleter> covdet_;
+  std::vector<cv::Mat> levels_;  // as whole numbers
 };
 
 /// Laplacians of Gaussians over one octave around the scale of a frame, applied to a patch of it.
@@ -130,7 +136,7 @@ class ScaleSelection {
     std::array<double, kLevels> response;
     for (int k = 0; k < kLevels; ++k) {
       response[static_cast<std::size_t>(k)] =
-          double{sums[static_cast<std::size_t>(k)]} * square(realScale(k));
+          double{sums[static_cast<std::size_t>(k)]} / 255 * square(realScale(k));
     }
     std::vector<double> scales;
     for (std::size_t k = 1; k + 1 < kLevels && scales.size() < kMaxScales; ++k) {
@@ -451,7 +457,7 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
   features.frames.clear();
   // In smaller images VLFeat has no octave.
   if (std::min(grey.cols, grey.rows) < 15 * (1 << std::max(0, options_.first_octave)) + 1) return;
-  const HessianExtrema extrema(grey, options_);
+  HessianExtrema extrema(grey, options_);
   const std::vector<ScaleLevel> levels = extrema.levels();
 
   static const ScaleSelection scale_selection;

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace corrsel::core {
 namespace {
 
 /// Samples that are computed at once: longer rows are split.
 constexpr int kRow = 64;
+
+constexpr float kUnit = 1.0F / kGreyUnit;
 
 /// Interpolates bilinearly at n positions, from pairs of neighbours in the upper and the lower row.
 void blend(const float* upper, const float* lower, const float* wx, const float* wy, std::ptrdiff_t n,
@@ -49,13 +50,13 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
   // exact enough and truncation rounds down.
   const int origin_x = inside ? static_cast<int>(x - reach_x) - 1 : 0;
   const int origin_y = inside ? static_cast<int>(y - reach_y) - 1 : 0;
-  const float* const pixels = level.pixels + static_cast<std::ptrdiff_t>(origin_y) * level.width + origin_x;
+  const std::int16_t* const pixels = level.pixels + origin_y * level.stride + origin_x;
   const auto step_x = static_cast<float>(a11), step_y = static_cast<float>(a21);
   const auto last_x = static_cast<float>(level.width - 1), last_y = static_cast<float>(level.height - 1);
   const int last_column = level.width - 2 - origin_x, last_row = level.height - 2 - origin_y;
   int outside = 0;
   float px[kRow], py[kRow], wx[kRow], wy[kRow], upper[2 * kRow], lower[2 * kRow];
-  int offset[kRow];
+  std::ptrdiff_t offset[kRow];
   for (int r = -half; r <= half; ++r) {
     for (int from = 0; from < side; from += kRow) {
       const int n = std::min(kRow, side - from);
@@ -81,12 +82,14 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
         const int row = std::min(static_cast<int>(py[i]), last_row);
         wx[i] = px[i] - static_cast<float>(column);
         wy[i] = py[i] - static_cast<float>(row);
-        offset[i] = row * level.width + column;
+        offset[i] = row * level.stride + column;
       }
       for (int i = 0; i < n; ++i) {
-        const float* const p = pixels + offset[i];
-        std::memcpy(upper + std::ptrdiff_t{2} * i, p, 2 * sizeof(float));
-        std::memcpy(lower + std::ptrdiff_t{2} * i, p + level.width, 2 * sizeof(float));
+        const std::int16_t* const p = pixels + offset[i];
+        for (int k = 0; k < 2; ++k) {
+          upper[2 * i + k] = kUnit * static_cast<float>(p[k]);
+          lower[2 * i + k] = kUnit * static_cast<float>(p[level.stride + k]);
+        }
       }
       blend(upper, lower, wx, wy, n, patch);
       patch += n;

@@ -4,19 +4,9 @@
 #include <vector>
 
 #include "corrsel/correspondences.h"
+#include "features/parts/scale_level.h"
 
 namespace corrsel::core {
-
-/// The blur that an image is assumed to have when it is taken, sigma in px (Lowe, IJCV 2004, section 3.3).
-inline constexpr double kCameraBlur = 0.5;
-
-/// One level of a Gaussian scale space. Its pixel (i, j) shows the image at (i * step, j * step).
-struct ScaleLevel {
-  const float* pixels = nullptr;  ///< row-major, without gaps between rows
-  int width = 0, height = 0;      ///< in pixels of the level
-  double step = 1;                ///< distance between two pixels of the level, px of the image
-  double sigma = 0;               ///< total blur, including that of the camera, px of the image
-};
 
 /// The most blurred level whose blur is at most sigma, or the least blurred level where there is none.
 /// @param levels  in the order of sigma, at least one
@@ -32,7 +22,7 @@ HalfAxes halfAxes(const AffineFrame& frame);
 /// (columns) from -half to half. Beyond the border the nearest pixel is used. O(samples).
 /// @param level   at least 2 x 2 pixels
 /// @param spacing  of the samples, in units of the frame
-/// @param patch   receives (2 half + 1)^2 values, row-major
+/// @param patch   receives (2 half + 1)^2 grey levels, row-major
 /// @return the number of samples beyond the border
 std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int half, double spacing,
                         float* patch);
