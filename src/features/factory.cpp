@@ -13,6 +13,8 @@
 #include "features/detectors/asift.h"
 #include "features/detectors/blob.h"
 #include "features/detectors/brisk.h"
+#include "features/detectors/cv_orb.h"
+#include "features/detectors/cv_sift.h"
 #include "features/detectors/hessian_affine.h"
 #include "features/detectors/orb.h"
 #include "features/detectors/sift.h"
@@ -55,7 +57,10 @@ Algorithm algorithm(std::string name) {
     result.detector = [](const std::string& name, const AlgorithmOptions& given) {
       return std::unique_ptr<Detector>(std::make_unique<DetectorType>(optionsFrom<Options>(name, given)));
     };
-    result.self_describing = DetectorType().describesKeypoints();
+    // The table needs no instance, since cv_sift cannot be created with every version of OpenCV: a detector
+    // that overrides describesKeypoints() describes its keypoints.
+    result.self_describing =
+        !std::is_same_v<decltype(&DetectorType::describesKeypoints), decltype(&Detector::describesKeypoints)>;
   }
   if constexpr (!std::is_void_v<DescriptorType>) {
     result.descriptor = [](const std::string& name, const AlgorithmOptions& given) {
@@ -76,6 +81,8 @@ const std::vector<Algorithm>& algorithms() {
       algorithm<FreakOptions, void, FreakDescriptor>("freak"),
       algorithm<AkazeOptions, AkazeDetector, void>("akaze"),
       algorithm<BriskOptions, BriskDetector, BriskDescriptor>("brisk"),
+      algorithm<CvSiftOptions, CvSiftDetector, void>("cv_sift"),
+      algorithm<CvOrbOptions, CvOrbDetector, void>("cv_orb"),
   };
   return table;
 }
@@ -117,9 +124,9 @@ std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const
   }
   if (descriptor->descriptor == nullptr) {
     throw std::invalid_argument("features '" + name + "' cannot work: the descriptor " + second +
-                                " needs intermediate results of the detector " + second + "; use " + second +
-                                "+" + second + ", or combine " + first + " with one of the descriptors " +
-                                joinList(generalDescriptors()));
+                                " describes only the keypoints of the detector " + second + "; use " +
+                                second + "+" + second + ", or combine " + first +
+                                " with one of the descriptors " + joinList(generalDescriptors()));
   }
   return std::make_unique<FeatureExtractor>(name, detector->detector(first, options),
                                             descriptor->descriptor(second, options));

@@ -41,8 +41,8 @@ inline cv::Mat shapes(int channels = 1, cv::Size size = {400, 300}, std::uint64_
 /// Combinations of the paper and others. Each detector and each descriptor also occurs in another pairing.
 inline std::vector<std::string> combinations() {
   std::vector<std::string> names = extractorNames();
-  for (const char* mixed : {"sift+orb", "orb+brisk", "akaze+sift", "sift+freak", "blob+sift",
-                            "hessian_affine+freak", "asift+sift"}) {
+  for (const char* mixed : {"cv_sift+cv_sift", "cv_orb+cv_orb", "sift+orb", "orb+brisk", "akaze+sift",
+                            "sift+freak", "blob+sift", "hessian_affine+freak", "asift+sift"}) {
     names.push_back(mixed);
   }
   if (kSanitized) {  // test_asift has it, in less time

@@ -6,13 +6,13 @@
 namespace corrsel::core {
 
 OrbDescriptor::OrbDescriptor(const OrbOptions& options)
-    : OpenCvDescriptor(
-          "orb", orbCreator(options), options.patch_size,
-          [options](const cv::Size& size, cv::KeyPoint& keypoint) {
-            const double level = std::log(keypoint.size / kFastDiameter) / std::log(options.scale_factor);
-            keypoint.octave =
-                static_cast<int>(std::clamp(std::round(level), 0.0, usableOrbLevels(options, size) - 1.0));
-          }),
+    : OpenCvDescriptor("orb", cvOrbCreator(cvOrbOptions(options)), options.patch_size,
+                       [options](const cv::Size& size, cv::KeyPoint& keypoint) {
+                         const double level =
+                             std::log(keypoint.size / kFastDiameter) / std::log(options.scale_factor);
+                         keypoint.octave = static_cast<int>(std::clamp(
+                             std::round(level), 0.0, usableCvOrbLevels(cvOrbOptions(options), size) - 1.0));
+                       }),
       options_(options) {
   options_.check();
 }

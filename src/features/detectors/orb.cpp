@@ -1,9 +1,5 @@
 #include "features/detectors/orb.h"
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
 namespace corrsel::core {
 
 void OrbOptions::visit(OptionVisitor& visitor) const {
@@ -18,46 +14,19 @@ void OrbOptions::visit(OptionVisitor& visitor) const {
                   &OrbOptions::patch_size);
 }
 
-// OpenCV's ORB cannot keep all features: it always divides a number among its levels.
-constexpr int kNoLimit = 1000000;
-
-// OpenCV fails on a pyramid that shrinks to nothing.
-int usableOrbLevels(const OrbOptions& options, const cv::Size& size) {
-  const double smallest = options.patch_size + 1.0;
-  int levels = 1;
-  for (double side = std::min(size.width, size.height) / options.scale_factor;
-       levels < options.levels && side > smallest; side /= options.scale_factor) {
-    ++levels;
-  }
-  return levels;
-}
-
-CreateOpenCv orbCreator(const OrbOptions& options) {
-  return [options](const cv::Size& size, int most) {
-    return cv::ORB::create(most > 0 ? most : kNoLimit, static_cast<float>(options.scale_factor),
-                           usableOrbLevels(options, size), options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
-                           options.patch_size, options.fast_threshold);
-  };
+CvOrbOptions cvOrbOptions(const OrbOptions& options) {
+  CvOrbOptions result;
+  static_cast<DetectorOptions&>(result) = options;
+  result.scale_factor = options.scale_factor;
+  result.levels = options.levels;
+  result.fast_threshold = options.fast_threshold;
+  result.patch_size = options.patch_size;
+  return result;
 }
 
 OrbDetector::OrbDetector(const OrbOptions& options)
-    : OpenCvDetector("orb", orbCreator(options), options.patch_size, kFastDiameter / options.patch_size),
-      options_(options) {
+    : CvOrbDetector(cvOrbOptions(options), "orb"), options_(options) {
   options_.check();
-}
-
-std::vector<int> OrbDetector::shares(const cv::Size& image_size, int most) const {
-  const int levels = usableOrbLevels(options_, image_size);
-  const double factor = 1 / options_.scale_factor;
-  double share = most * (1 - factor) / (1 - std::pow(factor, levels));
-  std::vector<int> result;
-  int left = most;
-  for (int level = 1; level < levels; ++level, share *= factor) {
-    result.push_back(std::min(cvRound(share), left));
-    left -= result.back();
-  }
-  result.push_back(left);
-  return result;
 }
 
 }  // namespace corrsel::core

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <vector>
-
-#include "features/detectors/opencv_detector.h"
+#include "features/detectors/cv_orb.h"
 
 namespace corrsel::core {
 
@@ -16,43 +14,15 @@ struct OrbOptions : DetectorOptions {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// Diameter of the circle of pixels that FAST looks at, px.
-inline constexpr double kFastDiameter = 7;
+/// The same options of "cv_orb".
+CvOrbOptions cvOrbOptions(const OrbOptions& options);
 
-/// The number of pyramid levels on which a patch fits into the image, at most options.levels.
-int usableOrbLevels(const OrbOptions& options, const cv::Size& image_size);
-
-/// OpenCV's ORB with as many levels as the image allows.
-CreateOpenCv orbCreator(const OrbOptions& options);
-
-/// "orb": OpenCV's ORB, detector and descriptor.
-///
-/// Idea: The corner test FAST is the cheapest there is; a pyramid and an orientation make its corners usable
-/// under changes of scale and rotation.
-///
-/// Algorithm: FAST 9-16 on every level; the Harris score ranks the corners; the direction points from the
-/// corner to the intensity centroid of its patch. The descriptor is OrbDescriptor's.
-///
-/// Input: 8-bit grey image.
-///
-/// Options: OrbOptions. `max_features` is divided among the levels in proportion to their sides, unless
-/// `spread` is set. With another descriptor the size of a keypoint is the diameter of FAST's circle (7 px
-/// times the scale) instead of the patch size.
-///
-/// Failure: Images whose width or height is at most 2 patch_size have no features.
-///
-/// Cost: O(pixels).
-///
-/// Source: Rublee, Rabaud, Konolige and Bradski, "ORB: an efficient alternative to SIFT or SURF", ICCV 2011;
-/// implementation: OpenCV's features2d.
-class OrbDetector : public OpenCvDetector {
+/// "orb": the same as "cv_orb".
+class OrbDetector : public CvOrbDetector {
  public:
   /// Throws std::invalid_argument for options out of range.
   explicit OrbDetector(const OrbOptions& options = {});
   const DetectorOptions& options() const override { return options_; }
-
- protected:
-  std::vector<int> shares(const cv::Size& image_size, int most) const override;
 
  private:
   OrbOptions options_;

@@ -1,9 +1,5 @@
 #include "features/detectors/sift.h"
 
-#include <opencv2/features2d.hpp>
-
-#include "features/parts/root_sift.h"
-
 namespace corrsel::core {
 
 void SiftOptions::visit(OptionVisitor& visitor) const {
@@ -18,23 +14,24 @@ void SiftOptions::visit(OptionVisitor& visitor) const {
                &SiftOptions::root);
 }
 
+namespace {
+
+CvSiftOptions cvOptions(const SiftOptions& options) {
+  CvSiftOptions result;
+  static_cast<DetectorOptions&>(result) = options;
+  result.octave_layers = options.octave_layers;
+  result.contrast_threshold = options.contrast_threshold;
+  result.edge_threshold = options.edge_threshold;
+  result.sigma = options.sigma;
+  result.root = options.root;
+  return result;
+}
+
+}  // namespace
+
 SiftDetector::SiftDetector(const SiftOptions& options)
-    : OpenCvDetector(
-          "sift",
-          [options](const cv::Size&, int most) {
-            return cv::SIFT::create(most, options.octave_layers, options.contrast_threshold,
-                                    options.edge_threshold, options.sigma);
-          },
-          4),
-      options_(options) {
+    : CvSiftDetector(cvOptions(options), "sift"), options_(options) {
   options_.check();
 }
-
-void SiftDetector::detect(const DetectionRequest& request, Features& features) const {
-  OpenCvDetector::detect(request, features);
-  if (request.describe && options_.root) toRootSift(features.descriptors);
-}
-
-std::vector<int> SiftDetector::shares(const cv::Size&, int most) const { return {most}; }
 
 }  // namespace corrsel::core

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <vector>
-
-#include "features/detectors/opencv_detector.h"
+#include "features/detectors/cv_sift.h"
 
 namespace corrsel::core {
 
@@ -16,35 +14,12 @@ struct SiftOptions : DetectorOptions {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// "sift": OpenCV's SIFT, detector and descriptor.
-///
-/// Idea: Extrema of the difference of Gaussians over space and scale are found again after changes of scale,
-/// rotation and brightness.
-///
-/// Algorithm: Difference-of-Gaussian scale space of the doubled image, extrema refined by a quadratic fit,
-/// edges rejected by the ratio of principal curvatures, one feature per dominant gradient direction, and 4 x
-/// 4 x 8 histograms of gradients (128 whole numbers from 0 to 255). With `root` the descriptors pass through
-/// toRootSift().
-///
-/// Input: 8-bit grey image.
-///
-/// Options: SiftOptions. OpenCV keeps the strongest max_features itself, unless `spread` is set.
-///
-/// Failure: Images whose width or height is at most 8 px have no features.
-///
-/// Cost: O(pixels), up to 240 bytes per pixel.
-///
-/// Source: Lowe, "Distinctive Image Features from Scale-Invariant Keypoints", IJCV 2004; implementation:
-/// OpenCV's features2d.
-class SiftDetector : public OpenCvDetector {
+/// "sift": the same as "cv_sift".
+class SiftDetector : public CvSiftDetector {
  public:
   /// Throws std::invalid_argument for options out of range.
   explicit SiftDetector(const SiftOptions& options = {});
-  void detect(const DetectionRequest& request, Features& features) const override;
   const DetectorOptions& options() const override { return options_; }
-
- protected:
-  std::vector<int> shares(const cv::Size& image_size, int most) const override;
 
  private:
   SiftOptions options_;
