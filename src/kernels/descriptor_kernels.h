@@ -17,14 +17,7 @@ inline WordV load(const std::uint32_t* p) {
   return v;
 }
 
-inline IntV load(const std::int32_t* p) {
-  IntV v;
-  __builtin_memcpy(&v, p, sizeof v);
-  return v;
-}
-
 inline void store(std::uint32_t* p, WordV v) { __builtin_memcpy(p, &v, sizeof v); }
-inline void store(std::int32_t* p, IntV v) { __builtin_memcpy(p, &v, sizeof v); }
 
 inline WordV splat(std::uint32_t word) { return word - WordV{}; }
 
@@ -36,24 +29,7 @@ struct WholeNumbers {
 
   struct Sum {
     IntV value;
-    void add(WordV a, WordV b) {
-#if defined(__AVX512VNNI__)
-      value = (IntV)_mm512_dpwssd_epi32((__m512i)value, (__m512i)a, (__m512i)b);
-#elif defined(__AVX512F__)
-      value += (IntV)_mm512_madd_epi16((__m512i)a, (__m512i)b);
-#elif defined(__AVX2__)
-      value += (IntV)_mm256_madd_epi16((__m256i)a, (__m256i)b);
-#elif defined(__SSE2__)
-      value += (IntV)_mm_madd_epi16((__m128i)a, (__m128i)b);
-#elif defined(__ARM_NEON) && defined(__aarch64__)
-      const int16x8_t p = (int16x8_t)a, q = (int16x8_t)b;
-      const int32x4_t low = vmull_s16(vget_low_s16(p), vget_low_s16(q));
-      value += (IntV)vpaddq_s32(low, vmull_high_s16(p, q));
-#else
-      // The lower numbers are moved up and back, which extends their sign.
-      value += ((IntV)(a << 16) >> 16) * ((IntV)(b << 16) >> 16) + ((IntV)a >> 16) * ((IntV)b >> 16);
-#endif
-    }
+    void add(WordV a, WordV b) { value = addProducts(value, (IntV)a, (IntV)b); }
     void flush() {}
   };
 };

@@ -38,7 +38,14 @@ inline FloatV load(const float* p) {
   return v;
 }
 
+inline IntV load(const std::int32_t* p) {
+  IntV v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
 inline void store(float* p, FloatV v) { __builtin_memcpy(p, &v, sizeof v); }
+inline void store(std::int32_t* p, IntV v) { __builtin_memcpy(p, &v, sizeof v); }
 
 inline FloatV splat(float value) { return value - FloatV{}; }
 inline IntV splat(std::int32_t value) { return value - IntV{}; }
@@ -66,6 +73,26 @@ inline FloatV squareRoot(FloatV v) {
 #else
   for (int k = 0; k < kWidth; ++k) v[k] = __builtin_sqrtf(v[k]);
   return v;
+#endif
+}
+
+/// sum + the dot product of the two signed 16-bit numbers in each lane. @pre the result fits
+inline IntV addProducts(IntV sum, IntV a, IntV b) {
+#if defined(__AVX512VNNI__)
+  return (IntV)_mm512_dpwssd_epi32((__m512i)sum, (__m512i)a, (__m512i)b);
+#elif defined(__AVX512F__)
+  return sum + (IntV)_mm512_madd_epi16((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+  return sum + (IntV)_mm256_madd_epi16((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+  return sum + (IntV)_mm_madd_epi16((__m128i)a, (__m128i)b);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+  const int16x8_t p = (int16x8_t)a, q = (int16x8_t)b;
+  const int32x4_t low = vmull_s16(vget_low_s16(p), vget_low_s16(q));
+  return sum + (IntV)vpaddq_s32(low, vmull_high_s16(p, q));
+#else
+  // The lower numbers are moved up and back, which extends their sign.
+  return sum + (a << 16 >> 16) * (b << 16 >> 16) + (a >> 16) * (b >> 16);
 #endif
 }
 

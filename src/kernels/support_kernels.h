@@ -8,12 +8,6 @@
 namespace corrsel::core {
 namespace {
 
-inline IntV loadWeights(const std::int32_t* p) {
-  IntV v;
-  __builtin_memcpy(&v, p, sizeof v);
-  return v;
-}
-
 /// The first `radii` discs, with as many tolerances.
 template <int radii>
 void supportKernel(const VotingMatches& m, const SupportRun* runs, std::size_t count, const LocalMap& map,
@@ -27,7 +21,7 @@ void supportKernel(const VotingMatches& m, const SupportRun* runs, std::size_t c
       const FloatV ux = map.a11 * dx + map.a12 * dy, uy = map.a21 * dx + map.a22 * dy;
       const FloatV ex = vx - ux, ey = vy - uy;
       const FloatV uu = ux * ux + uy * uy, vv = vx * vx + vy * vy, ee = ex * ex + ey * ey;
-      const IntV weight = loadWeights(m.weight + j) & (minimum(uu, vv) > rule.squared_floor);
+      const IntV weight = load(m.weight + j) & (minimum(uu, vv) > rule.squared_floor);
       IntV predicted[tolerances];
 #pragma GCC unroll 2
       for (int t = 0; t < tolerances; ++t)
@@ -55,7 +49,7 @@ void aroundKernel(const VotingMatches& m, const SupportRun* runs, std::size_t co
     for (std::size_t j = run->begin; j < run->end; j += kWidth) {
       const FloatV vx = load(m.right_x + j) - u, vy = load(m.right_y + j) - v;
       const FloatV vv = vx * vx + vy * vy;
-      const IntV weight = loadWeights(m.weight + j) & (vv > rule.squared_floor);
+      const IntV weight = load(m.weight + j) & (vv > rule.squared_floor);
 #pragma GCC unroll 2
       for (int r = 0; r < radii; ++r) inside[r] += weight & (vv <= rule.squared_radius[r]);
     }
