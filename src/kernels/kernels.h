@@ -9,6 +9,7 @@
 #include "kernels/grid.h"
 #include "kernels/pair.h"
 #include "kernels/residual.h"
+#include "kernels/scale_space.h"
 #include "kernels/support.h"
 
 namespace corrsel::core {
@@ -40,6 +41,7 @@ struct Kernels {
   PairKernels pairs;
   DescriptorKernels descriptors;
   SupportKernels support;
+  ScaleSpaceKernels scale_space;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

@@ -28,6 +28,10 @@ constexpr int kWidth = 4;
 typedef float FloatV __attribute__((vector_size(kWidth * 4)));
 typedef std::int32_t IntV __attribute__((vector_size(kWidth * 4)));
 
+/// 2 kWidth lanes.
+typedef std::int16_t ShortV __attribute__((vector_size(kWidth * 4)));
+constexpr int kShorts = 2 * kWidth;
+
 /// Sums are kept in kLanes lanes at every level, so that they round alike: kParts vectors.
 constexpr int kLanes = 16;
 constexpr int kParts = kLanes / kWidth;
@@ -47,8 +51,17 @@ inline IntV load(const std::int32_t* p) {
 inline void store(float* p, FloatV v) { __builtin_memcpy(p, &v, sizeof v); }
 inline void store(std::int32_t* p, IntV v) { __builtin_memcpy(p, &v, sizeof v); }
 
+inline ShortV load(const std::int16_t* p) {
+  ShortV v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline void store(std::int16_t* p, ShortV v) { __builtin_memcpy(p, &v, sizeof v); }
+
 inline FloatV splat(float value) { return value - FloatV{}; }
 inline IntV splat(std::int32_t value) { return value - IntV{}; }
+inline ShortV splat(std::int16_t value) { return value - ShortV{}; }
 
 inline FloatV toFloat(IntV v) { return __builtin_convertvector(v, FloatV); }
 
@@ -58,6 +71,8 @@ inline std::int32_t truncate(float v) { return static_cast<std::int32_t>(v); }
 
 inline FloatV minimum(FloatV a, FloatV b) { return a < b ? a : b; }
 inline FloatV maximum(FloatV a, FloatV b) { return a > b ? a : b; }
+inline ShortV minimum(ShortV a, ShortV b) { return a < b ? a : b; }
+inline ShortV maximum(ShortV a, ShortV b) { return a > b ? a : b; }
 
 /// Exactly rounded square roots.
 inline FloatV squareRoot(FloatV v) {
@@ -109,6 +124,96 @@ inline bool anyTrue(IntV mask) {
 #endif
 }
 inline bool anyTrue(bool mask) { return mask; }
+inline bool anyTrue(ShortV mask) {
+#if defined(__AVX512F__)
+  return _mm512_movepi16_mask((__m512i)mask) != 0;
+#elif defined(__AVX2__)
+  return _mm256_movemask_epi8((__m256i)mask) != 0;
+#elif defined(__SSE2__)
+  return _mm_movemask_epi8((__m128i)mask) != 0;
+#else
+  const IntV pairs = (IntV)mask;
+  return (pairs[0] | pairs[1] | pairs[2] | pairs[3]) != 0;
+#endif
+}
+
+/// Adds the products of 16-bit lanes to `sum`, in whose lane k the products of the lanes 2 k and 2 k + 1 go.
+/// @pre a product or sum of two products fits 32 bits
+inline IntV addProducts(IntV sum, ShortV a, ShortV b) {
+#if defined(__AVX512VNNI__)
+  return (IntV)_mm512_dpwssd_epi32((__m512i)sum, (__m512i)a, (__m512i)b);
+#elif defined(__AVX512F__)
+  return sum + (IntV)_mm512_madd_epi16((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+  return sum + (IntV)_mm256_madd_epi16((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+  return sum + (IntV)_mm_madd_epi16((__m128i)a, (__m128i)b);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+  const int16x8_t p = (int16x8_t)a, q = (int16x8_t)b;
+  return sum + (IntV)vpaddq_s32(vmull_s16(vget_low_s16(p), vget_low_s16(q)), vmull_high_s16(p, q));
+#else
+  // The even lanes are moved up and back, which extends their sign.
+  const IntV p = (IntV)a, q = (IntV)b;
+  return sum + (p << 16 >> 16) * (q << 16 >> 16) + (p >> 16) * (q >> 16);
+#endif
+}
+
+/// Lanes of a and b in turn, a first: those of the lower and those of the upper half of each 128 bits.
+inline ShortV interleaveLow(ShortV a, ShortV b) {
+#if defined(__AVX512F__)
+  return (ShortV)_mm512_unpacklo_epi16((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+  return (ShortV)_mm256_unpacklo_epi16((__m256i)a, (__m256i)b);
+#else
+  const ShortV order = {0, 8, 1, 9, 2, 10, 3, 11};
+  return __builtin_shuffle(a, b, order);
+#endif
+}
+inline ShortV interleaveHigh(ShortV a, ShortV b) {
+#if defined(__AVX512F__)
+  return (ShortV)_mm512_unpackhi_epi16((__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+  return (ShortV)_mm256_unpackhi_epi16((__m256i)a, (__m256i)b);
+#else
+  const ShortV order = {4, 12, 5, 13, 6, 14, 7, 15};
+  return __builtin_shuffle(a, b, order);
+#endif
+}
+inline IntV interleaveLow(IntV a, IntV b) {
+#if defined(__AVX512F__)
+  return (IntV)_mm512_maskz_unpacklo_epi32(static_cast<__mmask16>(-1), (__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+  return (IntV)_mm256_unpacklo_epi32((__m256i)a, (__m256i)b);
+#else
+  const IntV order = {0, 4, 1, 5};
+  return __builtin_shuffle(a, b, order);
+#endif
+}
+inline IntV interleaveHigh(IntV a, IntV b) {
+#if defined(__AVX512F__)
+  return (IntV)_mm512_maskz_unpackhi_epi32(static_cast<__mmask16>(-1), (__m512i)a, (__m512i)b);
+#elif defined(__AVX2__)
+  return (IntV)_mm256_unpackhi_epi32((__m256i)a, (__m256i)b);
+#else
+  const IntV order = {2, 6, 3, 7};
+  return __builtin_shuffle(a, b, order);
+#endif
+}
+
+/// The reverse of interleaveLow() and interleaveHigh(): the lower 16 bits of each lane, in the order of the
+/// lanes that were interleaved. @pre values from -2^15 to 2^15 - 1
+inline ShortV narrow(IntV low, IntV high) {
+#if defined(__AVX512F__)
+  return (ShortV)_mm512_packs_epi32((__m512i)low, (__m512i)high);
+#elif defined(__AVX2__)
+  return (ShortV)_mm256_packs_epi32((__m256i)low, (__m256i)high);
+#elif defined(__SSE2__)
+  return (ShortV)_mm_packs_epi32((__m128i)low, (__m128i)high);
+#else
+  const ShortV order = {0, 2, 4, 6, 8, 10, 12, 14};  // little-endian
+  return __builtin_shuffle((ShortV)low, (ShortV)high, order);
+#endif
+}
 
 /// Sum of the lanes. @pre it fits
 inline std::int32_t sum(IntV v) {

@@ -9,6 +9,7 @@
 #include "kernels/normal_kernels.h"
 #include "kernels/pair_kernels.h"
 #include "kernels/residual_kernels.h"
+#include "kernels/scale_space_kernels.h"
 #include "kernels/support_kernels.h"
 
 namespace corrsel::core {
@@ -33,6 +34,7 @@ constexpr Kernels kTable = {
      pairProductKernel},
     {wholeNumbersKernel, kUsesCoarseNumbers, nearestKernel<Bits>, nearestKernel<Floats>},
     {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>},
+    {filterColumnsKernel, filterRowKernel, doubleRowKernel, subtractRowsKernel, extremaKernel},
 };
 
 }  // namespace

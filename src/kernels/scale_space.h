@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+
+namespace corrsel::core {
+
+/// Rows of an image in 16 bits are filtered, compared and searched for extrema in whole numbers, so the
+/// results are exact and independent of the order of the operations.
+///
+/// Weights are whole numbers whose sum is 2^15 for every filter. They come in pairs for two neighbouring rows
+/// or columns: the first weight is in the lower 16 bits, the second one in the upper 16 bits. A filtered
+/// value is (sum + 2^14) >> 15. Pixels are not negative.
+///
+/// Rows have `kRowSlack` pixels behind the last one that may be read, and written where a row is an output.
+struct ScaleSpaceKernels {
+  static constexpr int kRowSlack = 32;
+
+  /// Two filters over the same rows, column by column: first[x] = sum over k of w1[k] rows[k][x], and
+  /// second[x] with w2.
+  /// @param rows  2 * pairs rows
+  /// @param first_weights, second_weights  `pairs` pairs each
+  void (*filterColumns)(const std::int16_t* const* rows, const std::int32_t* first_weights,
+                        const std::int32_t* second_weights, int pairs, int n, std::int16_t* first,
+                        std::int16_t* second);
+
+  /// out[x] = sum over k of w[k] in[x + k].
+  /// @param in  n + 2 * pairs - 1 pixels and the slack
+  void (*filterRow)(const std::int16_t* in, const std::int32_t* weights, int pairs, int n, std::int16_t* out);
+
+  /// Two filters that double the number of pixels: out[2 x] with w1 and out[2 x + 1] with w2, both over in[x
+  /// + k]. The output has twice the slack.
+  void (*doubleRow)(const std::int16_t* in, const std::int32_t* first_weights,
+                    const std::int32_t* second_weights, int pairs, int n, std::int16_t* out);
+
+  /// out[x] = b[x] - a[x].
+  void (*subtractRows)(const std::int16_t* a, const std::int16_t* b, int n, std::int16_t* out);
+
+  /// The columns in [begin, end) where rows[4], the middle one, has an extremum: its absolute value exceeds
+  /// the threshold, and it is the largest of its 27 neighbours where it is positive, the smallest where it is
+  /// negative. Of neighbours that are equal, the one earlier in the order of rows and columns counts.
+  /// @param rows  three rows of the level before, of the level and of the level after, with a pixel on each
+  /// side of [begin, end)
+  /// @param columns  receives them, in ascending order; end - begin entries
+  /// @return their number
+  int (*extrema)(const std::int16_t* const* rows, int begin, int end, std::int16_t threshold,
+                 std::int32_t* columns);
+};
+
+}  // namespace corrsel::core

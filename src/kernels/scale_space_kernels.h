@@ -1,0 +1,199 @@
+#pragma once
+
+#include "kernels/scale_space.h"
+#include "kernels/simd.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr int kWeightBits = 15;
+constexpr std::int32_t kHalfWeight = 1 << (kWeightBits - 1);
+
+inline ShortV splatPair(std::int32_t weights) { return (ShortV)splat(weights); }
+
+/// Sums of 16-bit products for kBlocks vectors of pixels, in 32 bits and interleaved order.
+template <int kBlocks>
+struct ColumnSums {
+  IntV low[kBlocks], high[kBlocks];
+
+  ColumnSums() {
+    for (int k = 0; k < kBlocks; ++k) low[k] = high[k] = splat(kHalfWeight);
+  }
+
+  void add(const ShortV* low_pixels, const ShortV* high_pixels, std::int32_t weights) {
+    const ShortV w = splatPair(weights);
+    for (int k = 0; k < kBlocks; ++k) {
+      low[k] = addProducts(low[k], low_pixels[k], w);
+      high[k] = addProducts(high[k], high_pixels[k], w);
+    }
+  }
+
+  void put(std::int16_t* out) const {
+    for (int k = 0; k < kBlocks; ++k) {
+      store(out + k * kShorts, narrow(low[k] >> kWeightBits, high[k] >> kWeightBits));
+    }
+  }
+};
+
+template <int kBlocks>
+inline void filterColumnsAt(const std::int16_t* const* rows, const std::int32_t* first_weights,
+                            const std::int32_t* second_weights, int pairs, int x, std::int16_t* first,
+                            std::int16_t* second) {
+  ColumnSums<kBlocks> one, two;
+  for (int j = 0; j < pairs; ++j) {
+    const std::int16_t *const upper = rows[2 * j] + x, *const lower = rows[2 * j + 1] + x;
+    ShortV low[kBlocks], high[kBlocks];
+    for (int k = 0; k < kBlocks; ++k) {
+      const ShortV a = load(upper + k * kShorts), b = load(lower + k * kShorts);
+      low[k] = interleaveLow(a, b);
+      high[k] = interleaveHigh(a, b);
+    }
+    one.add(low, high, first_weights[j]);
+    two.add(low, high, second_weights[j]);
+  }
+  one.put(first + x);
+  two.put(second + x);
+}
+
+void filterColumnsKernel(const std::int16_t* const* rows, const std::int32_t* first_weights,
+                         const std::int32_t* second_weights, int pairs, int n, std::int16_t* first,
+                         std::int16_t* second) {
+  constexpr int kBlocks = 2;
+  int x = 0;
+  for (; x + kBlocks * kShorts <= n; x += kBlocks * kShorts) {
+    filterColumnsAt<kBlocks>(rows, first_weights, second_weights, pairs, x, first, second);
+  }
+  for (; x < n; x += kShorts) {
+    filterColumnsAt<1>(rows, first_weights, second_weights, pairs, x, first, second);
+  }
+}
+
+/// Sums of the products of pairs of neighbouring pixels, which begin at even and at odd positions.
+template <int kBlocks>
+struct RowSums {
+  IntV even[kBlocks], odd[kBlocks];
+
+  RowSums() {
+    for (int k = 0; k < kBlocks; ++k) even[k] = odd[k] = splat(kHalfWeight);
+  }
+
+  void add(const ShortV* even_pixels, const ShortV* odd_pixels, std::int32_t weights) {
+    const ShortV w = splatPair(weights);
+    for (int k = 0; k < kBlocks; ++k) {
+      even[k] = addProducts(even[k], even_pixels[k], w);
+      odd[k] = addProducts(odd[k], odd_pixels[k], w);
+    }
+  }
+};
+
+/// Two filtered values, of which `first` goes to the lower 16 bits.
+inline IntV pairOf(IntV first, IntV second) {
+  const IntV upper = splat(static_cast<std::int32_t>(~0xFFFFU));
+  return (first >> kWeightBits) | ((second << (16 - kWeightBits)) & upper);
+}
+
+template <int kBlocks>
+inline void filterRowAt(const std::int16_t* in, const std::int32_t* weights, int pairs, std::int16_t* out) {
+  RowSums<kBlocks> sums;
+  for (int j = 0; j < pairs; ++j) {
+    ShortV even[kBlocks], odd[kBlocks];
+    for (int k = 0; k < kBlocks; ++k) {
+      even[k] = load(in + k * kShorts + 2 * j);
+      odd[k] = load(in + k * kShorts + 2 * j + 1);
+    }
+    sums.add(even, odd, weights[j]);
+  }
+  for (int k = 0; k < kBlocks; ++k) store(out + k * kShorts, (ShortV)pairOf(sums.even[k], sums.odd[k]));
+}
+
+void filterRowKernel(const std::int16_t* in, const std::int32_t* weights, int pairs, int n,
+                     std::int16_t* out) {
+  constexpr int kBlocks = 4;
+  int x = 0;
+  for (; x + kBlocks * kShorts <= n; x += kBlocks * kShorts) {
+    filterRowAt<kBlocks>(in + x, weights, pairs, out + x);
+  }
+  for (; x < n; x += kShorts) filterRowAt<1>(in + x, weights, pairs, out + x);
+}
+
+void doubleRowKernel(const std::int16_t* in, const std::int32_t* first_weights,
+                     const std::int32_t* second_weights, int pairs, int n, std::int16_t* out) {
+  constexpr int kChunk = 8;  // pixels of 128 bits, within which vectors are interleaved
+  for (int x = 0; x < n; x += kShorts) {
+    RowSums<1> one, two;
+    for (int j = 0; j < pairs; ++j) {
+      const ShortV even = load(in + x + 2 * j), odd = load(in + x + 2 * j + 1);
+      one.add(&even, &odd, first_weights[j]);
+      two.add(&even, &odd, second_weights[j]);
+    }
+    const IntV even = pairOf(one.even[0], two.even[0]), odd = pairOf(one.odd[0], two.odd[0]);
+    std::int16_t low[kShorts], high[kShorts];
+    store(low, (ShortV)interleaveLow(even, odd));
+    store(high, (ShortV)interleaveHigh(even, odd));
+    for (int k = 0; k < kShorts; k += kChunk) {
+      __builtin_memcpy(out + 2 * x + 2 * k, low + k, sizeof(std::int16_t) * kChunk);
+      __builtin_memcpy(out + 2 * x + 2 * k + kChunk, high + k, sizeof(std::int16_t) * kChunk);
+    }
+  }
+}
+
+void subtractRowsKernel(const std::int16_t* a, const std::int16_t* b, int n, std::int16_t* out) {
+  for (int x = 0; x < n; x += kShorts) store(out + x, load(b + x) - load(a + x));
+}
+
+/// The largest and the smallest of the neighbours before and after a pixel in the order of rows and columns.
+struct Neighbours {
+  ShortV largest_before, smallest_before, largest_after, smallest_after;
+
+  void before(const std::int16_t* p) {
+    const ShortV v = load(p);
+    largest_before = maximum(largest_before, v);
+    smallest_before = minimum(smallest_before, v);
+  }
+  void after(const std::int16_t* p) {
+    const ShortV v = load(p);
+    largest_after = maximum(largest_after, v);
+    smallest_after = minimum(smallest_after, v);
+  }
+
+  ShortV isExtremum(ShortV value, ShortV threshold) const {
+    const ShortV high = maximum(threshold, largest_before), low = minimum(-threshold, smallest_before);
+    return ((value > high) & (value >= largest_after)) | ((value < low) & (value <= smallest_after));
+  }
+};
+
+int extremaKernel(const std::int16_t* const* rows, int begin, int end, std::int16_t threshold,
+                  std::int32_t* columns) {
+  const ShortV limit = splat(threshold);
+  int count = 0;
+  for (int x = begin; x < end; x += kShorts) {
+    const ShortV value = load(rows[4] + x);
+    if (!anyTrue((value > limit) | (value < -limit))) continue;
+    Neighbours near = {load(rows[4] + x - 1), load(rows[4] + x - 1), load(rows[4] + x + 1),
+                       load(rows[4] + x + 1)};
+    for (int d = -1; d <= 1; ++d) {
+      near.before(rows[3] + x + d);
+      near.after(rows[5] + x + d);
+    }
+    // Few vectors have an extremum within their own level.
+    if (!anyTrue(near.isExtremum(value, limit))) continue;
+    for (int d = -1; d <= 1; ++d) {
+      for (int r = 0; r < 3; ++r) {
+        near.before(rows[r] + x + d);
+        near.after(rows[6 + r] + x + d);
+      }
+    }
+    const ShortV found = near.isExtremum(value, limit);
+    if (!anyTrue(found)) continue;
+    std::int16_t lanes[kShorts];
+    store(lanes, found);
+    const int n = end - x < kShorts ? end - x : kShorts;
+    for (int k = 0; k < n; ++k) {
+      if (lanes[k] != 0) columns[count++] = x + k;
+    }
+  }
+  return count;
+}
+
+}  // namespace
+}  // namespace corrsel::core
