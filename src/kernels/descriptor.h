@@ -70,14 +70,28 @@ struct NearestBlock {
   const CoarseNumbers* coarse;  ///< whole numbers only; or null. With it trains are [train][word]
 };
 
+/// How whole numbers from 0 to 255 are passed to DescriptorKernels::whole_numbers().
+enum class WholeNumberForm : std::uint8_t {
+  /// Two per word, as 16-bit numbers; a query's are multiplied by -2. Offsets are the sums of squares, and a
+  /// term is the sum of the products: |q|^2 + |t|^2 - 2 q t.
+  kPairs,
+  /// The same, and NearestBlock::coarse may be set.
+  kPairsAndCoarse,
+  /// Four per word: q as unsigned bytes, t' = t - 128 as signed bytes. The offset of a query is |q|^2 - 256
+  /// sum(q), that of a train |t|^2, and a term is -2 q t'. Rows that fill up a group of trains hold t = 0.
+  /// @pre at most kMostByteWords words
+  kBytes,
+};
+
+/// Up to this number of words, sums of products of bytes and offsets fit into 32 bits.
+inline constexpr std::size_t kMostByteWords = 2048;
+
 /// Exact nearest and second nearest descriptors by comparing all with all.
 struct DescriptorKernels {
-  /// Squared L2 distance of whole numbers 0..255, two per word, as 16-bit numbers. A query's are multiplied
-  /// by -2, and offsets are the sums of squares: |q|^2 + |t|^2 - 2 q t. @pre no distance above 2^24
+  /// Squared L2 distance of whole numbers from 0 to 255. @pre no distance above 2^24
   void (*whole_numbers)(const NearestBlock<std::int32_t>& block);
 
-  /// Whether whole_numbers() uses coarse numbers.
-  bool uses_coarse_numbers;
+  WholeNumberForm whole_number_form;  ///< what whole_numbers() reads
 
   /// Hamming distance. @pre no distance above 2^24
   void (*bits)(const NearestBlock<std::int32_t>& block);

@@ -232,8 +232,123 @@ inline void compareGroup(const NearestBlock<typename Metric::Distance>& block, s
   takeDistances(block, query, first_train, distances);
 }
 
-#if defined(__AVX2__) && !defined(__AVX512VNNI__)
-constexpr bool kUsesCoarseNumbers = true;
+#if defined(__AVX2__)
+/// Bit k is set where lane k of a mask is.
+inline unsigned bitsOf(IntV mask) {
+#if defined(__AVX512F__)
+  return _mm512_movepi32_mask((__m512i)mask);
+#else
+  return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
+#endif
+}
+#endif
+
+#if defined(__AVX512VNNI__)
+constexpr WholeNumberForm kWholeNumberForm = WholeNumberForm::kBytes;
+
+// Sums of so many queries and groups of trains are in registers, so that every load serves four products.
+constexpr std::size_t kByteQueries = 4, kByteGroups = 4;
+
+/// Smallest sum, less one, from which follows that a train may be closer to a query than `distance`.
+inline std::int32_t byteLimit(std::int32_t query_offset, std::int32_t distance) {
+  return (query_offset - distance - 1) >> 1;
+}
+
+/// Updates the nearest trains of a query with groups of trains, and the nearest queries of these trains. Most
+/// calls of compareBytes() do not need it, so it is not inlined.
+/// @param sums  as in compareBytes(), [group][lane]
+template <std::size_t kGroups, bool kForTrains>
+__attribute__((noinline)) void takeSums(const NearestBlock<std::int32_t>& block, std::size_t query,
+                                        std::size_t first_train, const std::int32_t* sums) {
+  const std::int32_t query_offset = block.query_offset[query];
+  for (std::size_t g = 0; g < kGroups; ++g) {
+    const std::size_t first = first_train + g * kLanes;
+    const IntV odd = load(block.train_offset + first) & 1;
+    const IntV distances = splat(query_offset) - 2 * load(sums + g * kLanes) - odd;
+    IntV closer = distances < splat(block.second[query]);
+    if (kForTrains) closer |= distances < load(block.train_best + first);
+    if (!anyTrue(closer)) continue;
+    std::int32_t lanes[kLanes];
+    store(lanes, distances);
+    for (unsigned bits = bitsOf(closer); bits != 0; bits &= bits - 1) {
+      const auto lane = static_cast<std::size_t>(__builtin_ctz(bits));
+      const std::size_t train = first + lane;
+      const std::int32_t distance = lanes[lane];
+      compete(block, query, train, distance);
+      if (!kForTrains || !(distance < block.train_best[train])) continue;
+      block.train_best[train] = distance;
+      block.train_best_query[train] = block.first_query + static_cast<std::uint32_t>(query);
+    }
+  }
+}
+
+/// Compares kByteQueries queries with kGroups groups of trains.
+///
+/// The sums are s = q t' - ceil(|t|^2 / 2), so the distance is the query's offset - 2 s - (|t|^2 mod 2). One
+/// comparison of s with a limit per query (and one per train) excludes almost all pairs. Pairs whose distance
+/// is one too large may pass.
+template <std::size_t kGroups, bool kForTrains>
+inline void compareBytes(const NearestBlock<std::int32_t>& block, std::size_t query,
+                         std::size_t first_train) {
+  IntV sums[kByteQueries][kGroups];
+#pragma GCC unroll 4
+  for (std::size_t g = 0; g < kGroups; ++g) {
+    const IntV start = -((load(block.train_offset + first_train + g * kLanes) + 1) >> 1);
+#pragma GCC unroll 4
+    for (std::size_t q = 0; q < kByteQueries; ++q) sums[q][g] = start;
+  }
+  const std::uint32_t* const queries = block.queries + query * block.words;
+  const std::uint32_t* const trains = block.trains + first_train * block.words;
+  for (std::size_t word = 0; word < block.words; ++word) {
+    WordV train[kGroups];
+#pragma GCC unroll 4
+    for (std::size_t g = 0; g < kGroups; ++g) train[g] = load(trains + (g * block.words + word) * kLanes);
+#pragma GCC unroll 4
+    for (std::size_t q = 0; q < kByteQueries; ++q) {
+      const WordV value = splat(queries[q * block.words + word]);
+#pragma GCC unroll 4
+      for (std::size_t g = 0; g < kGroups; ++g)
+        sums[q][g] = (IntV)_mm512_dpbusd_epi32((__m512i)sums[q][g], (__m512i)value, (__m512i)train[g]);
+    }
+  }
+  // What a train's limit is without the offset of the query. Both halves are rounded down.
+  IntV train_limit[kGroups];
+#pragma GCC unroll 4
+  for (std::size_t g = 0; kForTrains && g < kGroups; ++g)
+    train_limit[g] = (-load(block.train_best + first_train + g * kLanes) - 1) >> 1;
+#pragma GCC unroll 4
+  for (std::size_t q = 0; q < kByteQueries; ++q) {
+    const std::int32_t query_offset = block.query_offset[query + q];
+    const IntV limit = splat(byteLimit(query_offset, block.second[query + q]));
+    IntV closer = {};
+#pragma GCC unroll 4
+    for (std::size_t g = 0; g < kGroups; ++g) {
+      closer |= sums[q][g] > limit;
+      if (kForTrains) closer |= sums[q][g] > train_limit[g] + splat(query_offset >> 1);
+    }
+    if (!anyTrue(closer)) continue;
+    std::int32_t lanes[kGroups * kLanes];
+#pragma GCC unroll 4
+    for (std::size_t g = 0; g < kGroups; ++g) store(lanes + g * kLanes, sums[q][g]);
+    takeSums<kGroups, kForTrains>(block, query + q, first_train, lanes);
+  }
+}
+
+template <bool kForTrains>
+void bytesKernel(const NearestBlock<std::int32_t>& block) {
+  static_assert(NearestBlock<std::int32_t>::kQueries % kByteQueries == 0, "whole groups of queries");
+  std::size_t group = 0;
+  for (; group + kByteGroups <= block.groups; group += kByteGroups) {
+    for (std::size_t query = 0; query < block.query_count; query += kByteQueries)
+      compareBytes<kByteGroups, kForTrains>(block, query, group * kLanes);
+  }
+  for (; group < block.groups; ++group) {
+    for (std::size_t query = 0; query < block.query_count; query += kByteQueries)
+      compareBytes<1, kForTrains>(block, query, group * kLanes);
+  }
+}
+#elif defined(__AVX2__)
+constexpr WholeNumberForm kWholeNumberForm = WholeNumberForm::kPairsAndCoarse;
 
 // Groups of trains that give the queries a first limit.
 constexpr std::size_t kFirstGroups = 4;
@@ -304,15 +419,6 @@ inline std::int32_t exactDistance(const NearestBlock<std::int32_t>& block, std::
     result += low(a[word]) * low(b[word]) + high(a[word]) * high(b[word]);
   }
   return result;
-}
-
-/// Bit k is set where lane k of a mask is.
-inline unsigned bitsOf(IntV mask) {
-#if defined(__AVX512F__)
-  return _mm512_movepi32_mask((__m512i)mask);
-#else
-  return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
-#endif
 }
 
 /// Offset of a train, or of a padding row, in the form that coarseSums() reads.
@@ -475,7 +581,7 @@ void filteredKernel(const NearestBlock<std::int32_t>& block) {
   }
 }
 #else
-constexpr bool kUsesCoarseNumbers = false;
+constexpr WholeNumberForm kWholeNumberForm = WholeNumberForm::kPairs;
 #endif
 
 template <class Metric>
@@ -490,11 +596,15 @@ void nearestKernel(const NearestBlock<typename Metric::Distance>& block) {
 }
 
 void wholeNumbersKernel(const NearestBlock<std::int32_t>& block) {
-#if defined(__AVX2__) && !defined(__AVX512VNNI__)
+#if defined(__AVX512VNNI__)
+  return block.train_best == nullptr ? bytesKernel<false>(block) : bytesKernel<true>(block);
+#else
+#if defined(__AVX2__)
   if (block.coarse != nullptr)
     return block.train_best == nullptr ? filteredKernel<false>(block) : filteredKernel<true>(block);
 #endif
   nearestKernel<WholeNumbers>(block);
+#endif
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ constexpr Kernels kTable = {
      {pairConflictsKernel<RatioOfDistances>, pairConflictsKernel<DifferenceOfDistances>},
      pairRowKernel<Payoff>,
      pairProductKernel},
-    {wholeNumbersKernel, kUsesCoarseNumbers, nearestKernel<Bits>, nearestKernel<Floats>},
+    {wholeNumbersKernel, kWholeNumberForm, nearestKernel<Bits>, nearestKernel<Floats>},
     {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>},
     {filterColumnsKernel, filterRowKernel, doubleRowKernel, subtractRowsKernel, extremaKernel},
 };

@@ -75,11 +75,19 @@ Rows allRows(const cv::Mat& descriptors) {
   return rows;
 }
 
-// Metrics: they convert a row to the words and the offset of a kernel.
+// Metrics: they convert a row to the words and the offset of a kernel. Rows that fill up a group of trains
+// consist of kPadding.
 
 /// L2 distance of bytes.
-struct WholeNumberRows {
+struct WholeNumberMetric {
   using Distance = std::int32_t;
+  static void run(const NearestBlock<Distance>& block) { kernels().descriptors.whole_numbers(block); }
+  static float distance(Distance d) { return std::sqrt(static_cast<float>(d)); }
+};
+
+/// WholeNumberForm::kPairs.
+struct PairRows : WholeNumberMetric {
+  static constexpr std::uint32_t kPadding = 0;
   static std::size_t words(const cv::Mat& m) { return (static_cast<std::size_t>(m.cols) + 1) / 2; }
   static Distance convert(const cv::Mat& m, int row, int factor, std::uint32_t* words) {
     const auto* const values = m.ptr<std::uint8_t>(row);
@@ -95,13 +103,39 @@ struct WholeNumberRows {
     return convert(m, row, -2, words);
   }
   static Distance train(const cv::Mat& m, int row, std::uint32_t* words) { return convert(m, row, 1, words); }
-  static void run(const NearestBlock<Distance>& block) { kernels().descriptors.whole_numbers(block); }
-  static float distance(Distance d) { return std::sqrt(static_cast<float>(d)); }
+};
+
+/// WholeNumberForm::kBytes.
+struct ByteRows : WholeNumberMetric {
+  static constexpr std::uint32_t kPadding = 0x80808080U;
+  static std::size_t words(const cv::Mat& m) { return (static_cast<std::size_t>(m.cols) + 3) / 4; }
+  static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
+    const auto* const values = m.ptr<std::uint8_t>(row);
+    Distance squares = 0, sum = 0;
+    for (int c = 0; c < m.cols; ++c) {
+      squares += values[c] * values[c];
+      sum += values[c];
+    }
+    std::memcpy(words, values, static_cast<std::size_t>(m.cols));
+    return squares - 256 * sum;
+  }
+  static Distance train(const cv::Mat& m, int row, std::uint32_t* words) {
+    const auto* const values = m.ptr<std::uint8_t>(row);
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
+    const int columns = m.cols;  // a copy, so that it is not read again after every byte written
+    Distance squares = 0;
+    for (int c = 0; c < columns; ++c) {
+      squares += values[c] * values[c];
+      bytes[c] = static_cast<std::uint8_t>(values[c] ^ 0x80U);  // minus 128, as a signed byte
+    }
+    return squares;
+  }
 };
 
 /// CoarseNumbers of bytes.
 struct CoarseRows {
   using Distance = std::int32_t;
+  static constexpr std::uint32_t kPadding = 0;
   static std::size_t words(const cv::Mat& m) {
     return roundedUp(static_cast<std::size_t>(m.cols), 4 * CoarseNumbers::kWords) / 4;
   }
@@ -135,6 +169,7 @@ struct CoarseRows {
 template <typename D>
 struct PlainRows {
   using Distance = D;
+  static constexpr std::uint32_t kPadding = 0;
   static std::size_t words(const cv::Mat& m) {
     return roundedUp(static_cast<std::size_t>(m.cols) * m.elemSize(), sizeof(std::uint32_t)) /
            sizeof(std::uint32_t);
@@ -166,7 +201,7 @@ struct PackedTrains {
   PackedTrains(const cv::Mat& descriptors, const Rows& rows, bool by_lane)
       : word_count(Metric::words(descriptors)),
         groups(roundedUp(rows.size(), kGroup) / kGroup),
-        words(groups * kGroup * word_count),
+        words(groups * kGroup * word_count, Metric::kPadding),
         offsets(groups * kGroup, kFarDistance<Distance>) {
     std::vector<std::uint32_t> row(word_count);
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -386,17 +421,22 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
     (side == 0 ? left : right) = contentOf(side == 0 ? queries : trains);
   });
   const double largest = std::max(left.largest, right.largest);
-  if (left.bytes.empty() || right.bytes.empty() || queries.cols * largest * largest > kLargestExact) {
+  if (left.bytes.empty() || right.bytes.empty() || ByteRows::words(queries) > kMostByteWords ||
+      queries.cols * largest * largest > kLargestExact) {
     return find<FloatRows>(queries, left.rows, trains, right.rows, search);
+  }
+  const WholeNumberForm form = kernels().descriptors.whole_number_form;
+  if (form == WholeNumberForm::kBytes) {
+    return find<ByteRows>(left.bytes, left.rows, right.bytes, right.rows, search);
   }
   const double longest = std::max(std::sqrt(static_cast<double>(left.squares)),
                                   std::sqrt(static_cast<double>(right.squares)) + right.train_error);
-  if (!kernels().descriptors.uses_coarse_numbers || longest * longest > CoarseNumbers::kLargestSquares) {
-    return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search);
+  if (form == WholeNumberForm::kPairs || longest * longest > CoarseNumbers::kLargestSquares) {
+    return find<PairRows>(left.bytes, left.rows, right.bytes, right.rows, search);
   }
   const CoarseTrains coarse{PackedTrains<CoarseRows>(right.bytes, right.rows, true),
                             std::sqrt(queries.cols) / 2 + right.train_error};
-  return find<WholeNumberRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
+  return find<PairRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
 }
 
 }  // namespace corrsel::core

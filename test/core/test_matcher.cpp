@@ -260,6 +260,22 @@ TEST(Matcher, TheLargestValuesDoNotOverflow) {
   }
 }
 
+TEST(Matcher, LongRowsDoNotOverflow) {
+  // Around the largest number of columns whose products of bytes are added up in 32 bits.
+  const int most = 4 * int(kMostByteWords);
+  for (const int columns : {most - 1, most, most + 1, 3 * most}) {
+    SCOPED_TRACE(columns);
+    const int largest = int(std::sqrt(double(1 << 24) / columns));
+    const cv::Mat low = cv::Mat::zeros(9, columns, CV_32F), high(9, columns, CV_32F, cv::Scalar(largest));
+    const cv::Mat mixed = randomDescriptors(20, columns, CV_32F, largest + 1, 1);
+    ASSERT_NO_FATAL_FAILURE(expectNaive(low, high));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(high, low));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(mixed, high));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(high, mixed));
+    ASSERT_NO_FATAL_FAILURE(expectNaive(mixed, randomDescriptors(20, columns, CV_32F, largest + 1, 2)));
+  }
+}
+
 TEST(Matcher, EqualsTheNaiveLoopAroundTheLargestCoarseNumbers) {
   // Of queries the squares count, of trains the length and that of what coarse numbers leave out: nothing
   // where all have the residue 1, and two per number where it is 3.
