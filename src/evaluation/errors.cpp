@@ -22,9 +22,8 @@ double disparityAt(const cv::Mat& disparity, float x, float y) {
   return disparity.at<float>(static_cast<int>(std::lround(y)), static_cast<int>(std::lround(x)));
 }
 
-/// A homography is given up to scale, and some files have a negative one (VGG's leuven 1-5): the sign is
-/// chosen so that the centre of the left image, or of the matches where its size is unknown, has a positive
-/// third coordinate.
+/// The homography for which the centre of the left image, or of the matches where its size is unknown, has a
+/// positive third coordinate.
 cv::Matx33d oriented(const cv::Matx33d& h, const Correspondences& matches) {
   double x = 0.5 * matches.left_size.width, y = 0.5 * matches.left_size.height;
   if (matches.left_size.empty()) {
@@ -35,7 +34,7 @@ cv::Matx33d oriented(const cv::Matx33d& h, const Correspondences& matches) {
       y += matches.left_y[i] / static_cast<double>(matches.size());
     }
   }
-  return h(2, 0) * x + h(2, 1) * y + h(2, 2) < 0 ? h * -1.0 : h;
+  return inFront(h, x, y);
 }
 
 }  // namespace

@@ -17,6 +17,12 @@ inline double thirdCoordinate(const cv::Matx33d& h, double x, double y) {
   return h(2, 0) * x + h(2, 1) * y + h(2, 2);
 }
 
+/// H or -H, whichever gives the point (x, y) a positive third coordinate: a homography is given up to scale,
+/// and some files have a negative one (VGG's leuven 1-5).
+inline cv::Matx33d inFront(const cv::Matx33d& h, double x, double y) {
+  return thirdCoordinate(h, x, y) < 0 ? h * -1.0 : h;
+}
+
 /// Squared forward transfer error |x' - H x|^2, the paper's Eq. 3, in the unit of the coordinates squared;
 /// +Inf if the third coordinate of H x is not positive (point behind the camera).
 inline double homographyError(const cv::Matx33d& h, double left_x, double left_y, double right_x,
