@@ -1,79 +1,26 @@
 #include "corrsel/features/extractor.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <future>
-#include <numeric>
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "base/parallel.h"
 #include "base/stopwatch.h"
+#include "base/workspace_scope.h"
 #include "features/descriptors/descriptor.h"
 #include "features/detectors/detector.h"
 #include "features/parts/feature_list.h"
+#include "features/parts/grey_image.h"
 #include "features/parts/place_mask.h"
-#include "features/parts/spread.h"
 
 namespace corrsel::core {
 namespace {
 
 std::string sizeText(const cv::Size& size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
-void checkImage(const cv::Mat& image) {
-  if (image.empty()) throw std::invalid_argument("image is empty");
-  if (image.depth() != CV_8U || image.channels() == 2 || image.channels() > 4) {
-    throw std::invalid_argument("image has type " + cv::typeToString(image.type()) +
-                                "; needed: 8 bits with 1, 3 (BGR) or 4 (BGRA) channels");
-  }
-}
-
-cv::Mat toGrey(const cv::Mat& image) {
-  // OpenCV's BRISK reads pixels beyond the border of an image that is a part of another one.
-  if (image.channels() == 1) return image.isSubmatrix() ? image.clone() : image;
-  cv::Mat grey;
-  cv::cvtColor(image, grey, image.channels() == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
-  return grey;
-}
-
-/// Sorts features, strongest first, and keeps max_features of them.
-void sortAndCut(const DetectorOptions& options, const cv::Size& image_size, Features& features) {
-  std::vector<int> order(features.keypoints.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&features](int a, int b) {
-    return stronger(features.keypoints[static_cast<std::size_t>(a)],
-                    features.keypoints[static_cast<std::size_t>(b)]);
-  });
-  const auto most = static_cast<std::size_t>(options.max_features);
-  if (most > 0 && order.size() > most) {
-    if (options.spread) {
-      std::vector<cv::Point2f> points;
-      for (const int i : order) points.push_back(features.keypoints[static_cast<std::size_t>(i)].pt);
-      std::vector<int> kept;
-      for (const std::size_t rank : spreadOverImage(points, image_size, most)) {
-        kept.push_back(order[rank]);
-      }
-      order = std::move(kept);
-    } else {
-      order.resize(most);
-    }
-  }
-  reorder(order, features);
-}
-
-/// The image, reduced to at most max_megapixels.
-cv::Mat reduced(const cv::Mat& grey, double max_megapixels) {
-  const double scale = std::sqrt(max_megapixels * 1e6 / (static_cast<double>(grey.cols) * grey.rows));
-  if (scale >= 1) return grey;
-  cv::Mat result;
-  const auto side = [scale](int length) { return std::max(1, static_cast<int>(length * scale)); };
-  cv::resize(grey, result, {side(grey.cols), side(grey.rows)}, 0, 0, cv::INTER_AREA);
-  return result;
 }
 
 /// The part of the area that is inside the image.
@@ -126,7 +73,8 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
   checkMask(region.mask, image.size());
   const cv::Rect area = visibleArea(region.area, image.size());
   DetectionRequest request;
-  request.image = reduced(toGrey(image(area)), detector_->options().max_megapixels);
+  const DetectorOptions& options = detector_->options();
+  request.image = toGrey(image(area), options.max_megapixels, WorkspaceScope::part<GreyBuffer>());
   request.threads = threads;
   request.describe = descriptor_ == nullptr;
   const AreaTransform to_whole(request.image.size(), area);
@@ -135,7 +83,7 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
     request.mask = PlaceMask(region.mask, to_whole);
   }
   detector_->detect(request, features);
-  sortAndCut(detector_->options(), request.image.size(), features);
+  keepStrongest(options.max_features, options.spread, request.image.size(), features);
   features.detect_seconds = watch.restart();
   if (descriptor_ != nullptr) {
     descriptor_->describe(request.image, threads, features);

@@ -193,22 +193,41 @@ TEST_P(EveryExtractor, ColourIsTurnedToGrey) {
   expectSame(create()->extract(with_alpha), expected);
 }
 
+TEST_P(EveryExtractor, SixteenBitsAreScaledToEight) {
+  cv::Mat grey = shapes(), deep;
+  const Features expected = create()->extract(grey);
+  EXPECT_GT(expected.keypoints.size(), 50u);
+  grey.convertTo(deep, CV_16U, 257);
+  expectSame(create()->extract(deep), expected);
+  // Up to half a step is rounded away.
+  cv::Mat noise(deep.size(), CV_16S);
+  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, -128, 129);
+  cv::add(deep, noise, deep, cv::noArray(), CV_16U);
+  expectSame(create()->extract(deep), expected);
+}
+
 TEST_P(EveryExtractor, PartsOfImagesAreImages) {
   const cv::Mat image = shapes();
   const cv::Rect part(50, 40, 300, 200);
-  expectSame(create()->extract(image(part)), create()->extract(image(part).clone()));
+  const Features expected = create()->extract(image(part).clone());
+  expectSame(create()->extract(image(part)), expected);
+  // Pixels outside the part do not matter.
+  cv::Mat framed(400, 500, CV_8U, cv::Scalar(255));
+  image(part).copyTo(framed({60, 70, part.width, part.height}));
+  expectSame(create()->extract(framed({60, 70, part.width, part.height})), expected);
 }
 
 TEST_P(EveryExtractor, RefusesOtherImagesByName) {
   const auto refusal = [this](const cv::Mat& image) {
     return errorOf<std::invalid_argument>([&] { create()->extract(image); });
   };
-  const std::string needed = "; needed: 8 bits with 1, 3 (BGR) or 4 (BGRA) channels";
+  const std::string needed = "; needed: 8 or 16 bits with 1, 3 (BGR) or 4 (BGRA) channels";
   EXPECT_EQ(refusal({}), "image is empty");
-  EXPECT_EQ(refusal(cv::Mat(100, 100, CV_16U, cv::Scalar(0))), "image has type CV_16UC1" + needed);
+  EXPECT_EQ(refusal(cv::Mat(100, 100, CV_16S, cv::Scalar(0))), "image has type CV_16SC1" + needed);
   EXPECT_EQ(refusal(cv::Mat(100, 100, CV_32FC3, cv::Scalar(0))), "image has type CV_32FC3" + needed);
   EXPECT_EQ(refusal(cv::Mat(100, 100, CV_8UC2, cv::Scalar(0))), "image has type CV_8UC2" + needed);
-  EXPECT_EQ(refusal(cv::Mat(2, 2, CV_16U, cv::Scalar(0))), "image has type CV_16UC1" + needed);
+  EXPECT_EQ(refusal(cv::Mat(100, 100, CV_16UC2, cv::Scalar(0))), "image has type CV_16UC2" + needed);
+  EXPECT_EQ(refusal(cv::Mat(2, 2, CV_64F, cv::Scalar(0))), "image has type CV_64FC1" + needed);
 }
 
 TEST_P(EveryExtractor, DoesNotDependOnThreads) {

@@ -31,7 +31,9 @@ class FeatureExtractor {
   ~FeatureExtractor();
 
   /// Finds and describes the features of an image.
-  /// @param image   8-bit with 1, 3 (BGR) or 4 (BGRA) channels. A blank or tiny image has no features.
+  /// @param image   8 or 16 bits with 1 (grey), 3 (BGR) or 4 (BGRA) channels; rows may be padded. A grey
+  /// image of 8 bits is used without a copy. A value v of 16 bits becomes v / 257, rounded, so that 65535
+  /// becomes 255. A blank or tiny image has no features.
   /// @param threads  threads that may be used; the result does not depend on it
   /// @param region  the part of the image in which features are searched. Its area is treated as an image of
   /// its own: max_megapixels and spread apply to the area, its border costs features as the border of an
@@ -39,7 +41,9 @@ class FeatureExtractor {
   /// max_features is applied. A region that is the whole image, and a mask without zeros in the area, give
   /// the same features as no region, bit for bit.
   /// @return features in a fixed order, strongest first, in px of the whole image; at most max_features where
-  /// this option is not 0 Throws std::invalid_argument for an empty image or one of another type, an area
+  /// this option is not 0
+  /// Memory for the conversion to grey is kept for the next call, in the workspace of the calling thread
+  /// (corrsel/workspace.h). Throws std::invalid_argument for an empty image or one of another type, an area
   /// outside the image, and a mask of another type or size. The message names the value.
   Features extract(const cv::Mat& image, int threads = 1, const FeatureRegion& region = {}) const;
 

@@ -16,7 +16,7 @@ class Descriptor {
   /// Sets features.descriptors, one row per keypoint: CV_32F (compared by L2) or CV_8U (compared by Hamming
   /// distance). Features that cannot be described, e.g. those too close to the border, are removed with their
   /// frames; the others keep their order.
-  /// @param grey     the image in which the features were found: 8-bit, one channel
+  /// @param grey     the image in which the features were found: 8-bit, one channel; it may be a part of another image
   /// @param threads  threads that may be used; the result does not depend on it
   /// @param features  one frame per keypoint, and no descriptors yet
   virtual void describe(const cv::Mat& grey, int threads, Features& features) const = 0;

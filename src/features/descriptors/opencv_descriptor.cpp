@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "features/parts/feature_list.h"
+#include "features/parts/grey_image.h"
 
 namespace corrsel::core {
 
@@ -22,7 +23,7 @@ void OpenCvDescriptor::describe(const cv::Mat& grey, int, Features& features) co
     prepare_(grey.size(), keypoints[i]);
   }
   cv::Mat descriptors;
-  create_(grey.size(), 0)->compute(grey, keypoints, descriptors);
+  create_(grey.size(), 0)->compute(detached(grey), keypoints, descriptors);
   std::vector<char> keep(features.keypoints.size(), 0);
   std::vector<int> row_of(keep.size());
   for (std::size_t row = 0; row < keypoints.size(); ++row) {

@@ -11,7 +11,7 @@ namespace corrsel::core {
 
 /// What a detector is asked to do for one image.
 struct DetectionRequest {
-  cv::Mat image;          ///< grey: one channel, 8 bits, not empty
+  cv::Mat image;          ///< grey: one channel, 8 bits, not empty; may be a part of another image
   int threads = 1;        ///< threads that may be used; the result does not depend on it
   PlaceMask mask = {};    ///< keypoints at other places are not returned and do not count for max_features
   bool describe = false;  ///< compute descriptors too; allowed only where describesKeypoints() is true
@@ -29,8 +29,10 @@ class Detector {
   /// clockwise in the image, and response, where larger is stronger. Frames: the first column (a11, a21)
   /// points along the angle. Descriptors: see Descriptor::describe(). An image that is too small or blank
   /// gives no features. The order is arbitrary. A detector may return more than max_features, since the
-  /// extractor sorts and cuts; it may keep the strongest max_features itself where that saves time, but not
-  /// with `spread`.
+  /// extractor calls keepStrongest() (features/parts/feature_list.h) afterwards. A detector that describes
+  /// its keypoints itself should not describe those that are dropped then: it calls keepStrongest() before it
+  /// describes, with the same options. That is right with `spread` too, and after the mask has been applied.
+  /// A detector that drops keypoints earlier must keep all that keepStrongest() would keep.
   virtual void detect(const DetectionRequest& request, Features& features) const = 0;
 
   /// Whether the detector has a descriptor of its own, i.e. accepts DetectionRequest::describe.

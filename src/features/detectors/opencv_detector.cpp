@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "features/parts/feature_list.h"
+#include "features/parts/grey_image.h"
 
 namespace corrsel::core {
 namespace {
@@ -40,7 +41,7 @@ std::vector<int> OpenCvDetector::shares(const cv::Size&, int) const { return {};
 int OpenCvDetector::limit() const { return options().spread ? 0 : options().max_features; }
 
 void OpenCvDetector::run(const DetectionRequest& request, int most, Features& features) const {
-  const cv::Mat& grey = request.image;
+  const cv::Mat grey = detached(request.image);
   if (grey.cols <= 2 * border_ || grey.rows <= 2 * border_) return;
   const cv::Ptr<cv::Feature2D> algorithm = create_(grey.size(), most);
   if (request.describe) {
