@@ -7,6 +7,7 @@
 #include "kernels/descriptor.h"
 #include "kernels/field.h"
 #include "kernels/grid.h"
+#include "kernels/orientation.h"
 #include "kernels/pair.h"
 #include "kernels/residual.h"
 #include "kernels/scale_space.h"
@@ -42,6 +43,7 @@ struct Kernels {
   DescriptorKernels descriptors;
   SupportKernels support;
   ScaleSpaceKernels scale_space;
+  OrientationKernels orientation;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

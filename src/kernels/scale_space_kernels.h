@@ -9,8 +9,6 @@ namespace {
 constexpr int kWeightBits = 15;
 constexpr std::int32_t kHalfWeight = 1 << (kWeightBits - 1);
 
-inline ShortV splatPair(std::int32_t weights) { return (ShortV)splat(weights); }
-
 /// Sums of 16-bit products for kBlocks vectors of pixels, in 32 bits and interleaved order.
 template <int kBlocks>
 struct ColumnSums {
@@ -21,10 +19,10 @@ struct ColumnSums {
   }
 
   void add(const ShortV* low_pixels, const ShortV* high_pixels, std::int32_t weights) {
-    const ShortV w = splatPair(weights);
+    const IntV w = splat(weights);
     for (int k = 0; k < kBlocks; ++k) {
-      low[k] = addProducts(low[k], low_pixels[k], w);
-      high[k] = addProducts(high[k], high_pixels[k], w);
+      low[k] = addProducts(low[k], (IntV)low_pixels[k], w);
+      high[k] = addProducts(high[k], (IntV)high_pixels[k], w);
     }
   }
 
@@ -78,10 +76,10 @@ struct RowSums {
   }
 
   void add(const ShortV* even_pixels, const ShortV* odd_pixels, std::int32_t weights) {
-    const ShortV w = splatPair(weights);
+    const IntV w = splat(weights);
     for (int k = 0; k < kBlocks; ++k) {
-      even[k] = addProducts(even[k], even_pixels[k], w);
-      odd[k] = addProducts(odd[k], odd_pixels[k], w);
+      even[k] = addProducts(even[k], (IntV)even_pixels[k], w);
+      odd[k] = addProducts(odd[k], (IntV)odd_pixels[k], w);
     }
   }
 };

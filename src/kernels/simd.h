@@ -137,27 +137,6 @@ inline bool anyTrue(ShortV mask) {
 #endif
 }
 
-/// Adds the products of 16-bit lanes to `sum`, in whose lane k the products of the lanes 2 k and 2 k + 1 go.
-/// @pre a product or sum of two products fits 32 bits
-inline IntV addProducts(IntV sum, ShortV a, ShortV b) {
-#if defined(__AVX512VNNI__)
-  return (IntV)_mm512_dpwssd_epi32((__m512i)sum, (__m512i)a, (__m512i)b);
-#elif defined(__AVX512F__)
-  return sum + (IntV)_mm512_madd_epi16((__m512i)a, (__m512i)b);
-#elif defined(__AVX2__)
-  return sum + (IntV)_mm256_madd_epi16((__m256i)a, (__m256i)b);
-#elif defined(__SSE2__)
-  return sum + (IntV)_mm_madd_epi16((__m128i)a, (__m128i)b);
-#elif defined(__ARM_NEON) && defined(__aarch64__)
-  const int16x8_t p = (int16x8_t)a, q = (int16x8_t)b;
-  return sum + (IntV)vpaddq_s32(vmull_s16(vget_low_s16(p), vget_low_s16(q)), vmull_high_s16(p, q));
-#else
-  // The even lanes are moved up and back, which extends their sign.
-  const IntV p = (IntV)a, q = (IntV)b;
-  return sum + (p << 16 >> 16) * (q << 16 >> 16) + (p >> 16) * (q >> 16);
-#endif
-}
-
 /// Lanes of a and b in turn, a first: those of the lower and those of the upper half of each 128 bits.
 inline ShortV interleaveLow(ShortV a, ShortV b) {
 #if defined(__AVX512F__)

@@ -7,6 +7,7 @@
 #include "kernels/grid_kernels.h"
 #include "kernels/kernels.h"
 #include "kernels/normal_kernels.h"
+#include "kernels/orientation_kernels.h"
 #include "kernels/pair_kernels.h"
 #include "kernels/residual_kernels.h"
 #include "kernels/scale_space_kernels.h"
@@ -35,6 +36,7 @@ constexpr Kernels kTable = {
     {wholeNumbersKernel, kWholeNumberForm, nearestKernel<Bits>, nearestKernel<Floats>},
     {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>},
     {filterColumnsKernel, filterRowKernel, doubleRowKernel, subtractRowsKernel, extremaKernel},
+    {orientationKernel},
 };
 
 }  // namespace

@@ -40,7 +40,7 @@ std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int h
                         float* patch) {
   const double scale = spacing / level.step;
   const double a11 = frame[0] * scale, a12 = frame[1] * scale, a21 = frame[3] * scale, a22 = frame[4] * scale;
-  const double x = frame[2] / level.step, y = frame[5] / level.step;
+  const double x = (frame[2] - level.offset) / level.step, y = (frame[5] - level.offset) / level.step;
   const double reach_x = half * (std::abs(a11) + std::abs(a12)),
                reach_y = half * (std::abs(a21) + std::abs(a22));
   const int side = 2 * half + 1;

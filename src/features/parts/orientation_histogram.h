@@ -33,6 +33,9 @@ class OrientationHistogram {
   /// @param bin  0 to 2 kBins - 1; a full turn is subtracted where needed
   void add(std::size_t bin, T weight) { bins_[bin < kBins ? bin : bin - kBins] += weight; }
 
+  /// The kBins sums, for kernels that write them.
+  T* bins() { return bins_.data(); }
+
   /// Replaces every bin by kernel(at), where at(k) is the former value of the bin k further on the circle,
   /// for k from -2 to 2.
   template <class Kernel>

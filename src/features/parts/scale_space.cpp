@@ -14,10 +14,13 @@ namespace {
 
 constexpr int kSlack = ScaleSpaceKernels::kRowSlack;
 constexpr int kWeightSum = 1 << 15;
-/// Variance that linear interpolation at a quarter of a pixel adds, in pixels of the doubled image.
-constexpr double kDoublingVariance = 0.75;
-/// Where a Gaussian is cut off.
-constexpr double kReach = 3;
+constexpr double kReach = 3;  // of a Gaussian, in sigmas
+
+/// The place of the first pixel of the doubled image, px of the image: the two pixels that take the place of
+/// one lie symmetrically around it.
+constexpr double kDoublingOffset = -0.25;
+
+int reachOf(double sigma) { return std::max(1, static_cast<int>(std::ceil(kReach * sigma))); }
 
 std::ptrdiff_t padded(int width) {
   // Odd multiples of a cache line, so that the pixels of a column are in different sets of the cache.
@@ -50,7 +53,7 @@ std::vector<double> gaussian(int radius, double sigma, double centre = 0) {
 
 /// A Gaussian of 2 radius + 1 samples with the variance sigma^2.
 std::vector<int> gaussianWeights(double sigma) {
-  const int radius = std::max(1, static_cast<int>(std::ceil(kReach * sigma)));
+  const int radius = reachOf(sigma);
   const auto variance = [radius](double s) {
     double sum = 0, squares = 0;
     const std::vector<double> values = gaussian(radius, s);
@@ -120,19 +123,29 @@ struct ScaleSpace::Filter {
     return filter;
   }
 
-  /// Pixel 2 i of the result shows what pixel i shows, and pixel 2 i + 1 the place half a pixel further.
+  /// Pixels 2 i and 2 i + 1 of the doubled image show the places i - 1/4 and i + 1/4. They are interpolated
+  /// linearly and then blurred.
   /// @param sigma  in pixels of the result
   static Filter doubling(double sigma) {
+    const int reach = reachOf(sigma);
+    const std::vector<double> blur = gaussian(reach, sigma);
     Filter filter;
     filter.doubles = true;
-    filter.radius = std::max(1, static_cast<int>(std::ceil(kReach * sigma / 2 + 0.5)));
+    filter.radius = (reach + 3) / 2;
     filter.pairs = filter.radius + 1;
-    // The weights of 2 radius + 1 pixels: the last of 2 radius + 2 is 0 for the first filter, the first for
-    // the second.
-    filter.first = inPairs(wholeWeights(gaussian(filter.radius, sigma / 2, 0)), 0, filter.pairs);
-    filter.second = inPairs(wholeWeights(gaussian(filter.radius, sigma / 2, -0.5)), 1, filter.pairs);
-    filter.row = filter.first;
-    filter.row_second = filter.second;
+    const auto phase = [&](int shown) {
+      std::vector<double> weights(static_cast<std::size_t>(2 * filter.radius + 2), 0.0);
+      for (int k = -reach; k <= reach; ++k) {
+        const int place = shown + k;  // in the doubled image, which has two pixels for every one
+        const int near = place >> 1, far = place % 2 == 0 ? near - 1 : near + 1;
+        const double value = blur[static_cast<std::size_t>(k + reach)];
+        weights[static_cast<std::size_t>(near + filter.radius)] += 0.75 * value;
+        weights[static_cast<std::size_t>(far + filter.radius)] += 0.25 * value;
+      }
+      return inPairs(wholeWeights(weights), 0, filter.pairs);
+    };
+    filter.first = filter.row = phase(0);
+    filter.second = filter.row_second = phase(1);
     return filter;
   }
 };
@@ -352,6 +365,7 @@ void ScaleSpace::allocate(const cv::Size& image, const ScaleSpaceOptions& option
       level.width = octave.width;
       level.height = octave.height;
       level.step = std::ldexp(1.0, number);
+      level.offset = options.first_octave < 0 ? kDoublingOffset : 0;
       level.sigma = level.step * options.sigma * std::exp2(double{1} * k / options.resolution);
       octave.levels.push_back(level);
       total += static_cast<std::size_t>(level.stride) * static_cast<std::size_t>(level.height);
@@ -405,8 +419,7 @@ void ScaleSpace::compute(const cv::Mat& image, const ScaleSpaceOptions& options,
     } else if (octave.number < 0) {
       plan.image = image;
       plan.source_size = image.size();
-      const double blur = missing(kCameraBlur * 2, start);
-      plan.filters[0] = Filter::doubling(std::sqrt(blur * blur + kDoublingVariance));
+      plan.filters[0] = Filter::doubling(missing(kCameraBlur * 2, start));
     } else {
       plan.image = image;
       plan.source_step = 1 << octave.number;

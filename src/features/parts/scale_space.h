@@ -66,9 +66,10 @@ class ScaleRowVisitor {
 /// 2^(k / resolution) pixels of the octave. It is computed from the level before by a Gaussian that is cut
 /// off at about 3 sigma and whose variance is exact. Pixels outside the image mirror those inside. The first
 /// level of an octave is every second pixel of a level of the octave before. With first_octave = -1,
-/// enlarging by linear interpolation and the first blur are one filter. All levels of an octave are computed
-/// row by row, so that the rows that are needed are still in the cache. Every thread computes a band of rows
-/// and repeats the rows at its borders, so the result does not depend on the number of threads.
+/// doubling by linear interpolation and the first blur are one filter. The doubled image is sampled as
+/// OpenCV's SIFT samples it, a quarter of a pixel on each side of a pixel. All levels of an octave are
+/// computed row by row, so that the rows that are needed are still in the cache. Every thread computes a band
+/// of rows and repeats the rows at its borders, so the result does not depend on the number of threads.
 ///
 /// Cost: 2 bytes for every pixel of every level, which are kept for the next image. Time is proportional to
 /// the pixels times the sum of the blurs.
