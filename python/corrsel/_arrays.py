@@ -55,20 +55,30 @@ def mask(name, values, rows):
 
 
 def image(name, values):
-    """Return an image as a contiguous array of uint8. Raises TypeError or ValueError for anything else."""
+    """Return an image as an array of uint8 or uint16 whose rows are contiguous; rows may be padded.
+
+    The array itself is returned where it has this form, e.g. a rectangle of another image; otherwise a copy.
+    Raises TypeError or ValueError for anything else.
+    """
     if values is None:
         raise TypeError(
-            "%s is None; needed: an array of uint8 (cv2.imread returns None for a file that it cannot read)"
+            "%s is None; needed: an array of uint8 or uint16 (cv2.imread returns None for a file that it cannot read)"
             % name
         )
     array = np.asarray(values)
-    if array.dtype != np.uint8:
-        raise TypeError("%s has dtype %s; needed: uint8, values from 0 to 255" % (name, array.dtype))
+    if array.dtype not in (np.dtype(np.uint8), np.dtype(np.uint16)):
+        raise TypeError(
+            "%s has dtype %s; needed: uint8, values from 0 to 255, or uint16, values from 0 to 65535"
+            % (name, array.dtype)
+        )
     if array.ndim not in (2, 3) or array.ndim == 3 and array.shape[2] not in (1, 3, 4):
         raise ValueError(
             "%s has shape %s; needed: (height, width) for grey, (height, width, 3) for BGR or "
             "(height, width, 4) for BGRA" % (name, array.shape)
         )
+    row = array[:1]
+    if row.flags.c_contiguous and array.flags.aligned and array.strides[0] >= row.nbytes:
+        return array
     return np.ascontiguousarray(array)
 
 

@@ -171,7 +171,9 @@ class Extractor:
 def extract(image, features="orb+orb", *, mask=None, area=None, threads=1, **algorithms):
     """Return the Features of an image: points, frames, descriptors; the strongest feature comes first.
 
-    image        uint8: height x width (grey), height x width x 3 (BGR, as OpenCV reads it) or x 4 (BGRA)
+    image        uint8 or uint16: height x width (grey), height x width x 3 (BGR, as OpenCV reads it) or x 4 (BGRA).
+                 Grey uint8 is used without a copy where the elements of a row are adjacent, as in image[y:y2, x:x2]. A
+                 value v of uint16 becomes v / 257, rounded: 65535 becomes 255
     features     "detector+descriptor", e.g. "orb+orb" or "hessian_affine+sift": see extractor_names()
     mask         height x width, bool or uint8: features whose centre lies on a zero are dropped
     area         (x, y, width, height), px: only this part is looked at; what reaches over the image is cut off
@@ -202,7 +204,8 @@ def match(
 ):
     """Return the putative Matches of two images, with all columns: for every left feature the nearest right one.
 
-    image_left, image_right   uint8: height x width (grey), height x width x 3 (BGR, as OpenCV reads it) or x 4 (BGRA)
+    image_left, image_right   uint8 or uint16: height x width (grey), height x width x 3 (BGR, as OpenCV reads it) or
+                 x 4 (BGRA); see extract()
     features     "detector+descriptor", e.g. "orb+orb" or "hessian_affine+sift": see extractor_names()
     left_mask, right_mask     height x width, bool or uint8: features whose centre lies on a zero are dropped
     left_area, right_area     (x, y, width, height), px: only this part is looked at

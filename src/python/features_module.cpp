@@ -21,12 +21,26 @@ namespace {
 
 using Bytes = py::array_t<std::uint8_t, py::array::c_style>;
 
-/// Rows x columns, or rows x columns x channels, as a matrix that shares the array's memory.
-cv::Mat imageFrom(const Bytes& array) {
+/// Rows x columns, or rows x columns x channels, of 8 or 16 bits, as a matrix that shares the array's memory.
+cv::Mat imageFrom(const py::array& array) {
   if (array.ndim() < 2 || array.ndim() > 3) throw std::invalid_argument("an image has the wrong shape");
+  const bool deep = py::isinstance<py::array_t<std::uint16_t>>(array);
+  if (!deep && !py::isinstance<py::array_t<std::uint8_t>>(array)) {
+    throw std::invalid_argument("an image is neither uint8 nor uint16");
+  }
   const int channels = array.ndim() == 3 ? static_cast<int>(array.shape(2)) : 1;
-  return cv::Mat(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), CV_8UC(channels),
-                 const_cast<std::uint8_t*>(array.data()));
+  const py::ssize_t pixel = array.itemsize() * channels;
+  // Strides of sides of one element or none mean nothing.
+  const bool adjacent = (array.shape(1) <= 1 || array.strides(1) == pixel) &&
+                        (channels == 1 || array.strides(2) == array.itemsize());
+  const py::ssize_t step = array.shape(0) <= 1 ? pixel * array.shape(1) : array.strides(0);
+  if (array.size() == 0) return {};
+  if (!adjacent || step < pixel * array.shape(1)) {
+    throw std::invalid_argument("the elements of an image's rows are not adjacent");
+  }
+  return cv::Mat(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)),
+                 CV_MAKETYPE(deep ? CV_16U : CV_8U, channels), const_cast<void*>(array.data()),
+                 static_cast<std::size_t>(step));
 }
 
 /// Where features are looked for: None or an array, None or (x, y, width, height).
@@ -115,7 +129,7 @@ core::MatchOptions matchOptions(const core::OptionMap& values) {
   return options;
 }
 
-py::dict extract(const core::FeatureExtractor& extractor, const Bytes& image, const py::object& mask,
+py::dict extract(const core::FeatureExtractor& extractor, const py::array& image, const py::object& mask,
                  const py::object& area, int threads) {
   const cv::Mat pixels = imageFrom(image);
   const Region region(mask, area);
@@ -127,7 +141,7 @@ py::dict extract(const core::FeatureExtractor& extractor, const Bytes& image, co
   return toDict(std::move(features));
 }
 
-py::dict match(const core::FeatureExtractor& extractor, const Bytes& left, const Bytes& right,
+py::dict match(const core::FeatureExtractor& extractor, const py::array& left, const py::array& right,
                const py::object& left_mask, const py::object& right_mask, const py::object& left_area,
                const py::object& right_area, const core::OptionMap& options, int threads) {
   const cv::Mat left_pixels = imageFrom(left), right_pixels = imageFrom(right);

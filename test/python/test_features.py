@@ -95,6 +95,11 @@ class Images(FeaturesCase):
             ("every other pixel", wide[::2, ::2]),
             ("Fortran order", np.asfortranarray(left)),
             ("RGB as BGR", colour[:, :, ::-1]),
+            ("part of an image", np.pad(left, 9, "constant", constant_values=255)[9:-9, 9:-9]),
+            ("upside down twice", left[::-1].copy()[::-1]),
+            ("16 bits", left.astype(np.uint16) * 257),
+            ("16 bits, colour", colour.astype(np.uint16) * 257),
+            ("16 bits, every other pixel", wide.astype(np.uint16)[::2, ::2] * 257),
         ):
             with self.subTest(name):
                 np.testing.assert_array_equal(corrsel.extract(image).points, reference)
@@ -129,10 +134,14 @@ class Images(FeaturesCase):
         left, right = images()
         extract, match = corrsel.extract, corrsel.match
         self.assert_raises(
-            TypeError, "image has dtype float32; needed: uint8", extract, left.astype(np.float32)
+            TypeError, "image has dtype float32; needed: uint8, values from", extract, left.astype(np.float32)
         )
         self.assert_raises(
-            TypeError, "image_right is None; needed: an array of uint8 (cv2.imread", match, left, None
+            TypeError,
+            "image_right is None; needed: an array of uint8 or uint16 (cv2.imread",
+            match,
+            left,
+            None,
         )
         needed = "; needed: (height, width) for grey"
         self.assert_raises(ValueError, "image has shape (76800,)" + needed, extract, left.ravel())
