@@ -7,12 +7,14 @@
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "corrsel/ros/conversions.h"
+#include "features/parts/grey_image.h"
 
 namespace corrsel {
 namespace {
@@ -404,6 +406,36 @@ const std::vector<std::string> kSupported = {
     "8UC1",         "8UC3",         "8UC4",         "16UC1",        "16UC3",
     "16UC4",        "bayer_rggb8",  "bayer_bggr8",  "bayer_gbrg8",  "bayer_grbg8",
     "bayer_rggb16", "bayer_bggr16", "bayer_gbrg16", "bayer_grbg16", "yuv422"};
+
+TEST(ImageMessage, FeaturesNeedFewerCopies) {
+  core::GreyBuffer buffer;
+  const std::set<std::string> shared = {"mono8", "mono16", "bgr8", "bgr16", "bgra8", "bgra16",
+                                        "8UC1",  "8UC3",   "8UC4", "16UC1", "16UC3", "16UC4"};
+  for (const std::string& encoding : kSupported) {
+    SCOPED_TRACE(encoding);
+    namespace enc = sensor_msgs::image_encodings;
+    cv::Mat image(60, 80,
+                  CV_MAKETYPE(enc::bitDepth(encoding) == 16 ? CV_16U : CV_8U, enc::numChannels(encoding)));
+    cv::RNG(5).fill(image, cv::RNG::UNIFORM, 0, 65536);
+    const sensor_msgs::ImageConstPtr msg = imageMsg(encoding, image);
+    const cv::Mat few = fromMsgForFeatures(msg)->image;
+    EXPECT_EQ(few.data == msg->data.data(), shared.count(encoding) == 1);
+    const cv::Mat grey = core::toGrey(few, 1, buffer).clone();
+    EXPECT_EQ(cv::norm(grey, core::toGrey(fromMsg(msg)->image, 1, buffer), cv::NORM_INF), 0);
+    if (image.depth() != CV_16U) continue;
+    const auto big = boost::make_shared<sensor_msgs::Image>(*msg);
+    big->is_bigendian = 1;
+    for (std::size_t i = 0; i < big->data.size(); i += 2) std::swap(big->data[i], big->data[i + 1]);
+    const cv_bridge::CvImageConstPtr swapped = fromMsgForFeatures(sensor_msgs::ImageConstPtr(big));
+    EXPECT_EQ(cv::norm(grey, core::toGrey(swapped->image, 1, buffer), cv::NORM_INF), 0);
+  }
+  expectRefused([] { fromMsgForFeatures(imageMsg("32FC1", cv::Mat(3, 5, CV_32FC1, cv::Scalar(1)))); },
+                "32FC1");
+  const auto cut =
+      boost::make_shared<sensor_msgs::Image>(*imageMsg("mono16", cv::Mat(6, 8, CV_16U, cv::Scalar(1))));
+  cut->data.pop_back();
+  expectRefused([&] { fromMsgForFeatures(sensor_msgs::ImageConstPtr(cut)); }, "expected 96 bytes");
+}
 
 /// An image filled with one value, of the size in its header.
 boost::shared_ptr<sensor_msgs::Image> blankMsg(const std::string& encoding, std::uint32_t width,

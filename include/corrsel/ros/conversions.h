@@ -88,12 +88,18 @@ core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info = nullptr);
 Score toMsg(const core::Evaluation& evaluation, const ScoreLabels& labels);
 
 /// Converts an image message to 8-bit grey or BGR, as the core expects it. mono8, bgr8, 8UC1 and 8UC3 share
-/// the message's data. Other colour, Bayer and YUV encodings are converted, 16-bit values of either byte
-/// order are scaled to 8 bits, and four channels without a meaning (8UC4, 16UC4) are taken as BGRA.
+/// the message's data. Other colour, Bayer and YUV encodings are converted, 16-bit values v of either byte
+/// order become v / 257, rounded, and four channels without a meaning (8UC4, 16UC4) are taken as BGRA.
 /// Throws std::invalid_argument that names the encoding for anything else (floats, other numbers of
 /// channels), for an image without pixels, and for data that do not fit the header: a step shorter than a
 /// row, or a number of bytes other than step times height.
 cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& image);
+
+/// Converts an image message to an image from which FeatureExtractor::extract() makes the same features as
+/// from that of fromMsg(), with less copying: grey, BGR and BGRA of 8 and 16 bits (mono, bgr, bgra, and UC
+/// with 1, 3 or 4 channels) share the message's data where it has this machine's byte order. rgb8 and rgba8
+/// become grey at once; all others are converted by fromMsg(). Throws what fromMsg() throws.
+cv_bridge::CvImageConstPtr fromMsgForFeatures(const sensor_msgs::ImageConstPtr& image);
 
 /// Decodes PNG, JPEG and every other format that OpenCV reads to 8-bit grey or BGR. Throws
 /// std::invalid_argument that names the format if the data cannot be decoded or if a JPEG is cut off.

@@ -66,7 +66,8 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
   info.right_stamp = images.right->header.stamp;
   info.right_frame_id = images.right->header.frame_id;
   const core::Stopwatch watch;
-  const cv_bridge::CvImageConstPtr left = fromMsg(images.left), right = fromMsg(images.right);
+  const cv_bridge::CvImageConstPtr left = fromMsgForFeatures(images.left),
+                                   right = fromMsgForFeatures(images.right);
   const core::FeatureRegion left_region = region(images.left_mask, settings.area, left->image.size()),
                             right_region = region(images.right_mask, settings.area, right->image.size());
   const double conversion_seconds = watch.seconds();
@@ -81,7 +82,7 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
                                                               const Settings& settings) {
   PairInfo info = infoOf(images, settings, images.waiting.seconds());
   const core::Stopwatch watch;
-  const cv_bridge::CvImageConstPtr image = fromMsg(images.left);
+  const cv_bridge::CvImageConstPtr image = fromMsgForFeatures(images.left);
   const core::FeatureRegion where = region(images.left_mask, settings.area, image->image.size());
   const double conversion_seconds = watch.seconds();
   auto features =

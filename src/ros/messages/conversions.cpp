@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "features/parts/grey_image.h"
 
 namespace corrsel {
 namespace {
@@ -114,6 +115,18 @@ sensor_msgs::ImageConstPtr inNativeOrder(const sensor_msgs::ImageConstPtr& msg, 
     std::swap(swapped->data[i], swapped->data[i + 1]);
   }
   return swapped;
+}
+
+/// The image in this machine's byte order. Throws unless it can be converted.
+sensor_msgs::ImageConstPtr checked(const sensor_msgs::ImageConstPtr& image) {
+  namespace enc = sensor_msgs::image_encodings;
+  if (!isSupported(image->encoding)) {
+    throw std::invalid_argument("image encoding '" + image->encoding +
+                                "' is not supported; use 8- or 16-bit grey, colour, Bayer or yuv422");
+  }
+  const int depth = enc::bitDepth(image->encoding);
+  requirePixels(*image, static_cast<std::size_t>(enc::numChannels(image->encoding) * depth / 8));
+  return inNativeOrder(image, depth);
 }
 
 /// Whether a JPEG has no end-of-image marker behind its last start-of-scan marker; inside a scan neither can
@@ -356,14 +369,8 @@ Score toMsg(const core::Evaluation& evaluation, const ScoreLabels& labels) {
 
 cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& image) {
   namespace enc = sensor_msgs::image_encodings;
-  const std::string& encoding = image->encoding;
-  if (!isSupported(encoding)) {
-    throw std::invalid_argument("image encoding '" + encoding +
-                                "' is not supported; use 8- or 16-bit grey, colour, Bayer or yuv422");
-  }
-  const int depth = enc::bitDepth(encoding);
-  requirePixels(*image, static_cast<std::size_t>(enc::numChannels(encoding) * depth / 8));
-  const sensor_msgs::ImageConstPtr msg = inNativeOrder(image, depth);
+  const sensor_msgs::ImageConstPtr msg = checked(image);
+  const std::string& encoding = msg->encoding;
   try {
     if (encoding == enc::MONO8 || encoding == enc::BGR8 || encoding == enc::TYPE_8UC1 ||
         encoding == enc::TYPE_8UC3) {
@@ -374,13 +381,29 @@ cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& image) {
       const cv_bridge::CvImageConstPtr source = cv_bridge::toCvShare(msg);
       const auto converted = boost::make_shared<cv_bridge::CvImage>(
           msg->header, source->image.channels() == 1 ? enc::MONO8 : enc::BGR8);
-      source->image.convertTo(converted->image, CV_8U, depth == 16 ? 255.0 / 65535.0 : 1.0);
+      converted->image = core::toEightBits(source->image);
       if (source->image.channels() == 4) {
         cv::cvtColor(converted->image, converted->image, cv::COLOR_BGRA2BGR);
       }
       return converted;
     }
     return cv_bridge::toCvShare(msg, enc::BGR8);
+  } catch (const std::exception& error) {  // cv_bridge::Exception, cv::Exception
+    throw std::invalid_argument(imageText(*msg) + ": " + error.what());
+  }
+}
+
+cv_bridge::CvImageConstPtr fromMsgForFeatures(const sensor_msgs::ImageConstPtr& image) {
+  namespace enc = sensor_msgs::image_encodings;
+  static const std::set<std::string> kShared = {
+      enc::MONO8,     enc::MONO16,    enc::BGR8,      enc::BGR16,      enc::BGRA8,      enc::BGRA16,
+      enc::TYPE_8UC1, enc::TYPE_8UC3, enc::TYPE_8UC4, enc::TYPE_16UC1, enc::TYPE_16UC3, enc::TYPE_16UC4};
+  const std::string& encoding = image->encoding;
+  const bool to_grey = encoding == enc::RGB8 || encoding == enc::RGBA8;
+  if (!to_grey && kShared.count(encoding) == 0) return fromMsg(image);
+  const sensor_msgs::ImageConstPtr msg = checked(image);
+  try {
+    return to_grey ? cv_bridge::toCvShare(msg, enc::MONO8) : cv_bridge::toCvShare(msg);
   } catch (const std::exception& error) {  // cv_bridge::Exception, cv::Exception
     throw std::invalid_argument(imageText(*msg) + ": " + error.what());
   }
