@@ -1,4 +1,4 @@
-// Times every selector and its alternatives; see docs/performance.md.
+// Times features, matching and every selector beside their alternatives; see docs/performance.md.
 #include <benchmark/benchmark.h>
 
 #include <fstream>
@@ -7,6 +7,7 @@
 
 #include "hard_models.h"
 #include "nodes/command_line.h"
+#include "pictures.h"
 #include "suite.h"
 
 namespace {
@@ -16,7 +17,8 @@ using namespace corrsel::performance;
 const corrsel::CommandLineTable& argumentTable() {
   static const corrsel::CommandLineTable table = {
       "performance",
-      "Times every selector and its alternatives, e.g. OpenCV's functions. Arguments of Google Benchmark "
+      "Times features, matching and every selector beside their alternatives, e.g. OpenCV's functions. "
+      "Arguments of Google Benchmark "
       "(--benchmark_...) are "
       "passed on to it.",
       {},
@@ -24,6 +26,8 @@ const corrsel::CommandLineTable& argumentTable() {
           {"all", "", "", "full grid of sizes and inlier ratios instead of the comparisons with targets"},
           {"filter", "REGEX", "",
            "only the comparisons whose name matches, e.g. '^gms'; --benchmark_list_tests lists them"},
+          {"samples", "FOLDER", "", "sample photographs, as scripts/fetch_samples.sh collects them"},
+          {"data_root", "FOLDER", "", "features are timed on images of its datasets vgg and kitti_stereo"},
           {"csv", "FILE", "", "file for all rows, with the machine"},
           {"markdown", "FILE", "",
            "file for the tables; they are put between the marks where FILE has them, as docs/performance.md"},
@@ -44,6 +48,8 @@ Arguments argumentsOf(const corrsel::ArgumentValues& values, const std::vector<s
   result.rest = rest;
   result.csv = values.text("csv");
   result.markdown = values.text("markdown");
+  setPictureFolders({values.text("samples"), values.text("data_root")});
+  if (values.given("data_root")) result.command += " --data_root FOLDER";
   result.all = values.isOn("all");
   if (result.all) result.command += " --all";
   if (values.given("filter")) {

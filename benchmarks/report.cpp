@@ -70,6 +70,42 @@ std::string markdownHeader(const std::vector<std::string>& values) {
   return "\n" + markdownLine(values) + markdownLine(std::vector<std::string>(values.size(), "---"));
 }
 
+std::string limitText(std::size_t limit) { return limit == 0 ? "all" : std::to_string(limit); }
+
+const std::vector<std::string> kFeatureHeader = {"features",   "against", "image",   "limit", "found",
+                                                 "peer found", "ours ms", "peer ms", "ratio", "N"};
+
+std::vector<std::string> cells(const FeatureRow& row) {
+  const bool alone = row.peer.name.empty(), failed = !row.peer.failure.empty();
+  const double factor = row.peer.milliseconds / row.ours.milliseconds;
+  return {row.ours.name,
+          alone ? "-" : row.peer.name,
+          row.image,
+          limitText(row.limit),
+          std::to_string(row.ours_n),
+          alone || failed ? "" : std::to_string(row.peer_n),
+          shortNumber(row.ours.milliseconds),
+          failed ? "failed: " + row.peer.failure.substr(0, 40) : shortNumber(row.peer.milliseconds),
+          std::isnan(factor) ? "" : shortNumber(factor) + "x",
+          std::to_string(row.ours.repetitions)};
+}
+
+const std::vector<std::string> kStageHeader = {"features",    "image",       "limit",   "found",
+                                               "features ms", "matching ms", "usac ms", "share of features"};
+
+std::vector<std::string> cells(const StageRow& row) {
+  const double features = row.features.milliseconds;
+  const double total = features + row.matching.milliseconds + row.selection.milliseconds;
+  return {row.features.name,
+          row.image,
+          limitText(row.limit),
+          std::to_string(row.n),
+          shortNumber(features),
+          shortNumber(row.matching.milliseconds),
+          shortNumber(row.selection.milliseconds),
+          fixed(100 * features / total, 0) + " %"};
+}
+
 using Record = std::map<std::string, std::string>;  // column -> value
 
 constexpr const char* kColumns[] = {"comparison",
@@ -138,6 +174,22 @@ void Report::add(const GrowthRow& row) {
                              "N^" + fixed(row.exponent, 2)});
 }
 
+void Report::add(const FeatureRow& row) {
+  features_.push_back(row);
+  const std::vector<std::string> values = cells(row);
+  new_lines_ +=
+      consoleLine({values[0] + " " + values[2], values[1], values[4], "", values[6], values[7], values[8]});
+}
+
+void Report::add(const StageRow& row) {
+  stages_.push_back(row);
+  for (const Measurement* stage : {&row.features, &row.matching, &row.selection}) {
+    const std::string what = stage == &row.features ? "" : stage->name + " of ";
+    new_lines_ += consoleLine({what + row.features.name + " " + row.image, "- (both images)",
+                               std::to_string(row.n), "", shortNumber(stage->milliseconds)});
+  }
+}
+
 void Report::add(const HardRow& row) {
   hard_.push_back(row);
   new_lines_ += consoleLine({row.comparison, row.method, "", core::formatNumber(row.inlier_ratio),
@@ -171,6 +223,14 @@ std::string Report::markdown(const std::string& command) const {
   if (!rows_.empty()) {
     text += "\n### Beside what users would pick instead\n" + markdownHeader(kHeader);
     for (const Row& row : rows_) text += markdownLine(cells(row));
+  }
+  if (!features_.empty()) {
+    text += "\n### Features of one image\n" + markdownHeader(kFeatureHeader);
+    for (const FeatureRow& row : features_) text += markdownLine(cells(row));
+  }
+  if (!stages_.empty()) {
+    text += "\n### Where the time of a pair goes\n" + markdownHeader(kStageHeader);
+    for (const StageRow& row : stages_) text += markdownLine(cells(row));
   }
   if (!growth_.empty()) {
     text += "\n### Growth with N\n" + markdownHeader({"selector", "N=5000, ms", "N=100000, ms", "exponent"});
@@ -234,6 +294,29 @@ void Report::writeCsv(std::ostream& out) const {
     describe("peer", row.large, record);
     write(record);
   }
+  for (const FeatureRow& row : features_) {
+    Record record = {{"comparison", row.comparison},
+                     {"selector", row.ours.name},
+                     {"against", row.peer.name},
+                     {"scene", row.image},
+                     {"n", std::to_string(row.ours_n)},
+                     {"ratio", core::formatNumber(row.peer.milliseconds / row.ours.milliseconds)},
+                     {"failure", row.peer.failure}};
+    describe("ours", row.ours, record);
+    describe("peer", row.peer, record);
+    if (row.must_be_identical) record["identical_masks"] = row.same ? "yes" : "no";
+    write(record);
+  }
+  for (const StageRow& row : stages_) {
+    for (const Measurement* stage : {&row.features, &row.matching, &row.selection}) {
+      Record record = {{"comparison", row.comparison},
+                       {"selector", stage->name},
+                       {"scene", row.image},
+                       {"n", std::to_string(row.n)}};
+      describe("ours", *stage, record);
+      write(record);
+    }
+  }
   for (const HardRow& row : hard_) {
     write({{"comparison", row.comparison},
            {"selector", row.method},
@@ -252,6 +335,8 @@ bool Report::good() const {
   return failures_.empty() &&
          std::all_of(rows_.begin(), rows_.end(),
                      [](const Row& row) { return !row.same_mask || row.differing == 0; }) &&
+         std::all_of(features_.begin(), features_.end(),
+                     [](const FeatureRow& row) { return !row.must_be_identical || row.same; }) &&
          std::all_of(verdicts_.begin(), verdicts_.end(), [](const Verdict& v) { return v.passed; });
 }
 

@@ -30,6 +30,25 @@ struct GrowthRow {
   double exponent;  ///< p of time ~ N^p
 };
 
+/// Features of one photograph and of one alternative.
+struct FeatureRow {
+  std::string comparison;
+  std::string image;             ///< its size
+  std::size_t limit;             ///< max_features; 0 = all
+  Measurement ours, peer;        ///< peer.name is empty where there is no alternative
+  std::size_t ours_n, peer_n;    ///< features found
+  bool must_be_identical, same;  ///< the features
+};
+
+/// Where the time of a pair of photographs goes.
+struct StageRow {
+  std::string comparison;
+  std::string image;  ///< its size
+  std::size_t limit;  ///< max_features; 0 = all
+  std::size_t n;      ///< features of the left image
+  Measurement features, matching, selection;
+};
+
 /// The search for a model among few inliers, one row per method.
 struct HardRow {
   std::string comparison, method;
@@ -43,6 +62,8 @@ class Report {
  public:
   void add(const Row& row);
   void add(const GrowthRow& row);
+  void add(const FeatureRow& row);
+  void add(const StageRow& row);
   void add(const HardRow& row);
   void add(const Verdict& verdict);
   /// A comparison that could not be made, e.g. because a selector does not exist.
@@ -70,6 +91,8 @@ class Report {
  private:
   std::vector<Row> rows_;
   std::vector<GrowthRow> growth_;
+  std::vector<FeatureRow> features_;
+  std::vector<StageRow> stages_;
   std::vector<HardRow> hard_;
   std::vector<Verdict> verdicts_;
   std::vector<std::pair<std::string, std::string>> failures_;

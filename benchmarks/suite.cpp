@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <opencv2/calib3d.hpp>
 
 #include "base/text.h"
 #include "baselines/baselines.h"
 #include "descriptors.h"
+#include "extraction.h"
+#include "kernels/kernels.h"
 
 namespace corrsel::performance {
 namespace {
@@ -41,23 +44,25 @@ std::string times(double factor) { return shortNumber(factor) + "x"; }
 /// Several scenes for methods that draw samples, whose time depends on their luck.
 std::size_t scenesFor(std::size_t n) { return n <= kTargetSize ? 5 : 1; }
 
-enum class Demand { kNone, kIdenticalMasks, kIdenticalNeighbours, kNoLowerF };
+enum class Demand { kNone, kIdenticalMasks, kIdenticalNeighbours, kIdenticalFeatures, kNoLowerF };
 
 /// The first method needs at most 1/factor of the time of method `peer`.
 std::function<Verdict(const Measurements&)> faster(const std::string& name, std::size_t peer, double factor,
                                                    Demand demand) {
+  static const std::map<Demand, std::string> outcomes = {
+      {Demand::kIdenticalMasks, "masks"},
+      {Demand::kIdenticalNeighbours, "neighbours and distances"},
+      {Demand::kIdenticalFeatures, "features"}};
   return [=](const Measurements& m) -> Verdict {
     const Measurement &ours = m[0], &other = m[peer];
+    if (!other.failure.empty()) return {name + ": not compared, " + other.failure, false};
     const double ratio = other.milliseconds / ours.milliseconds;
     std::string text = name + ": " + times(ratio) + " as fast as " + other.name + " (" +
                        shortNumber(ours.milliseconds) + " ms; asked: " + core::formatNumber(factor) + "x)";
     bool passed = ratio >= factor;
-    if (demand == Demand::kIdenticalMasks || demand == Demand::kIdenticalNeighbours) {
+    if (const auto identical = outcomes.find(demand); identical != outcomes.end()) {
       const bool same = ours.masks == other.masks;
-      const bool masks = demand == Demand::kIdenticalMasks;
-      text += same    ? masks ? ", identical masks" : ", identical neighbours and distances"
-              : masks ? ", MASKS DIFFER"
-                      : ", NEIGHBOURS DIFFER";
+      text += same ? ", identical " + identical->second : ", different " + identical->second;
       passed = passed && same;
     } else if (demand == Demand::kNoLowerF) {
       text += ", F " + shortNumber(ours.f) + " beside " + shortNumber(other.f);
@@ -220,10 +225,11 @@ Comparison allPairs(const std::string& spec, const SceneSpec& scene,
 std::vector<Comparison> matching() {
   const std::string at = "/N:" + std::to_string(kTargetSize);
   const Demand demand = Demand::kIdenticalNeighbours;
+  const bool vnni = core::kernelLevel() == core::KernelLevel::kAvx512Vnni;
   std::vector<Comparison> list = {{"match:sift" + at,
                                    {neighbours("match:sift", DescriptorKind::kSift, kTargetSize, 1),
                                     openCvNeighbours(DescriptorKind::kSift, kTargetSize, true)},
-                                   {faster("match:sift", 1, 15, demand)}},
+                                   {faster("match:sift", 1, vnni ? 22 : 16, demand)}},
                                   {"match:orb" + at,
                                    {neighbours("match:orb 256 bit", DescriptorKind::kOrb, kTargetSize, 1),
                                     openCvNeighbours(DescriptorKind::kOrb, kTargetSize, true)},
@@ -241,6 +247,79 @@ std::vector<Comparison> matching() {
   return list;
 }
 
+/// Targets for kernels with AVX2 or better, and for the baseline.
+double target(double avx2, double baseline) {
+  return core::kernelLevel() == core::KernelLevel::kBaseline ? baseline : avx2;
+}
+
+std::string sizeText(const cv::Size& size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+Comparison featuresAgainstOpenCv(const std::string& features, const cv::Size& size, int most, double factor) {
+  const std::string limit = most > 0 ? std::to_string(most) : "all";
+  const std::string name = features + ", " + sizeText(size) + ", " + limit;
+  return {"features/" + features + "/" + sizeText(size) + "/" + limit,
+          {extraction(features, size, most, 1), openCvExtraction(features, size, most)},
+          {faster(name, 1, factor, Demand::kNone)},
+          ComparisonKind::kFeatures,
+          size};
+}
+
+Comparison featuresAlone(const std::string& features, const cv::Size& size) {
+  return {"features/" + features + "/" + sizeText(size) + "/all",
+          {extraction(features, size, 0, 1)},
+          {},
+          ComparisonKind::kFeatures,
+          size};
+}
+
+Comparison featureThreads(const std::string& features, const cv::Size& size, double factor) {
+  Comparison result{"features/threads/" + features + "/" + sizeText(size),
+                    {extraction(features, size, 0, 2), extraction(features, size, 0, 1)},
+                    {},
+                    ComparisonKind::kFeatures,
+                    size};
+  for (Method& method : result.methods) method.wall_time = true;
+  result.methods[1].same_mask = true;
+  result.methods[1].name += ", 1 thread";
+  if (factor > 0) {
+    const std::string name = features + ", " + sizeText(size) + ", 2 threads, wall time";
+    result.targets = {faster(name, 1, factor, Demand::kIdenticalFeatures)};
+  }
+  return result;
+}
+
+Comparison stages(const std::string& features, const cv::Size& size, int most) {
+  return {"features/pair/" + features + "/" + sizeText(size),
+          pairStages(features, size, most),
+          {},
+          ComparisonKind::kStages,
+          size};
+}
+
+/// Detection, description, and where the time of a pair goes.
+std::vector<Comparison> features() {
+  const cv::Size graf(800, 640), camera(640, 480), wide(1392, 512);
+  std::vector<Comparison> list = {
+      featuresAgainstOpenCv("sift+sift", graf, 0, target(4, 2)),
+      featuresAgainstOpenCv("sift+sift", wide, 0, target(4, 2)),
+      featuresAgainstOpenCv("sift+sift", camera, 1000, 5),
+  };
+  for (const cv::Size& size : {camera, wide}) {
+    for (const int most : {1000, 5000}) list.push_back(featuresAgainstOpenCv("orb+orb", size, most, 2.5));
+  }
+  list.push_back(featuresAlone("hessian_affine+sift", graf));
+  list.push_back(featuresAgainstOpenCv("asift+asift", graf, 0, 6));
+  list.push_back(featureThreads("sift+sift", graf, 1.7));
+  list.push_back(featureThreads("orb+orb", wide, 0));
+  list.push_back(featureThreads("hessian_affine+sift", graf, 0));
+  for (const char* name : {"sift+sift", "orb+orb", "hessian_affine+sift"})
+    list.push_back(stages(name, graf, 0));
+  for (const char* name : {"sift+sift", "orb+orb"}) list.push_back(stages(name, camera, 1000));
+  return list;
+}
+
 Comparison growth(const std::string& spec, SceneKind kind) {
   SceneSpec small{kind, kTargetSize, kTargetRatio}, large{kind, kLargeSize, kTargetRatio};
   Method first = selector(spec, small, 5), second = selector(spec, large, 5);
@@ -255,7 +334,7 @@ Comparison growth(const std::string& spec, SceneKind kind) {
                         " (asked: at most N^" + shortNumber(kLargestExponent) + ")",
                     exponent <= kLargestExponent};
           }},
-          true};
+          ComparisonKind::kGrowth};
 }
 
 }  // namespace
@@ -296,6 +375,8 @@ std::vector<Comparison> comparisons(bool all) {
         std::remove_if(list.begin(), list.end(), [](const Comparison& c) { return c.targets.empty(); }),
         list.end());
   }
+  // Those without a target as well, for the report of the time of a pair.
+  for (const Comparison& comparison : features()) list.push_back(comparison);
   // By selector, so that the table reads well.
   const auto group = [](const Comparison& c) { return c.name.substr(0, c.name.find('/')); };
   std::vector<std::string> order;
@@ -310,10 +391,24 @@ std::vector<Comparison> comparisons(bool all) {
 
 void run(const Comparison& comparison, Report& report) {
   const Measurements measured = measure(comparison.methods);
-  for (std::size_t i = 0; i < (comparison.growth ? 2U : 1U); ++i) {
+  const bool all_ours =
+      comparison.kind == ComparisonKind::kGrowth || comparison.kind == ComparisonKind::kStages;
+  for (std::size_t i = 0; i < (all_ours ? measured.size() : 1U); ++i) {
     if (!measured[i].failure.empty()) return report.addFailure(comparison.name, measured[i].failure);
   }
-  if (comparison.growth) {
+  if (comparison.kind == ComparisonKind::kFeatures) {
+    for (std::size_t i = measured.size() > 1 ? 1 : 0; i < measured.size(); ++i) {
+      const auto found = [&](std::size_t k) {
+        return measured[k].failure.empty() ? measured[k].masks[0].size() / kFeatureBytes : 0;
+      };
+      report.add(FeatureRow{comparison.name, sizeText(comparison.image_size), comparison.methods[0].scene.n,
+                            measured[0], i ? measured[i] : Measurement{}, found(0), i ? found(i) : 0,
+                            comparison.methods[i].same_mask, measured[0].masks == measured[i].masks});
+    }
+  } else if (comparison.kind == ComparisonKind::kStages) {
+    report.add(StageRow{comparison.name, sizeText(comparison.image_size), comparison.methods[0].scene.n,
+                        measured[0].masks[0].size(), measured[0], measured[1], measured[2]});
+  } else if (comparison.kind == ComparisonKind::kGrowth) {
     report.add(GrowthRow{comparison.name, measured[0], measured[1],
                          std::log(measured[1].milliseconds / measured[0].milliseconds) /
                              std::log(double(kLargeSize) / double(kTargetSize))});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 
@@ -12,12 +13,21 @@ namespace corrsel::performance {
 /// Measurements of a comparison's methods, in their order.
 using Measurements = std::vector<Measurement>;
 
-/// One selector (the first method) and the methods that it is compared with, timed together.
+/// What a comparison compares, and thus the table that it appears in.
+enum class ComparisonKind {
+  kSelectors,  ///< the first method with the others, on matches or descriptors
+  kGrowth,     ///< the two methods are one selector at two sizes
+  kFeatures,   ///< the first method with the others, on a photograph
+  kStages      ///< the methods are the stages of a pair of photographs
+};
+
+/// Methods that are timed together.
 struct Comparison {
   std::string name;  ///< unique; the filter is applied to it
   std::vector<Method> methods;
   std::vector<std::function<Verdict(const Measurements&)>> targets;
-  bool growth = false;  ///< the two methods are one selector at two sizes
+  ComparisonKind kind = ComparisonKind::kSelectors;
+  cv::Size image_size = {};  ///< of photographs, px
 };
 
 /// @param all  the full grid of sizes and inlier ratios, otherwise the comparisons that have targets

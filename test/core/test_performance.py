@@ -50,6 +50,40 @@ class Performance(unittest.TestCase):
         for line in verdicts:
             self.assertIn(line[6:], text)
 
+    def test_times_features_beside_those_of_opencv(self):
+        cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+        samples = cache / "corrsel" / "sample"
+        if not samples.is_dir():
+            self.skipTest("no sample photographs: run scripts/fetch_samples.sh")
+        with tempfile.TemporaryDirectory() as folder:
+            table = Path(folder, "a.csv")
+            names = "^features/(orb.orb/640x480/1000|pair/orb.orb/640x480|threads/orb)"
+            done = run("--filter", names, "--csv", str(table), "--samples", str(samples))
+            self.assertIn(done.returncode, (0, 1), done.stderr)
+            rows = list(csv.DictReader(table.read_text().splitlines()))
+        beside, threads, *stages = rows
+        self.assertEqual(
+            (beside["selector"], beside["against"], beside["scene"]), ("orb+orb", "cv::ORB", "640x480")
+        )
+        self.assertLessEqual(int(beside["n"]), 1000)
+        self.assertGreater(int(beside["n"]), 500)
+        self.assertGreaterEqual(int(beside["ours_repetitions"]), 20)
+        ratio = float(beside["peer_ms"]) / float(beside["ours_ms"])
+        self.assertAlmostEqual(float(beside["ratio"]), ratio, places=6)
+        self.assertEqual(threads["identical_masks"], "yes")
+        self.assertEqual([row["selector"] for row in stages], ["orb+orb", "matching", "usac"])
+        for row in stages:
+            self.assertGreater(float(row["ours_ms"]), 0)
+        verdicts = [line for line in done.stdout.splitlines() if line.startswith(("PASS  ", "FAIL  "))]
+        self.assertEqual(len(verdicts), 1, done.stdout)
+        self.assertIn("orb+orb, 640x480, 1000", verdicts[0])
+
+    def test_names_missing_photographs(self):
+        done = run("--filter", "^features/orb.orb/640x480/1000", "--samples", "/nonexistent")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("/nonexistent/aloeL.jpg", done.stdout)
+        self.assertIn("fetch_samples.sh", done.stdout)
+
     def test_says_what_it_cannot_do(self):
         self.assertEqual(run("--nonsense").returncode, 2)
         self.assertEqual(run("--csv").returncode, 2)
