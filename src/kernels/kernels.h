@@ -9,6 +9,7 @@
 #include "kernels/grid.h"
 #include "kernels/orientation.h"
 #include "kernels/pair.h"
+#include "kernels/patch.h"
 #include "kernels/residual.h"
 #include "kernels/scale_space.h"
 #include "kernels/support.h"
@@ -44,6 +45,7 @@ struct Kernels {
   SupportKernels support;
   ScaleSpaceKernels scale_space;
   OrientationKernels orientation;
+  PatchKernels patches;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

@@ -71,6 +71,8 @@ inline std::int32_t truncate(float v) { return static_cast<std::int32_t>(v); }
 
 inline FloatV minimum(FloatV a, FloatV b) { return a < b ? a : b; }
 inline FloatV maximum(FloatV a, FloatV b) { return a > b ? a : b; }
+inline IntV minimum(IntV a, IntV b) { return a < b ? a : b; }
+inline IntV maximum(IntV a, IntV b) { return a > b ? a : b; }
 inline ShortV minimum(ShortV a, ShortV b) { return a < b ? a : b; }
 inline ShortV maximum(ShortV a, ShortV b) { return a > b ? a : b; }
 

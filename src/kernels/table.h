@@ -9,6 +9,7 @@
 #include "kernels/normal_kernels.h"
 #include "kernels/orientation_kernels.h"
 #include "kernels/pair_kernels.h"
+#include "kernels/patch_kernels.h"
 #include "kernels/residual_kernels.h"
 #include "kernels/scale_space_kernels.h"
 #include "kernels/support_kernels.h"
@@ -37,6 +38,8 @@ constexpr Kernels kTable = {
     {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>},
     {filterColumnsKernel, filterRowKernel, doubleRowKernel, subtractRowsKernel, extremaKernel},
     {orientationKernel},
+    {samplePatchKernel, sampleClampedKernel, blurRowsKernel, blurColumnsKernel, momentsKernel,
+     directionsKernel, describeKernel},
 };
 
 }  // namespace

@@ -248,25 +248,76 @@ TEST(PatchSift, DoesNotDependOnThreads) {
   }
 }
 
-TEST(AffinePatch, SamplesALinearImageExactly) {
-  cv::Mat image(60, 90, CV_16S, cv::Scalar(-1));
-  for (int r = 0; r < 60; ++r) {
-    for (int c = 0; c < 80; ++c) image.at<std::int16_t>(r, c) = std::int16_t(kGreyUnit * (3 * c - 2 * r + 5));
+/// A level whose pixel (r, c) has the grey level 3 c + 2 r + 5; its rows have gaps.
+struct LinearLevel {
+  cv::Mat pixels;
+  ScaleLevel level;
+
+  explicit LinearLevel(cv::Size size, double step = 2) : pixels(size.height, size.width + 10, CV_16S) {
+    pixels.setTo(32640);
+    for (int r = 0; r < size.height; ++r) {
+      for (int c = 0; c < size.width; ++c) {
+        pixels.at<std::int16_t>(r, c) = std::int16_t(kGreyUnit * std::min(255, 2 * c + r + 5));
+      }
+    }
+    level = {pixels.ptr<std::int16_t>(), size.width + 10, size.width, size.height, step, 1};
   }
-  // Every second pixel of an image of twice the size; the rows have gaps.
-  const ScaleLevel level{image.ptr<std::int16_t>(), 90, 80, 60, 2, 1};
-  const AffineFrame frame{5, -1, 70.3F, 2, 4, 61.7F};
-  std::vector<float> patch(11 * 11);
-  EXPECT_EQ(samplePatch(level, frame, 5, 0.5, patch.data()), 0u);
-  for (int r = -5; r <= 5; ++r) {
-    for (int c = -5; c <= 5; ++c) {
-      const double x = 70.3 + 0.5 * (5 * c - r), y = 61.7 + 0.5 * (2 * c + 4 * r);
-      EXPECT_NEAR(patch[std::size_t((r + 5) * 11 + c + 5)], 1.5 * x - y + 5, 1e-3);
+};
+
+/// The sample of row r and column c, counted from the centre.
+float sampleAt(const Patch& patch, int r, int c) {
+  return patch.values[(r + Patch::kHalf) * Patch::kPitch + c + Patch::kHalf];
+}
+
+TEST(AffinePatch, SamplesALinearImageExactly) {
+  const LinearLevel image({80, 60});
+  const AffineFrame frame{2.5F, -0.5F, 70.3F, 1, 2, 61.7F};
+  Patch patch;
+  EXPECT_EQ(samplePatch(image.level, frame, 0.5, patch), 0);
+  for (int r = -15; r <= 15; ++r) {
+    for (int c = -15; c <= 15; ++c) {
+      const double x = 70.3 + 0.5 * (2.5 * c - 0.5 * r), y = 61.7 + 0.5 * (c + 2 * r);
+      EXPECT_NEAR(sampleAt(patch, r, c), x + 0.5 * y + 5, 0.01);
     }
   }
   // Everything lies to the left of the image, where the first column is repeated.
-  EXPECT_EQ(samplePatch(level, {0, 0, -50, 0, 0, 20}, 5, 0.5, patch.data()), 121u);
-  EXPECT_EQ(patch[0], 5 - 2 * 10);
+  EXPECT_EQ(samplePatch(image.level, {0, 0, -50, 0, 0, 20}, 0.5, patch), 31 * 31);
+  EXPECT_EQ(sampleAt(patch, 0, 0), 10 + 5);
+}
+
+TEST(AffinePatch, RepeatsTheBorder) {
+  const LinearLevel image({80, 60}, 1);
+  Patch patch;
+  // Sample (r, c) is pixel (r + 58, c + 10).
+  EXPECT_EQ(samplePatch(image.level, {2, 0, 10, 0, 2, 58}, 0.5, patch), 5 * 31 + 14 * 26);
+  for (int r = -15; r <= 15; ++r) {
+    for (int c = -15; c <= 15; ++c) {
+      EXPECT_EQ(sampleAt(patch, r, c), 2 * std::max(0, c + 10) + std::min(59, r + 58) + 5);
+    }
+  }
+}
+
+TEST(AffinePatch, FramesOfAnySizeAreSampled) {
+  // Positions beyond the range of whole numbers are computed in another way, with the same result.
+  const LinearLevel image({80, 60}, 1);
+  Patch small, large;
+  const AffineFrame frame{2000, 0, 40, 0, 2, 30};
+  const int outside = samplePatch(image.level, frame, 0.5, small);
+  EXPECT_EQ(outside, 30 * 31);
+  EXPECT_EQ(samplePatch(image.level, {1e9F, 0, 40, 0, 2, 30}, 0.5, large), outside);
+  for (int r = -15; r <= 15; ++r) {
+    for (int c = -15; c <= 15; ++c) {
+      ASSERT_EQ(sampleAt(small, r, c), sampleAt(large, r, c));
+      ASSERT_EQ(sampleAt(small, r, c), (c < 0 ? 0 : c > 0 ? 158 : 80) + r + 30 + 5);
+    }
+  }
+  // An image that is wider than the kernels' positions.
+  cv::Mat wide(60, 40000, CV_16S, cv::Scalar(10 * kGreyUnit));
+  wide.at<std::int16_t>(30, 35000) = 100 * kGreyUnit;
+  const ScaleLevel level{wide.ptr<std::int16_t>(), 40000, 40000, 60, 1, 1};
+  EXPECT_EQ(samplePatch(level, {2, 0, 35000, 0, 2, 30}, 0.5, small), 0);
+  EXPECT_EQ(sampleAt(small, 0, 0), 100);
+  EXPECT_EQ(sampleAt(small, 0, 1), 10);
 }
 
 TEST(AffinePatch, ChoosesTheLevelFromBelow) {

@@ -11,8 +11,8 @@
 
 #include "base/parallel.h"
 #include "features/parts/affine_patch.h"
-#include "features/parts/gradient.h"
 #include "features/parts/orientation_histogram.h"
+#include "kernels/kernels.h"
 
 extern "C" {
 #include <vl/covdet.h>
@@ -93,8 +93,7 @@ class HessianExtrema {
 /// Laplacians of Gaussians over one octave around the scale of a frame, applied to a patch of it.
 class ScaleSelection {
  public:
-  static constexpr int kHalf = 16, kSide = 2 * kHalf + 1, kLevels = 10;
-  static constexpr std::size_t kCount = std::size_t{kSide} * kSide;  // of samples
+  static constexpr int kHalf = Patch::kHalf, kLevels = 10;
   static constexpr std::size_t kMaxScales = 4;
 
   ScaleSelection() {
@@ -109,8 +108,9 @@ class ScaleSelection {
       for (int x = -kReach; x <= kReach; ++x) sum += gaussian(x);
       const auto g = [&](int x) { return std::abs(x) > kReach ? 0.0 : gaussian(x) / sum; };
       const auto curvature = [&](int x) { return g(x - 1) - 2 * g(x) + g(x + 1); };
-      auto at = static_cast<std::size_t>(k);
       for (int y = -kHalf; y <= kHalf; ++y) {
+        auto at =
+            static_cast<std::size_t>((y + kHalf) * Patch::kPitch) * kPadded + static_cast<std::size_t>(k);
         for (int x = -kHalf; x <= kHalf; ++x) {
           filters_[at] = static_cast<float>(curvature(x) * g(y) + g(x) * curvature(y));
           at += kPadded;
@@ -124,11 +124,11 @@ class ScaleSelection {
                                  double threshold) const {
     const double unit = halfAxes(frame).smaller;
     const ScaleLevel& level = levelFor(levels, kBlur * unit);
-    std::array<float, kCount> patch;
-    samplePatch(level, frame, kHalf, kSpacing, patch.data());
+    Patch patch;
+    samplePatch(level, frame, kSpacing, patch);
     std::array<float, kPadded> sums{};
-    for (std::size_t q = 0; q < patch.size(); ++q) {
-      for (std::size_t k = 0; k < kPadded; ++k) sums[k] += filters_[q * kPadded + k] * patch[q];
+    for (std::size_t q = 0; q < kCount; ++q) {
+      for (std::size_t k = 0; k < kPadded; ++k) sums[k] += filters_[q * kPadded + k] * patch.values[q];
     }
     // The finest level may be more blurred than requested. The scales are therefore those of its actual blur.
     const double excess = square(level.sigma / unit) - square(kBlur);
@@ -152,6 +152,7 @@ class ScaleSelection {
   static constexpr double kBlur = 0.70710678118654752, kSpacing = kBlur / 2;
   static constexpr int kReach = 24;           // of the filters' Gaussian, samples
   static constexpr std::size_t kPadded = 12;  // filters side by side, for whole vectors
+  static constexpr std::size_t kCount = std::size_t{Patch::kSide} * Patch::kPitch;
 
   static double square(double x) { return x * x; }
   static double scaleAt(double k) { return std::exp2(-0.5 + k / (kLevels - 1)); }
@@ -184,8 +185,8 @@ class FrameEstimator {
       frame[3] = static_cast<float>(s * major);
       frame[4] = static_cast<float>(c * minor);
       sample(frame);
-      double mxx, mxy, myy;
-      secondMoments(mxx, mxy, myy);
+      const GradientMoments moments = kernels().patches.moments(patch_, window_);
+      const double mxx = double{moments.xx}, mxy = double{moments.xy}, myy = double{moments.yy};
       const double determinant = mxx * myy - mxy * mxy;
       if (!(mxx > 0 && myy > 0 && determinant > 0)) return start;
       const double m_mean = (mxx + myy) / 2, m_spread = std::hypot((mxx - myy) / 2, mxy);
@@ -206,16 +207,10 @@ class FrameEstimator {
     // The blur that the patch lacks, which differs between its axes.
     const double along = std::hypot(frame[0], frame[3]), across = std::hypot(frame[1], frame[4]);
     smooth(missingBlur(level_->sigma / along), missingBlur(level_->sigma / across));
-    gradients_.compute(patch_.data(), kBins);
+    kernels().patches.directions(patch_, window_, counts_);
 
     Histogram histogram;
-    for (std::size_t i = 0; i < gradients_.kCount; ++i) {
-      const auto bin = static_cast<std::size_t>(gradients_.direction[i]);
-      const double weight = double{gradients_.length[i]} * window_[(i / kInner + 1) * kSide + i % kInner + 1];
-      const double share = double{gradients_.direction[i]} - static_cast<double>(bin);
-      histogram.add(bin, weight * (1 - share));
-      histogram.add(bin + 1, weight * share);
-    }
+    for (std::size_t k = 0; k < kBins; ++k) histogram.add(k, double{counts_.bins[k]});
     histogram.smooth(6, [](const auto& at) { return (at(-1) + at(0) + at(1)) / 3; });
     const double least = 0.8 * histogram.highest().here;
     std::vector<std::pair<double, double>> peaks;
@@ -233,11 +228,8 @@ class FrameEstimator {
  private:
   using Histogram = OrientationHistogram<double>;
 
-  static constexpr int kHalf = 20, kSide = 2 * kHalf + 1;
-  static constexpr int kInner = kSide - 2;  // samples that have a gradient
-  static constexpr std::size_t kCount = std::size_t{kSide} * kSide;
-  static constexpr double kWindow = 3;                     // sigma of the weights, in units of the frame
-  static constexpr double kSpacing = 3 * kWindow / kHalf;  // of the samples
+  static constexpr double kWindow = 3;     // sigma of the weights, in units of the frame
+  static constexpr double kSpacing = 0.5;  // of the samples
   static constexpr int kMaxIterations = 15;
   static constexpr double kMaxAnisotropy = 5, kConverged = 1.05;
   static constexpr std::size_t kBins = Histogram::kBins;
@@ -248,85 +240,41 @@ class FrameEstimator {
 
   void sample(const AffineFrame& frame) {
     level_ = &levelFor(levels_, halfAxes(frame).smaller);
-    samplePatch(*level_, frame, kHalf, kSpacing, patch_.data());
+    samplePatch(*level_, frame, kSpacing, patch_);
     sampled_ = frame;
-  }
-
-  /// The second moments of the gradients of patch_.
-  void secondMoments(double& xx, double& xy, double& yy) const {
-    // There is one sum per column, so that the compiler adds neighbours in parallel.
-    std::array<float, kInner> sum_xx{}, sum_xy{}, sum_yy{};
-    for (std::size_t r = 1; r + 1 < kSide; ++r) {
-      const float* const row = patch_.data() + r * kSide + 1;
-      const float* const weight = window_.data() + r * kSide + 1;
-      for (std::size_t c = 0; c < kInner; ++c) {
-        const float dx = row[c + 1] - row[static_cast<std::ptrdiff_t>(c) - 1];
-        const float dy = row[c + kSide] - row[static_cast<std::ptrdiff_t>(c) - kSide];
-        const float wx = weight[c] * dx, wy = weight[c] * dy;
-        sum_xx[c] += wx * dx;
-        sum_xy[c] += wx * dy;
-        sum_yy[c] += wy * dy;
-      }
-    }
-    xx = std::accumulate(sum_xx.begin(), sum_xx.end(), 0.0);
-    xy = std::accumulate(sum_xy.begin(), sum_xy.end(), 0.0);
-    yy = std::accumulate(sum_yy.begin(), sum_yy.end(), 0.0);
   }
 
   /// Blurs patch_ along rows and columns, sigmas in samples.
   void smooth(double sigma_x, double sigma_y) {
     sampled_ = {};
     if (sigma_x > 0) {
-      const int reach = setKernel(sigma_x);
-      std::array<float, kSide + 2 * kMaxReach> padded;
-      for (int r = 0; r < kSide; ++r) {
-        float* const row = patch_.data() + std::ptrdiff_t{r} * kSide;
-        std::fill_n(padded.begin(), reach, row[0]);
-        std::copy_n(row, kSide, padded.begin() + reach);
-        std::fill_n(padded.begin() + reach + kSide, reach, row[kSide - 1]);
-        std::fill_n(row, kSide, 0.0F);
-        for (int t = 0; t <= 2 * reach; ++t) {
-          const float weight = kernel_[static_cast<std::size_t>(t)];
-          const float* const from = padded.data() + t;
-          for (int c = 0; c < kSide; ++c) row[c] += weight * from[c];
-        }
-      }
+      const int reach = setFilter(sigma_x);
+      kernels().patches.blur_rows(filter_.data(), reach, patch_);
     }
     if (sigma_y > 0) {
-      const int reach = setKernel(sigma_y);
-      for (int r = 0; r < kSide; ++r) {
-        float* const out = smoothed_.data() + std::ptrdiff_t{r} * kSide;
-        std::fill_n(out, kSide, 0.0F);
-        for (int t = -reach; t <= reach; ++t) {
-          const float weight = *(kernel_.data() + reach + t);
-          const float* const row = patch_.data() + std::ptrdiff_t{std::clamp(r + t, 0, kSide - 1)} * kSide;
-          for (int c = 0; c < kSide; ++c) out[c] += weight * row[c];
-        }
-      }
-      patch_.swap(smoothed_);
+      const int reach = setFilter(sigma_y);
+      kernels().patches.blur_columns(filter_.data(), reach, patch_);
     }
   }
 
-  /// A Gaussian of sum 1 in kernel_; returns its reach on each side.
-  int setKernel(double sigma) {
-    const int reach = std::min(kMaxReach, static_cast<int>(std::ceil(3 * sigma)));
-    double sum = 0;
-    for (int t = -reach; t <= reach; ++t) sum += std::exp(-t * t / (2 * sigma * sigma));
-    for (int t = -reach; t <= reach; ++t) {
-      *(kernel_.data() + reach + t) = static_cast<float>(std::exp(-t * t / (2 * sigma * sigma)) / sum);
+  /// Half of a Gaussian of sum 1 in filter_, from the middle; returns its reach.
+  int setFilter(double sigma) {
+    const int reach = std::min(PatchKernels::kMostReach, static_cast<int>(std::ceil(3 * sigma)));
+    double sum = -1;
+    for (int t = 0; t <= reach; ++t) sum += 2 * std::exp(-t * t / (2 * sigma * sigma));
+    for (int t = 0; t <= reach; ++t) {
+      filter_[static_cast<std::size_t>(t)] = static_cast<float>(std::exp(-t * t / (2 * sigma * sigma)) / sum);
     }
     return reach;
   }
 
-  static constexpr int kMaxReach = 8;  // missingBlur() is below 1 / kSpacing = 2.3 samples
-
   const std::vector<ScaleLevel>& levels_;
   AffineFrame sampled_{};              // the frame that patch_ shows; zeros where there is none
   const ScaleLevel* level_ = nullptr;  // the level from which patch_ was sampled
-  std::vector<float> patch_ = std::vector<float>(kCount), smoothed_ = patch_;
-  std::vector<float> window_ = gaussianWindow(kHalf, kSpacing, kWindow);
-  PatchGradients<kSide> gradients_;
-  std::array<float, 2 * kMaxReach + 1> kernel_;
+  Patch patch_;
+  PatchWeights window_ = gaussianWindow(kWindow / kSpacing);
+  DirectionCounts counts_;
+  std::array<float, PatchKernels::kMostReach + 1> filter_;
 };
 
 /// A grid of positions, which finds those near a place.

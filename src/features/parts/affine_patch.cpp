@@ -2,23 +2,45 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+
+#include "kernels/kernels.h"
 
 namespace corrsel::core {
 namespace {
 
-/// Samples that are computed at once: longer rows are split.
-constexpr int kRow = 64;
+/// Positions of samples in px of a level: the centre, and the steps along rows and columns of the patch.
+struct Placement {
+  double x, y, across_x, across_y, down_x, down_y;
+};
 
-constexpr float kUnit = 1.0F / kGreyUnit;
+std::int32_t fixedPoint(double px) { return static_cast<std::int32_t>(std::lrint(px * 65536)); }
 
-/// Interpolates bilinearly at n positions, from pairs of neighbours in the upper and the lower row.
-void blend(const float* upper, const float* lower, const float* wx, const float* wy, std::ptrdiff_t n,
-           float* out) {
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    const float top = upper[2 * i] + wx[i] * (upper[2 * i + 1] - upper[2 * i]);
-    const float bottom = lower[2 * i] + wx[i] * (lower[2 * i + 1] - lower[2 * i]);
-    out[i] = top + wy[i] * (bottom - top);
+/// The same samples as the kernels', for images and frames that are too large for their positions.
+int sampleLarge(const ScaleLevel& level, const Placement& place, Patch& patch) {
+  int outside = 0;
+  for (int r = 0; r < Patch::kSide; ++r) {
+    float* const row = patch.values + std::ptrdiff_t{r} * Patch::kPitch;
+    for (int c = 0; c < Patch::kSide; ++c) {
+      const double i = c - Patch::kHalf, j = r - Patch::kHalf;
+      const double x = place.x + i * place.across_x + j * place.down_x;
+      const double y = place.y + i * place.across_y + j * place.down_y;
+      const double px = std::clamp(x, 0.0, level.width - 1.0), py = std::clamp(y, 0.0, level.height - 1.0);
+      outside += px == x && py == y ? 0 : 1;
+      // In the last column and row the pixel before has the weight 0.
+      const int left = std::min(static_cast<int>(px), level.width - 2);
+      const int top = std::min(static_cast<int>(py), level.height - 2);
+      const std::int16_t* const upper = level.pixels + top * level.stride + left;
+      const std::int16_t* const lower = upper + level.stride;
+      const double u = px - left, v = py - top;
+      row[c] = static_cast<float>(
+          ((1 - v) * ((1 - u) * upper[0] + u * upper[1]) + v * ((1 - u) * lower[0] + u * lower[1])) /
+          kGreyUnit);
+    }
+    std::fill(row + Patch::kSide, row + Patch::kPitch, row[Patch::kSide - 1]);
   }
+  std::fill_n(patch.values + std::ptrdiff_t{Patch::kSide} * Patch::kPitch, Patch::kBeyond, 0.0F);
+  return outside;
 }
 
 }  // namespace
@@ -36,74 +58,51 @@ HalfAxes halfAxes(const AffineFrame& a) {
   return {std::abs(sum - difference), sum + difference};
 }
 
-std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int half, double spacing,
-                        float* patch) {
+int samplePatch(const ScaleLevel& level, const AffineFrame& frame, double spacing, Patch& patch) {
+  constexpr int kHalf = Patch::kHalf, kMost = PatchGrid::kMost;
   const double scale = spacing / level.step;
-  const double a11 = frame[0] * scale, a12 = frame[1] * scale, a21 = frame[3] * scale, a22 = frame[4] * scale;
-  const double x = (frame[2] - level.offset) / level.step, y = (frame[5] - level.offset) / level.step;
-  const double reach_x = half * (std::abs(a11) + std::abs(a12)),
-               reach_y = half * (std::abs(a21) + std::abs(a22));
-  const int side = 2 * half + 1;
-  const bool inside =
-      x - reach_x >= 1 && y - reach_y >= 1 && x + reach_x < level.width - 2 && y + reach_y < level.height - 2;
-  // Positions are relative to a pixel nearby. They are therefore small and positive, so single precision is
-  // exact enough and truncation rounds down.
-  const int origin_x = inside ? static_cast<int>(x - reach_x) - 1 : 0;
-  const int origin_y = inside ? static_cast<int>(y - reach_y) - 1 : 0;
-  const std::int16_t* const pixels = level.pixels + origin_y * level.stride + origin_x;
-  const auto step_x = static_cast<float>(a11), step_y = static_cast<float>(a21);
-  const auto last_x = static_cast<float>(level.width - 1), last_y = static_cast<float>(level.height - 1);
-  const int last_column = level.width - 2 - origin_x, last_row = level.height - 2 - origin_y;
-  int outside = 0;
-  float px[kRow], py[kRow], wx[kRow], wy[kRow], upper[2 * kRow], lower[2 * kRow];
-  std::ptrdiff_t offset[kRow];
-  for (int r = -half; r <= half; ++r) {
-    for (int from = 0; from < side; from += kRow) {
-      const int n = std::min(kRow, side - from);
-      const auto start_x = static_cast<float>(x - origin_x + r * a12 + (from - half) * a11);
-      const auto start_y = static_cast<float>(y - origin_y + r * a22 + (from - half) * a21);
-      for (int i = 0; i < n; ++i) {
-        px[i] = start_x + step_x * static_cast<float>(i);
-        py[i] = start_y + step_y * static_cast<float>(i);
-      }
-      if (!inside) {
-        for (int i = 0; i < n; ++i) {
-          // The order of the arguments matters: a position that is NaN becomes 0.
-          const float cx = std::min(last_x, std::max(0.0F, px[i]));
-          const float cy = std::min(last_y, std::max(0.0F, py[i]));
-          outside += cx == px[i] && cy == py[i] ? 0 : 1;
-          px[i] = cx;
-          py[i] = cy;
-        }
-      }
-      for (int i = 0; i < n; ++i) {
-        // In the last column and row the pixel before has the weight 0.
-        const int column = std::min(static_cast<int>(px[i]), last_column);
-        const int row = std::min(static_cast<int>(py[i]), last_row);
-        wx[i] = px[i] - static_cast<float>(column);
-        wy[i] = py[i] - static_cast<float>(row);
-        offset[i] = row * level.stride + column;
-      }
-      for (int i = 0; i < n; ++i) {
-        const std::int16_t* const p = pixels + offset[i];
-        for (int k = 0; k < 2; ++k) {
-          upper[2 * i + k] = kUnit * static_cast<float>(p[k]);
-          lower[2 * i + k] = kUnit * static_cast<float>(p[level.stride + k]);
-        }
-      }
-      blend(upper, lower, wx, wy, n, patch);
-      patch += n;
-    }
-  }
-  return static_cast<std::size_t>(outside);
+  Placement place;
+  place.x = (frame[2] - level.offset) / level.step;
+  place.y = (frame[5] - level.offset) / level.step;
+  place.across_x = frame[0] * scale;
+  place.across_y = frame[3] * scale;
+  place.down_x = frame[1] * scale;
+  place.down_y = frame[4] * scale;
+  const double reach_x = kHalf * (std::abs(place.across_x) + std::abs(place.down_x));
+  const double reach_y = kHalf * (std::abs(place.across_y) + std::abs(place.down_y));
+  const bool inside = place.x - reach_x >= 1 && place.y - reach_y >= 1 &&
+                      place.x + reach_x < level.width - 2 && place.y + reach_y < level.height - 2;
+  // Positions are relative to a pixel nearby, or to the first pixel where they are clamped.
+  const int origin_x = inside ? static_cast<int>(place.x - reach_x) - 1 : 0;
+  const int origin_y = inside ? static_cast<int>(place.y - reach_y) - 1 : 0;
+  const double x = place.x - origin_x, y = place.y - origin_y;
+  // Written such that a frame that is not finite is large.
+  const bool small = std::abs(x) + 2 * reach_x < kMost && std::abs(y) + 2 * reach_y < kMost &&
+                     level.stride < kMost && (inside || (level.width < kMost && level.height < kMost));
+  if (!small) return sampleLarge(level, place, patch);
+  PatchGrid grid;
+  grid.pixels = level.pixels + origin_y * level.stride + origin_x;
+  grid.stride = level.stride;
+  grid.width = level.width;
+  grid.height = level.height;
+  grid.across_x = fixedPoint(place.across_x);
+  grid.across_y = fixedPoint(place.across_y);
+  grid.down_x = fixedPoint(place.down_x);
+  grid.down_y = fixedPoint(place.down_y);
+  grid.x = fixedPoint(x) - kHalf * (grid.across_x + grid.down_x);
+  grid.y = fixedPoint(y) - kHalf * (grid.across_y + grid.down_y);
+  if (!inside) return kernels().patches.sample_clamped(grid, patch);
+  kernels().patches.sample(grid, patch);
+  return 0;
 }
 
-std::vector<float> gaussianWindow(int half, double spacing, double sigma) {
-  std::vector<float> weights;
-  for (int r = -half; r <= half; ++r) {
-    for (int c = -half; c <= half; ++c) {
-      const double distance2 = spacing * spacing * (r * r + c * c);
-      weights.push_back(static_cast<float>(std::exp(-distance2 / (2 * sigma * sigma))));
+PatchWeights gaussianWindow(double sigma) {
+  PatchWeights weights = {};
+  constexpr int kMiddle = Patch::kInner / 2;
+  for (int r = 0; r < Patch::kInner; ++r) {
+    for (int c = 0; c < Patch::kInner; ++c) {
+      const int distance2 = (r - kMiddle) * (r - kMiddle) + (c - kMiddle) * (c - kMiddle);
+      weights.values[r * Patch::kPitch + c] = static_cast<float>(std::exp(-distance2 / (2 * sigma * sigma)));
     }
   }
   return weights;

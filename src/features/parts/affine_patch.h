@@ -5,6 +5,7 @@
 
 #include "corrsel/correspondences.h"
 #include "features/parts/scale_level.h"
+#include "kernels/patch.h"
 
 namespace corrsel::core {
 
@@ -19,18 +20,14 @@ struct HalfAxes {
 HalfAxes halfAxes(const AffineFrame& frame);
 
 /// Samples a level bilinearly at the image points frame * (c * spacing, r * spacing), for r (rows) and c
-/// (columns) from -half to half. Beyond the border the nearest pixel is used. O(samples).
-/// @param level   at least 2 x 2 pixels
+/// (columns) from -Patch::kHalf to Patch::kHalf. Beyond the border the nearest pixel is used.
+/// @param level    at least 2 x 2 pixels
 /// @param spacing  of the samples, in units of the frame
-/// @param patch   receives (2 half + 1)^2 grey levels, row-major
 /// @return the number of samples beyond the border
-std::size_t samplePatch(const ScaleLevel& level, const AffineFrame& frame, int half, double spacing,
-                        float* patch);
+int samplePatch(const ScaleLevel& level, const AffineFrame& frame, double spacing, Patch& patch);
 
-/// Weights exp(-d^2 / (2 sigma^2)) of the samples of a patch, where d is the distance to the centre.
-/// @param half    as in samplePatch()
-/// @param spacing  of the samples, in the unit of sigma
-/// @return (2 half + 1)^2 weights, row-major
-std::vector<float> gaussianWindow(int half, double spacing, double sigma);
+/// Weights exp(-d^2 / (2 sigma^2)) of the gradients of a patch, where d is the distance to the centre.
+/// @param sigma  samples
+PatchWeights gaussianWindow(double sigma);
 
 }  // namespace corrsel::core

@@ -44,7 +44,7 @@ void keepFeatures(const std::vector<char>& keep, Features& features) {
   for (std::size_t i = 0; i < keep.size(); ++i) {
     if (keep[i]) order.push_back(static_cast<int>(i));
   }
-  reorder(order, features);
+  if (order.size() < keep.size()) reorder(order, features);
 }
 
 void keepStrongest(int most, bool spread, const cv::Size& image_size, Features& features) {
