@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "kernels/binary.h"
+#include "kernels/corner.h"
 #include "kernels/descriptor.h"
 #include "kernels/field.h"
 #include "kernels/grid.h"
@@ -12,6 +14,7 @@
 #include "kernels/patch.h"
 #include "kernels/residual.h"
 #include "kernels/scale_space.h"
+#include "kernels/shrink.h"
 #include "kernels/support.h"
 
 namespace corrsel::core {
@@ -46,6 +49,9 @@ struct Kernels {
   ScaleSpaceKernels scale_space;
   OrientationKernels orientation;
   PatchKernels patches;
+  ShrinkKernels shrink;
+  CornerKernels corners;
+  BinaryKernels binary;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

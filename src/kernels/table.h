@@ -2,6 +2,8 @@
 
 // The kernels of one level, as the level_*.cpp files compile them.
 
+#include "kernels/binary_kernels.h"
+#include "kernels/corner_kernels.h"
 #include "kernels/descriptor_kernels.h"
 #include "kernels/field_kernels.h"
 #include "kernels/grid_kernels.h"
@@ -12,6 +14,7 @@
 #include "kernels/patch_kernels.h"
 #include "kernels/residual_kernels.h"
 #include "kernels/scale_space_kernels.h"
+#include "kernels/shrink_kernels.h"
 #include "kernels/support_kernels.h"
 
 namespace corrsel::core {
@@ -40,6 +43,9 @@ constexpr Kernels kTable = {
     {orientationKernel},
     {samplePatchKernel, sampleClampedKernel, blurRowsKernel, blurColumnsKernel, momentsKernel,
      directionsKernel, describeKernel},
+    {shrinkColumnsKernel, shrinkRowsKernel, blurRowsKernel, blurColumnsKernel},
+    {cornerScoresKernel, cornerMaximaKernel, structureKernel},
+    {momentsKernel, binaryTestsKernel},
 };
 
 }  // namespace

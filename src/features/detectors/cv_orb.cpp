@@ -1,8 +1,9 @@
 #include "features/detectors/cv_orb.h"
 
-#include <algorithm>
-#include <cmath>
 #include <vector>
+
+#include "features/detectors/orb.h"
+#include "features/parts/image_pyramid.h"
 
 namespace corrsel::core {
 
@@ -18,24 +19,22 @@ void CvOrbOptions::visit(OptionVisitor& visitor) const {
                   &CvOrbOptions::patch_size);
 }
 
+namespace {
+
 // OpenCV's ORB cannot keep all features: it always divides a number among its levels.
 constexpr int kNoLimit = 1000000;
 
 // OpenCV fails on a pyramid that shrinks to nothing.
-int usableCvOrbLevels(const CvOrbOptions& options, const cv::Size& size) {
-  const double smallest = options.patch_size + 1.0;
-  int levels = 1;
-  for (double side = std::min(size.width, size.height) / options.scale_factor;
-       levels < options.levels && side > smallest; side /= options.scale_factor) {
-    ++levels;
-  }
-  return levels;
+int levelsOf(const CvOrbOptions& options, const cv::Size& size) {
+  return usableLevels(size, options.scale_factor, options.levels, options.patch_size);
 }
+
+}  // namespace
 
 CreateOpenCv cvOrbCreator(const CvOrbOptions& options) {
   return [options](const cv::Size& size, int most) {
     return cv::ORB::create(most > 0 ? most : kNoLimit, static_cast<float>(options.scale_factor),
-                           usableCvOrbLevels(options, size), options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
+                           levelsOf(options, size), options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
                            options.patch_size, options.fast_threshold);
   };
 }
@@ -47,17 +46,7 @@ CvOrbDetector::CvOrbDetector(const CvOrbOptions& options, const std::string& nam
 }
 
 std::vector<int> CvOrbDetector::shares(const cv::Size& image_size, int most) const {
-  const int levels = usableCvOrbLevels(options_, image_size);
-  const double factor = 1 / options_.scale_factor;
-  double share = most * (1 - factor) / (1 - std::pow(factor, levels));
-  std::vector<int> result;
-  int left = most;
-  for (int level = 1; level < levels; ++level, share *= factor) {
-    result.push_back(std::min(cvRound(share), left));
-    left -= result.back();
-  }
-  result.push_back(left);
-  return result;
+  return levelShares(most, options_.scale_factor, levelsOf(options_, image_size));
 }
 
 }  // namespace corrsel::core

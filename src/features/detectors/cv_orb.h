@@ -17,12 +17,6 @@ struct CvOrbOptions : DetectorOptions {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// Diameter of the circle of pixels that FAST looks at, px.
-inline constexpr double kFastDiameter = 7;
-
-/// The number of pyramid levels on which a patch fits into the image, at most options.levels.
-int usableCvOrbLevels(const CvOrbOptions& options, const cv::Size& image_size);
-
 /// OpenCV's ORB with as many levels as the image allows.
 CreateOpenCv cvOrbCreator(const CvOrbOptions& options);
 

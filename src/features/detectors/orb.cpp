@@ -1,5 +1,18 @@
 #include "features/detectors/orb.h"
 
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+#include "base/parallel.h"
+#include "base/workspace_scope.h"
+#include "features/parts/feature_list.h"
+#include "features/parts/image_pyramid.h"
+#include "features/parts/spread.h"
+#include "kernels/kernels.h"
+
 namespace corrsel::core {
 
 void OrbOptions::visit(OptionVisitor& visitor) const {
@@ -14,19 +27,224 @@ void OrbOptions::visit(OptionVisitor& visitor) const {
                   &OrbOptions::patch_size);
 }
 
-CvOrbOptions cvOrbOptions(const OrbOptions& options) {
-  CvOrbOptions result;
-  static_cast<DetectorOptions&>(result) = options;
-  result.scale_factor = options.scale_factor;
-  result.levels = options.levels;
-  result.fast_threshold = options.fast_threshold;
-  result.patch_size = options.patch_size;
-  return result;
+namespace {
+
+constexpr int kBandRows = 32;         // of a level that are searched at once
+constexpr int kTileColumns = 64;      // of a band that are left out where the mask allows no place
+constexpr std::size_t kPatches = 64;  // that a thread describes at once
+constexpr double kHarrisWeight = 0.04;
+// The scale of a derivative: Sobel's operator has the weight 4; sums over 7 px as OpenCV divides them.
+constexpr double kHarrisUnit = 1.0 / (4 * 7 * 255);
+
+/// A corner of a level.
+struct Corner {
+  std::int32_t x, y;
+  float response;
+  std::int32_t level;
+};
+
+bool strongerCorner(const Corner& a, const Corner& b) {
+  if (a.response != b.response) return a.response > b.response;
+  return a.y != b.y ? a.y < b.y : a.x < b.x;
 }
 
-OrbDetector::OrbDetector(const OrbOptions& options)
-    : CvOrbDetector(cvOrbOptions(options), "orb"), options_(options) {
+/// A band of a level, and its corners.
+struct Band {
+  int level, begin, end;
+  std::vector<PixelPlace> places;
+};
+
+/// Memory that is kept for the next image.
+struct OrbMemory {
+  ImagePyramid pyramid;
+  std::vector<Band> bands;
+  std::vector<std::vector<Corner>> corners;  ///< per level
+};
+
+/// Memory of a thread.
+struct BandMemory {
+  std::vector<std::uint8_t> scores[3];
+  std::vector<std::int32_t> columns;
+};
+
+float harrisResponse(const StructureSums& sums) {
+  const double xx = sums.xx, yy = sums.yy, xy = sums.xy, trace = xx + yy;
+  constexpr double kUnit = kHarrisUnit * kHarrisUnit * kHarrisUnit * kHarrisUnit;
+  return static_cast<float>((xx * yy - xy * xy - kHarrisWeight * (trace * trace)) * kUnit);
+}
+
+/// The pixels [begin, end) of a row.
+struct Span {
+  int begin, end;
+};
+
+/// The columns of a band in which a place may be allowed.
+std::vector<Span> allowedSpans(const PyramidLevel& level, const Band& band, int border,
+                               const PlaceMask& mask) {
+  const int last = level.width - border;
+  if (mask.everywhere()) return {{border, last}};
+  std::vector<Span> spans;
+  for (int x = border; x < last; x += kTileColumns) {
+    const int end = std::min(x + kTileColumns, last);
+    const cv::Point2f first = level.toImage(x, band.begin), final = level.toImage(end - 1, band.end - 1);
+    const cv::Point corner(static_cast<int>(std::floor(first.x)), static_cast<int>(std::floor(first.y)));
+    const cv::Point opposite(static_cast<int>(std::ceil(final.x)) + 1,
+                             static_cast<int>(std::ceil(final.y)) + 1);
+    if (!mask.allowsAny({corner, opposite})) continue;
+    if (!spans.empty() && spans.back().end == x) {
+      spans.back().end = end;
+    } else {
+      spans.push_back({x, end});
+    }
+  }
+  return spans;
+}
+
+/// Finds the corners of a band in some of its columns.
+void findCorners(const PyramidLevel& level, const Span& span, int threshold, const PlaceMask& mask,
+                 Band& band) {
+  const CornerKernels& corners = kernels().corners;
+  auto& memory = WorkspaceScope::part<BandMemory>();
+  // Corners are compared with their neighbours, so one more pixel is needed on each side.
+  const int first = span.begin - 1, width = span.end - span.begin;
+  for (auto& row : memory.scores) row.resize(static_cast<std::size_t>(width + 2 + kCornerPadding));
+  memory.columns.resize(static_cast<std::size_t>(width));
+  bool any[3] = {};
+  const auto score = [&](int y) {
+    any[y % 3] = corners.scores(level.pixels + y * level.stride + first, level.stride, width + 2, threshold,
+                                memory.scores[y % 3].data());
+  };
+  score(band.begin - 1);
+  score(band.begin);
+  for (int y = band.begin; y < band.end; ++y) {
+    score(y + 1);
+    if (!any[y % 3]) continue;
+    const auto row = [&](int at) { return memory.scores[at % 3].data() + 1; };
+    const int found = corners.maxima(row(y - 1), row(y), row(y + 1), width, memory.columns.data());
+    for (int i = 0; i < found; ++i) {
+      const PixelPlace place{span.begin + memory.columns[static_cast<std::size_t>(i)], y};
+      if (mask.everywhere() || mask.allows(level.toImage(place.x, place.y))) band.places.push_back(place);
+    }
+  }
+}
+
+/// Reduces the image and searches all bands, on several threads: the first one makes the levels, one after
+/// the other; the others search the levels that are finished.
+/// @param radius  of the patches that will be described
+void searchLevels(const DetectionRequest& request, const OrbOptions& options, int radius, OrbMemory& memory) {
+  const int levels = memory.pyramid.size(), border = options.patch_size;
+  std::size_t count = 0;
+  for (int level = 0; level < levels; ++level) {
+    const int last = memory.pyramid.level(level).height - border;
+    for (int y = border; y < last; y += kBandRows, ++count) {
+      if (memory.bands.size() <= count) memory.bands.emplace_back();
+      Band& band = memory.bands[count];
+      band.level = level;
+      band.begin = y;
+      band.end = std::min(y + kBandRows, last);
+      band.places.clear();
+    }
+  }
+  memory.bands.resize(count);
+  std::atomic<bool> building{false};
+  std::atomic<int> made{1};
+  std::atomic<std::size_t> next{0};
+  onThreads(std::min(count, static_cast<std::size_t>(std::max(1, request.threads))), [&] {
+    if (!building.exchange(true)) {
+      for (int level = 1; level < levels; ++level) {
+        memory.pyramid.reduce(level);
+        made.store(level + 1, std::memory_order_release);
+      }
+    }
+    for (std::size_t i = next++; i < count; i = next++) {
+      Band& band = memory.bands[i];
+      while (made.load(std::memory_order_acquire) <= band.level) std::this_thread::yield();
+      const PyramidLevel& level = memory.pyramid.level(band.level);
+      for (const Span& span : allowedSpans(level, band, border, request.mask)) {
+        findCorners(level, span, options.fast_threshold, request.mask, band);
+      }
+      if (request.describe) {
+        // The patches of the first and of the last band reach beyond it.
+        const int last = level.height - border;
+        memory.pyramid.blur(band.level, band.begin - (band.begin == border ? radius : 0),
+                            band.end + (band.end == last ? radius : 0));
+      }
+    }
+  });
+}
+
+/// Ranks the corners of a level and keeps the `most` strongest ones; 0 = all.
+void rankCorners(const OrbMemory& memory, int number, int most, std::vector<Corner>& corners) {
+  const PyramidLevel& level = memory.pyramid.level(number);
+  corners.clear();
+  std::vector<StructureSums> sums;
+  for (const Band& band : memory.bands) {
+    if (band.level != number) continue;
+    sums.resize(band.places.size());
+    kernels().corners.structure(level.pixels, level.stride, band.places.data(), band.places.size(),
+                                sums.data());
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      corners.push_back({band.places[i].x, band.places[i].y, harrisResponse(sums[i]), number});
+    }
+  }
+  const auto wanted = static_cast<std::size_t>(most);
+  if (most > 0 && corners.size() > wanted) {
+    std::nth_element(corners.begin(), corners.begin() + most, corners.end(), strongerCorner);
+    corners.resize(wanted);
+  }
+}
+
+}  // namespace
+
+OrbDetector::OrbDetector(const OrbOptions& options) : options_(options), patch_(options.patch_size) {
   options_.check();
+}
+
+void OrbDetector::detect(const DetectionRequest& request, Features& features) const {
+  const cv::Mat& grey = request.image;
+  if (grey.cols <= 2 * options_.patch_size || grey.rows <= 2 * options_.patch_size) return;
+  auto& memory = WorkspaceScope::part<OrbMemory>();
+  const int levels = usableLevels(grey.size(), options_.scale_factor, options_.levels, options_.patch_size);
+  memory.pyramid.start(grey, options_.scale_factor, levels, request.describe);
+  searchLevels(request, options_, patch_.radius(), memory);
+
+  const int most = options_.spread ? 0 : options_.max_features;
+  const std::vector<int> shares = levelShares(most, options_.scale_factor, levels);
+  memory.corners.resize(static_cast<std::size_t>(levels));
+  forEachBlock(memory.corners.size(), 1, request.threads, [&](std::size_t begin, std::size_t) {
+    if (most > 0 && shares[begin] == 0) {
+      memory.corners[begin].clear();
+    } else {
+      rankCorners(memory, static_cast<int>(begin), shares[begin], memory.corners[begin]);
+    }
+  });
+  std::vector<Corner> corners;
+  for (const auto& level : memory.corners) corners.insert(corners.end(), level.begin(), level.end());
+
+  features.keypoints.resize(corners.size());
+  features.frames.resize(corners.size());
+  if (request.describe) {
+    features.descriptors.create(static_cast<int>(corners.size()), OrientedPatch::kBytes, CV_8U);
+  }
+  const double diameter = request.describe ? options_.patch_size : kFastDiameter;
+  forEachBlock(corners.size(), kPatches, request.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Corner& corner = corners[i];
+      const PyramidLevel& level = memory.pyramid.level(corner.level);
+      cv::KeyPoint& keypoint = features.keypoints[i];
+      keypoint.pt = level.toImage(corner.x, corner.y);
+      keypoint.size = static_cast<float>(diameter * level.scale);
+      keypoint.angle = patch_.angle(level, corner.x, corner.y);
+      keypoint.response = corner.response;
+      keypoint.octave = corner.level;
+      keypoint.class_id = -1;
+      if (request.describe) {
+        patch_.describe(memory.pyramid.blurred(corner.level), corner.x, corner.y, keypoint.angle,
+                        features.descriptors.ptr(static_cast<int>(i)));
+      }
+    }
+  });
+  features.frames = similarityFrames(features.keypoints);
 }
 
 }  // namespace corrsel::core
