@@ -35,7 +35,8 @@ struct CornerKernels {
   int (*maxima)(const std::uint8_t* above, const std::uint8_t* here, const std::uint8_t* below, int n,
                 std::int32_t* columns);
 
-  /// The sums of the block around every place. @pre the places are at least 4 px from the border
+  /// The sums of the block around every place. @pre the places are at least 4 px from the border, and 8 more
+  /// bytes may be read behind a row
   void (*structure)(const std::uint8_t* pixels, std::ptrdiff_t stride, const PixelPlace* places,
                     std::size_t n, StructureSums* sums);
 };

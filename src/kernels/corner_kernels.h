@@ -90,62 +90,87 @@ int cornerMaximaKernel(const std::uint8_t* above, const std::uint8_t* here, cons
   return found;
 }
 
-// Eight columns of 16-bit numbers, of which seven are used: the same at every level.
-typedef std::int16_t EightV __attribute__((vector_size(16)));
-typedef std::int32_t FourV __attribute__((vector_size(16)));
+constexpr int kBlocks = kBytes / 16;  ///< of 16 bytes in a vector, for a patch each
 
-inline EightV widenEight(const std::uint8_t* p) {
-#if defined(__SSE2__)
-  return (EightV)_mm_unpacklo_epi8(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p)), _mm_setzero_si128());
+/// 16 bytes each from several places.
+inline ByteV loadBlocks(const std::uint8_t* const (&places)[kBlocks]) {
+#if defined(__AVX512F__) || defined(__AVX2__)
+  const auto block = [&](int i) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(places[i])); };
+  const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(block(0)), block(1), 1);
+#if defined(__AVX512F__)
+  const __m256i high = _mm256_inserti128_si256(_mm256_castsi128_si256(block(2)), block(3), 1);
+  // The plain casts have an undefined half, which GCC 12 takes for a mistake.
+  return (ByteV)_mm512_inserti64x4(_mm512_zextsi256_si512(low), high, 1);
+#else
+  return (ByteV)low;
+#endif
+#else
+  return loadBytes(places[0]);
+#endif
+}
+
+/// The bytes first to first + 7 of every block.
+template <int kFirst>
+inline ShortV eightOfBlocks(ByteV v) {
+#if defined(__AVX512F__)
+  return (ShortV)_mm512_unpacklo_epi8(_mm512_bsrli_epi128((__m512i)v, kFirst), _mm512_setzero_si512());
+#elif defined(__AVX2__)
+  return (ShortV)_mm256_unpacklo_epi8(_mm256_srli_si256((__m256i)v, kFirst), _mm256_setzero_si256());
+#elif defined(__SSE2__)
+  return (ShortV)_mm_unpacklo_epi8(_mm_srli_si128((__m128i)v, kFirst), _mm_setzero_si128());
 #elif defined(__ARM_NEON)
-  return (EightV)vmovl_u8(vld1_u8(p));
+  return (ShortV)vmovl_u8(vget_low_u8(vextq_u8((uint8x16_t)v, (uint8x16_t)v, kFirst)));
 #else
-  EightV v;
-  for (int k = 0; k < 8; ++k) v[k] = p[k];
-  return v;
+  ShortV result;
+  for (int k = 0; k < 8; ++k) result[k] = v[k + kFirst];
+  return result;
 #endif
 }
-
-/// Adds products of neighbouring lanes: sum[i] += a[2 i] b[2 i] + a[2 i + 1] b[2 i + 1].
-inline FourV addProducts(FourV sum, EightV a, EightV b) {
-#if defined(__SSE2__)
-  return sum + (FourV)_mm_madd_epi16((__m128i)a, (__m128i)b);
-#elif defined(__ARM_NEON) && defined(__aarch64__)
-  const int16x8_t p = (int16x8_t)a, q = (int16x8_t)b;
-  return sum + (FourV)vpaddq_s32(vmull_s16(vget_low_s16(p), vget_low_s16(q)), vmull_high_s16(p, q));
-#else
-  for (int k = 0; k < 4; ++k) sum[k] += a[2 * k] * b[2 * k] + a[2 * k + 1] * b[2 * k + 1];
-  return sum;
-#endif
-}
-
-inline std::int32_t sumOfFour(FourV v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
 void structureKernel(const std::uint8_t* pixels, std::ptrdiff_t stride, const PixelPlace* places,
                      std::size_t n, StructureSums* sums) {
-  constexpr int kRadius = 3;
-  const EightV used = {-1, -1, -1, -1, -1, -1, -1, 0};
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::uint8_t* p =
-        pixels + (places[i].y - kRadius - 1) * stride + (places[i].x - kRadius - 1);  // of the upper left
-    EightV difference[2 * kRadius + 3], mean[2 * kRadius + 3];                        // of the rows
+  constexpr int kSide = 7;  // of the block; its derivatives need one more pixel on each side
+  const ShortV used = [] {
+    ShortV lanes;  // of eight columns, seven are used
+    for (int k = 0; k < kShorts; ++k) lanes[k] = k % 8 < kSide ? -1 : 0;
+    return lanes;
+  }();
+  for (std::size_t begin = 0; begin < n; begin += kBlocks) {
+    const std::uint8_t* corners[kBlocks];
+    for (int i = 0; i < kBlocks; ++i) {
+      const PixelPlace& place = places[begin + i < n ? begin + i : begin];
+      corners[i] = pixels + (place.y - kSide / 2 - 1) * stride + (place.x - kSide / 2 - 1);
+    }
+    ShortV difference[kSide + 2], mean[kSide + 2];  // of the rows
 #pragma GCC unroll 9
-    for (int row = 0; row < 2 * kRadius + 3; ++row, p += stride) {
-      const EightV left = widenEight(p), centre = widenEight(p + 1), right = widenEight(p + 2);
+    for (int row = 0; row < kSide + 2; ++row) {
+      const ByteV bytes = loadBlocks(corners);
+      const ShortV left = eightOfBlocks<0>(bytes), centre = eightOfBlocks<1>(bytes),
+                   right = eightOfBlocks<2>(bytes);
       difference[row] = right - left;
       mean[row] = left + right + (centre + centre);
+      for (int i = 0; i < kBlocks; ++i) corners[i] += stride;
     }
-    FourV xx = {}, yy = {}, xy = {};
+    IntV xx = {}, yy = {}, xy = {};
 #pragma GCC unroll 7
-    for (int row = 0; row < 2 * kRadius + 1; ++row) {
-      const EightV dx = difference[row] + difference[row + 2] + (difference[row + 1] + difference[row + 1]);
-      const EightV dy = mean[row + 2] - mean[row];
-      const EightV used_dx = dx & used, used_dy = dy & used;
+    for (int row = 0; row < kSide; ++row) {
+      const ShortV dx = difference[row] + difference[row + 2] + (difference[row + 1] + difference[row + 1]);
+      const ShortV dy = mean[row + 2] - mean[row];
+      const ShortV used_dx = dx & used, used_dy = dy & used;
       xx = addProducts(xx, dx, used_dx);
       yy = addProducts(yy, dy, used_dy);
       xy = addProducts(xy, dx, used_dy);
     }
-    sums[i] = {sumOfFour(xx), sumOfFour(yy), sumOfFour(xy)};
+    std::int32_t lanes[3][kWidth];
+    store(lanes[0], xx);
+    store(lanes[1], yy);
+    store(lanes[2], xy);
+    for (int i = 0; i < kBlocks && begin + i < n; ++i) {
+      const auto total = [i](const std::int32_t* v) {
+        return (v[4 * i] + v[4 * i + 1]) + (v[4 * i + 2] + v[4 * i + 3]);
+      };
+      sums[begin + i] = {total(lanes[0]), total(lanes[1]), total(lanes[2])};
+    }
   }
 }
 

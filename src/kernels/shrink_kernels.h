@@ -66,7 +66,7 @@ void blurColumnsKernel(const std::uint16_t* sums, int n, std::uint8_t* out) {
     const auto pair = [=](int a, int b) { return load(p + a) + load(p + b); };
     // The weights sum up to 2^16; every product loses half a unit of 1 / 128 grey level on average.
     const UShortV value = (highProduct(load(p + 3), 14162) + highProduct(pair(2, 4), 12498)) +
-                         (highProduct(pair(1, 5), 8590) + highProduct(pair(0, 6), 4599));
+                          (highProduct(pair(1, 5), 8590) + highProduct(pair(0, 6), 4599));
     narrow(out + x, (value + 66) >> 7);
   }
 }

@@ -99,7 +99,8 @@ inline UShortV widen(const std::uint8_t* p) {
 #elif defined(__AVX2__)
   return (UShortV)_mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
 #elif defined(__SSE2__)
-  return (UShortV)_mm_unpacklo_epi8(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p)), _mm_setzero_si128());
+  return (UShortV)_mm_unpacklo_epi8(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p)),
+                                    _mm_setzero_si128());
 #elif defined(__ARM_NEON)
   return (UShortV)vmovl_u8(vld1_u8(p));
 #else
