@@ -96,13 +96,15 @@ constexpr int kBlocks = kBytes / 16;  ///< of 16 bytes in a vector, for a patch 
 inline ByteV loadBlocks(const std::uint8_t* const (&places)[kBlocks]) {
 #if defined(__AVX512F__) || defined(__AVX2__)
   const auto block = [&](int i) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(places[i])); };
-  const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(block(0)), block(1), 1);
+  const auto pair = [&](int i) {
+    return _mm256_inserti128_si256(_mm256_castsi128_si256(block(i)), block(i + 1), 1);
+  };
 #if defined(__AVX512F__)
-  const __m256i high = _mm256_inserti128_si256(_mm256_castsi128_si256(block(2)), block(3), 1);
-  // The plain casts have an undefined half, which GCC 12 takes for a mistake.
-  return (ByteV)_mm512_inserti64x4(_mm512_zextsi256_si512(low), high, 1);
+  // Masked, because GCC 12 takes the plain form's undefined source for a mistake.
+  return (ByteV)_mm512_maskz_inserti64x4(static_cast<__mmask8>(-1), _mm512_castsi256_si512(pair(0)), pair(2),
+                                         1);
 #else
-  return (ByteV)low;
+  return (ByteV)pair(0);
 #endif
 #else
   return loadBytes(places[0]);
@@ -157,9 +159,9 @@ void structureKernel(const std::uint8_t* pixels, std::ptrdiff_t stride, const Pi
       const ShortV dx = difference[row] + difference[row + 2] + (difference[row + 1] + difference[row + 1]);
       const ShortV dy = mean[row + 2] - mean[row];
       const ShortV used_dx = dx & used, used_dy = dy & used;
-      xx = addProducts(xx, dx, used_dx);
-      yy = addProducts(yy, dy, used_dy);
-      xy = addProducts(xy, dx, used_dy);
+      xx = addProducts(xx, (IntV)dx, (IntV)used_dx);
+      yy = addProducts(yy, (IntV)dy, (IntV)used_dy);
+      xy = addProducts(xy, (IntV)dx, (IntV)used_dy);
     }
     std::int32_t lanes[3][kWidth];
     store(lanes[0], xx);
