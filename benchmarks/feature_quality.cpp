@@ -38,6 +38,7 @@ const corrsel::CommandLineTable& argumentTable() {
            "features, comma-separated; A=B compares A with B"},
           {"max_features", "N", "2000",
            "also measured with this limit, and of A=B with as many features; 0 = not"},
+          {"selectors", "LIST", "usac,gms,lpm", "selectors whose F is measured"},
           {"options", "LIST", "", "options of the algorithms: sift.contrast_threshold=0.03,..."},
           {"threads", "N", "2", "threads that extract and match"},
           {"pairs", "", "", "print a row for every pair as well"},
@@ -52,7 +53,6 @@ constexpr double kMostLoss = 0.5;             // percentage points
 constexpr double kMostSurplus = 0.1;          // share of features by which two numbers count as equal
 constexpr double kMostDistance = 0.5;         // px, between the positions of one feature
 constexpr double kMostScaleDifference = 0.1;  // share
-constexpr const char* kSelectors[] = {"usac", "gms", "lpm"};
 
 /// The pairs of a dataset; every image is there once.
 struct Dataset {
@@ -92,7 +92,8 @@ Dataset readAll(const std::string& name, const std::string& data_root) {
 
 /// The measures of one pair, in percent except for the numbers of features. NaN: undefined for this pair.
 struct Quality {
-  double features, repeatability, right, f[std::size(kSelectors)];
+  double features, repeatability, right;
+  std::vector<double> f;  // by selector
 };
 
 /// The strongest features.
@@ -105,7 +106,8 @@ Features strongest(const Features& all, std::size_t number) {
   return result;
 }
 
-Quality judge(const Dataset::Pair& pair, const Features& left, const Features& right) {
+Quality judge(const Dataset::Pair& pair, const Features& left, const Features& right,
+              const std::vector<std::string>& selectors) {
   Quality result{};
   result.features = double(left.keypoints.size() + right.keypoints.size()) / 2;
   result.repeatability =
@@ -118,10 +120,10 @@ Quality judge(const Dataset::Pair& pair, const Features& left, const Features& r
   result.right = matches.empty() ? kUndefined : 100 * double(right_matches) / double(matches.size());
   EvaluationOptions options;
   options.tolerances = {kTolerance};
-  for (std::size_t i = 0; i < std::size(kSelectors); ++i) {
-    const auto selector = createSelector(kSelectors[i], {}, {{"model", "homography"}, {"threads", "1"}});
+  for (const std::string& name : selectors) {
+    const auto selector = createSelector(name, {}, {{"model", "homography"}, {"threads", "1"}});
     const Evaluation evaluation = evaluate(pair.truth.kind, errors, selector->select(matches).mask, options);
-    result.f[i] = 100 * evaluation.metrics[0].f_paper;
+    result.f.push_back(100 * evaluation.metrics[0].f_paper);
   }
   return result;
 }
@@ -138,11 +140,12 @@ FeatureSets extractAll(const Dataset& dataset, const std::string& name, const Al
   return result;
 }
 
-std::vector<Quality> judgeAll(const Dataset& dataset, const FeatureSets& features, int threads) {
+std::vector<Quality> judgeAll(const Dataset& dataset, const FeatureSets& features,
+                              const std::vector<std::string>& selectors, int threads) {
   std::vector<Quality> result(dataset.pairs.size());
   forEachBlock(result.size(), 1, threads, [&](std::size_t begin, std::size_t) {
     const Dataset::Pair& pair = dataset.pairs[begin];
-    result[begin] = judge(pair, features[pair.left], features[pair.right]);
+    result[begin] = judge(pair, features[pair.left], features[pair.right], selectors);
   });
   return result;
 }
@@ -159,7 +162,7 @@ void equalize(FeatureSets& a, FeatureSets& b) {
 /// Values in the order of the table's columns.
 std::vector<double> values(const Quality& q) {
   std::vector<double> result = {q.features, q.repeatability, q.right};
-  result.insert(result.end(), std::begin(q.f), std::end(q.f));
+  result.insert(result.end(), q.f.begin(), q.f.end());
   return result;
 }
 
@@ -183,10 +186,10 @@ std::string text(double value, const char* format) {
   return buffer;
 }
 
-void printHeader() {
+void printHeader(const std::vector<std::string>& selectors) {
   std::vector<std::string> names = {"dataset", "limit",         "features",
                                     "number",  "repeatability", "right matches"};
-  for (const char* selector : kSelectors) names.push_back(std::string("F ") + selector);
+  for (const std::string& selector : selectors) names.push_back("F " + selector);
   names.emplace_back("");
   std::cout << "| " << joinList(names, " | ") << " |\n|---|---|---|" << std::flush;
   for (std::size_t i = 3; i < names.size(); ++i) std::cout << "--:|";
@@ -203,7 +206,7 @@ void printRow(const std::string& dataset, const std::string& limit, const std::s
 
 struct Arguments {
   std::string data_root;
-  std::vector<std::string> datasets, features;
+  std::vector<std::string> datasets, features, selectors;
   int max_features, threads;
   bool pairs;
   AlgorithmOptions options;
@@ -249,7 +252,7 @@ class Comparison {
   }
 
   std::vector<double> row(const std::string& limit, const std::string& features, const FeatureSets& sets) {
-    const std::vector<Quality> all = judgeAll(dataset_, sets, arguments_.threads);
+    const std::vector<Quality> all = judgeAll(dataset_, sets, arguments_.selectors, arguments_.threads);
     for (std::size_t i = 0; arguments_.pairs && i < all.size(); ++i) {
       printRow(dataset_.pairs[i].id.text(), limit, features, values(all[i]), "%.1f", "");
     }
@@ -297,7 +300,7 @@ int run(const Arguments& arguments) {
   cv::setNumThreads(1);
   bool passed = true;
   std::vector<std::string> faithful;
-  printHeader();
+  printHeader(arguments.selectors);
   for (const std::string& name : arguments.datasets) {
     const Dataset dataset = readAll(name, arguments.data_root);
     Comparison comparison(arguments, name, dataset);
@@ -331,6 +334,7 @@ int main(int argc, char** argv) {
       throw corrsel::UsageError("--data_root is missing: the folder of the datasets");
     arguments.datasets = values.list("dataset");
     arguments.features = values.list("features");
+    arguments.selectors = values.list("selectors");
     arguments.max_features = int(values.number("max_features", 0, 100000));
     arguments.threads = int(values.number("threads", 1, 1024));
     arguments.pairs = values.isOn("pairs");

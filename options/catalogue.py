@@ -39,7 +39,11 @@ def groups(catalogue, nodelet):
         result = [("", "", FEATURES, choice), ("region", "roi_", REGION, own["region"])]
         for algorithm in features["algorithms"]:
             name = algorithm["name"]
-            result.append((name, name + "_", FEATURES, algorithm["options"]))
+            live = [
+                dict(option, default=option.get("live_default", option["default"]))
+                for option in algorithm["options"]
+            ]
+            result.append((name, name + "_", FEATURES, live))
         result.append(("match", "match_", MATCH, catalogue["matching"]))
         result.append(("sequence", "sequence_", SEQUENCE, catalogue["sequence"]))
         return result

@@ -19,13 +19,21 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json describe(const core::OptionSet& options) {
+Json toJson(const core::OptionValue& option) {
+  return std::visit([](const auto& value) { return Json(value); }, option);
+}
+
+/// @param live  the options with the default values of live use, where these differ from the others
+Json describe(const core::OptionSet& options, const core::OptionSet* live = nullptr) {
   Json list = Json::array();
   for (const core::OptionField& field : core::optionFields(options)) {
     Json entry;
     entry["name"] = field.name;
     entry["type"] = core::toString(field.type);
-    std::visit([&entry](const auto& value) { entry["default"] = value; }, field.get(options));
+    entry["default"] = toJson(field.get(options));
+    if (live != nullptr && field.get(*live) != field.get(options)) {
+      entry["live_default"] = toJson(field.get(*live));
+    }
     if (field.type == core::OptionType::kInteger) {
       entry["min"] = static_cast<int>(field.min);
       entry["max"] = static_cast<int>(field.max);
@@ -62,8 +70,11 @@ Json features() {
   for (const core::FeatureCombination& combination : core::featureCombinations()) {
     combinations.push_back({{"name", combination.name}, {"meaning", combination.meaning}});
   }
+  const auto live = liveFeatureAlgorithms();
   for (const auto& [name, options] : core::featureAlgorithms()) {
-    algorithms.push_back({{"name", name}, {"options", describe(*options)}});
+    const auto found = std::find_if(live.begin(), live.end(),
+                                    [&name = name](const auto& entry) { return entry.first == name; });
+    algorithms.push_back({{"name", name}, {"options", describe(*options, found->second.get())}});
   }
   return {{"combinations", combinations},
           {"detectors", core::detectorNames()},

@@ -12,6 +12,7 @@
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "corrsel/selectors/factory.h"
+#include "ros/live/nodelet_parameters.h"
 #include "ros/live/parameters.h"
 
 namespace corrsel {
@@ -159,7 +160,7 @@ TEST(Cfg, SelectorParametersEqualTheOptions) {
 TEST(Cfg, FeatureParametersEqualTheOptions) {
   const auto all = parameters(FeatureMatcherConfig::__getDescriptionMessage__());
   auto open = all;
-  for (const auto& [name, options] : core::featureAlgorithms()) compare(*options, open, all, name + "_", 1);
+  for (const auto& [name, options] : liveFeatureAlgorithms()) compare(*options, open, all, name + "_", 1);
   compare(core::MatchOptions(), open, all, "match_", 2);
   compare(core::SequenceOptions(), open, all, "sequence_", 4);
   for (const std::string& name : core::extractorNames()) {
@@ -179,6 +180,18 @@ TEST(ChangedOptions, DefaultsAreNotPassedOn) {
             (core::OptionMap{{"alpha", "6.5"}, {"grid", "10"}, {"rotation", "true"}}));
   EXPECT_EQ(changedOptions(config, "lpm_"), (core::OptionMap{{"cost", "multiscale"}}));
   EXPECT_TRUE(changedOptions(config, "nnsr_").empty());
+}
+
+TEST(AllOptions, ArePassedOnWithTheirDefaults) {
+  FeatureMatcherConfig config = FeatureMatcherConfig::__getDefault__();
+  config.freak_pattern_scale = 11.5;
+  core::OptionMap expected;
+  for (const auto& [name, options] : liveFeatureAlgorithms()) {
+    if (name != "freak") continue;
+    for (const core::OptionText& option : core::listOptions(*options)) expected[option.name] = option.value;
+  }
+  expected["pattern_scale"] = "11.5";
+  EXPECT_EQ(allOptions(config, "freak_"), expected);
 }
 
 TEST(ChangedOptions, AreAcceptedByTheSelectors) {

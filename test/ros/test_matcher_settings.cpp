@@ -57,6 +57,21 @@ TEST(MatcherSettings, FollowTheConfiguration) {
   EXPECT_EQ(current.area, cv::Rect(10, 20, 30, 40));
 }
 
+TEST(MatcherSettings, LimitTheNumberOfFeaturesByDefault) {
+  MatcherSettings settings;
+  FeatureMatcherConfig asked = config("orb+orb");
+  ASSERT_EQ(settings.configure(asked, kAll).error, "");
+  cv::Mat image(960, 1280, CV_8UC1);
+  cv::RNG(7).fill(image, cv::RNG::UNIFORM, 0, 256);
+  EXPECT_LT(maxFeatures(*settings.current().extractor, image), 1100);
+  EXPECT_GT(maxFeatures(*settings.current().extractor, image), 900);
+  // The library's default is not the one in live use, and 0 still means all.
+  EXPECT_GT(maxFeatures(*core::createExtractor("orb+orb"), image), 2000);
+  asked.orb_max_features = 0;
+  ASSERT_EQ(settings.configure(asked, kAll).error, "");
+  EXPECT_GT(maxFeatures(*settings.current().extractor, image), 2000);
+}
+
 TEST(MatcherSettings, TheExtractorIsBuiltAnewForFeaturesOnly) {
   MatcherSettings settings;
   FeatureMatcherConfig asked = config("orb+orb");

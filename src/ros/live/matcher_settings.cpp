@@ -10,7 +10,8 @@ namespace {
 std::shared_ptr<const core::FeatureExtractor> createExtractor(const FeatureMatcherConfig& config) {
   core::AlgorithmOptions options;
   for (const std::string& algorithm : core::algorithmsOf(config.features)) {
-    options[algorithm] = changedOptions(config, algorithm + "_");
+    // All of them, since some default values differ from those of the library.
+    options[algorithm] = allOptions(config, algorithm + "_");
   }
   return core::createExtractor(config.features, options);
 }

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "base/text.h"
+#include "corrsel/features/extractor.h"
 
 namespace corrsel {
 
@@ -128,6 +129,13 @@ std::vector<double> EvaluatorParameters::toleranceList() const {
 void FeatureChoice::visit(OptionVisitor& visitor) const {
   visitor.text("features", "Detector+descriptor: one of these, or any other pairing",
                &FeatureChoice::features);
+}
+
+std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> liveFeatureAlgorithms() {
+  static const core::OptionMap live_defaults = {{"max_features", "1000"}, {"spread", "true"}};
+  auto algorithms = core::featureAlgorithms();
+  for (auto& [name, options] : algorithms) core::setOptionsWherePresent(*options, live_defaults, name);
+  return algorithms;
 }
 
 void RegionParameters::visit(OptionVisitor& visitor) const {

@@ -83,6 +83,11 @@ struct FeatureChoice : core::OptionSet {
   void visit(core::OptionVisitor& visitor) const override;
 };
 
+/// core::featureAlgorithms() with the default values of live use. In live use a frame must be processed
+/// before the next one arrives, so detectors have a limit on the number of features. Everywhere else the
+/// default values are those of the paper.
+std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> liveFeatureAlgorithms();
+
 struct RegionParameters : core::OptionSet {
   int x = 0, y = 0, width = 0, height = 0;
 

@@ -180,6 +180,10 @@ core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
   return options;
 }
 
+core::OptionMap allOptions(const dynamic_reconfigure::Config& config, const std::string& prefix) {
+  return changedOptions(config, {}, prefix);
+}
+
 core::OptionMap parseOptions(const std::string& text) {
   core::OptionMap options;
   for (const std::string& piece : core::splitList(text)) {

@@ -35,6 +35,9 @@ std::vector<std::string> readParameters(const ros::NodeHandle& pnh, core::Option
 core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
                                const dynamic_reconfigure::Config& defaults, const std::string& prefix);
 
+/// The same with those that have their default values, for algorithms without presets.
+core::OptionMap allOptions(const dynamic_reconfigure::Config& config, const std::string& prefix);
+
 /// Reads "alpha=6,grid=10" as options. Throws std::invalid_argument that names the piece without this form.
 core::OptionMap parseOptions(const std::string& text);
 
@@ -48,6 +51,14 @@ std::vector<std::string> clampedParameters(const ros::NodeHandle& nh,
 template <class Config>
 std::vector<std::string> clampedParameters(const ros::NodeHandle& nh) {
   return clampedParameters(nh, Config::__getDescriptionMessage__());
+}
+
+/// allOptions() of a generated Config class.
+template <class Config>
+core::OptionMap allOptions(const Config& config, const std::string& prefix) {
+  dynamic_reconfigure::Config values;
+  config.__toMessage__(values);
+  return allOptions(values, prefix);
 }
 
 /// changedOptions() of a generated Config class.
