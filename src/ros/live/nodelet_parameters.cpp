@@ -132,7 +132,7 @@ void FeatureChoice::visit(OptionVisitor& visitor) const {
 }
 
 std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> liveFeatureAlgorithms() {
-  static const core::OptionMap live_defaults = {{"max_features", "1000"}, {"spread", "true"}};
+  static const core::OptionMap live_defaults = {{"max_features", "1000"}};
   auto algorithms = core::featureAlgorithms();
   for (auto& [name, options] : algorithms) core::setOptionsWherePresent(*options, live_defaults, name);
   return algorithms;
