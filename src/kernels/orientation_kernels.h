@@ -31,14 +31,14 @@ void orientationKernel(const std::int16_t* window, std::ptrdiff_t stride, int co
                        const float* across, const float* down, float* bins) {
   static_assert(OrientationKernels::kLanes == kLanes);
   constexpr int kBins = OrientationKernels::kBins;
-  // Neighbouring columns add to different sums, because one sum after the other would have to wait.
-  constexpr int kSums = 4;
-  float sums[kSums][kBins + 1] = {};
+  // Neighbouring columns add to different sums, because one addition to a sum waits for the one before.
+  constexpr int kSums = 8;
+  alignas(64) float sums[kSums][kBins + 12] = {};
   for (int r = 0; r < rows; ++r) {
     const std::int16_t* const row = window + r * stride;
     for (int c = 0; c < columns; c += kLanes) {
-      std::int32_t bin[kLanes];
-      float weight[kLanes];
+      alignas(64) std::int32_t bin[kLanes];
+      alignas(64) float weight[kLanes];
       for (int k = 0; k < kLanes; k += kWidth) {
         const std::int16_t* const p = row + c + k;
         const FloatV dx = loadAsFloat(p + 1) - loadAsFloat(p - 1);
@@ -48,11 +48,18 @@ void orientationKernel(const std::int16_t* window, std::ptrdiff_t stride, int co
         store(weight + k, length * load(across + c + k) * splat(down[r]));
       }
       const int n = columns - c < kLanes ? columns - c : kLanes;
-      for (int k = 0; k < n; ++k) sums[k % kSums][bin[k]] += weight[k];
+      for (int k = 0; k < kSums; ++k) sums[k][bin[k]] += weight[k];
+      if (n > kSums) {
+        for (int k = 0; k < kSums; ++k) sums[k][bin[kSums + k]] += weight[kSums + k];
+      }
     }
   }
-  for (int k = 0; k < kBins; ++k) bins[k] = (sums[0][k] + sums[1][k]) + (sums[2][k] + sums[3][k]);
-  bins[0] += (sums[0][kBins] + sums[1][kBins]) + (sums[2][kBins] + sums[3][kBins]);
+  const auto total = [&sums](int k) {
+    return ((sums[0][k] + sums[1][k]) + (sums[2][k] + sums[3][k])) +
+           ((sums[4][k] + sums[5][k]) + (sums[6][k] + sums[7][k]));
+  };
+  for (int k = 0; k < kBins; ++k) bins[k] = total(k);
+  bins[0] += total(kBins);
 }
 
 }  // namespace

@@ -4,6 +4,11 @@
 
 namespace corrsel::core {
 
+/// A column, and a level from 1 on.
+struct ExtremumPlace {
+  std::int32_t column, level;
+};
+
 /// Rows of an image in 16 bits are filtered, compared and searched for extrema in whole numbers, so the
 /// results are exact and independent of the order of the operations.
 ///
@@ -35,15 +40,19 @@ struct ScaleSpaceKernels {
   /// out[x] = b[x] - a[x].
   void (*subtractRows)(const std::int16_t* a, const std::int16_t* b, int n, std::int16_t* out);
 
-  /// The columns in [begin, end) where rows[4], the middle one, has an extremum: its absolute value exceeds
-  /// the threshold, and it is the largest of its 27 neighbours where it is positive, the smallest where it is
-  /// negative. Of neighbours that are equal, the one earlier in the order of rows and columns counts.
-  /// @param rows  three rows of the level before, of the level and of the level after, with a pixel on each
-  /// side of [begin, end)
-  /// @param columns  receives them, in ascending order; end - begin entries
+  /// The places in one row, in columns [begin, end), where the differences of a level are extremal: the
+  /// absolute value exceeds the threshold, and it is the largest of its 27 neighbours where it is positive,
+  /// the smallest where it is negative. Of neighbours that are equal, the first in the order of levels, rows
+  /// and columns counts.
+  /// @param rows     the rows before, at and after this row, of each of levels + 2 levels, in this order;
+  /// with a pixel on each side of [begin, end)
+  /// @param levels   that are searched: all but the first and the last of the given ones; 1 to kMostLevels
+  /// @param found    receives the places in an arbitrary order; up to levels * (end - begin)
   /// @return their number
-  int (*extrema)(const std::int16_t* const* rows, int begin, int end, std::int16_t threshold,
-                 std::int32_t* columns);
+  int (*extrema)(const std::int16_t* const* rows, int levels, int begin, int end, std::int16_t threshold,
+                 ExtremumPlace* found);
+
+  static constexpr int kMostLevels = 10;
 };
 
 }  // namespace corrsel::core

@@ -139,55 +139,76 @@ void subtractRowsKernel(const std::int16_t* a, const std::int16_t* b, int n, std
   for (int x = 0; x < n; x += kShorts) store(out + x, load(b + x) - load(a + x));
 }
 
-/// The largest and the smallest of the neighbours before and after a pixel in the order of rows and columns.
-struct Neighbours {
-  ShortV largest_before, smallest_before, largest_after, smallest_after;
+/// The largest and the smallest values of columns.
+struct Range {
+  ShortV high, low;
 
-  void before(const std::int16_t* p) {
-    const ShortV v = load(p);
-    largest_before = maximum(largest_before, v);
-    smallest_before = minimum(smallest_before, v);
-  }
-  void after(const std::int16_t* p) {
-    const ShortV v = load(p);
-    largest_after = maximum(largest_after, v);
-    smallest_after = minimum(smallest_after, v);
-  }
-
-  ShortV isExtremum(ShortV value, ShortV threshold) const {
-    const ShortV high = maximum(threshold, largest_before), low = minimum(-threshold, smallest_before);
-    return ((value > high) & (value >= largest_after)) | ((value < low) & (value <= smallest_after));
+  explicit Range(ShortV v) : high(v), low(v) {}
+  void add(ShortV v) {
+    high = maximum(high, v);
+    low = minimum(low, v);
   }
 };
 
-int extremaKernel(const std::int16_t* const* rows, int begin, int end, std::int16_t threshold,
-                  std::int32_t* columns) {
+/// Whether no neighbour before the place equals its value. @pre it is an extremum
+inline bool isFirst(const std::int16_t* const* rows, int level, int column) {
+  const std::int16_t value = rows[3 * level + 1][column];
+  for (int k = 0; k < 13; ++k) {
+    if (rows[3 * (level - 1) + k / 3][column + k % 3 - 1] == value) return false;
+  }
+  return true;
+}
+
+int extremaKernel(const std::int16_t* const* rows, int levels, int begin, int end, std::int16_t threshold,
+                  ExtremumPlace* found) {
+  // The ranges of columns are kept for so many pixels, which stay in the cache.
+  constexpr int kBlock = 256, kMostLevels = ScaleSpaceKernels::kMostLevels;
+  alignas(64) std::int16_t high[kMostLevels + 2][kBlock + 2 * kShorts],
+      low[kMostLevels + 2][kBlock + 2 * kShorts];
   const ShortV limit = splat(threshold);
   int count = 0;
-  for (int x = begin; x < end; x += kShorts) {
-    const ShortV value = load(rows[4] + x);
-    if (!anyTrue((value > limit) | (value < -limit))) continue;
-    Neighbours near = {load(rows[4] + x - 1), load(rows[4] + x - 1), load(rows[4] + x + 1),
-                       load(rows[4] + x + 1)};
-    for (int d = -1; d <= 1; ++d) {
-      near.before(rows[3] + x + d);
-      near.after(rows[5] + x + d);
-    }
-    // Few vectors have an extremum within their own level.
-    if (!anyTrue(near.isExtremum(value, limit))) continue;
-    for (int d = -1; d <= 1; ++d) {
-      for (int r = 0; r < 3; ++r) {
-        near.before(rows[r] + x + d);
-        near.after(rows[6 + r] + x + d);
+  for (int first = begin; first < end; first += kBlock) {
+    const int columns = end - first < kBlock ? end - first : kBlock;
+    for (int level = 0; level < levels + 2; ++level) {
+      const std::int16_t* const* const three = rows + 3 * level;
+      for (int c = 0; c < columns + 2; c += kShorts) {
+        const int x = first - 1 + c;
+        Range range(load(three[0] + x));
+        range.add(load(three[1] + x));
+        range.add(load(three[2] + x));
+        store(high[level] + c, range.high);
+        store(low[level] + c, range.low);
       }
     }
-    const ShortV found = near.isExtremum(value, limit);
-    if (!anyTrue(found)) continue;
-    std::int16_t lanes[kShorts];
-    store(lanes, found);
-    const int n = end - x < kShorts ? end - x : kShorts;
-    for (int k = 0; k < n; ++k) {
-      if (lanes[k] != 0) columns[count++] = x + k;
+    for (int c = 0; c < columns; c += kShorts) {
+      ShortV highest[kMostLevels + 2], lowest[kMostLevels + 2];
+      const auto widen = [&](int level) {
+        const std::int16_t *const h = high[level] + c, *const l = low[level] + c;
+        highest[level] = maximum(maximum(load(h), load(h + 1)), load(h + 2));
+        lowest[level] = minimum(minimum(load(l), load(l + 1)), load(l + 2));
+      };
+      widen(0);
+      widen(1);
+      for (int level = 1; level <= levels; ++level) {
+        widen(level + 1);
+        const ShortV value = load(rows[3 * level + 1] + first + c);
+        const ShortV largest =
+            maximum(maximum(highest[level - 1], highest[level]), maximum(highest[level + 1], limit));
+        const ShortV smallest =
+            minimum(minimum(lowest[level - 1], lowest[level]), minimum(lowest[level + 1], -limit));
+        const ShortV extremal = (value == largest) | (value == smallest);
+        if (!anyTrue(extremal)) continue;
+        std::int16_t lanes[kShorts];
+        store(lanes, extremal);
+        const int n = columns - c < kShorts ? columns - c : kShorts;
+        for (int k = 0; k < n; ++k) {
+          if (lanes[k] == 0) continue;
+          const int column = first + c + k, v = rows[3 * level + 1][column];
+          // A value that equals the limit is not beyond it.
+          if (v != threshold && v != -threshold && isFirst(rows, level, column))
+            found[count++] = {column, level};
+        }
+      }
     }
   }
   return count;

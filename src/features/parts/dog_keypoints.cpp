@@ -15,6 +15,8 @@ namespace {
 
 constexpr int kBorder = 5;    // pixels of the octave without keypoints
 constexpr int kMaxSteps = 5;  // of the refinement
+constexpr double kFar =
+    2.5;  // from a pixel to the extremum of its quadratic, which is meaningless from here on
 constexpr float kTwoPi = 6.283185307F;
 constexpr double kUnit = 255.0 * kGreyUnit;  // of pixels, per unit of contrast
 
@@ -40,15 +42,76 @@ void windowWeights(int first, int last, float shift, float sigma, float* weights
 
 }  // namespace
 
-struct DogKeypoints::Extremum {
+namespace {
+
+/// A pixel of the differences of Gaussians of an octave.
+struct Place {
   std::int32_t x, y;
   std::int16_t octave, level;
+
+  std::uint64_t number() const {
+    return static_cast<std::uint64_t>(octave) << 56 | static_cast<std::uint64_t>(level) << 48 |
+           static_cast<std::uint64_t>(y) << 24 | static_cast<std::uint64_t>(x);
+  }
 };
+
+struct PlacedKeypoint {
+  DogKeypoint keypoint;
+  Place place;
+};
+
+enum class Step { kDropped, kMoved, kDone };
+
+/// One step of the refinement: moves `place` or makes a keypoint of it.
+/// @param pixels  pixels(level, dy) is the pixel of a level at the place's column, dy rows below the place
+template <class Pixels>
+Step refine(const ScaleOctave& octave, const DogOptions& options, const Pixels& pixels, Place& place,
+            DogKeypoint& keypoint) {
+  const std::int16_t* near[4][3];
+  for (int level = 0; level < 4; ++level) {
+    for (int dy = -1; dy <= 1; ++dy) near[level][dy + 1] = pixels(place.level + level - 1, dy);
+  }
+  const QuadraticFit fit = fitQuadratic([&near](int dl, int dy, int dx) {
+    return static_cast<double>(near[dl + 2][dy + 1][dx] - near[dl + 1][dy + 1][dx]);
+  });
+  if (!fit.solved || !(fit.reach() < kFar)) return Step::kDropped;
+  if (fit.reach() >= 0.5) {
+    const auto moved = [&fit](int axis) { return static_cast<int>(std::lround(fit.offset[axis])); };
+    place.x += moved(0);
+    place.y += moved(1);
+    const int level = place.level + moved(2);
+    if (level < 1 || level > options.octave_layers || place.x < kBorder ||
+        place.x >= octave.width - kBorder || place.y < kBorder || place.y >= octave.height - kBorder) {
+      return Step::kDropped;
+    }
+    place.level = static_cast<std::int16_t>(level);
+    return Step::kMoved;
+  }
+  const double value = std::abs(fit.extremum()) / kUnit, trace = fit.trace(), area = fit.determinant();
+  const double e = options.edge_threshold;
+  if (value * options.octave_layers < options.contrast_threshold || !(area > 0) ||
+      trace * trace * e >= (e + 1) * (e + 1) * area) {
+    return Step::kDropped;
+  }
+  const double scale = octave.levels[0].step, start = octave.levels[0].offset;
+  const double layer = place.level + fit.offset[2];
+  keypoint.x = static_cast<float>(start + (place.x + fit.offset[0]) * scale);
+  keypoint.y = static_cast<float>(start + (place.y + fit.offset[1]) * scale);
+  keypoint.sigma = static_cast<float>(options.sigma * std::exp2(layer / options.octave_layers) * scale);
+  keypoint.response = static_cast<float>(value);
+  keypoint.layer = static_cast<float>(layer);
+  keypoint.octave = place.octave;
+  keypoint.level = place.level;
+  return Step::kDone;
+}
+
+}  // namespace
 
 /// Searches every row of the scale space for extrema as soon as it is computed.
 class DogKeypoints::Search : public ScaleRowVisitor {
  public:
-  Search(const DogOptions& options, const PlaceMask& mask) : layers_(options.octave_layers), mask_(mask) {
+  Search(const DogOptions& options, const PlaceMask& mask)
+      : options_(options), layers_(options.octave_layers), mask_(mask) {
     const double contrast = std::floor(0.5 * options.contrast_threshold / options.octave_layers * 255);
     threshold_ = static_cast<std::int16_t>(contrast * kGreyUnit);
   }
@@ -56,13 +119,11 @@ class DogKeypoints::Search : public ScaleRowVisitor {
   void begin(const ScaleOctave& octave, int bands) override {
     collect();
     if (bands_.size() < static_cast<std::size_t>(bands)) bands_.resize(static_cast<std::size_t>(bands));
-    const std::ptrdiff_t stride = octave.levels[0].stride;
     for (Band& band : bands_) {
-      band.rows.resize(static_cast<std::size_t>(stride) * 3 * static_cast<std::size_t>(layers_ + 2));
-      band.columns.resize(static_cast<std::size_t>(octave.width));
       band.next = -1;
       band.strip = -1;
     }
+    stride_ = octave.levels[0].stride;
     ++octave_;
   }
 
@@ -71,9 +132,11 @@ class DogKeypoints::Search : public ScaleRowVisitor {
     Band& band = bands_[static_cast<std::size_t>(rows.band())];
     if (y / kTile != band.strip) setRuns(octave, y / kTile, band);
     if (band.runs.empty()) return;
-    const std::ptrdiff_t stride = octave.levels[0].stride;
+    const auto size = static_cast<std::size_t>(stride_) * 3 * static_cast<std::size_t>(layers_ + 2);
+    if (band.rows.size() < size) band.rows.resize(size);
+    band.extrema.resize(static_cast<std::size_t>(octave.width) * static_cast<std::size_t>(layers_));
     const auto row = [&](int layer, int at) {
-      return band.rows.data() + (std::ptrdiff_t{layer} * 3 + at % 3) * stride;
+      return band.rows.data() + (std::ptrdiff_t{layer} * 3 + at % 3) * stride_;
     };
     const ScaleSpaceKernels& kernel = kernels().scale_space;
     for (int at = std::max(band.next, y - 1); at <= y + 1; ++at) {
@@ -83,22 +146,61 @@ class DogKeypoints::Search : public ScaleRowVisitor {
       }
     }
     band.next = y + 2;
-    for (int layer = 1; layer <= layers_; ++layer) {
-      std::array<const std::int16_t*, 9> near;
-      for (int k = 0; k < 9; ++k) near[static_cast<std::size_t>(k)] = row(layer + k / 3 - 1, y + k % 3 - 1);
-      for (const auto& [first, last] : band.runs) {
-        const int n = kernel.extrema(near.data(), first, last, threshold_, band.columns.data());
-        for (int k = 0; k < n; ++k) {
-          band.found.push_back(
-              {band.columns[static_cast<std::size_t>(k)], y, octave_, static_cast<std::int16_t>(layer)});
-        }
+    std::array<const std::int16_t*, std::size_t{3} * (ScaleSpaceKernels::kMostLevels + 2)> near;
+    for (int k = 0; k < 3 * (layers_ + 2); ++k) near[static_cast<std::size_t>(k)] = row(k / 3, y + k % 3 - 1);
+    for (const auto& [first, last] : band.runs) {
+      const int n = kernel.extrema(near.data(), layers_, first, last, threshold_, band.extrema.data());
+      std::sort(band.extrema.begin(), band.extrema.begin() + n,
+                [](const ExtremumPlace& a, const ExtremumPlace& b) {
+                  return a.column != b.column ? a.column < b.column : a.level < b.level;
+                });
+      for (int k = 0; k < n; ++k) {
+        const ExtremumPlace& extremum = band.extrema[static_cast<std::size_t>(k)];
+        const int x = extremum.column;
+        PlacedKeypoint found;
+        found.place = {x, y, octave_, static_cast<std::int16_t>(extremum.level)};
+        const Step step = refine(
+            octave, options_,
+            [&](int level, int dy) { return rows(static_cast<std::size_t>(level), y + dy) + x; }, found.place,
+            found.keypoint);
+        if (step == Step::kDone) band.found.push_back(found);
+        if (step == Step::kMoved) band.moved.push_back(found.place);
       }
     }
   }
 
-  const std::vector<Extremum>& found() {
+  /// The keypoints in the order of their places.
+  void finish(const ScaleSpace& space, std::vector<DogKeypoint>& keypoints) {
     collect();
-    return found_;
+    // The rows of those that move may not have been computed when they were found.
+    for (const Place& start : moved_) {
+      const ScaleOctave& octave = space.octaves()[static_cast<std::size_t>(start.octave)];
+      PlacedKeypoint found;
+      found.place = start;
+      Step step = Step::kMoved;
+      for (int k = 1; k < kMaxSteps && step == Step::kMoved; ++k) {
+        const Place at = found.place;
+        step = refine(
+            octave, options_,
+            [&](int level, int dy) {
+              const ScaleLevel& pixels = octave.levels[static_cast<std::size_t>(level)];
+              return pixels.pixels + (at.y + dy) * pixels.stride + at.x;
+            },
+            found.place, found.keypoint);
+      }
+      if (step == Step::kDone) found_.push_back(found);
+    }
+    // Extrema that move to the same pixel are one keypoint.
+    std::vector<std::pair<std::uint64_t, std::size_t>> order;
+    order.reserve(found_.size());
+    for (std::size_t i = 0; i < found_.size(); ++i) order.emplace_back(found_[i].place.number(), i);
+    std::sort(order.begin(), order.end());
+    keypoints.clear();
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      if (i > 0 && order[i].first == order[i - 1].first) continue;
+      const DogKeypoint& keypoint = found_[order[i].second].keypoint;
+      if (mask_.allows({keypoint.x, keypoint.y})) keypoints.push_back(keypoint);
+    }
   }
 
  private:
@@ -106,16 +208,19 @@ class DogKeypoints::Search : public ScaleRowVisitor {
 
   struct Band {
     std::vector<std::int16_t> rows;  // of the differences: three per layer
-    std::vector<std::int32_t> columns;
+    std::vector<ExtremumPlace> extrema;
     std::vector<std::pair<int, int>> runs;  // of columns in which the mask allows keypoints
     int strip, next;
-    std::vector<Extremum> found;
+    std::vector<PlacedKeypoint> found;
+    std::vector<Place> moved;
   };
 
   void collect() {
     for (Band& band : bands_) {
       found_.insert(found_.end(), band.found.begin(), band.found.end());
+      moved_.insert(moved_.end(), band.moved.begin(), band.moved.end());
       band.found.clear();
+      band.moved.clear();
     }
   }
 
@@ -129,11 +234,10 @@ class DogKeypoints::Search : public ScaleRowVisitor {
     }
     const double step = octave.levels[0].step;
     for (int x = kBorder / kTile * kTile; x < end; x += kTile) {
-      // The refinement moves an extremum by at most one pixel per step.
-      const auto low = [step](int at) { return static_cast<int>(std::floor((at - kMaxSteps - 1) * step)); };
-      const auto high = [step](int at) {
-        return static_cast<int>(std::ceil((at + kMaxSteps + 1) * step)) + 1;
-      };
+      // The refinement moves an extremum by less than kFar in every step.
+      constexpr int kReach = static_cast<int>(kFar * kMaxSteps) + 1;
+      const auto low = [step](int at) { return static_cast<int>(std::floor((at - kReach) * step)); };
+      const auto high = [step](int at) { return static_cast<int>(std::ceil((at + kReach) * step)) + 1; };
       const cv::Point first(low(x), low(strip * kTile)), last(high(x + kTile), high((strip + 1) * kTile));
       if (!mask_.allowsAny({first, last})) continue;
       const int from = std::max(x, kBorder), to = std::min(x + kTile, end);
@@ -145,61 +249,16 @@ class DogKeypoints::Search : public ScaleRowVisitor {
     }
   }
 
+  const DogOptions& options_;
   int layers_;
   const PlaceMask& mask_;
   std::int16_t threshold_;
   std::int16_t octave_ = -1;
+  std::ptrdiff_t stride_ = 0;
   std::vector<Band> bands_;
-  std::vector<Extremum> found_;
+  std::vector<PlacedKeypoint> found_;
+  std::vector<Place> moved_;
 };
-
-bool DogKeypoints::refine(const Extremum& extremum, const DogOptions& options, DogKeypoint& keypoint,
-                          std::uint64_t& place) const {
-  const ScaleOctave& octave = space_.octaves()[static_cast<std::size_t>(extremum.octave)];
-  const std::ptrdiff_t stride = octave.levels[0].stride;
-  int x = extremum.x, y = extremum.y, level = extremum.level;
-  for (int step = 0; step < kMaxSteps; ++step) {
-    std::array<const std::int16_t*, 4> at;
-    for (int k = 0; k < 4; ++k) {
-      at[static_cast<std::size_t>(k)] =
-          octave.levels[static_cast<std::size_t>(level + k - 1)].pixels + y * stride + x;
-    }
-    const QuadraticFit fit = fitQuadratic([&](int dl, int dy, int dx) {
-      const std::ptrdiff_t offset = dy * stride + dx;
-      const auto l = static_cast<std::size_t>(dl + 1);
-      return static_cast<double>(at[l + 1][offset] - at[l][offset]);
-    });
-    if (!fit.solved || !(fit.reach() < 1e6)) return false;
-    if (fit.reach() < 0.5) {
-      const double value = std::abs(fit.extremum()) / kUnit, trace = fit.trace(), area = fit.determinant();
-      const double e = options.edge_threshold;
-      if (value * options.octave_layers < options.contrast_threshold || !(area > 0) ||
-          trace * trace * e >= (e + 1) * (e + 1) * area) {
-        return false;
-      }
-      const double scale = octave.levels[0].step, start = octave.levels[0].offset;
-      const double layer = level + fit.offset[2];
-      keypoint.x = static_cast<float>(start + (x + fit.offset[0]) * scale);
-      keypoint.y = static_cast<float>(start + (y + fit.offset[1]) * scale);
-      keypoint.sigma = static_cast<float>(options.sigma * std::exp2(layer / options.octave_layers) * scale);
-      keypoint.response = static_cast<float>(value);
-      keypoint.layer = static_cast<float>(layer);
-      keypoint.octave = extremum.octave;
-      keypoint.level = static_cast<std::int16_t>(level);
-      place = static_cast<std::uint64_t>(extremum.octave) << 56 | static_cast<std::uint64_t>(level) << 48 |
-              static_cast<std::uint64_t>(y) << 24 | static_cast<std::uint64_t>(x);
-      return true;
-    }
-    x += static_cast<int>(std::lround(fit.offset[0]));
-    y += static_cast<int>(std::lround(fit.offset[1]));
-    level += static_cast<int>(std::lround(fit.offset[2]));
-    if (level < 1 || level > options.octave_layers || x < kBorder || x >= octave.width - kBorder ||
-        y < kBorder || y >= octave.height - kBorder) {
-      return false;
-    }
-  }
-  return false;
-}
 
 void DogKeypoints::find(const cv::Mat& image, const DogOptions& options, const PlaceMask& mask, int threads) {
   ScaleSpaceOptions space;
@@ -210,31 +269,7 @@ void DogKeypoints::find(const cv::Mat& image, const DogOptions& options, const P
   space.smallest_side = 2 * kBorder + 1;
   Search search(options, mask);
   space_.compute(image, space, threads, &search);
-
-  const std::vector<Extremum>& extrema = search.found();
-  std::vector<DogKeypoint> refined(extrema.size());
-  std::vector<std::uint64_t> places(extrema.size());
-  constexpr std::uint64_t kNowhere = ~std::uint64_t{0};
-  forEachBlock(extrema.size(), 256, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (!refine(extrema[i], options, refined[i], places[i]) || !mask.allows({refined[i].x, refined[i].y})) {
-        places[i] = kNowhere;
-      }
-    }
-  });
-  // Extrema that were moved to the same pixel are one keypoint: the first.
-  std::vector<std::pair<std::uint64_t, std::size_t>> order;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (places[i] != kNowhere) order.emplace_back(places[i], i);
-  }
-  std::sort(order.begin(), order.end());
-  for (std::size_t i = 1; i < order.size(); ++i) {
-    if (order[i].first == order[i - 1].first) places[order[i].second] = kNowhere;
-  }
-  keypoints_.clear();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (places[i] != kNowhere) keypoints_.push_back(refined[i]);
-  }
+  search.finish(space_, keypoints_);
 }
 
 void DogKeypoints::directions(const DogKeypoint& keypoint, std::vector<float>& angles) const {

@@ -46,7 +46,7 @@ class DogKeypoints {
   /// @param threads  that may be used; the result does not depend on it
   void find(const cv::Mat& image, const DogOptions& options, const PlaceMask& mask, int threads);
 
-  /// Ordered by octave, row, level and column of the extremum from which they were refined.
+  /// In a fixed order.
   const std::vector<DogKeypoint>& keypoints() const { return keypoints_; }
 
   /// The scale space of the image. Rows have 32 pixels behind the last one.
@@ -62,11 +62,7 @@ class DogKeypoints {
   void directions(const DogKeypoint& keypoint, std::vector<float>& angles) const;
 
  private:
-  struct Extremum;
   class Search;
-
-  bool refine(const Extremum& extremum, const DogOptions& options, DogKeypoint& keypoint,
-              std::uint64_t& place) const;
 
   ScaleSpace space_;
   std::vector<DogKeypoint> keypoints_;
