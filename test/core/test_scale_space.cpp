@@ -345,47 +345,60 @@ TEST_F(ScaleSpaces, KernelsFilterAsAPlainLoopDoes) {
 TEST_F(ScaleSpaces, KernelsFindTheExtremaThatAPlainLoopFinds) {
   constexpr int kSlack = ScaleSpaceKernels::kRowSlack;
   Random random(6);
-  int maxima = 0, minima = 0;
-  for (const int n : {3, 20, 33, 64, 200}) {
+  using Places = std::vector<std::pair<int, int>>;
+  int maxima = 0, minima = 0, ties = 0;
+  for (const int n : {3, 20, 33, 64, 200, 600}) {
     for (const int range : {3, 50, 30000}) {
-      for (int round = 0; round < 20; ++round) {
-        std::vector<std::vector<std::int16_t>> rows(9);
-        std::vector<const std::int16_t*> pointers;
-        for (auto& row : rows) {
-          for (int x = 0; x < n + kSlack; ++x) {
-            row.push_back(std::int16_t(int(random.index(std::uint32_t(2 * range + 1))) - range));
+      for (const int levels : {1, 3, 10}) {
+        for (int round = 0; round < 5; ++round) {
+          std::vector<std::vector<std::int16_t>> rows(std::size_t(3 * (levels + 2)));
+          std::vector<const std::int16_t*> pointers;
+          for (auto& row : rows) {
+            for (int x = 0; x < n + kSlack; ++x) {
+              row.push_back(std::int16_t(int(random.index(std::uint32_t(2 * range + 1))) - range));
+            }
+            pointers.push_back(row.data());
           }
-          pointers.push_back(row.data());
-        }
-        const auto threshold = std::int16_t(range / 4);
-        std::vector<std::int32_t> expected;
-        for (int x = 1; x < n - 1; ++x) {
-          const int value = rows[4][std::size_t(x)];
-          bool is_maximum = value > threshold, is_minimum = value < -threshold;
-          for (int k = 0; k < 27; ++k) {
-            if (k == 13) continue;
-            const int near = rows[std::size_t(k / 3)][std::size_t(x + k % 3 - 1)];
-            // An equal neighbour that comes first takes precedence.
-            is_maximum = is_maximum && (k < 13 ? near < value : near <= value);
-            is_minimum = is_minimum && (k < 13 ? near > value : near >= value);
+          const auto threshold = std::int16_t(range / 4);
+          Places expected;
+          for (int x = 1; x < n - 1; ++x) {
+            for (int level = 1; level <= levels; ++level) {
+              const int value = rows[std::size_t(3 * level + 1)][std::size_t(x)];
+              bool is_maximum = value > threshold, is_minimum = value < -threshold;
+              bool largest_or_equal = is_maximum;
+              for (int k = 0; k < 27; ++k) {
+                if (k == 13) continue;
+                const int near = rows[std::size_t(3 * (level - 1) + k / 3)][std::size_t(x + k % 3 - 1)];
+                // An equal neighbour that comes first takes precedence.
+                is_maximum = is_maximum && (k < 13 ? near < value : near <= value);
+                is_minimum = is_minimum && (k < 13 ? near > value : near >= value);
+                largest_or_equal = largest_or_equal && near <= value;
+              }
+              if (is_maximum || is_minimum) expected.emplace_back(x, level);
+              maxima += is_maximum;
+              minima += is_minimum;
+              ties += largest_or_equal && !is_maximum;
+            }
           }
-          if (is_maximum || is_minimum) expected.push_back(x);
-          maxima += is_maximum;
-          minima += is_minimum;
-        }
-        for (const KernelLevel level : supportedKernelLevels()) {
-          setKernelLevel(level);
-          std::vector<std::int32_t> columns(static_cast<std::size_t>(n));
-          const int count =
-              kernels().scale_space.extrema(pointers.data(), 1, n - 1, threshold, columns.data());
-          columns.resize(std::size_t(count));
-          ASSERT_EQ(columns, expected) << toString(level);
+          for (const KernelLevel level : supportedKernelLevels()) {
+            setKernelLevel(level);
+            std::vector<ExtremumPlace> found(std::size_t(n * levels));
+            const int count =
+                kernels().scale_space.extrema(pointers.data(), levels, 1, n - 1, threshold, found.data());
+            Places places;
+            for (int k = 0; k < count; ++k) {
+              places.emplace_back(found[std::size_t(k)].column, found[std::size_t(k)].level);
+            }
+            std::sort(places.begin(), places.end());
+            ASSERT_EQ(places, expected) << toString(level);
+          }
         }
       }
     }
   }
   EXPECT_GT(maxima, 50);
   EXPECT_GT(minima, 50);
+  EXPECT_GT(ties, 50);
 }
 
 }  // namespace

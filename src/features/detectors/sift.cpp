@@ -1,9 +1,24 @@
 #include "features/detectors/sift.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include "base/parallel.h"
+#include "base/workspace_scope.h"
+#include "features/parts/dog_keypoints.h"
+#include "features/parts/feature_list.h"
+#include "features/parts/root_sift.h"
+#include "features/parts/sift_descriptor.h"
+
 namespace corrsel::core {
 
 void SiftOptions::visit(OptionVisitor& visitor) const {
   visitCommon(visitor);
+  visitor.integer(
+      {"first_octave", -1, 0, "-", "SIFT: -1 doubles the image: smaller features, 4 times the time"},
+      &SiftOptions::first_octave);
   visitor.integer({"octave_layers", 1, 10, "-", "SIFT: layers per octave"}, &SiftOptions::octave_layers);
   visitor.number({"contrast_threshold", 0, 1, "-", "SIFT: extrema weaker than this are dropped"},
                  &SiftOptions::contrast_threshold);
@@ -16,22 +31,108 @@ void SiftOptions::visit(OptionVisitor& visitor) const {
 
 namespace {
 
-CvSiftOptions cvOptions(const SiftOptions& options) {
-  CvSiftOptions result;
-  static_cast<DetectorOptions&>(result) = options;
+DogOptions dogOptions(const SiftOptions& options) {
+  DogOptions result;
+  result.first_octave = options.first_octave;
   result.octave_layers = options.octave_layers;
   result.contrast_threshold = options.contrast_threshold;
   result.edge_threshold = options.edge_threshold;
   result.sigma = options.sigma;
-  result.root = options.root;
   return result;
+}
+
+/// Octave, level and part of a level in one number, as OpenCV's SIFT does it.
+int packed(const DogKeypoint& keypoint, int first_octave) {
+  const auto part =
+      static_cast<int>(std::lround((keypoint.layer - static_cast<float>(keypoint.level) + 0.5F) * 255));
+  return ((keypoint.octave + first_octave) & 255) | keypoint.level << 8 | part << 16;
+}
+
+/// The level of a packed number.
+const ScaleLevel& levelOf(const ScaleSpace& space, int packed) {
+  const int octave = static_cast<std::int8_t>(packed & 255) - space.octaves()[0].number;
+  return space.octaves()[static_cast<std::size_t>(octave)]
+      .levels[static_cast<std::size_t>(packed >> 8 & 255)];
+}
+
+/// One keypoint for every direction of the given DoG keypoints, in their order.
+std::vector<cv::KeyPoint> oriented(const DogKeypoints& dog, const std::vector<std::size_t>& chosen,
+                                   int first_octave, int threads) {
+  constexpr std::size_t kBlock = 64;
+  std::vector<std::vector<cv::KeyPoint>> blocks((chosen.size() + kBlock - 1) / kBlock);
+  forEachBlock(chosen.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+    std::vector<cv::KeyPoint>& block = blocks[begin / kBlock];
+    block.reserve(kBlock + kBlock / 2);
+    std::vector<float> angles;
+    for (std::size_t i = begin; i < end; ++i) {
+      const DogKeypoint& keypoint = dog.keypoints()[chosen[i]];
+      dog.directions(keypoint, angles);
+      const int octave = packed(keypoint, first_octave);
+      for (const float angle : angles) {
+        const auto degrees = static_cast<float>(angle * 180 / CV_PI);
+        block.emplace_back(keypoint.x, keypoint.y, 2 * keypoint.sigma, degrees < 360 ? degrees : 0,
+                           keypoint.response, octave);
+      }
+    }
+  });
+  std::vector<cv::KeyPoint> all;
+  for (const std::vector<cv::KeyPoint>& block : blocks) all.insert(all.end(), block.begin(), block.end());
+  return all;
+}
+
+/// The oriented keypoints among which the strongest `most` are; 0 = all.
+std::vector<cv::KeyPoint> strongestOriented(const DogKeypoints& dog, std::size_t most, int first_octave,
+                                            int threads) {
+  const std::vector<DogKeypoint>& found = dog.keypoints();
+  std::vector<std::size_t> order(found.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (most == 0 || most >= found.size()) return oriented(dog, order, first_octave, threads);
+  std::sort(order.begin(), order.end(), [&found](std::size_t a, std::size_t b) {
+    return found[a].response != found[b].response ? found[a].response > found[b].response : a < b;
+  });
+  std::vector<cv::KeyPoint> all;
+  for (std::size_t begin = 0; begin < order.size() && all.size() < most;) {
+    std::size_t end = std::min(order.size(), begin + (most - all.size()));
+    // Those as strong as the last one compete with it.
+    while (end < order.size() && found[order[end]].response == found[order[end - 1]].response) ++end;
+    const std::vector<cv::KeyPoint> next = oriented(dog,
+                                                    {order.begin() + static_cast<std::ptrdiff_t>(begin),
+                                                     order.begin() + static_cast<std::ptrdiff_t>(end)},
+                                                    first_octave, threads);
+    all.insert(all.end(), next.begin(), next.end());
+    begin = end;
+  }
+  return all;
+}
+
+/// Describes every keypoint on the level on which it was found.
+void describe(const ScaleSpace& space, int threads, Features& features) {
+  constexpr std::size_t kBlock = 64;
+  const std::size_t n = features.keypoints.size();
+  features.descriptors.create(static_cast<int>(n), kSiftLength, CV_32F);
+  forEachBlock(n, kBlock, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      siftDescriptor(levelOf(space, features.keypoints[i].octave), features.frames[i],
+                     features.descriptors.ptr<float>(static_cast<int>(i)));
+    }
+  });
 }
 
 }  // namespace
 
-SiftDetector::SiftDetector(const SiftOptions& options)
-    : CvSiftDetector(cvOptions(options), "sift"), options_(options) {
-  options_.check();
+SiftDetector::SiftDetector(const SiftOptions& options) : options_(options) { options_.check(); }
+
+void SiftDetector::detect(const DetectionRequest& request, Features& features) const {
+  DogKeypoints& dog = WorkspaceScope::part<DogKeypoints>();
+  dog.find(request.image, dogOptions(options_), request.mask, request.threads);
+  const std::size_t most = options_.spread ? 0 : static_cast<std::size_t>(options_.max_features);
+  features.keypoints = strongestOriented(dog, most, options_.first_octave, request.threads);
+  features.frames = similarityFrames(features.keypoints);
+  features.descriptors.release();
+  if (!request.describe) return;
+  keepStrongest(options_.max_features, options_.spread, request.image.size(), features);
+  describe(dog.space(), request.threads, features);
+  if (options_.root) toRootSift(features.descriptors);
 }
 
 }  // namespace corrsel::core

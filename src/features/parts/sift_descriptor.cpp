@@ -1,5 +1,6 @@
 #include "features/parts/sift_descriptor.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/parallel.h"
@@ -33,6 +34,11 @@ CellTables cellTables() {
   return tables;
 }
 
+bool describePatch(const Patch& patch, float* descriptor) {
+  static const CellTables tables = cellTables();
+  return kernels().patches.describe(patch, tables, descriptor);
+}
+
 }  // namespace
 
 bool isDescribable(const AffineFrame& frame, const cv::Size& image) {
@@ -46,12 +52,17 @@ bool isDescribable(const AffineFrame& frame, const cv::Size& image) {
 
 bool siftDescriptor(const std::vector<ScaleLevel>& levels, const AffineFrame& frame, const cv::Size& image,
                     float* descriptor) {
-  static const CellTables tables = cellTables();
   if (!isDescribable(frame, image)) return false;
   Patch patch;
   const int outside = samplePatch(levelFor(levels, halfAxes(frame).smaller), frame, kSpacing, patch);
   if (2 * outside > Patch::kSide * Patch::kSide) return false;
-  return kernels().patches.describe(patch, tables, descriptor);
+  return describePatch(patch, descriptor);
+}
+
+void siftDescriptor(const ScaleLevel& level, const AffineFrame& frame, float* descriptor) {
+  Patch patch;
+  samplePatch(level, frame, kSpacing, patch);
+  if (!describePatch(patch, descriptor)) std::fill_n(descriptor, kSiftLength, 0.0F);
 }
 
 std::vector<char> siftDescriptors(const std::vector<ScaleLevel>& levels,

@@ -34,6 +34,11 @@ inline constexpr int kSiftLength = 128;
 bool siftDescriptor(const std::vector<ScaleLevel>& levels, const AffineFrame& frame, const cv::Size& image,
                     float* descriptor);
 
+/// The SIFT descriptor on a given level, wherever the region of the frame lies. What is beyond the border of
+/// the image shows the border's pixels repeated. A region with only one grey value has the descriptor 0.
+/// @pre the frame is finite
+void siftDescriptor(const ScaleLevel& level, const AffineFrame& frame, float* descriptor);
+
 /// The descriptors of many frames.
 /// @param descriptors  receives one row per frame, CV_32F
 /// @return a flag for each frame: not 0 where the frame has a descriptor
