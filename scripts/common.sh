@@ -73,6 +73,30 @@ build() {
   fi
 }
 
+# train_table PROGRAM TABLE [--check]: runs a program that chooses the tests of a descriptor on the sample images, and
+# replaces the table, a source file. With --check only compares: fails if the table differs.
+train_table() {
+  local program=$1 table=$package_dir/$2 check=${3:-} samples=$cache_dir/sample trained
+  trained=$(mktemp)
+  # shellcheck disable=SC2064  # the name is that of now
+  trap "rm -f '$trained'" EXIT
+  install_packages "${build_packages[@]}"
+  "$package_dir/scripts/fetch_samples.sh" "$samples"
+  build "$program" -- -DCMAKE_BUILD_TYPE=Release
+  say "training"
+  "$build_dir/devel/lib/corrsel/$program" "$samples" >"$trained"
+  if [ "$check" != --check ]; then
+    cat "$trained" >"$table"
+    say "wrote $table"
+  elif cmp -s "$trained" "$table"; then
+    say "the table in the repository agrees with the training"
+  else
+    diff -u "$table" "$trained" | head -n 20 >&2
+    echo "the table in the repository differs from the training: run scripts/$program.sh" >&2
+    return 1
+  fi
+}
+
 # build_sanitized TARGET...: builds without ROS, by clang, under AddressSanitizer and UndefinedBehaviorSanitizer. The
 # libraries also count which code has run, for the fuzzer: one build serves the tests and scripts/fuzz.sh. Comparisons
 # are not traced, because that takes twice as long as all the rest and the fuzzer's bytes are seldom compared.

@@ -33,7 +33,7 @@ struct ByteProducts {
 };
 #endif
 
-Moments momentsKernel(const BytePatch& patch, const std::int8_t* x_weights, const std::int8_t* y_weights) {
+Moments centroidKernel(const BytePatch& patch, const std::int8_t* x_weights, const std::int8_t* y_weights) {
   const int width = patch.blocks * BytePatch::kBlock;
 #if defined(__AVX2__)
   ByteProducts x[2], y[2];

@@ -52,7 +52,7 @@ void shrinkRowsKernel(const std::int16_t* top, const std::int16_t* bottom, std::
   }
 }
 
-void blurRowsKernel(const std::uint8_t* first, std::ptrdiff_t stride, int n, std::uint16_t* out) {
+void smoothRowsKernel(const std::uint8_t* first, std::ptrdiff_t stride, int n, std::uint16_t* out) {
   for (int x = 0; x < n; x += kShorts) {
     const std::uint8_t* const p = first + x;
     const auto pair = [=](int a, int b) { return widen(p + a * stride) + widen(p + b * stride); };
@@ -60,7 +60,7 @@ void blurRowsKernel(const std::uint8_t* first, std::ptrdiff_t stride, int n, std
   }
 }
 
-void blurColumnsKernel(const std::uint16_t* sums, int n, std::uint8_t* out) {
+void smoothColumnsKernel(const std::uint16_t* sums, int n, std::uint8_t* out) {
   for (int x = 0; x < n; x += kShorts) {
     const std::uint16_t* const p = sums + x;
     const auto pair = [=](int a, int b) { return load(p + a) + load(p + b); };

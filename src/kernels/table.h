@@ -43,9 +43,9 @@ constexpr Kernels kTable = {
     {orientationKernel},
     {samplePatchKernel, sampleClampedKernel, blurRowsKernel, blurColumnsKernel, momentsKernel,
      directionsKernel, describeKernel},
-    {shrinkColumnsKernel, shrinkRowsKernel, blurRowsKernel, blurColumnsKernel},
+    {shrinkColumnsKernel, shrinkRowsKernel, smoothRowsKernel, smoothColumnsKernel},
     {cornerScoresKernel, cornerMaximaKernel, structureKernel},
-    {momentsKernel, binaryTestsKernel},
+    {centroidKernel, binaryTestsKernel},
 };
 
 }  // namespace

@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <iostream>
 #include <sstream>
 #include <string>
@@ -76,7 +79,7 @@ void addImage(const cv::Mat& grey, const std::vector<cv::Point>& places, Samples
   for (const cv::KeyPoint& keypoint : features.keypoints) {
     const PyramidLevel level = pyramid.blurred(keypoint.octave);
     const cv::Point centre = level.fromImage(keypoint.pt);
-    const auto& around = turned[static_cast<std::size_t>(OrientedPatch::direction(keypoint.angle))];
+    const auto& around = turned[static_cast<std::size_t>(OrientedPatch::numberOf(keypoint.angle))];
     for (std::size_t i = 0; i < around.size(); ++i) {
       const cv::Point at = centre + around[i];
       samples[i].push_back(level.pixels[at.y * level.stride + at.x]);
@@ -90,9 +93,14 @@ void compare(const std::vector<std::uint8_t>& first, const std::vector<std::uint
   results.assign((first.size() + 63) / 64, 0);
   for (std::size_t begin = 0; begin < first.size(); begin += 64) {
     const std::size_t count = std::min<std::size_t>(64, first.size() - begin);
+    std::array<std::uint8_t, 64> bits{};
+    for (std::size_t i = 0; i < count; ++i) bits[i] = first[begin + i] < second[begin + i] ? 1 : 0;
     std::uint64_t word = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      word |= static_cast<std::uint64_t>(first[begin + i] < second[begin + i]) << i;
+    for (std::size_t i = 0; i < 64; i += 8) {
+      std::uint64_t eight = 0;
+      std::memcpy(&eight, bits.data() + i, 8);
+      // The product has byte k of the eight, which is 0 or 1, in bit 56 + k.
+      word |= (eight * 0x0102040810204080U >> 56) << i;
     }
     results[begin / 64] = word;
   }

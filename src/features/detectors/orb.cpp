@@ -1,8 +1,10 @@
 #include "features/detectors/orb.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <memory>
 #include <thread>
 #include <utility>
 
@@ -10,7 +12,6 @@
 #include "base/workspace_scope.h"
 #include "features/parts/feature_list.h"
 #include "features/parts/image_pyramid.h"
-#include "features/parts/spread.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
@@ -36,35 +37,83 @@ constexpr double kHarrisWeight = 0.04;
 // The scale of a derivative: Sobel's operator has the weight 4; sums over 7 px as OpenCV divides them.
 constexpr double kHarrisUnit = 1.0 / (4 * 7 * 255);
 
+/// How many times as many corners of a level as are wanted are ranked by Harris' measure; as in OpenCV's ORB.
+constexpr int kRankedShare = 2;
+constexpr int kScores = 256;
+
 /// A corner of a level.
 struct Corner {
-  std::int32_t x, y;
+  cv::Point2f place;  ///< px of the image
   float response;
-  std::int32_t level;
+  std::int32_t x, y, level;
 };
 
+/// The order of stronger().
 bool strongerCorner(const Corner& a, const Corner& b) {
   if (a.response != b.response) return a.response > b.response;
-  return a.y != b.y ? a.y < b.y : a.x < b.x;
+  if (a.place.y != b.place.y) return a.place.y < b.place.y;
+  return a.place.x != b.place.x ? a.place.x < b.place.x : a.level < b.level;
 }
 
 /// A band of a level, and its corners.
 struct Band {
   int level, begin, end;
   std::vector<PixelPlace> places;
+  std::vector<std::uint8_t> scores;
+};
+
+/// The numbers of corners of a level by their scores, while several threads find them.
+class ScoreCounts {
+ public:
+  /// @param ranked  corners with the largest scores that will be ranked; 0 = all
+  void start(int ranked) {
+    ranked_ = ranked;
+    found_ = 0;
+    for (auto& count : counts_) count.store(0, std::memory_order_relaxed);
+  }
+
+  void add(const std::vector<std::uint8_t>& scores) {
+    if (ranked_ == 0) return;
+    for (const std::uint8_t score : scores) counts_[score].fetch_add(1, std::memory_order_relaxed);
+    found_.fetch_add(static_cast<int>(scores.size()), std::memory_order_relaxed);
+  }
+
+  /// The largest score that at least `ranked` of the corners found so far reach, or 0. It only rises while
+  /// corners are added, so corners below it cannot be ranked in the end either.
+  int least() const {
+    if (ranked_ == 0 || found_.load(std::memory_order_relaxed) < ranked_) return 0;
+    int reached = 0;
+    for (int score = kScores - 1; score > 0; --score) {
+      reached += counts_[static_cast<std::size_t>(score)].load(std::memory_order_relaxed);
+      if (reached >= ranked_) return score;
+    }
+    return 0;
+  }
+
+ private:
+  int ranked_ = 0;
+  std::atomic<int> found_{0};
+  std::array<std::atomic<int>, kScores> counts_{};
 };
 
 /// Memory that is kept for the next image.
 struct OrbMemory {
   ImagePyramid pyramid;
   std::vector<Band> bands;
-  std::vector<std::vector<Corner>> corners;  ///< per level
+  std::vector<std::unique_ptr<ScoreCounts>> counts;  ///< per level
+  std::vector<std::vector<Corner>> corners;          ///< per level
+  std::vector<Corner> all;
 };
 
 /// Memory of a thread.
 struct BandMemory {
   std::vector<std::uint8_t> scores[3];
   std::vector<std::int32_t> columns;
+};
+
+struct RankingMemory {
+  std::vector<PixelPlace> places;
+  std::vector<StructureSums> sums;
 };
 
 float harrisResponse(const StructureSums& sums) {
@@ -100,7 +149,7 @@ std::vector<Span> allowedSpans(const PyramidLevel& level, const Band& band, int 
   return spans;
 }
 
-/// Finds the corners of a band in some of its columns.
+/// Finds the corners of a band in some of its columns, whose scores are above a threshold.
 void findCorners(const PyramidLevel& level, const Span& span, int threshold, const PlaceMask& mask,
                  Band& band) {
   const CornerKernels& corners = kernels().corners;
@@ -123,7 +172,9 @@ void findCorners(const PyramidLevel& level, const Span& span, int threshold, con
     const int found = corners.maxima(row(y - 1), row(y), row(y + 1), width, memory.columns.data());
     for (int i = 0; i < found; ++i) {
       const PixelPlace place{span.begin + memory.columns[static_cast<std::size_t>(i)], y};
-      if (mask.everywhere() || mask.allows(level.toImage(place.x, place.y))) band.places.push_back(place);
+      if (!mask.everywhere() && !mask.allows(level.toImage(place.x, place.y))) continue;
+      band.places.push_back(place);
+      band.scores.push_back(row(y)[memory.columns[static_cast<std::size_t>(i)]]);
     }
   }
 }
@@ -143,6 +194,7 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
       band.begin = y;
       band.end = std::min(y + kBandRows, last);
       band.places.clear();
+      band.scores.clear();
     }
   }
   memory.bands.resize(count);
@@ -160,9 +212,12 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
       Band& band = memory.bands[i];
       while (made.load(std::memory_order_acquire) <= band.level) std::this_thread::yield();
       const PyramidLevel& level = memory.pyramid.level(band.level);
+      ScoreCounts& counts = *memory.counts[static_cast<std::size_t>(band.level)];
+      const int threshold = std::max(options.fast_threshold, counts.least() - 1);
       for (const Span& span : allowedSpans(level, band, border, request.mask)) {
-        findCorners(level, span, options.fast_threshold, request.mask, band);
+        findCorners(level, span, threshold, request.mask, band);
       }
+      counts.add(band.scores);
       if (request.describe) {
         // The patches of the first and of the last band reach beyond it.
         const int last = level.height - border;
@@ -176,16 +231,21 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
 /// Ranks the corners of a level and keeps the `most` strongest ones; 0 = all.
 void rankCorners(const OrbMemory& memory, int number, int most, std::vector<Corner>& corners) {
   const PyramidLevel& level = memory.pyramid.level(number);
+  const int least = memory.counts[static_cast<std::size_t>(number)]->least();
   corners.clear();
-  std::vector<StructureSums> sums;
+  auto& [places, sums] = WorkspaceScope::part<RankingMemory>();
+  places.clear();
   for (const Band& band : memory.bands) {
     if (band.level != number) continue;
-    sums.resize(band.places.size());
-    kernels().corners.structure(level.pixels, level.stride, band.places.data(), band.places.size(),
-                                sums.data());
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      corners.push_back({band.places[i].x, band.places[i].y, harrisResponse(sums[i]), number});
+    for (std::size_t i = 0; i < band.places.size(); ++i) {
+      if (band.scores[i] >= least) places.push_back(band.places[i]);
     }
+  }
+  sums.resize(places.size());
+  kernels().corners.structure(level.pixels, level.stride, places.data(), places.size(), sums.data());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const auto [x, y] = places[i];
+    corners.push_back({level.toImage(x, y), harrisResponse(sums[i]), x, y, number});
   }
   const auto wanted = static_cast<std::size_t>(most);
   if (most > 0 && corners.size() > wanted) {
@@ -205,46 +265,58 @@ void OrbDetector::detect(const DetectionRequest& request, Features& features) co
   if (grey.cols <= 2 * options_.patch_size || grey.rows <= 2 * options_.patch_size) return;
   auto& memory = WorkspaceScope::part<OrbMemory>();
   const int levels = usableLevels(grey.size(), options_.scale_factor, options_.levels, options_.patch_size);
+  const auto level_count = static_cast<std::size_t>(levels);
   memory.pyramid.start(grey, options_.scale_factor, levels, request.describe);
+  const bool shared = options_.max_features > 0 && !options_.spread;
+  const std::vector<int> shares = shared ? levelShares(options_.max_features, options_.scale_factor, levels)
+                                         : std::vector<int>(level_count);
+  while (memory.counts.size() < level_count) memory.counts.push_back(std::make_unique<ScoreCounts>());
+  for (std::size_t level = 0; level < level_count; ++level)
+    memory.counts[level]->start(kRankedShare * shares[level]);
   searchLevels(request, options_, patch_.radius(), memory);
 
-  const int most = options_.spread ? 0 : options_.max_features;
-  const std::vector<int> shares = levelShares(most, options_.scale_factor, levels);
-  memory.corners.resize(static_cast<std::size_t>(levels));
-  forEachBlock(memory.corners.size(), 1, request.threads, [&](std::size_t begin, std::size_t) {
-    if (most > 0 && shares[begin] == 0) {
-      memory.corners[begin].clear();
-    } else {
-      rankCorners(memory, static_cast<int>(begin), shares[begin], memory.corners[begin]);
-    }
+  memory.corners.resize(level_count);
+  forEachBlock(level_count, 1, request.threads, [&](std::size_t level, std::size_t) {
+    memory.corners[level].clear();
+    if (shared && shares[level] == 0) return;
+    rankCorners(memory, static_cast<int>(level), shares[level], memory.corners[level]);
   });
-  std::vector<Corner> corners;
+  std::vector<Corner>& corners = memory.all;
+  corners.clear();
   for (const auto& level : memory.corners) corners.insert(corners.end(), level.begin(), level.end());
+  std::sort(corners.begin(), corners.end(), strongerCorner);
 
   features.keypoints.resize(corners.size());
-  features.frames.resize(corners.size());
-  if (request.describe) {
-    features.descriptors.create(static_cast<int>(corners.size()), OrientedPatch::kBytes, CV_8U);
-  }
   const double diameter = request.describe ? options_.patch_size : kFastDiameter;
-  forEachBlock(corners.size(), kPatches, request.threads, [&](std::size_t begin, std::size_t end) {
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Corner& corner = corners[i];
+    const double size = diameter * memory.pyramid.level(corner.level).scale;
+    features.keypoints[i] = {corner.place, static_cast<float>(size), 0.0F, corner.response,
+                             corner.level, static_cast<int>(i)};
+  }
+  features.frames.resize(corners.size());
+  // Before angles and descriptors are computed; the angle does not influence the order.
+  keepStrongest(options_.max_features, options_.spread, grey.size(), features);
+
+  if (request.describe) {
+    features.descriptors.create(static_cast<int>(features.keypoints.size()), OrientedPatch::kBytes, CV_8U);
+  }
+  forEachBlock(features.keypoints.size(), kPatches, request.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Corner& corner = corners[i];
-      const PyramidLevel& level = memory.pyramid.level(corner.level);
       cv::KeyPoint& keypoint = features.keypoints[i];
-      keypoint.pt = level.toImage(corner.x, corner.y);
-      keypoint.size = static_cast<float>(diameter * level.scale);
-      keypoint.angle = patch_.angle(level, corner.x, corner.y);
-      keypoint.response = corner.response;
-      keypoint.octave = corner.level;
+      const Corner& corner = corners[static_cast<std::size_t>(keypoint.class_id)];
       keypoint.class_id = -1;
+      const PatchDirection direction =
+          patch_.direction(memory.pyramid.level(corner.level), corner.x, corner.y);
+      keypoint.angle = direction.angle;
+      const float c = direction.cosine * (keypoint.size / 2), s = direction.sine * (keypoint.size / 2);
+      features.frames[i] = {c, -s, keypoint.pt.x, s, c, keypoint.pt.y};
       if (request.describe) {
         patch_.describe(memory.pyramid.blurred(corner.level), corner.x, corner.y, keypoint.angle,
                         features.descriptors.ptr(static_cast<int>(i)));
       }
     }
   });
-  features.frames = similarityFrames(features.keypoints);
 }
 
 }  // namespace corrsel::core

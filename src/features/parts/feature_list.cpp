@@ -59,11 +59,12 @@ void keepStrongest(int most, bool spread, const cv::Size& image_size, Features& 
     return !stronger(second, first) && a < b;
   };
   const auto wanted = static_cast<std::ptrdiff_t>(most);
+  const bool sorted = std::is_sorted(order.begin(), order.end(), by_strength);
   if (wanted > 0 && wanted < static_cast<std::ptrdiff_t>(order.size()) && !spread) {
-    std::nth_element(order.begin(), order.begin() + wanted, order.end(), by_strength);
+    if (!sorted) std::nth_element(order.begin(), order.begin() + wanted, order.end(), by_strength);
     order.resize(static_cast<std::size_t>(most));
   }
-  std::sort(order.begin(), order.end(), by_strength);
+  if (!sorted) std::sort(order.begin(), order.end(), by_strength);
   if (wanted > 0 && wanted < static_cast<std::ptrdiff_t>(order.size())) {
     std::vector<cv::Point2f> points;
     points.reserve(order.size());

@@ -71,16 +71,19 @@ cv::Point OrientedPatch::turned(double x, double y, int direction) {
   return {rounded(c * x - s * y), rounded(s * x + c * y)};
 }
 
-int OrientedPatch::direction(float angle) {
+int OrientedPatch::numberOf(float angle) {
   const auto number = static_cast<int>(std::lround(angle * (kDirections / 360.0F)));
   return ((number % kDirections) + kDirections) % kDirections;
 }
 
-float OrientedPatch::angle(const PyramidLevel& level, int x, int y) const {
+PatchDirection OrientedPatch::direction(const PyramidLevel& level, int x, int y) const {
   const BytePatch patch{level.pixels + (y - radius_) * level.stride + (x - radius_), level.stride,
                         2 * radius_ + 1, blocks_};
   const Moments moments = kernels().binary.moments(patch, x_weights_.data(), y_weights_.data());
-  return angleOf(static_cast<float>(moments.x), static_cast<float>(moments.y));
+  const auto mx = static_cast<float>(moments.x), my = static_cast<float>(moments.y);
+  const float length = std::sqrt(mx * mx + my * my);
+  if (length == 0) return {0, 1, 0};
+  return {angleOf(mx, my), mx / length, my / length};
 }
 
 void OrientedPatch::describe(const PyramidLevel& blurred, int x, int y, float angle,
@@ -88,7 +91,7 @@ void OrientedPatch::describe(const PyramidLevel& blurred, int x, int y, float an
   const BytePatch patch{blurred.pixels + (y - radius_) * blurred.stride + (x - radius_), blurred.stride,
                         2 * radius_ + 1, blocks_};
   alignas(64) std::uint8_t copy[kLargestBytes];
-  kernels().binary.tests(patch, places_.data() + static_cast<std::size_t>(direction(angle)) * 2 * kOrbTests,
+  kernels().binary.tests(patch, places_.data() + static_cast<std::size_t>(numberOf(angle)) * 2 * kOrbTests,
                          copy, out);
 }
 

@@ -7,6 +7,12 @@
 
 namespace corrsel::core {
 
+/// A direction in the image.
+struct PatchDirection {
+  float angle;         ///< degrees in [0, 360)
+  float cosine, sine;  ///< of the angle
+};
+
 /// The direction of a patch of a pyramid level, and its descriptor by rotated BRIEF.
 ///
 /// Idea: The vector from a corner to the intensity centroid of its surroundings turns with the image. Tests
@@ -22,17 +28,17 @@ namespace corrsel::core {
 /// Source: Rublee, Rabaud, Konolige and Bradski, ICCV 2011, sections 3.2 and 4.
 class OrientedPatch {
  public:
-  static constexpr int kDirections = 30;  ///< of the turned tests, 12 degrees apart as in the paper
-  static constexpr int kBytes = 32;       ///< of a descriptor
+  static constexpr int kDirections = 120;  ///< of the turned tests, 12 degrees apart as in the paper
+  static constexpr int kBytes = 32;        ///< of a descriptor
 
   /// @param patch_size  px of the level; a patch has 2 (patch_size / 2) + 1 px to each side
   explicit OrientedPatch(int patch_size);
 
   int radius() const { return radius_; }
 
-  /// The direction of the patch around a pixel, degrees in [0, 360). A patch without contrast has 0.
+  /// The direction of the patch around a pixel. A patch whose centroid is its centre has the angle 0.
   /// @pre the patch lies inside the level
-  float angle(const PyramidLevel& level, int x, int y) const;
+  PatchDirection direction(const PyramidLevel& level, int x, int y) const;
 
   /// Writes the kBytes bytes of the patch around a pixel; test i is bit i % 8 of byte i / 8.
   /// @param blurred  see ImagePyramid::blurred()
@@ -43,7 +49,7 @@ class OrientedPatch {
   static cv::Point turned(double x, double y, int direction);
 
   /// The number of the direction that is nearest to an angle in degrees.
-  static int direction(float angle);
+  static int numberOf(float angle);
 
  private:
   int radius_, blocks_;
