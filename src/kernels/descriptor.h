@@ -19,23 +19,37 @@ struct NearFeatures {
   double radius;                      ///< px
 };
 
-/// Descriptors with fewer bits per number, four numbers per word. They show quickly that most trains are too
-/// far. Queries hold q / 2 and trains t / 4, rounded down, which represent q' = 2 (q / 2) + 1/2 and t' = 4 (t
-/// / 4) + 1. The distance of q' and t' differs from that of q and t by at most |q - q'| + |t - t'|.
+/// A projection of descriptors of whole numbers from 0 to 255.
+///
+/// The columns x are filled up with zeros to n, a power of two, and multiplied with some rows of the Hadamard
+/// matrix of this size; means m are subtracted, and the results y are cut to [-126 a, 126 a]. All of this
+/// lets no distance grow by more than the factor of the matrix: |y_q - y_t|^2 <= n |q - t|^2. Few rows with a
+/// large variance hold most of a distance.
+struct Projection {
+  static constexpr std::size_t kLargestSize = 128;  ///< of n: products fit into 16 bits
+  static constexpr std::int32_t kLargestStep = 26;  ///< of a: squared roundings fit into 16 bits
+
+  std::size_t size;           ///< n
+  std::size_t words;          ///< a quarter of the number of rows; even
+  const std::uint16_t* rows;  ///< of the matrix, [4 words]
+  const std::int16_t* means;  ///< [4 words]
+  std::int32_t step;          ///< a, at least 2
+};
+
+/// Projections in 8 bits, which show quickly that most trains are too far: q' = y_q / 2a and t' = y_t / a,
+/// rounded. The distance of q' and t' / 2 is at most that of y_q and y_t, divided by 2a, plus the errors.
 struct CoarseNumbers {
-  static constexpr std::size_t kWords = 4;  ///< the number of words is a multiple of it
+  static constexpr std::size_t kQueries = 16;  ///< queries per group of `queries`
 
-  /// Largest |q|^2 and |t'|^2. Within this bound (q / 2) (t / 4) - |t'|^2 / 16, which is from -|t'|^2 / 16 to
-  /// |q|^2 / 16, fits into 16 bits.
-  static constexpr std::int32_t kLargestSquares = 16 * 0x7fff;
-
-  std::size_t words;                 ///< per descriptor
-  const std::uint32_t* queries;      ///< as in NearestBlock
-  const std::int32_t* query_offset;  ///< sum(4 (q / 2)^2 - 2 (q / 2) - 3/4), rounded up
-  const std::uint32_t* trains;
-  const std::int32_t* train_offset;  ///< sum(16 (t / 4)^2 + 4 (t / 4) + 1)
-  double error;                      ///< largest |q - q'| + largest |t - t'|
-  std::int32_t* limit;               ///< scratch, per query
+  const Projection* projection;
+  const std::uint32_t* queries;      ///< q' + 64, [group][word][query of the group]
+  const std::int32_t* query_offset;  ///< |q'|^2
+  const std::uint16_t* query_error;  ///< |y_q - 2a q'|^2
+  const std::uint32_t* trains;       ///< t', [group][word][train of the group]
+  const std::int32_t* train_offset;  ///< |t'|^2 / 4, rounded down, + 64 sum(t')
+  double train_error;                ///< largest |y_t - a t'| / 2a
+  std::int16_t* sums;                ///< scratch, [kQueries][trains, rounded up to two groups]
+  std::int16_t* train_limit;         ///< scratch, [trains, rounded up to two groups]
 };
 
 /// Some queries and all trains. A descriptor is a row of 32-bit words; the distance of a query and a train
@@ -67,7 +81,7 @@ struct NearestBlock {
   std::uint32_t first_query;
 
   const NearFeatures* near;     ///< or null
-  const CoarseNumbers* coarse;  ///< whole numbers only; or null. With it trains are [train][word]
+  const CoarseNumbers* coarse;  ///< of WholeNumberForm::kCoarse; otherwise null
 };
 
 /// How whole numbers from 0 to 255 are passed to DescriptorKernels::whole_numbers().
@@ -75,13 +89,19 @@ enum class WholeNumberForm : std::uint8_t {
   /// Two per word, as 16-bit numbers; a query's are multiplied by -2. Offsets are the sums of squares, and a
   /// term is the sum of the products: |q|^2 + |t|^2 - 2 q t.
   kPairs,
-  /// The same, and NearestBlock::coarse may be set.
-  kPairsAndCoarse,
+  /// Where NearestBlock::coarse is set: four per word, as unsigned bytes, and no offsets but those of rows
+  /// that
+  /// fill up a group; a term is the sum of the squared differences. Trains are [train][word], and the number
+  /// of
+  /// words is a multiple of kCoarseWords. Otherwise kPairs.
+  kCoarse,
   /// Four per word: q as unsigned bytes, t' = t - 128 as signed bytes. The offset of a query is |q|^2 - 256
   /// sum(q), that of a train |t|^2, and a term is -2 q t'. Rows that fill up a group of trains hold t = 0.
   /// @pre at most kMostByteWords words
   kBytes,
 };
+
+inline constexpr std::size_t kCoarseWords = 8;
 
 /// Up to this number of words, sums of products of bytes and offsets fit into 32 bits.
 inline constexpr std::size_t kMostByteWords = 2048;
@@ -92,6 +112,20 @@ struct DescriptorKernels {
   void (*whole_numbers)(const NearestBlock<std::int32_t>& block);
 
   WholeNumberForm whole_number_form;  ///< what whole_numbers() reads
+
+  /// Products of NearestBlock::kTrains descriptors with all rows of the Hadamard matrix of a size; null
+  /// unless whole_number_form is kCoarse.
+  /// @param descriptors  [kTrains], of `columns` bytes each; null = zeros
+  /// @param products     [size][kTrains]
+  void (*transform)(const std::uint8_t* const* descriptors, std::size_t columns, std::size_t size,
+                    std::int16_t* products);
+
+  /// Coarse numbers of as many descriptors; null unless whole_number_form is kCoarse.
+  /// @param as_queries  q' + 64 and |q'|^2 instead of what trains have
+  /// @param words, offsets, errors  [word][kTrains], [kTrains] and [kTrains], see CoarseNumbers; the errors
+  /// of trains are |y_t - a t'|^2
+  void (*project)(const std::uint8_t* const* descriptors, std::size_t columns, const Projection& projection,
+                  bool as_queries, std::uint32_t* words, std::int32_t* offsets, std::uint16_t* errors);
 
   /// Hamming distance. @pre no distance above 2^24
   void (*bits)(const NearestBlock<std::int32_t>& block);

@@ -348,10 +348,7 @@ void bytesKernel(const NearestBlock<std::int32_t>& block) {
   }
 }
 #elif defined(__AVX2__)
-constexpr WholeNumberForm kWholeNumberForm = WholeNumberForm::kPairsAndCoarse;
-
-// Groups of trains that give the queries a first limit.
-constexpr std::size_t kFirstGroups = 4;
+constexpr WholeNumberForm kWholeNumberForm = WholeNumberForm::kCoarse;
 
 /// Sums of the products of unsigned and signed bytes, two by two. @pre they fit
 inline WordV multiplyBytes(WordV a, WordV b) {
@@ -379,69 +376,25 @@ inline void keepOrder(WordV& v) {
 #endif
 }
 
-inline std::int32_t largestOf(IntV v) {
-  std::int32_t result = v[0];
-  for (int k = 1; k < kWidth; ++k) result = v[k] > result ? v[k] : result;
-  return result;
-}
+inline __m256i load256(const void* p) { return _mm256_loadu_si256(static_cast<const __m256i*>(p)); }
+inline void store256(void* p, __m256i v) { _mm256_storeu_si256(static_cast<__m256i*>(p), v); }
 
-/// Smallest coarse distance, rounded up, from which follows that the distance is not below `distance`.
-inline std::int32_t coarseLimit(std::int32_t distance, double error) {
-  const double root = __builtin_sqrt(static_cast<double>(distance)) + error;
-  return static_cast<std::int32_t>(root * root) + 2;
-}
-
-inline IntV coarseLimit(IntV distance, double error) {
-  const FloatV root = squareRoot(toFloat(distance)) + static_cast<float>(error);
-  return truncate(root * root * 1.000001F) + 2;  // more than all roundings together
-}
-
-/// Distance of a query and a train, both rows of words.
-inline std::int32_t exactDistance(const NearestBlock<std::int32_t>& block, std::size_t query,
-                                  std::size_t train) {
-  const std::uint32_t* const a = block.queries + query * block.words;
-  const std::uint32_t* const b = block.trains + train * block.words;
-  // Two sums: one addition need not wait for the other.
-  WholeNumbers::Sum even = {}, odd = {};
-  std::size_t word = 0;
-  for (; word + 2 * kWidth <= block.words; word += 2 * kWidth) {
-    even.add(load(a + word), load(b + word));
-    odd.add(load(a + word + kWidth), load(b + word + kWidth));
-  }
-  if (word + kWidth <= block.words) {
-    even.add(load(a + word), load(b + word));
-    word += kWidth;
-  }
-  std::int32_t result = block.query_offset[query] + block.train_offset[train] + sum(even.value + odd.value);
-  for (; word < block.words; ++word) {
-    const auto low = [](std::uint32_t pair) { return static_cast<std::int16_t>(pair & 0xffffU); };
-    const auto high = [](std::uint32_t pair) { return static_cast<std::int16_t>(pair >> 16); };
-    result += low(a[word]) * low(b[word]) + high(a[word]) * high(b[word]);
-  }
-  return result;
-}
-
-/// Offset of a train, or of a padding row, in the form that coarseSums() reads.
-inline IntV shortOffset(IntV offset) {
-  const IntV largest = splat(CoarseNumbers::kLargestSquares);
-  return (offset < largest ? offset : largest) >> 4;
-}
-
-/// Queries times a group of trains, less the trains' short offsets: in the upper halves of the lanes. These
-/// fit, see CoarseNumbers::kLargestSquares; intermediate values may overflow.
-inline void coarseSums(const CoarseNumbers& coarse, std::size_t query, std::size_t first_train,
-                       const IntV (&offsets)[kParts], IntV (&results)[kQueriesAtATime][kParts]) {
-  const std::uint32_t* const queries = coarse.queries + query * coarse.words;
-  const std::uint32_t* const trains = coarse.trains + first_train * coarse.words;
+/// Coarse sums of kQueriesAtATime queries and a group of trains: q' t' - |t'|^2 / 4 + bias. What does not fit
+/// into 16 bits is too small and wraps around to large values, which only costs an exact comparison.
+/// @param queries  of the first query, in its group
+/// @param start    per train: bias - CoarseNumbers::train_offset, in the upper half of each lane
+__attribute__((noinline)) void coarseSums(const std::uint32_t* queries, const std::uint32_t* trains,
+                                          std::size_t words, const WordV (&start)[kParts],
+                                          std::int16_t* results, std::size_t stride) {
   WordV sums[kQueriesAtATime][kParts];
 #pragma GCC unroll 8
   for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
 #pragma GCC unroll 4
-    for (std::size_t part = 0; part < kParts; ++part) sums[q][part] = -((WordV)offsets[part] << 16);
+    for (std::size_t part = 0; part < kParts; ++part) sums[q][part] = start[part];
   }
-  for (std::size_t first = 0; first < coarse.words; first += CoarseNumbers::kWords) {
-#pragma GCC unroll 4
-    for (std::size_t word = first; word < first + CoarseNumbers::kWords; ++word) {
+  for (std::size_t first = 0; first < words; first += 2) {
+#pragma GCC unroll 2
+    for (std::size_t word = first; word < first + 2; ++word) {
       WordV train[kParts];
 #pragma GCC unroll 4
       for (std::size_t part = 0; part < kParts; ++part) {
@@ -450,7 +403,7 @@ inline void coarseSums(const CoarseNumbers& coarse, std::size_t query, std::size
       }
 #pragma GCC unroll 8
       for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
-        const WordV value = splat(queries[q * coarse.words + word]);
+        const WordV value = splat(queries[word * CoarseNumbers::kQueries + q]);
 #pragma GCC unroll 4
         for (std::size_t part = 0; part < kParts; ++part) {
           sums[q][part] = addShorts(sums[q][part], multiplyBytes(value, train[part]));
@@ -461,123 +414,262 @@ inline void coarseSums(const CoarseNumbers& coarse, std::size_t query, std::size
   }
 #pragma GCC unroll 8
   for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
-#pragma GCC unroll 4
-    for (std::size_t part = 0; part < kParts; ++part)
-      results[q][part] = (IntV)(sums[q][part] + (sums[q][part] << 16));
+    // Both halves of a lane are added.
+#if defined(__AVX512F__)
+    const IntV lanes = (IntV)(sums[q][0] + (sums[q][0] << 16)) >> 16;
+    store256(results + q * stride, _mm512_maskz_cvtepi32_epi16(static_cast<__mmask16>(-1), (__m512i)lanes));
+#else
+    const __m256i added = _mm256_hadd_epi16((__m256i)sums[q][0], (__m256i)sums[q][1]);
+    store256(results + q * stride, _mm256_permute4x64_epi64(added, _MM_SHUFFLE(3, 1, 2, 0)));
+#endif
   }
 }
 
-/// Lower bound of the sums of trains that are closer to a query than a coarse distance.
-inline std::int32_t sumLimit(std::int32_t query_offset, std::int32_t distance) {
-  // distance > query_offset + train_offset - 16 product. Both quotients are rounded down, so that a few
-  // trains too many pass.
-  const std::int32_t limit = (query_offset - distance) >> 4;
-  if (limit < -(1 << 15)) return -0x7fff0001;
-  return (limit < (1 << 15) - 1 ? limit : (1 << 15) - 1) * (1 << 16) + 0xffff;
+/// Distance of a query and a train, both rows of bytes.
+inline std::int32_t exactDistance(const NearestBlock<std::int32_t>& block, std::size_t query,
+                                  std::size_t train) {
+  const std::uint32_t* const a = block.queries + query * block.words;
+  const std::uint32_t* const b = block.trains + train * block.words;
+  IntV squares = {};
+  for (std::size_t word = 0; word < block.words; word += kWidth / 2) {
+#if defined(__AVX512F__)
+    const __m512i difference =
+        _mm512_sub_epi16(_mm512_cvtepu8_epi16(load256(a + word)), _mm512_cvtepu8_epi16(load256(b + word)));
+#else
+    const auto widened = [](const std::uint32_t* p) {
+      __m128i bytes;
+      __builtin_memcpy(&bytes, p, sizeof bytes);
+      return _mm256_cvtepu8_epi16(bytes);
+    };
+    const __m256i difference = _mm256_sub_epi16(widened(a + word), widened(b + word));
+#endif
+    squares = addProducts(squares, (IntV)difference, (IntV)difference);
+  }
+  return block.query_offset[query] + block.train_offset[train] + sum(squares);
 }
 
-/// Limits of the queries, from their second distances and from upper bounds of these: the nearest trains of
-/// two sets of trains are two trains.
-inline void limitQueries(const NearestBlock<std::int32_t>& block) {
+/// The square of a coarse distance, rounded up, from which follows that the distance is not below `distance`.
+/// @param scale  from distances of descriptors to coarse ones
+inline std::int32_t coarseLimit(std::int32_t distance, double scale, double error) {
+  const double root = __builtin_sqrt(static_cast<double>(distance)) * scale + error;
+  return root < 3e4 ? static_cast<std::int32_t>(root * root) + 2 : 1 << 30;
+}
+
+inline std::int16_t toShort(std::int32_t value) {
+  return static_cast<std::int16_t>(value < -0x8000 ? -0x8000 : value > 0x7fff ? 0x7fff : value);
+}
+
+/// The first train with the largest coarse sum among every second group.
+inline std::size_t largestSum(const std::int16_t* sums, std::size_t first_group, std::size_t groups) {
+  __m256i largest = _mm256_set1_epi16(-0x8000);
+  for (std::size_t group = first_group; group < groups; group += 2)
+    largest = _mm256_max_epi16(largest, load256(sums + group * kLanes));
+  std::int16_t lanes[kLanes];
+  store256(lanes, largest);
+  std::int16_t value = lanes[0];
+  for (const std::int16_t lane : lanes) value = lane > value ? lane : value;
+  const __m256i wanted = _mm256_set1_epi16(value);
+  for (std::size_t group = first_group;; group += 2) {
+    const auto equal = static_cast<unsigned>(
+        _mm256_movemask_epi8(_mm256_cmpeq_epi16(load256(sums + group * kLanes), wanted)));
+    if (equal != 0) return group * kLanes + static_cast<std::size_t>(__builtin_ctz(equal)) / 2;
+  }
+}
+
+/// Limits of the trains, from their best distances.
+inline void limitTrains(const NearestBlock<std::int32_t>& block, double scale, double error) {
+  const std::size_t trains = block.groups * kLanes;
+  for (std::size_t train = 0; train < trains; ++train) {
+    const bool padding = block.train_offset[train] == kFarDistance<std::int32_t>;
+    block.coarse->train_limit[train] =
+        toShort(padding ? -0x8000 : coarseLimit(block.train_best[train], scale, error));
+  }
+}
+
+/// Compares a query with the trains that its coarse sums do not exclude.
+/// @param sums   of the query
+/// @param bias, scale, error  as in filteredKernel()
+template <bool kForTrains>
+__attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& block, std::size_t query,
+                                           const std::int16_t* sums, std::int32_t bias, double scale,
+                                           double error) {
   const CoarseNumbers& coarse = *block.coarse;
-  for (std::size_t query = 0; query < block.query_count; query += kQueriesAtATime) {
-    IntV nearest[kQueriesAtATime][2];
-    for (auto& of_query : nearest) of_query[0] = of_query[1] = splat(-0x7fffffff);
-    for (std::size_t group = 0; group < block.groups && group < kFirstGroups; ++group) {
-      IntV offsets[kParts], sums[kQueriesAtATime][kParts];
-      for (std::size_t part = 0; part < kParts; ++part)
-        offsets[part] = shortOffset(load(coarse.train_offset + group * kLanes + part * kWidth));
-      coarseSums(coarse, query, group * kLanes, offsets, sums);
-      for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
-        for (std::size_t part = 0; part < kParts; ++part) {
-          IntV& largest = nearest[q][group % 2];
-          largest = sums[q][part] > largest ? sums[q][part] : largest;
-        }
-      }
-    }
-    for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
-      const std::int32_t offset = coarse.query_offset[query + q];
-      std::int32_t limit = coarseLimit(block.second[query + q], coarse.error);
-      // Trains that are near others do not count.
-      if (block.near == nullptr) {
-        const std::int32_t first = largestOf(nearest[q][0]) >> 16, second = largestOf(nearest[q][1]) >> 16;
-        const std::int32_t sum = first < second ? first : second;
-        if (sum > -CoarseNumbers::kLargestSquares / 16) {
-          // One error from the coarse to the true distance, another one back; and 16 from rounding.
-          const std::int32_t bound = coarseLimit(offset - 16 * sum + 16, 2 * coarse.error);
-          limit = bound < limit ? bound : limit;
-        }
-      }
-      const bool padding = offset == kFarDistance<std::int32_t>;
-      coarse.limit[query + q] = padding ? sumLimit(0, -kFarDistance<std::int32_t>) : sumLimit(offset, limit);
-    }
+  const std::int32_t offset = coarse.query_offset[query];
+  const double own_error =
+      coarse.train_error +
+      __builtin_sqrt(static_cast<double>(coarse.query_error[query])) / (2.0 * coarse.projection->step);
+  const bool fits = offset + bias <= 0x7fff;
+  const auto lowestSum = [&](std::int32_t distance) {
+    return _mm256_set1_epi16(fits ? toShort(offset - coarseLimit(distance, scale, own_error) + bias)
+                                  : static_cast<std::int16_t>(-0x8000));
+  };
+  std::int32_t limit = block.second[query];
+  // The distances of two trains limit the second smallest one. Trains that are near others do not count.
+  if (block.near == nullptr && block.groups > 1) {
+    const std::int32_t first = exactDistance(block, query, largestSum(sums, 0, block.groups));
+    const std::int32_t second = exactDistance(block, query, largestSum(sums, 1, block.groups));
+    const std::int32_t larger = (first > second ? first : second) + 1;
+    limit = larger < limit ? larger : limit;
   }
+  __m256i lowest = lowestSum(limit);
+  const __m256i lowest_of_trains =
+      _mm256_set1_epi16(fits ? toShort(offset + bias) : static_cast<std::int16_t>(-0x8000));
+  // Lanes of ones where a train is excluded.
+  const auto excluded = [&](std::size_t train) {
+    const __m256i sum = load256(sums + train);
+    const __m256i result = _mm256_cmpgt_epi16(lowest, sum);
+    if (!kForTrains) return result;
+    const __m256i raised = _mm256_adds_epi16(sum, load256(coarse.train_limit + train));
+    return _mm256_and_si256(result, _mm256_cmpgt_epi16(lowest_of_trains, raised));
+  };
+  // Trains whose rows are on their way to the cache.
+  constexpr std::size_t kMostWaiting = 32;
+  std::size_t waiting[kMostWaiting + 2 * kLanes], waiting_count = 0;
+  const auto compareWaiting = [&] {
+    for (std::size_t i = 0; i < waiting_count; ++i) {
+      const std::size_t train = waiting[i];
+      const std::int32_t distance = exactDistance(block, query, train);
+      compete(block, query, train, distance);
+      if (!kForTrains || !(distance < block.train_best[train])) continue;
+      block.train_best[train] = distance;
+      block.train_best_query[train] = block.first_query + static_cast<std::uint32_t>(query);
+      coarse.train_limit[train] = toShort(coarseLimit(distance, scale, error));
+    }
+    waiting_count = 0;
+    if (!(block.second[query] < limit)) return;
+    limit = block.second[query];
+    lowest = lowestSum(limit);
+  };
+  const std::size_t trains = block.groups * kLanes;
+  for (std::size_t first = 0; first < trains; first += 2 * kLanes) {
+    const __m256i both = _mm256_packs_epi16(excluded(first), excluded(first + kLanes));
+    const unsigned mixed = ~static_cast<unsigned>(_mm256_movemask_epi8(both));
+    if (mixed == 0) continue;
+    // packs interleaves them: 8 trains of the first group, 8 of the second, and so on.
+    unsigned bits = (mixed & 0xff0000ffU) | (mixed >> 8 & 0xff00U) | (mixed & 0xff00U) << 8;
+    if (first + kLanes == trains) bits &= 0xffffU;
+    for (; bits != 0; bits &= bits - 1) {
+      const std::size_t train = first + static_cast<std::size_t>(__builtin_ctz(bits));
+      for (std::size_t word = 0; word < block.words; word += 16)
+        __builtin_prefetch(block.trains + train * block.words + word);
+      waiting[waiting_count++] = train;
+    }
+    if (waiting_count >= kMostWaiting) compareWaiting();
+  }
+  compareWaiting();
 }
 
-/// Prefetches the rows of a group of trains, some of which will be compared.
-inline void prefetchRows(const NearestBlock<std::int32_t>& block, std::size_t first_train) {
-  if (first_train >= block.groups * kLanes) return;
-  const std::uint32_t* const rows = block.trains + first_train * block.words;
-  for (std::size_t word = 0; word < kLanes * block.words; word += 16) __builtin_prefetch(rows + word);
-}
-
+/// Compares all queries with the trains that coarse numbers do not exclude. Of 16 queries at a time, first
+/// the coarse sums with all trains are computed, without branches. The trains with the largest sums are
+/// probably near, so their distances give the query a limit; then the sums are searched for trains within the
+/// limit.
 template <bool kForTrains>
 void filteredKernel(const NearestBlock<std::int32_t>& block) {
   const CoarseNumbers& coarse = *block.coarse;
-  limitQueries(block);
-  for (std::size_t group = 0; group < block.groups; ++group) {
-    const std::size_t first_train = group * kLanes;
-    IntV offsets[kParts], train_limit[kParts];
-    for (std::size_t part = 0; part < kParts; ++part)
-      offsets[part] = shortOffset(load(coarse.train_offset + first_train + part * kWidth));
-    const auto limitTrains = [&] {
+  const std::size_t words = coarse.projection->words;
+  const double steps = 2.0 * coarse.projection->step;
+  // From distances of descriptors to those of coarse numbers, and the largest error of these.
+  const double scale = __builtin_sqrt(static_cast<double>(coarse.projection->size)) / steps;
+  double error = 0;
+  for (std::size_t query = 0; query < block.query_count; ++query) {
+    const double own = coarse.query_error[query];
+    error = own > error ? own : error;
+  }
+  error = __builtin_sqrt(error) / steps + coarse.train_error;
+  if (kForTrains) limitTrains(block, scale, error);
+  const std::size_t stride = (block.groups + block.groups % 2) * kLanes;
+  for (std::size_t first = 0; first < block.query_count; first += CoarseNumbers::kQueries) {
+    const std::size_t rest = block.query_count - first;
+    const std::size_t count = rest < CoarseNumbers::kQueries ? rest : CoarseNumbers::kQueries;
+    std::int32_t largest = 0;
+    for (std::size_t query = first; query < first + count; ++query) {
+      const std::int32_t offset = coarse.query_offset[query];
+      if (offset > largest && offset <= 0x7fff) largest = offset;
+    }
+    const std::int32_t bias = 0x7fff - largest;  // no sum is above |q'|^2
+    for (std::size_t group = 0; group < block.groups; ++group) {
+      WordV start[kParts];
       for (std::size_t part = 0; part < kParts; ++part) {
-        const std::size_t train = first_train + part * kWidth;
-        train_limit[part] = coarseLimit(load(block.train_best + train), coarse.error) >> 4;
+        const IntV offset = load(coarse.train_offset + group * kLanes + part * kWidth);
+        start[part] = (WordV)(splat(bias) - offset) << 16;
       }
-    };
-    if (kForTrains) limitTrains();
-    prefetchRows(block, first_train + kLanes);
-    for (std::size_t query = 0; query < block.query_count; query += kQueriesAtATime) {
-      IntV sums[kQueriesAtATime][kParts];
-      coarseSums(coarse, query, first_train, offsets, sums);
-#pragma GCC unroll 8
-      for (std::size_t q = 0; q < kQueriesAtATime; ++q) {
-        const IntV limit = splat(coarse.limit[query + q]);
-        IntV near[kParts];
-        IntV any = {};
-#pragma GCC unroll 4
-        for (std::size_t part = 0; part < kParts; ++part) {
-          near[part] = sums[q][part] > limit;
-          if (kForTrains) {
-            // One less for the quotients, as all are rounded down.
-            const IntV least = splat((coarse.query_offset[query + q] >> 4) - 1) - train_limit[part];
-            near[part] |= (sums[q][part] >> 16) > least;
-          }
-          any |= near[part];
-        }
-        if (!anyTrue(any)) continue;
-        unsigned closer = 0;
-        for (std::size_t part = 0; part < kParts; ++part) closer |= bitsOf(near[part]) << (part * kWidth);
-        const std::int32_t second = block.second[query + q];
-        bool trains_closer = false;
-        for (; closer != 0; closer &= closer - 1) {
-          const std::size_t train = first_train + static_cast<std::size_t>(__builtin_ctz(closer));
-          const std::int32_t distance = exactDistance(block, query + q, train);
-          compete(block, query + q, train, distance);
-          if (!kForTrains || !(distance < block.train_best[train])) continue;
-          block.train_best[train] = distance;
-          block.train_best_query[train] = block.first_query + static_cast<std::uint32_t>(query + q);
-          trains_closer = true;
-        }
-        if (block.second[query + q] != second) {
-          const std::int32_t own =
-              sumLimit(coarse.query_offset[query + q], coarseLimit(block.second[query + q], coarse.error));
-          coarse.limit[query + q] = own > coarse.limit[query + q] ? own : coarse.limit[query + q];
-        }
-        if (trains_closer) limitTrains();
+      for (std::size_t query = 0; query < count; query += kQueriesAtATime) {
+        coarseSums(coarse.queries + first * words + query, coarse.trains + group * kLanes * words, words,
+                   start, coarse.sums + query * stride + group * kLanes, stride);
       }
     }
+    for (std::size_t query = 0; query < count; ++query) {
+      if (block.query_offset[first + query] == kFarDistance<std::int32_t>) continue;
+      compareNear<kForTrains>(block, first + query, coarse.sums + query * stride, bias, scale, error);
+    }
+  }
+}
+
+void transformKernel(const std::uint8_t* const* descriptors, std::size_t columns, std::size_t size,
+                     std::int16_t* products) {
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const std::size_t given = descriptors[lane] == nullptr ? 0 : columns;
+    for (std::size_t column = 0; column < given; ++column)
+      products[column * kLanes + lane] = descriptors[lane][column];
+    for (std::size_t column = given; column < size; ++column) products[column * kLanes + lane] = 0;
+  }
+  for (std::size_t half = 1; half < size; half *= 2) {
+    for (std::size_t first = 0; first < size; first += 2 * half) {
+      for (std::size_t row = first; row < first + half; ++row) {
+        std::int16_t *const upper = products + row * kLanes, *const lower = upper + half * kLanes;
+        const __m256i a = load256(upper), b = load256(lower);
+        store256(upper, _mm256_add_epi16(a, b));
+        store256(lower, _mm256_sub_epi16(a, b));
+      }
+    }
+  }
+}
+
+void projectKernel(const std::uint8_t* const* descriptors, std::size_t columns, const Projection& projection,
+                   bool as_queries, std::uint32_t* words, std::int32_t* offsets, std::uint16_t* errors) {
+  std::int16_t products[Projection::kLargestSize * kLanes];
+  transformKernel(descriptors, columns, projection.size, products);
+  const std::int32_t step = as_queries ? 2 * projection.step : projection.step;
+  const __m256i largest = _mm256_set1_epi16(static_cast<std::int16_t>(126 * projection.step));
+  const __m256i smallest = _mm256_sub_epi16(_mm256_setzero_si256(), largest);
+  const __m256i steps = _mm256_set1_epi16(static_cast<std::int16_t>(step));
+  const __m256i inverse = _mm256_set1_epi16(static_cast<std::int16_t>((32768 + step / 2) / step));
+  const __m256i shift = _mm256_set1_epi16(as_queries ? 64 : 0), low = _mm256_set1_epi16(0xff);
+  __m256i sum = _mm256_setzero_si256(), error = sum, squares[2] = {sum, sum};
+  for (std::size_t word = 0; word < projection.words; ++word) {
+    __m256i numbers[4], bytes[4];
+    for (std::size_t k = 0; k < 4; ++k) {
+      const std::size_t row = 4 * word + k;
+      const __m256i mean = _mm256_set1_epi16(projection.means[row]);
+      __m256i y = _mm256_subs_epi16(load256(products + projection.rows[row] * kLanes), mean);
+      y = _mm256_max_epi16(_mm256_min_epi16(y, largest), smallest);
+      numbers[k] = _mm256_mulhrs_epi16(y, inverse);
+      const __m256i rest = _mm256_sub_epi16(y, _mm256_mullo_epi16(numbers[k], steps));
+      error = _mm256_adds_epu16(error, _mm256_mullo_epi16(rest, rest));
+      sum = _mm256_add_epi16(sum, numbers[k]);
+      bytes[k] = _mm256_and_si256(_mm256_add_epi16(numbers[k], shift), low);
+    }
+    for (std::size_t k = 0; k < 4; k += 2) {
+      const __m256i first = _mm256_unpacklo_epi16(numbers[k], numbers[k + 1]);
+      const __m256i last = _mm256_unpackhi_epi16(numbers[k], numbers[k + 1]);
+      squares[0] = _mm256_add_epi32(squares[0], _mm256_madd_epi16(first, first));
+      squares[1] = _mm256_add_epi32(squares[1], _mm256_madd_epi16(last, last));
+    }
+    const __m256i pairs[2] = {_mm256_or_si256(bytes[0], _mm256_slli_epi16(bytes[1], 8)),
+                              _mm256_or_si256(bytes[2], _mm256_slli_epi16(bytes[3], 8))};
+    const __m256i first = _mm256_unpacklo_epi16(pairs[0], pairs[1]);
+    const __m256i last = _mm256_unpackhi_epi16(pairs[0], pairs[1]);
+    store256(words + word * kLanes, _mm256_permute2x128_si256(first, last, 0x20));
+    store256(words + word * kLanes + 8, _mm256_permute2x128_si256(first, last, 0x31));
+  }
+  store256(errors, error);
+  const __m256i sums[2] = {_mm256_cvtepi16_epi32(_mm256_castsi256_si128(sum)),
+                           _mm256_cvtepi16_epi32(_mm256_extracti128_si256(sum, 1))};
+  for (int half = 0; half < 2; ++half) {
+    const __m256i own = half == 0 ? _mm256_permute2x128_si256(squares[0], squares[1], 0x20)
+                                  : _mm256_permute2x128_si256(squares[0], squares[1], 0x31);
+    const __m256i of_train = _mm256_add_epi32(_mm256_srli_epi32(own, 2), _mm256_slli_epi32(sums[half], 6));
+    store256(offsets + 8 * half, as_queries ? own : of_train);
   }
 }
 #else
@@ -606,6 +698,15 @@ void wholeNumbersKernel(const NearestBlock<std::int32_t>& block) {
   nearestKernel<WholeNumbers>(block);
 #endif
 }
+
+#if defined(__AVX2__) && !defined(__AVX512VNNI__)
+constexpr DescriptorKernels kDescriptorKernels = {wholeNumbersKernel,  kWholeNumberForm,
+                                                  transformKernel,     projectKernel,
+                                                  nearestKernel<Bits>, nearestKernel<Floats>};
+#else
+constexpr DescriptorKernels kDescriptorKernels = {wholeNumbersKernel,  kWholeNumberForm,     nullptr, nullptr,
+                                                  nearestKernel<Bits>, nearestKernel<Floats>};
+#endif
 
 }  // namespace
 }  // namespace corrsel::core

@@ -37,7 +37,7 @@ constexpr Kernels kTable = {
      {pairConflictsKernel<RatioOfDistances>, pairConflictsKernel<DifferenceOfDistances>},
      pairRowKernel<Payoff>,
      pairProductKernel},
-    {wholeNumbersKernel, kWholeNumberForm, nearestKernel<Bits>, nearestKernel<Floats>},
+    kDescriptorKernels,
     {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>},
     {filterColumnsKernel, filterRowKernel, doubleRowKernel, subtractRowsKernel, extremaKernel},
     {orientationKernel},

@@ -1,6 +1,7 @@
 #include "matching/nearest.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -27,7 +28,6 @@ struct Content {
   Rows rows;        ///< those without NaN
   cv::Mat bytes;    ///< the same values as bytes if all are whole numbers from 0 to 255, otherwise empty
   int largest = 0;  ///< of bytes
-  double train_error = 0;     ///< largest length of the part of a train that CoarseNumbers omit
   std::uint32_t squares = 0;  ///< the largest sum of the squares of a descriptor's bytes
 };
 
@@ -36,7 +36,7 @@ Content contentOf(const cv::Mat& descriptors) {
   cv::Mat bytes;
   descriptors.convertTo(bytes, CV_8U);
   bool whole = true;
-  int largest = 0, train_error = 0;
+  int largest = 0;
   for (int r = 0; r < descriptors.rows; ++r) {
     const float* const row = descriptors.ptr<float>(r);
     const auto* const numbers = bytes.ptr<std::uint8_t>(r);
@@ -49,23 +49,19 @@ Content contentOf(const cv::Mat& descriptors) {
     if (!nan) content.rows.push_back(static_cast<std::uint32_t>(r));
     whole = whole && !other;
     if (!whole) continue;
-    int train_squares = 0, row_largest = 0;
+    int row_largest = 0;
     std::uint32_t squares = 0;
     for (int c = 0; c < descriptors.cols; ++c) {
       const int number = numbers[c];
       row_largest = std::max(row_largest, number);
       squares += static_cast<std::uint32_t>(number * number);
-      // (number % 4 - 1)^2, which is 1, 0, 1 or 4.
-      train_squares += (~number & 1) + ((number & (number >> 1) & 1) << 2);
     }
     largest = std::max(largest, row_largest);
     content.squares = std::max(content.squares, squares);
-    train_error = std::max(train_error, train_squares);
   }
   if (!whole) return content;
   content.bytes = bytes;
   content.largest = largest;
-  content.train_error = std::sqrt(static_cast<double>(train_error));
   return content;
 }
 
@@ -132,39 +128,6 @@ struct ByteRows : WholeNumberMetric {
   }
 };
 
-/// CoarseNumbers of bytes.
-struct CoarseRows {
-  using Distance = std::int32_t;
-  static constexpr std::uint32_t kPadding = 0;
-  static std::size_t words(const cv::Mat& m) {
-    return roundedUp(static_cast<std::size_t>(m.cols), 4 * CoarseNumbers::kWords) / 4;
-  }
-  static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
-    const auto* const values = m.ptr<std::uint8_t>(row);
-    auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
-    const int columns = m.cols;  // a copy, so that it is not read again after every byte written
-    Distance offset = 0;
-    for (int c = 0; c < columns; ++c) {
-      const int half = values[c] >> 1;
-      bytes[c] = static_cast<std::uint8_t>(half);
-      offset += 4 * half * half - 2 * half - 1;
-    }
-    return offset + (columns + 3) / 4;
-  }
-  static Distance train(const cv::Mat& m, int row, std::uint32_t* words) {
-    const auto* const values = m.ptr<std::uint8_t>(row);
-    auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
-    const int columns = m.cols;
-    Distance offset = 0;
-    for (int c = 0; c < columns; ++c) {
-      const int quarter = values[c] >> 2;
-      bytes[c] = static_cast<std::uint8_t>(quarter);
-      offset += 16 * quarter * quarter + 4 * quarter + 1;
-    }
-    return offset;
-  }
-};
-
 /// Rows that are copied unchanged and padded with zeros.
 template <typename D>
 struct PlainRows {
@@ -184,6 +147,13 @@ struct PlainRows {
 struct BitRows : PlainRows<std::int32_t> {
   static void run(const NearestBlock<Distance>& block) { kernels().descriptors.bits(block); }
   static float distance(Distance d) { return static_cast<float>(d); }
+};
+
+/// WholeNumberForm::kCoarse.
+struct ByteSquareRows : PlainRows<std::int32_t> {
+  static std::size_t words(const cv::Mat& m) { return roundedUp(PlainRows::words(m), kCoarseWords); }
+  static void run(const NearestBlock<Distance>& block) { kernels().descriptors.whole_numbers(block); }
+  static float distance(Distance d) { return std::sqrt(static_cast<float>(d)); }
 };
 
 struct FloatRows : PlainRows<float> {
@@ -240,10 +210,118 @@ struct PackedQueries {
   std::vector<Distance> offsets;
 };
 
-/// Trains with fewer bits.
-struct CoarseTrains {
-  PackedTrains<CoarseRows> packed;
-  double error;  ///< as in CoarseNumbers
+/// Coarse numbers of some descriptors, in groups of 16.
+struct CoarseRows {
+  static constexpr std::size_t kGroup = CoarseNumbers::kQueries;
+  static_assert(kGroup == NearestBlock<std::int32_t>::kTrains, "one kernel serves queries and trains");
+
+  /// Descriptors [begin, end) of `rows`.
+  void project(const cv::Mat& bytes, const Rows& rows, std::size_t begin, std::size_t end,
+               const Projection& projection, bool as_queries) {
+    const std::size_t groups = roundedUp(end - begin, kGroup) / kGroup;
+    words.resize(groups * kGroup * projection.words);
+    offsets.resize(groups * kGroup);
+    errors.resize(groups * kGroup);
+    for (std::size_t group = 0; group < groups; ++group) {
+      const std::size_t first = begin + group * kGroup;
+      Sixteen group_rows{};
+      for (std::size_t i = first; i < std::min(end, first + kGroup); ++i) {
+        group_rows[i - first] = bytes.ptr<std::uint8_t>(static_cast<int>(rows[i]));
+      }
+      kernels().descriptors.project(group_rows.data(), static_cast<std::size_t>(bytes.cols), projection,
+                                    as_queries, words.data() + group * kGroup * projection.words,
+                                    offsets.data() + group * kGroup, errors.data() + group * kGroup);
+    }
+  }
+
+  /// Pointers to descriptors; null where there are fewer.
+  using Sixteen = std::array<const std::uint8_t*, kGroup>;
+
+  std::vector<std::uint32_t> words;
+  std::vector<std::int32_t> offsets;
+  std::vector<std::uint16_t> errors;
+};
+
+/// A projection that fits some trains, and their coarse numbers.
+class CoarseTrains {
+ public:
+  /// Whether the projection of such descriptors is short enough for 8 bits.
+  /// @param squares  the largest sum of the squares of a descriptor
+  static bool possible(int columns, std::uint32_t squares) {
+    return static_cast<std::size_t>(columns) <= Projection::kLargestSize &&
+           stepFor(sizeFor(columns), squares) <= Projection::kLargestStep;
+  }
+
+  CoarseTrains(const cv::Mat& trains, const Rows& rows, std::uint32_t squares) {
+    projection.size = sizeFor(trains.cols);
+    projection.words = roundedUp(projection.size * kSixteenths / 16, 8) / 4;
+    projection.step = std::max(2, stepFor(projection.size, squares));
+    chooseRows(trains, rows);
+    projection.rows = rows_.data();
+    projection.means = means_.data();
+    numbers.project(trains, rows, 0, rows.size(), projection, false);
+    std::uint16_t largest = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) largest = std::max(largest, numbers.errors[i]);
+    error = std::sqrt(static_cast<double>(largest)) / (2.0 * projection.step);
+  }
+  CoarseTrains(const CoarseTrains&) = delete;
+  CoarseTrains& operator=(const CoarseTrains&) = delete;
+
+  Projection projection{};
+  CoarseRows numbers;
+  double error = 0;  ///< as in CoarseNumbers
+
+ private:
+  // Rows of the matrix that are used, in sixteenths of all. More rows exclude more trains but take longer.
+  static constexpr std::size_t kSixteenths = 10;
+  // Trains from which the variances are estimated.
+  static constexpr std::size_t kSamples = 256;
+
+  static std::size_t sizeFor(int columns) {
+    std::size_t size = 8;
+    while (size < static_cast<std::size_t>(columns)) size *= 2;
+    return size;
+  }
+
+  /// |q'|^2 of a query without the means is at most 2^15.
+  static int stepFor(std::size_t size, std::uint32_t squares) {
+    return static_cast<int>(std::ceil(std::sqrt(static_cast<double>(size) * squares / (4.0 * 0x7fff))));
+  }
+
+  /// Sets the rows with the largest variances, and the means.
+  void chooseRows(const cv::Mat& trains, const Rows& given) {
+    const std::size_t size = projection.size, samples = std::min(given.size(), kSamples);
+    std::vector<double> sums(size), squares(size);
+    std::vector<std::int16_t> products(size * CoarseRows::kGroup);
+    for (std::size_t first = 0; first < samples; first += CoarseRows::kGroup) {
+      CoarseRows::Sixteen rows{};
+      for (std::size_t i = first; i < std::min(samples, first + CoarseRows::kGroup); ++i) {
+        rows[i - first] = trains.ptr<std::uint8_t>(static_cast<int>(given[i * given.size() / samples]));
+      }
+      kernels().descriptors.transform(rows.data(), static_cast<std::size_t>(trains.cols), size,
+                                      products.data());
+      for (std::size_t row = 0; row < size; ++row) {
+        for (std::size_t i = 0; i < CoarseRows::kGroup; ++i) {
+          const double product = products[row * CoarseRows::kGroup + i];
+          sums[row] += product;
+          squares[row] += product * product;
+        }
+      }
+    }
+    const auto n = static_cast<double>(samples);
+    std::vector<std::pair<double, std::uint16_t>> order;
+    for (std::size_t row = 0; row < size; ++row) {
+      order.emplace_back(sums[row] / n * sums[row] - squares[row], static_cast<std::uint16_t>(row));
+    }
+    std::sort(order.begin(), order.end());
+    for (std::size_t i = 0; i < 4 * projection.words; ++i) {
+      rows_.push_back(order[i].second);
+      means_.push_back(static_cast<std::int16_t>(std::lround(sums[order[i].second] / n)));
+    }
+  }
+
+  std::vector<std::uint16_t> rows_;
+  std::vector<std::int16_t> means_;
 };
 
 /// The smallest distance of every train.
@@ -279,7 +357,7 @@ struct Nearest {
 };
 
 /// Compares the queries `rows` with all trains.
-/// @param coarse   the trains with fewer bits, or null
+/// @param coarse   of the trains, or null
 /// @param nearest  one entry per row, padded to whole groups
 /// @param minima   of the trains, or null
 /// @param near     trains that cannot be second, or null; per row of `rows`, padded like `nearest`
@@ -293,8 +371,10 @@ void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric
   std::mutex merging;
   onThreads(std::min(threads, std::max<std::size_t>(blocks, 1)), [&] {
     PackedQueries<Metric> packed(trains.word_count);
-    PackedQueries<CoarseRows> coarse_packed(coarse ? coarse->packed.word_count : 0);
-    std::vector<std::int32_t> limits(kBlock);
+    CoarseRows coarse_queries;
+    const std::size_t coarse_trains = coarse ? roundedUp(trains.groups, 2) * trains.kGroup : 0;
+    std::vector<std::int16_t> coarse_sums(coarse_trains * CoarseNumbers::kQueries),
+        train_limits(coarse_trains);
     TrainMinima<Distance> own(minima ? trains.offsets.size() : 0);
     for (std::size_t begin; (begin = kBlock * next++) < rows.size();) {
       const std::size_t end = std::min(begin + kBlock, rows.size());
@@ -318,14 +398,16 @@ void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric
       }
       CoarseNumbers coarse_block{};
       if (coarse != nullptr) {
-        coarse_packed.pack(queries, rows, begin, end);
-        coarse_block = {coarse->packed.word_count,
-                        coarse_packed.words.data(),
-                        coarse_packed.offsets.data(),
-                        coarse->packed.words.data(),
-                        coarse->packed.offsets.data(),
+        coarse_queries.project(queries, rows, begin, end, coarse->projection, true);
+        coarse_block = {&coarse->projection,
+                        coarse_queries.words.data(),
+                        coarse_queries.offsets.data(),
+                        coarse_queries.errors.data(),
+                        coarse->numbers.words.data(),
+                        coarse->numbers.offsets.data(),
                         coarse->error,
-                        limits.data()};
+                        coarse_sums.data(),
+                        train_limits.data()};
         block.coarse = &coarse_block;
       }
       NearFeatures block_near{};
@@ -429,14 +511,12 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
   if (form == WholeNumberForm::kBytes) {
     return find<ByteRows>(left.bytes, left.rows, right.bytes, right.rows, search);
   }
-  const double longest = std::max(std::sqrt(static_cast<double>(left.squares)),
-                                  std::sqrt(static_cast<double>(right.squares)) + right.train_error);
-  if (form == WholeNumberForm::kPairs || longest * longest > CoarseNumbers::kLargestSquares) {
+  const std::uint32_t squares = std::max(left.squares, right.squares);
+  if (form == WholeNumberForm::kPairs || !CoarseTrains::possible(queries.cols, squares)) {
     return find<PairRows>(left.bytes, left.rows, right.bytes, right.rows, search);
   }
-  const CoarseTrains coarse{PackedTrains<CoarseRows>(right.bytes, right.rows, true),
-                            std::sqrt(queries.cols) / 2 + right.train_error};
-  return find<PairRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
+  const CoarseTrains coarse(right.bytes, right.rows, squares);
+  return find<ByteSquareRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
 }
 
 }  // namespace corrsel::core

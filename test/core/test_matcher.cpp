@@ -151,23 +151,23 @@ cv::Mat siftLike(int rows, std::uint64_t seed) {
   return d;
 }
 
-/// Numbers of 0..255 that leave `residue` when divided by `divisor`. Squares of a row's add up to `squares`
-/// at most and to as much as can be.
-cv::Mat rowsOfLength(int rows, int squares, int residue, int divisor, std::uint64_t seed) {
-  const int columns = 128, greedy = 20;  // the last ones take what is left
+/// Numbers from 0 to 255 in the columns [begin, end), whose squares add up to `squares` at most and to as
+/// much as can be.
+cv::Mat rowsOfLength(int rows, int squares, std::uint64_t seed, int begin = 0, int end = 128) {
+  const int greedy = 20;  // the last ones take what is left
   Random random(seed);
-  cv::Mat_<float> d(rows, columns, float(residue));
+  cv::Mat_<float> d(rows, 128, 0.0F);
   for (int r = 0; r < rows; ++r) {
-    int rest = squares - columns * residue * residue;
-    for (int c = 0; c < columns; ++c) {
-      const int most = c < columns - greedy ? int(random.index(100)) : 255;
-      int value = residue;
-      while (value + divisor <= most && (value + divisor) * (value + divisor) - residue * residue <= rest)
-        value += divisor;
-      rest -= value * value - residue * residue;
+    int rest = squares;
+    for (int c = begin; c < end; ++c) {
+      const int most = c < end - greedy ? int(random.index(std::uint32_t(12800 / (end - begin)))) : 255;
+      const int value = std::min(most, int(std::sqrt(double(rest))));
+      rest -= value * value;
       d(r, c) = float(value);
     }
-    for (int c = columns - 1; c > 0; --c) std::swap(d(r, c), d(r, int(random.index(std::uint32_t(c) + 1))));
+    for (int c = end - 1; c > begin; --c) {
+      std::swap(d(r, c), d(r, begin + int(random.index(std::uint32_t(c - begin) + 1))));
+    }
   }
   return d;
 }
@@ -276,30 +276,47 @@ TEST(Matcher, LongRowsDoNotOverflow) {
   }
 }
 
-TEST(Matcher, EqualsTheNaiveLoopAroundTheLargestCoarseNumbers) {
-  // Of queries the squares count, of trains the length and that of what coarse numbers leave out: nothing
-  // where all have the residue 1, and two per number where it is 3.
-  const int largest = CoarseNumbers::kLargestSquares;
-  const double shorter = std::sqrt(double(largest)) - 2 * std::sqrt(128.0);
-  const int largest3 = int(shorter * shorter);
-  const std::vector<cv::Mat> trains = {
-      rowsOfLength(50, largest, 1, 4, 1), rowsOfLength(50, largest + 24, 1, 4, 1),
-      rowsOfLength(50, largest3, 3, 4, 1), rowsOfLength(50, largest3 + 40, 3, 4, 1),
-      // So much longer that products would not fit.
-      rowsOfLength(50, largest + largest / 16, 1, 4, 1)};
-  for (const int squares : {largest, largest + 1}) {
-    const cv::Mat any = rowsOfLength(40, squares, 0, 1, 2);
-    EXPECT_EQ(any.row(0).dot(any.row(0)), squares);
-    for (const cv::Mat& train : trains) {
-      SCOPED_TRACE(std::to_string(squares) + " and " + std::to_string(train.row(0).dot(train.row(0))));
-      // Also the largest product, which is of equals, and the smallest one.
-      cv::Mat query, twice;
-      cv::vconcat(any, rowsOfLength(40, largest, 1, 4, 1), query);
-      cv::vconcat(query, train.rowRange(10, 20), query);
-      query.row(70).setTo(0);
-      cv::vconcat(train, train.rowRange(20, 35), twice);
-      ASSERT_NO_FATAL_FAILURE(expectNaive(query, twice, {1, 2}));
-    }
+TEST(Matcher, EqualsTheNaiveLoopAroundTheLongestProjections) {
+  const double units = std::sqrt(4.0 * 0x7fff / 128);
+  const int longest = int(std::pow(Projection::kLargestStep * units, 2));
+  for (const int squares : {1000, 262144, longest, longest + 1, 2 * longest}) {
+    SCOPED_TRACE(squares);
+    const cv::Mat trains = rowsOfLength(150, squares, 1);
+    EXPECT_NEAR(trains.row(0).dot(trains.row(0)), squares, 1);
+    // Random queries, trains, queries near trains, and the origin.
+    cv::Mat queries = rowsOfLength(40, squares, 2), twice;
+    cv::vconcat(queries, trains.rowRange(10, 50), queries);
+    cv::Mat near = queries.rowRange(40, 80) + randomDescriptors(40, 128, CV_32F, 3, 5) - 1;
+    cv::vconcat(queries, cv::min(cv::max(near, 0), 255), queries);
+    queries.row(70).setTo(0);
+    cv::vconcat(trains, trains.rowRange(20, 35), twice);
+    ASSERT_NO_FATAL_FAILURE(expectNaive(queries, twice, {1, 2}));
+  }
+}
+
+TEST(Matcher, QueriesFarFromAllTrainsHaveNeighbours) {
+  // Their coarse numbers do not fit, as the means are those of the trains, of which few are near the queries.
+  for (const int squares : {262144, 600000}) {
+    SCOPED_TRACE(squares);
+    cv::Mat trains = rowsOfLength(200, squares, 3, 0, 64), queries = rowsOfLength(60, squares, 4, 64, 128),
+            alike;
+    ASSERT_NO_FATAL_FAILURE(expectNaive(queries, trains));
+    cv::repeat(trains.row(0), 200, 1, alike);
+    alike = cv::min(alike + randomDescriptors(200, 128, CV_32F, 3, 5), 255);
+    cv::vconcat(alike, queries.rowRange(0, 10), trains);
+    cv::vconcat(trains, queries.rowRange(0, 10), trains);
+    cv::vconcat(queries, trains.rowRange(0, 30), queries);
+    ASSERT_NO_FATAL_FAILURE(expectNaive(queries, trains, {1, 2}));
+  }
+}
+
+TEST(Matcher, EqualsTheNaiveLoopForShortRows) {
+  // Of fewer columns than the smallest projection has, and around powers of two.
+  for (const int columns : {1, 7, 8, 9, 31, 32, 33, 63, 65, 127}) {
+    SCOPED_TRACE(columns);
+    const cv::Mat trains = siftLike(300, 1).colRange(0, columns),
+                  queries = siftLike(90, 2).colRange(0, columns);
+    ASSERT_NO_FATAL_FAILURE(expectNaive(queries, trains));
   }
 }
 
