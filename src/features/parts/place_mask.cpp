@@ -19,19 +19,23 @@ constexpr int kTile = 8;
 cv::Mat integralOfTiles(const cv::Mat& mask) {
   const int rows = (mask.rows + kTile - 1) / kTile, columns = (mask.cols + kTile - 1) / kTile;
   cv::Mat integral(rows + 1, columns + 1, CV_32S, cv::Scalar(0));
-  std::vector<std::uint8_t> united(static_cast<std::size_t>(columns) * kTile);  // the pixels of a tile's rows
+  std::vector<std::uint64_t> united(static_cast<std::size_t>(columns));  // the rows of a row of tiles
+  const auto whole = static_cast<std::size_t>(mask.cols / kTile);
   for (int row = 0; row < rows; ++row) {
-    std::fill(united.begin(), united.end(), std::uint8_t{0});
+    std::fill(united.begin(), united.end(), std::uint64_t{0});
     for (int y = row * kTile; y < std::min((row + 1) * kTile, mask.rows); ++y) {
       const std::uint8_t* const line = mask.ptr<std::uint8_t>(y);
-      for (int x = 0; x < mask.cols; ++x) united[static_cast<std::size_t>(x)] |= line[x];
+      for (std::size_t column = 0; column < whole; ++column) {
+        std::uint64_t pixels = 0;
+        std::memcpy(&pixels, line + column * kTile, kTile);
+        united[column] |= pixels;
+      }
+      for (int x = static_cast<int>(whole) * kTile; x < mask.cols; ++x) united.back() |= line[x];
     }
     const int* const above = integral.ptr<int>(row);
     int* const here = integral.ptr<int>(row + 1);
     for (int column = 0, sum = 0; column < columns; ++column) {
-      std::uint64_t pixels = 0;
-      std::memcpy(&pixels, united.data() + static_cast<std::ptrdiff_t>(column) * kTile, sizeof pixels);
-      sum += pixels != 0;
+      sum += united[static_cast<std::size_t>(column)] != 0;
       here[column + 1] = above[column + 1] + sum;
     }
   }
