@@ -44,7 +44,8 @@ cv::Mat integralOfTiles(const cv::Mat& mask) {
 
 /// The pixel in [0, size) that is nearest to a coordinate.
 int nearestPixel(float at, int size) {
-  return static_cast<int>(std::clamp(std::floor(at + 0.5F), 0.0F, static_cast<float>(size - 1)));
+  // The conversion rounds down, as the number is not negative.
+  return static_cast<int>(std::clamp(at + 0.5F, 0.0F, static_cast<float>(size - 1)));
 }
 
 }  // namespace
