@@ -21,7 +21,6 @@ macro(report_missing)
 endmacro()
 
 set(core_part "${PROJECT_NAME}::core")
-set(features_part "${PROJECT_NAME}::features; -D${PROJECT_NAME}_FEATURES=OFF builds ${PROJECT_NAME}::core alone")
 set(benchmark_part "${PROJECT_NAME}::benchmark; -D${PROJECT_NAME}_BENCHMARK=OFF builds without it")
 
 find_package(Threads REQUIRED)
@@ -30,16 +29,6 @@ check_found(Eigen3_FOUND "Eigen 3" "${core_part}" libeigen3-dev)
 set(opencv_modules core)
 if(${PROJECT_NAME}_FEATURES)
   list(APPEND opencv_modules features2d imgproc)
-  # VLFeat comes with neither a CMake nor a pkg-config file.
-  find_path(VLFEAT_INCLUDE_DIR vl/covdet.h)
-  find_library(VLFEAT_LIBRARY vl)
-  set(vlfeat_found FALSE)
-  if(VLFEAT_INCLUDE_DIR AND VLFEAT_LIBRARY)
-    set(vlfeat_found TRUE)
-  endif()
-  check_found(vlfeat_found
-    "VLFeat (searched with VLFEAT_INCLUDE_DIR and VLFEAT_LIBRARY)" "${features_part}" libvlfeat-dev
-  )
 endif()
 if(${PROJECT_NAME}_BENCHMARK)
   list(APPEND opencv_modules imgcodecs)

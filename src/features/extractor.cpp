@@ -77,6 +77,8 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
   request.image = toGrey(image(area), options.max_megapixels, WorkspaceScope::part<GreyBuffer>());
   request.threads = threads;
   request.describe = descriptor_ == nullptr;
+  std::vector<ScaleLevel> levels;
+  request.levels = &levels;
   const AreaTransform to_whole(request.image.size(), area);
   // A mask that allows the whole area is left out, since masks cost OpenCV's detectors time.
   if (!region.mask.empty() && cv::countNonZero(region.mask(area)) < area.area()) {
@@ -86,7 +88,11 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
   keepStrongest(options.max_features, options.spread, request.image.size(), features);
   features.detect_seconds = watch.restart();
   if (descriptor_ != nullptr) {
-    descriptor_->describe(request.image, threads, features);
+    if (levels.empty()) {
+      descriptor_->describe(request.image, threads, features);
+    } else {
+      descriptor_->describeOn(levels, request.image, threads, features);
+    }
     features.describe_seconds = watch.seconds();
   }
   to_whole.apply(features);

@@ -9,6 +9,7 @@
 #include "kernels/descriptor.h"
 #include "kernels/field.h"
 #include "kernels/grid.h"
+#include "kernels/hessian.h"
 #include "kernels/orientation.h"
 #include "kernels/pair.h"
 #include "kernels/patch.h"
@@ -52,6 +53,7 @@ struct Kernels {
   ShrinkKernels shrink;
   CornerKernels corners;
   BinaryKernels binary;
+  HessianKernels hessian;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

@@ -50,6 +50,13 @@ struct CellTables {
   float columns[kCells][Patch::kPitch];
 };
 
+/// Filters of the size of a patch that are symmetric about the middle row: one row of weights for the middle
+/// row and for every pair of rows at the same distance from it. Columns from kSide on have the weight 0.
+struct PatchFilters {
+  static constexpr int kCount = 10;
+  float values[kCount][Patch::kHalf + 1][Patch::kPitch];
+};
+
 /// Sums of the products of two components of the gradients.
 struct GradientMoments {
   float xx, xy, yy;
@@ -80,9 +87,22 @@ struct PatchKernels {
   /// Weighted sums over the gradients, which are central differences (not halved).
   GradientMoments (*moments)(const Patch& patch, const PatchWeights& window);
 
-  /// Adds the weighted length of every gradient to the two bins next to its direction, where bin k begins at
-  /// direction k. Lengths are rounded to 2^-14 of the largest possible one. The sum of the weights is at most
-  /// 1000.
+  /// The sums of all samples times the weights of each filter.
+  /// @param sums  PatchFilters::kCount values
+  void (*filter)(const Patch& patch, const PatchFilters& filters, float* sums);
+
+  /// As sample() and filter() in a third of the time, for samples along the rows and columns of the image.
+  /// The samples are rounded at other places, so sums differ slightly.
+  /// @param grid  across_x = down_y > 0, and at most kMostUpright; across_y and down_x are 0. In every row
+  /// that the samples touch, kUprightSlack pixels after the last one that they need may be read.
+  void (*filter_upright)(const PatchGrid& grid, const PatchFilters& filters, float* sums);
+
+  static constexpr std::int32_t kMostUpright = 4 * 65536;
+  static constexpr int kUprightSlack = 32;
+
+  /// Distributes the weighted length of every gradient linearly over the two bins next to its direction; the
+  /// middle of bin k is the direction k / 36 of a turn. Lengths are rounded to 2^-12 of the largest possible
+  /// one. The sum of the weights is at most 280.
   void (*directions)(const Patch& patch, const PatchWeights& window, DirectionCounts& counts);
 
   /// The SIFT descriptor of a patch: 4 x 4 cells with 8 directions each, normalised, clipped at 0.2 and

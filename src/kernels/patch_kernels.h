@@ -18,16 +18,30 @@ inline IntV neighbours(const std::int16_t* pixels, IntV offset) {
 #if defined(__AVX512F__)
   return (IntV)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), static_cast<__mmask16>(-1),
                                            (__m512i)offset, pixels, 2);
-#elif defined(__AVX2__)
-  return (IntV)_mm256_i32gather_epi32(reinterpret_cast<const int*>(pixels), (__m256i)offset, 2);
 #else
-  IntV v;
-  for (int k = 0; k < kWidth; ++k) {
-    std::int32_t pair;
-    __builtin_memcpy(&pair, pixels + offset[k], sizeof pair);
-    v[k] = pair;
-  }
-  return v;
+  alignas(64) std::int32_t at[kWidth];
+  store(at, offset);
+  const auto pair = [&](int k) {
+    std::int32_t value;
+    __builtin_memcpy(&value, pixels + at[k], sizeof value);
+    return value;
+  };
+#if defined(__AVX2__)
+  // Single loads take less time than a gather of eight.
+  const auto four = [&](int k) {
+    __m128i v = _mm_cvtsi32_si128(pair(k));
+    v = _mm_insert_epi32(v, pair(k + 1), 1);
+    v = _mm_insert_epi32(v, pair(k + 2), 2);
+    return _mm_insert_epi32(v, pair(k + 3), 3);
+  };
+  return (IntV)_mm256_inserti128_si256(_mm256_castsi128_si256(four(0)), four(4), 1);
+#elif defined(__SSE2__)
+  const __m128i low = _mm_unpacklo_epi32(_mm_cvtsi32_si128(pair(0)), _mm_cvtsi32_si128(pair(1)));
+  const __m128i high = _mm_unpacklo_epi32(_mm_cvtsi32_si128(pair(2)), _mm_cvtsi32_si128(pair(3)));
+  return (IntV)_mm_unpacklo_epi64(low, high);
+#else
+  return IntV{pair(0), pair(1), pair(2), pair(3)};
+#endif
 #endif
 }
 
@@ -83,22 +97,29 @@ inline void samplePatchKernel(const PatchGrid& grid, Patch& patch) { sampleRows<
 inline int sampleClampedKernel(const PatchGrid& grid, Patch& patch) { return sampleRows<true>(grid, patch); }
 
 inline void blurRowsKernel(const float* half, int reach, Patch& patch) {
-  constexpr int kReach = PatchKernels::kMostReach;
-  alignas(64) float padded[kReach + Patch::kPitch + kReach];
+  constexpr int kReach = PatchKernels::kMostReach, kPadded = kReach + Patch::kPitch + kReach;
+  // All rows are copied first, because a load waits where it overlaps with stores shortly before it.
+  alignas(64) float padded[Patch::kSide * kPadded];
   for (int r = 0; r < Patch::kSide; ++r) {
-    float* const row = patch.values + r * Patch::kPitch;
-    for (int k = 0; k < kReach; ++k) {
-      padded[k] = row[0];
-      padded[kReach + Patch::kPitch + k] = row[Patch::kSide - 1];
+    const float* const row = patch.values + r * Patch::kPitch;
+    float* const to = padded + r * kPadded;
+    const FloatV first = splat(row[0]), last = splat(row[Patch::kSide - 1]);
+    for (int k = 0; k < kReach; k += kWidth)
+      __builtin_memcpy(to + k, &first, (kWidth < kReach ? kWidth : kReach) * sizeof(float));
+    for (int c = 0; c < Patch::kPitch; c += kWidth) store(to + kReach + c, load(row + c));
+    for (int k = 0; k < kReach; k += kWidth) {
+      __builtin_memcpy(to + kReach + Patch::kPitch + k, &last,
+                       (kWidth < kReach ? kWidth : kReach) * sizeof(float));
     }
-    for (int c = 0; c < Patch::kPitch; c += kWidth) store(padded + kReach + c, load(row + c));
+  }
+  for (int r = 0; r < Patch::kSide; ++r) {
     for (int c = 0; c < Patch::kPitch; c += kWidth) {
-      const float* const middle = padded + kReach + c;
+      const float* const middle = padded + r * kPadded + kReach + c;
       FloatV sum = half[0] * load(middle);
       for (int k = 1; k <= reach; ++k) sum += half[k] * (load(middle - k) + load(middle + k));
-      store(row + c, sum);
+      store(patch.values + r * Patch::kPitch + c, sum);
     }
-    row[Patch::kSide] = row[Patch::kSide - 1];
+    patch.values[r * Patch::kPitch + Patch::kSide] = patch.values[r * Patch::kPitch + Patch::kSide - 1];
   }
 }
 
@@ -161,6 +182,82 @@ inline GradientMoments momentsKernel(const Patch& patch, const PatchWeights& win
   return {sumOfLanes(xx), sumOfLanes(xy), sumOfLanes(yy)};
 }
 
+/// Rows of a patch, added up with their mirror images about the middle row.
+struct FoldedPatch {
+  alignas(64) float rows[Patch::kHalf + 1][Patch::kPitch];
+
+  void filter(const PatchFilters& filters, float* sums) const {
+    for (int k = 0; k < PatchFilters::kCount; ++k) {
+      FloatV parts[kParts] = {};
+      for (int r = 0; r <= Patch::kHalf; ++r) {
+        for (int c = 0; c < Patch::kPitch; c += kWidth) {
+          parts[c % kLanes / kWidth] += load(rows[r] + c) * load(filters.values[k][r] + c);
+        }
+      }
+      sums[k] = sumOfLanes(parts);
+    }
+  }
+};
+
+inline void filterPatchKernel(const Patch& patch, const PatchFilters& filters, float* sums) {
+  FoldedPatch folded;
+  for (int r = 0; r <= Patch::kHalf; ++r) {
+    const float* const above = patch.values + (Patch::kHalf - r) * Patch::kPitch;
+    const float* const below = patch.values + (Patch::kHalf + r) * Patch::kPitch;
+    for (int c = 0; c < Patch::kPitch; c += kWidth) {
+      store(folded.rows[r] + c, r == 0 ? load(above + c) : load(above + c) + load(below + c));
+    }
+  }
+  folded.filter(filters, sums);
+}
+
+inline void filterUprightKernel(const PatchGrid& g, const PatchFilters& filters, float* sums) {
+  constexpr int kWeightBits = 14, kOne = 1 << kWeightBits;
+  constexpr int kMostColumns = (Patch::kSide - 1) * (PatchKernels::kMostUpright >> 16) + 3;
+  const std::int32_t step = g.across_x;
+  const int first = g.x >> 16, columns = ((g.x + (Patch::kSide - 1) * step) >> 16) + 2 - first;
+  alignas(64) std::int32_t offset[Patch::kPitch], across[Patch::kPitch];
+  for (int c = 0; c < Patch::kPitch; ++c) {
+    const std::int32_t x = g.x + (c < Patch::kSide ? c : Patch::kSide - 1) * step - first * 65536;
+    const std::int32_t right = (x & 0xffff) >> (16 - kWeightBits);
+    offset[c] = x >> 16;
+    across[c] = right * 65536 + (kOne - right);
+  }
+  const std::int32_t middle = g.y + Patch::kHalf * step;
+  FoldedPatch folded;
+  // Both are filled one row ahead, because loads wait where they overlap with stores shortly before them.
+  alignas(64) std::int16_t lines[2][kMostColumns + kShorts];
+  for (int r = 0; r <= Patch::kHalf + 1; ++r) {
+    if (r <= Patch::kHalf) {
+      // The mean of the rows at the same distance from the middle row, each between two rows of pixels.
+      const std::int32_t y[2] = {middle - r * step, middle + r * step};
+      const std::int16_t* rows[2];
+      IntV down[2];
+      for (int side = 0; side < 2; ++side) {
+        const std::int32_t lower = (y[side] & 0xffff) >> (17 - kWeightBits);
+        rows[side] = g.pixels + (y[side] >> 16) * g.stride + first;
+        down[side] = splat(lower * 65536 + (kOne / 2 - lower));
+      }
+      for (int x = 0; x < columns; x += kShorts) {
+        IntV low = splat(kOne / 2), high = low;
+        for (int side = 0; side < 2; ++side) {
+          const ShortV upper = load(rows[side] + x), lower = load(rows[side] + g.stride + x);
+          low = addProducts(low, (IntV)interleaveLow(upper, lower), down[side]);
+          high = addProducts(high, (IntV)interleaveHigh(upper, lower), down[side]);
+        }
+        store(lines[r % 2] + x, narrow(low >> kWeightBits, high >> kWeightBits));
+      }
+    }
+    if (r == 0) continue;
+    const float unit = (r == 1 ? 1.0F : 2.0F) / (128 * kOne);
+    for (int c = 0; c < Patch::kPitch; c += kWidth) {
+      const IntV pairs = neighbours(lines[(r - 1) % 2], load(offset + c));
+      store(folded.rows[r - 1] + c, toFloat(addProducts(splat(0), pairs, load(across + c))) * unit);
+    }
+  }
+  folded.filter(filters, sums);
+}
+
 /// The difference of the largest and the smallest sample.
 inline float contrast(const Patch& patch) {
   FloatV low = load(patch.values), high = low;
@@ -177,51 +274,67 @@ inline float contrast(const Patch& patch) {
   return most - least;
 }
 
-inline void directionsKernel(const Patch& patch, const PatchWeights& window, DirectionCounts& counts) {
-  constexpr int kBins = DirectionCounts::kBins, kShareBits = 8, kShares = 1 << kShareBits;
-  // Every entry has the sum for its bin in the lower half and that for the next bin in the upper half. Two
-  // histograms are filled in turn, so that additions to the same bin wait less often.
-  std::uint64_t sums[2][kBins + 1] = {};
-  const float range = contrast(patch);
-  // A gradient is at most sqrt(2) times as long as the contrast.
-  const float unit = range > 0 ? 11585.0F / range : 0.0F;
-  for (int r = 0; r < Patch::kInner; ++r) {
-    alignas(64) std::int32_t position[Patch::kPitch], length[Patch::kPitch];
-    for (int c = 0; c < Patch::kPitch; c += kWidth) {
-      const GradientV g(patch, r, c);
-      const FloatV weight = unit * load(window.values + r * Patch::kPitch + c);
-      store(position + c, truncate(g.direction() * (kBins * kShares) + 0.5F));
-      store(length + c, truncate(g.length() * weight + 0.5F));
-    }
-    for (int c = 0; c < Patch::kInner; ++c) {
-      const auto share = static_cast<std::uint64_t>(position[c] & (kShares - 1));
-      const auto weight = static_cast<std::uint64_t>(length[c]);
-      sums[c & 1][position[c] >> kShareBits] += weight * ((share << 32) + kShares - share);
-    }
-  }
-  for (int k = 0; k <= kBins; ++k) sums[0][k] += sums[1][k];
-  sums[0][0] += sums[0][kBins];
-  for (int k = 0; k < kBins; ++k) {
-    const std::uint64_t before = sums[0][k == 0 ? kBins - 1 : k - 1];
-    counts.bins[k] = static_cast<float>((sums[0][k] & 0xffffffffU) + (before >> 32));
-  }
-}
+inline HalfV splatHalf(int value) { return static_cast<std::uint16_t>(value) - HalfV{}; }
 
-/// 8192 - |t - centre| per 16-bit lane, where t and centre are on a circle of 2^16, or 0 where this is
+/// width - |t - centre| per 16-bit lane, where t and centre are on a circle of 2^16, or 0 where this is
 /// negative.
-inline HalfV tent(HalfV t, HalfV centre) {
+inline HalfV tent(HalfV t, HalfV centre, HalfV width) {
   const HalfV d = t - centre;
 #if defined(__AVX512F__)
-  return (HalfV)_mm512_subs_epu16(_mm512_set1_epi16(8192), _mm512_abs_epi16((__m512i)d));
+  return (HalfV)_mm512_subs_epu16((__m512i)width, _mm512_abs_epi16((__m512i)d));
 #elif defined(__AVX2__)
-  return (HalfV)_mm256_subs_epu16(_mm256_set1_epi16(8192), _mm256_abs_epi16((__m256i)d));
+  return (HalfV)_mm256_subs_epu16((__m256i)width, _mm256_abs_epi16((__m256i)d));
 #elif defined(__SSE2__)
   const __m128i distance = _mm_max_epi16((__m128i)d, _mm_sub_epi16(_mm_setzero_si128(), (__m128i)d));
-  return (HalfV)_mm_subs_epu16(_mm_set1_epi16(8192), distance);
+  return (HalfV)_mm_subs_epu16((__m128i)width, distance);
 #else
   const HalfV other = -d, distance = d < other ? d : other;
-  return distance < 8192 ? 8192 - distance : HalfV{};
+  return distance < width ? width - distance : HalfV{};
 #endif
+}
+
+/// On a circle of 2^16.
+inline IntV wholeDirection(const GradientV& g) { return truncate(g.direction() * 65536.0F + 0.5F); }
+
+/// Two numbers of 16 bits in every lane.
+inline IntV inOneLane(IntV low, IntV high) { return (low & 0xffff) | (high << 16); }
+
+inline void directionsKernel(const Patch& patch, const PatchWeights& window, DirectionCounts& counts) {
+  constexpr int kBins = DirectionCounts::kBins, kWidthOfBin = 65536 / kBins, kPlanes = 4;
+  constexpr int kPairs = (Patch::kInner + 1) / 2, kLonger = kPairs * Patch::kPitch;
+  const float range = contrast(patch);
+  // A gradient is at most sqrt(2) times as long as the contrast, so lengths are at most 2^12. The sum of a
+  // bin is below 2^31 where the weights add up to at most 280.
+  const float unit = range > 0 ? 2896.0F / range : 0.0F;
+  // Two rows per lane.
+  alignas(64) std::int32_t direction[kLonger], length[kLonger];
+  for (int pair = 0; pair < kPairs; ++pair) {
+    for (int c = 0; c < Patch::kPitch; c += kWidth) {
+      IntV t[2] = {}, l[2] = {};
+      for (int side = 0; side < 2; ++side) {
+        const int row = 2 * pair + side;
+        if (row == Patch::kInner) continue;
+        const GradientV g(patch, row, c);
+        t[side] = wholeDirection(g);
+        l[side] = truncate(g.length() * (unit * load(window.values + row * Patch::kPitch + c)) + 0.5F);
+      }
+      store(direction + pair * Patch::kPitch + c, inOneLane(t[0], t[1]));
+      store(length + pair * Patch::kPitch + c, inOneLane(l[0], l[1]));
+    }
+  }
+  for (int bin = 0; bin < kBins; bin += kPlanes) {
+    HalfV centres[kPlanes];
+    IntV sums[kPlanes] = {};
+    for (int k = 0; k < kPlanes; ++k) centres[k] = splatHalf(((bin + k) * 65536 + kBins / 2) / kBins);
+    for (int i = 0; i < kLonger; i += kWidth) {
+      const HalfV t = (HalfV)load(direction + i);
+      const IntV l = load(length + i);
+      for (int k = 0; k < kPlanes; ++k) {
+        sums[k] = addProducts(sums[k], (IntV)tent(t, centres[k], splatHalf(kWidthOfBin)), l);
+      }
+    }
+    for (int k = 0; k < kPlanes; ++k) counts.bins[bin + k] = static_cast<float>(sum(sums[k]));
+  }
 }
 
 /// Gradients of a band of rows, two rows per lane: the upper one in the lower half.
@@ -241,13 +354,13 @@ struct GradientBand {
           const int row = band * CellTables::kCellSamples + 2 * pair + side;
           const GradientV g(patch, row == 0 ? 0 : row - 1, c);
           const FloatV length = unit * g.length();
-          t[side] = truncate(g.direction() * 65536.0F + 0.5F);
+          t[side] = wholeDirection(g);
           a[side] = truncate(length * load(tables.rows[row][0] + c) + 0.5F);
           b[side] = truncate(length * load(tables.rows[row][1] + c) + 0.5F);
         }
-        store(direction[pair] + c, (t[0] & 0xffff) | (t[1] << 16));
-        store(before[pair] + c, a[0] | (a[1] << 16));
-        store(after[pair] + c, b[0] | (b[1] << 16));
+        store(direction[pair] + c, inOneLane(t[0], t[1]));
+        store(before[pair] + c, inOneLane(a[0], a[1]));
+        store(after[pair] + c, inOneLane(b[0], b[1]));
       }
     }
   }
@@ -321,10 +434,10 @@ inline bool describeKernel(const Patch& patch, const CellTables& tables, float* 
         b[pair] = load(band.after[pair] + c);
       }
       for (int k = 0; k < kDirections; ++k) {
-        const HalfV centre = static_cast<std::uint16_t>(8192 * k) - HalfV{};
+        const HalfV centre = splatHalf(8192 * k);
         IntV before = splat(0), after = splat(0);
         for (int pair = 0; pair < GradientBand::kPairs; ++pair) {
-          const IntV share = (IntV)tent((HalfV)t[pair], centre);
+          const IntV share = (IntV)tent((HalfV)t[pair], centre, splatHalf(8192));
           before = addProducts(before, share, a[pair]);
           after = addProducts(after, share, b[pair]);
         }

@@ -69,6 +69,8 @@ inline FloatV toFloat(IntV v) { return __builtin_convertvector(v, FloatV); }
 inline IntV truncate(FloatV v) { return __builtin_convertvector(v, IntV); }
 inline std::int32_t truncate(float v) { return static_cast<std::int32_t>(v); }
 
+inline float minimum(float a, float b) { return a < b ? a : b; }
+inline float maximum(float a, float b) { return a > b ? a : b; }
 inline FloatV minimum(FloatV a, FloatV b) { return a < b ? a : b; }
 inline FloatV maximum(FloatV a, FloatV b) { return a > b ? a : b; }
 inline IntV minimum(IntV a, IntV b) { return a < b ? a : b; }

@@ -7,6 +7,7 @@
 #include "kernels/descriptor_kernels.h"
 #include "kernels/field_kernels.h"
 #include "kernels/grid_kernels.h"
+#include "kernels/hessian_kernels.h"
 #include "kernels/kernels.h"
 #include "kernels/normal_kernels.h"
 #include "kernels/orientation_kernels.h"
@@ -42,10 +43,11 @@ constexpr Kernels kTable = {
     {filterColumnsKernel, filterRowKernel, doubleRowKernel, subtractRowsKernel, extremaKernel},
     {orientationKernel},
     {samplePatchKernel, sampleClampedKernel, blurRowsKernel, blurColumnsKernel, momentsKernel,
-     directionsKernel, describeKernel},
+     filterPatchKernel, filterUprightKernel, directionsKernel, describeKernel},
     {shrinkColumnsKernel, shrinkRowsKernel, smoothRowsKernel, smoothColumnsKernel},
     {cornerScoresKernel, cornerMaximaKernel, structureKernel},
     {centroidKernel, binaryTestsKernel},
+    {hessianResponsesKernel, hessianExtremaKernel},
 };
 
 }  // namespace

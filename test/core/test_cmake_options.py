@@ -16,13 +16,6 @@ def without(*names):
     return [f"-DCMAKE_DISABLE_FIND_PACKAGE_{name}=ON" for name in names]
 
 
-WITHOUT_VLFEAT = [
-    "-DVLFEAT_LIBRARY=VLFEAT_LIBRARY-NOTFOUND",
-    "-DCMAKE_LIBRARY_PATH=",
-    "-DVLFEAT_INCLUDE_DIR=",
-]
-
-
 class CMakeOptions(unittest.TestCase):
     """Each part of the package demands only what it needs."""
 
@@ -53,15 +46,6 @@ class CMakeOptions(unittest.TestCase):
         self.assertIn("nlohmann-json, needed by corrsel::benchmark", text)
         self.assertIn("-Dcorrsel_BENCHMARK=OFF builds without it (Debian package libyaml-cpp-dev)", text)
         self.assertIn("apt-get install nlohmann-json3-dev libyaml-cpp-dev", text)
-
-    def test_without_vlfeat(self):
-        """VLFeat has no CMake package: the error names the variables to set."""
-        code, text = self.configure("-Dcorrsel_ROS=OFF", "-DVLFEAT_INCLUDE_DIR=")
-        self.assertNotEqual(code, 0, text)
-        self.assertIn("VLFEAT_INCLUDE_DIR", text)
-        self.assertIn(
-            "-Dcorrsel_FEATURES=OFF builds corrsel::core alone (Debian package libvlfeat-dev)", text
-        )
 
     def test_ros_is_left_out_where_catkin_is_missing_unless_asked_for(self):
         """AUTO, ON, OFF and typing errors."""

@@ -5,8 +5,10 @@
 
 #include "corrsel/datasets/reader.h"
 #include "corrsel/matching/matcher.h"
+#include "feature_checks.h"
 #include "features/descriptors/patch_sift.h"
 #include "features/detectors/hessian_affine.h"
+#include "features/parts/feature_list.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -249,6 +251,69 @@ TEST(HessianAffine, DoesNotDependOnThreads) {
       ASSERT_EQ(f.keypoints[i].angle, expected.keypoints[i].angle);
     }
   }
+}
+
+TEST(HessianAffine, ACapGivesTheStrongest) {
+  const cv::Mat image = picture({700, 500}, 400);
+  Features all = detected(image);
+  ASSERT_GT(all.keypoints.size(), 400u);
+  for (const bool spread : {false, true}) {
+    for (const int most : {1, 50, 300, 5000}) {
+      HessianAffineOptions options;
+      options.max_features = most;
+      options.spread = spread;
+      Features expected = all, capped = detected(image, options, 2);
+      keepStrongest(most, spread, image.size(), expected);
+      keepStrongest(most, spread, image.size(), capped);
+      expectSameKeypoints(capped, expected);
+    }
+  }
+  // Fewer candidates are processed.
+  HessianAffineOptions options;
+  options.max_features = 50;
+  EXPECT_LT(detected(image, options).keypoints.size(), all.keypoints.size());
+}
+
+TEST(HessianAffine, AMaskDropsFeatures) {
+  const cv::Mat image = picture();
+  cv::Mat allowed(image.size(), CV_8U, cv::Scalar(255));
+  allowed.colRange(100, 300).setTo(0);
+  const PlaceMask mask(allowed, AreaTransform(image.size(), {{0, 0}, image.size()}));
+  for (const int most : {0, 40}) {
+    HessianAffineOptions options;
+    options.max_features = most;
+    Features expected = detected(image), masked;
+    mask.apply(expected);
+    HessianAffineDetector(options).detect({image, 2, mask}, masked);
+    keepStrongest(most, false, image.size(), expected);
+    keepStrongest(most, false, image.size(), masked);
+    ASSERT_FALSE(expected.keypoints.empty());
+    expectSameKeypoints(masked, expected);
+  }
+}
+
+TEST(HessianAffine, GivesItsLevelsToTheDescriptor) {
+  const cv::Mat image = picture();
+  std::vector<ScaleLevel> levels;
+  DetectionRequest request;
+  request.image = image;
+  request.levels = &levels;
+  Features features;
+  HessianAffineDetector().detect(request, features);
+  ASSERT_GE(levels.size(), 6u);
+  EXPECT_EQ(levels[0].width, image.cols);
+  for (std::size_t i = 1; i < levels.size(); ++i) EXPECT_GT(levels[i].sigma, levels[i - 1].sigma);
+  // The descriptors on these levels are nearly those on levels of the descriptor's own.
+  Features own = features;
+  PatchSift().describe(image, 1, own);
+  PatchSift().describeOn(levels, image, 1, features);
+  expectSameKeypoints(features, own);
+  double difference = 0;
+  for (int i = 0; i < own.descriptors.rows; ++i) {
+    difference += cv::norm(own.descriptors.row(i), features.descriptors.row(i)) / own.descriptors.rows;
+  }
+  EXPECT_LT(difference, 80);
+  EXPECT_GT(difference, 0);
 }
 
 TEST(HessianAffine, TakesViewsOfLargerImages) {

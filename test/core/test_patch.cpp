@@ -54,11 +54,11 @@ Patch randomPatch(std::uint64_t seed, int smoothness = 1) {
   return patch;
 }
 
-PatchWeights randomWeights(std::uint64_t seed) {
+PatchWeights randomWeights(std::uint64_t seed, double most = 1) {
   Random random(seed);
   PatchWeights weights = {};
   for (int r = 0; r < kInner; ++r) {
-    for (int c = 0; c < kInner; ++c) weights.values[r * kPitch + c] = float(random.uniform(0, 1));
+    for (int c = 0; c < kInner; ++c) weights.values[r * kPitch + c] = float(random.uniform(0, most));
   }
   return weights;
 }
@@ -224,6 +224,119 @@ TEST_F(PatchKernelsTest, MomentsAreSumsOfProducts) {
   });
 }
 
+TEST_F(PatchKernelsTest, FiltersAreFoldedAboutTheMiddleRow) {
+  const Patch patch = randomPatch(9);
+  Random random(10);
+  PatchFilters filters = {};
+  for (auto& filter : filters.values) {
+    for (auto& row : filter) {
+      for (int c = 0; c < kSide; ++c) row[c] = float(random.uniform(-1, 1));
+    }
+  }
+  for (int k = 0; k < PatchFilters::kCount; ++k) {
+    LaneSum sum;
+    double exact = 0;
+    for (int r = 0; r <= Patch::kHalf; ++r) {
+      for (int c = 0; c < kPitch; ++c) {
+        const float above = patch.values[(Patch::kHalf - r) * kPitch + c];
+        const float below = patch.values[(Patch::kHalf + r) * kPitch + c];
+        sum.lanes[c % 16] += (r == 0 ? above : above + below) * filters.values[k][r][c];
+        exact += (r == 0 ? double(above) : double(above) + below) * filters.values[k][r][c];
+      }
+    }
+    EXPECT_NEAR(sum.total(), exact, 1);
+    atEveryLevel([&](const PatchKernels& kernel) {
+      float sums[PatchFilters::kCount];
+      kernel.filter(patch, filters, sums);
+      EXPECT_EQ(sums[k], sum.total());
+    });
+  }
+}
+
+TEST_F(PatchKernelsTest, UprightFiltersAreThoseOfASampledPatch) {
+  const std::vector<std::int16_t> pixels = randomPixels(13);
+  Random random(14);
+  PatchFilters filters = {};
+  for (auto& filter : filters.values) {
+    for (auto& row : filter) {
+      for (int c = 0; c < kSide; ++c) row[c] = float(random.uniform(-1, 1));
+    }
+  }
+  for (const double step : {0.3, 1.0, 1.37, 1.9}) {
+    PatchGrid grid{pixels.data(), kStride, kWidth, kHeight, 0, 0, 0, 0, 0, 0};
+    grid.across_x = grid.down_y = std::int32_t(step * 65536);
+    grid.x = std::int32_t(5.3 * 65536);
+    grid.y = std::int32_t(7.7 * 65536);
+    Patch patch;
+    float expected[PatchFilters::kCount], first[PatchFilters::kCount];
+    kernels().patches.sample(grid, patch);
+    kernels().patches.filter(patch, filters, expected);
+    kernels().patches.filter_upright(grid, filters, first);
+    atEveryLevel([&](const PatchKernels& k) {
+      float sums[PatchFilters::kCount];
+      k.filter_upright(grid, filters, sums);
+      for (int i = 0; i < PatchFilters::kCount; ++i) {
+        // Samples are rounded to 2^-7 grey levels at other places, which nearly cancels out.
+        EXPECT_NEAR(sums[i], expected[i], 1);
+        EXPECT_EQ(sums[i], first[i]);
+      }
+    });
+  }
+}
+
+TEST_F(PatchKernelsTest, ResponsesAreDeterminantsOfTheHessian) {
+  const std::vector<std::int16_t> pixels = randomPixels(11);
+  const auto at = [&](int y, int x) { return float(pixels[std::size_t(y * kStride + x)]); };
+  for (const int width : {3, 5, 12, kWidth}) {
+    for (const int y : {1, 7, kHeight - 2}) {
+      std::vector<float> expected(std::size_t(width), -7.0F);
+      for (int x = 1; x < width - 1; ++x) {
+        const float xx = at(y, x - 1) + at(y, x + 1) - 2 * at(y, x),
+                    yy = at(y - 1, x) + at(y + 1, x) - 2 * at(y, x);
+        const float xy =
+            0.25F * ((at(y - 1, x - 1) + at(y + 1, x + 1)) - (at(y - 1, x + 1) + at(y + 1, x - 1)));
+        expected[std::size_t(x)] = 1e-3F * (xx * yy - xy * xy);
+      }
+      atEveryLevel([&](const PatchKernels&) {
+        std::vector<float> out(std::size_t(width), -7.0F);
+        const std::int16_t* const row = pixels.data() + std::ptrdiff_t{y} * kStride;
+        kernels().hessian.responses(row - kStride, row, row + kStride, width, 1e-3F, out.data());
+        EXPECT_EQ(out, expected);
+      });
+    }
+  }
+}
+
+TEST_F(PatchKernelsTest, ExtremaExceedTheirNeighbours) {
+  Random random(12);
+  for (const int levels : {3, 40, 100000}) {  // few levels: many equal values
+    std::vector<std::vector<float>> rows(3, std::vector<float>(kWidth));
+    for (std::vector<float>& row : rows) {
+      for (float& value : row) value = float(std::floor(random.uniform(-levels, levels + 1)) / levels);
+    }
+    std::vector<std::int32_t> expected;
+    for (int x = 2; x < kWidth - 1; ++x) {
+      const float v = rows[1][std::size_t(x)];
+      bool largest = v >= 0.4F, smallest = v <= -0.4F;
+      for (int i = 0; i < 9; ++i) {
+        if (i == 4) continue;
+        const float other = rows[std::size_t(i / 3)][std::size_t(x + i % 3 - 1)];
+        largest = largest && v > other;
+        smallest = smallest && v < other;
+      }
+      if (largest || smallest) expected.push_back(x);
+    }
+    EXPECT_FALSE(levels > 3 && expected.empty());
+    atEveryLevel([&](const PatchKernels&) {
+      const float* const three[3] = {rows[0].data(), rows[1].data(), rows[2].data()};
+      std::vector<std::int32_t> columns(kWidth);
+      const int n = kernels().hessian.extrema(three, 2, kWidth - 1, 0.4F, columns.data());
+      columns.resize(std::size_t(n));
+      EXPECT_EQ(columns, expected);
+    });
+  }
+}
+
 TEST_F(PatchKernelsTest, DirectionsAreWithinTheirBounds) {
   // The polynomial against the arc tangent, through a patch that has one gradient.
   for (int degrees = 0; degrees < 360; ++degrees) {
@@ -234,7 +347,7 @@ TEST_F(PatchKernelsTest, DirectionsAreWithinTheirBounds) {
   }
   PatchWeights window = {};
   for (int i = 0; i < kInner; ++i) {
-    for (int j = 0; j < kInner; ++j) window.values[i * kPitch + j] = 1;
+    for (int j = 0; j < kInner; ++j) window.values[i * kPitch + j] = 0.3F;
   }
   for (int degrees = 0; degrees < 360; degrees += 7) {
     const double angle = degrees * CV_PI / 180;
@@ -259,20 +372,20 @@ TEST_F(PatchKernelsTest, DirectionsAreWithinTheirBounds) {
 TEST_F(PatchKernelsTest, DirectionsAreCountedInWholeNumbers) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const Patch patch = randomPatch(seed, int(seed));
-    const PatchWeights window = randomWeights(seed);
-    const float unit = 11585.0F / contrastOf(patch);
-    std::vector<std::int64_t> bins(DirectionCounts::kBins + 2);
+    const PatchWeights window = randomWeights(seed, 0.6);
+    const float unit = 2896.0F / contrastOf(patch);
+    std::vector<std::int64_t> bins(DirectionCounts::kBins);
     for (int r = 0; r < kInner; ++r) {
       for (int c = 0; c < kInner; ++c) {
         const Gradient g = gradientAt(patch, r, c);
         const auto length = int(lengthOf(g) * (unit * window.values[r * kPitch + c]) + 0.5F);
-        const auto position = int(directionOf(g) * (36 * 256) + 0.5F);
-        bins[std::size_t(position / 256)] += length * (256 - position % 256);
-        bins[std::size_t(position / 256 + 1)] += length * (position % 256);
+        const auto turns = int(directionOf(g) * 65536.0F + 0.5F);
+        for (int bin = 0; bin < DirectionCounts::kBins; ++bin) {
+          const int distance = std::abs(int(std::int16_t(turns - (bin * 65536 + 18) / 36)));
+          bins[std::size_t(bin)] += std::int64_t{length} * std::max(0, 65536 / 36 - distance);
+        }
       }
     }
-    bins[0] += bins[36];
-    bins[1] += bins[37];
     atEveryLevel([&](const PatchKernels& k) {
       DirectionCounts counts;
       k.directions(patch, window, counts);

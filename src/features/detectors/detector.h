@@ -2,10 +2,12 @@
 
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <vector>
 
 #include "corrsel/features/features.h"
 #include "features/detectors/detector_options.h"
 #include "features/parts/place_mask.h"
+#include "features/parts/scale_level.h"
 
 namespace corrsel::core {
 
@@ -15,6 +17,10 @@ struct DetectionRequest {
   int threads = 1;        ///< threads that may be used; the result does not depend on it
   PlaceMask mask = {};    ///< keypoints at other places are not returned and do not count for max_features
   bool describe = false;  ///< compute descriptors too; allowed only where describesKeypoints() is true
+
+  /// Where not null, a detector that has a scale space of the image puts its levels there, for the
+  /// descriptor. They are valid until the calling thread detects again.
+  std::vector<ScaleLevel>* levels = nullptr;
 };
 
 /// Finds keypoints, and may describe them in the same pass. All members are const and re-entrant.

@@ -3,97 +3,181 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
-#include <new>
-#include <numeric>
+#include <cstdint>
+#include <limits>
 #include <opencv2/core.hpp>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.h"
+#include "base/workspace_scope.h"
 #include "features/parts/affine_patch.h"
 #include "features/parts/orientation_histogram.h"
+#include "features/parts/scale_space.h"
 #include "kernels/kernels.h"
-
-extern "C" {
-#include <vl/covdet.h>
-}
 
 namespace corrsel::core {
 namespace {
 
-/// A feature that is being computed: frame, and strength = |determinant of the Hessian|.
-struct Candidate {
-  AffineFrame frame;
-  float strength;
+/// The least side of an octave, px.
+constexpr int kSmallestSide = 15;
+
+/// The blur before the first level of an octave, pixels of the octave.
+constexpr double kBaseBlur = 1.6;
+
+/// Kept for the next image.
+struct HessianScaleSpace {
+  ScaleSpace space;
 };
 
-/// VLFeat's detector, which computes the scale space and the extrema of the Hessian. The steps for each
-/// feature are implemented in this file, because VLFeat would need a scale space for every thread, compares
-/// all features with all others, and takes four times as long.
+/// A feature that is being computed.
+struct Candidate {
+  AffineFrame frame;
+  float strength;     ///< |determinant of the Hessian|
+  std::size_t order;  ///< of its extremum: by level, row and column
+
+  static bool isStronger(const Candidate& a, const Candidate& b) {
+    return a.strength > b.strength || (a.strength == b.strength && a.order < b.order);
+  }
+
+  /// The order in which neighbours come together, so that their pixels are still in the cache.
+  static bool isEarlier(const Candidate& a, const Candidate& b) { return a.order < b.order; }
+};
+
+/// The extrema of the determinant of the Hessian in the levels of a scale space.
 class HessianExtrema {
  public:
-  HessianExtrema(const cv::Mat& grey, const HessianAffineOptions& options)
-      : covdet_(vl_covdet_new(VL_COVDET_METHOD_MULTISCALE_HESSIAN)) {
-    if (!covdet_) throw std::bad_alloc();
-    vl_covdet_set_first_octave(covdet_.get(), options.first_octave);
-    vl_covdet_set_octave_resolution(covdet_.get(), static_cast<vl_size>(options.octave_resolution));
-    vl_covdet_set_peak_threshold(covdet_.get(), options.peak_threshold);
-    vl_covdet_set_edge_threshold(covdet_.get(), options.edge_threshold);
-    vl_covdet_set_non_extrema_suppression_threshold(covdet_.get(), 0);
-    {
-      cv::Mat image;
-      grey.convertTo(image, CV_32F, 1 / 255.0);
-      if (vl_covdet_put_image(covdet_.get(), image.ptr<float>(), static_cast<vl_size>(image.cols),
-                              static_cast<vl_size>(image.rows)) != VL_ERR_OK) {
-        throw std::bad_alloc();
+  HessianExtrema(const std::vector<ScaleLevel>& levels, const HessianAffineOptions& options)
+      : levels_(levels), options_(options) {}
+
+  /// In the order of levels, rows and columns.
+  std::vector<Candidate> find(int threads) const {
+    std::vector<Rows> blocks;
+    for (const ScaleLevel& level : levels_) {
+      for (int y = kBorder; y < level.height - kBorder; y += kBlockRows) {
+        blocks.push_back({&level, y, std::min(y + kBlockRows, level.height - kBorder)});
       }
     }
-    vl_covdet_detect(covdet_.get());
-  }
-
-  std::vector<Candidate> candidates() const {
-    const auto* const features = static_cast<const VlCovDetFeature*>(vl_covdet_get_features(covdet_.get()));
-    std::vector<Candidate> candidates(vl_covdet_get_num_features(covdet_.get()));
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      const VlFrameOrientedEllipse& f = features[i].frame;
-      candidates[i] = {{f.a11, f.a12, f.x, f.a21, f.a22, f.y}, std::abs(features[i].peakScore)};
-    }
-    return candidates;
-  }
-
-  /// Valid as long as this object.
-  std::vector<ScaleLevel> levels() {
-    const VlScaleSpace* const space = vl_covdet_get_gss(covdet_.get());
-    const VlScaleSpaceGeometry geometry = vl_scalespace_get_geometry(space);
-    std::vector<ScaleLevel> levels;
-    for (vl_index o = geometry.firstOctave; o <= geometry.lastOctave; ++o) {
-      const VlScaleSpaceOctaveGeometry octave = vl_scalespace_get_octave_geometry(space, o);
-      for (vl_index s = geometry.octaveFirstSubdivision; s <= geometry.octaveLastSubdivision; ++s) {
-        // VLFeat's interface is not const; the pixels are only read.
-        const cv::Mat level(static_cast<int>(octave.height), static_cast<int>(octave.width), CV_32F,
-                            const_cast<float*>(vl_scalespace_get_level_const(space, o, s)));
-        cv::Mat numbers;
-        level.convertTo(numbers, CV_16S, 255 * kGreyUnit);
-        levels_.push_back(numbers);
-        levels.push_back({numbers.ptr<std::int16_t>(), static_cast<std::ptrdiff_t>(numbers.step1()),
-                          level.cols, level.rows, octave.step, vl_scalespace_get_level_sigma(space, o, s)});
-      }
-    }
-    return levels;
+    std::vector<std::vector<Candidate>> found(blocks.size());
+    forEachBlock(blocks.size(), 1, threads,
+                 [&](std::size_t begin, std::size_t) { search(blocks[begin], found[begin]); });
+    std::vector<Candidate> all;
+    for (const std::vector<Candidate>& some : found) all.insert(all.end(), some.begin(), some.end());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i].order = i;
+    return all;
   }
 
  private:
-  struct Deleter {
-    void operator()(VlCovDet* covdet) const { vl_covdet_delete(covdet); }
+  static constexpr int kBlockRows = 64;
+  static constexpr int kBorder = 2;        // pixels without a response, or without one on each side
+  static constexpr float kWeakest = 0.8F;  // of the threshold, before the extremum is refined
+
+  /// Rows of a level.
+  struct Rows {
+    const ScaleLevel* level;
+    int begin, end;
   };
-  std::unique_ptr<VlCovDet, Deleter> covdet_;
-  std::vector<cv::Mat> levels_;  // as whole numbers
+
+  /// For the determinant of grey values from 0 to 1, normalised to the scale.
+  static float factorOf(const ScaleLevel& level) {
+    const double unit = square(level.sigma / level.step) / (255.0 * kGreyUnit);
+    return static_cast<float>(square(unit));
+  }
+
+  static double square(double x) { return x * x; }
+
+  void search(const Rows& rows, std::vector<Candidate>& found) const {
+    const ScaleLevel& level = *rows.level;
+    const auto width = static_cast<std::size_t>(level.width);
+    const auto threshold = kWeakest * static_cast<float>(options_.peak_threshold);
+    const float factor = factorOf(level);
+    std::vector<float> responses(3 * width);
+    std::vector<std::int32_t> columns(width);
+    const auto responsesOf = [&](int y) {
+      return responses.data() + static_cast<std::size_t>(y % 3) * width;
+    };
+    const auto respond = [&](int y) {
+      const std::int16_t* const row = level.pixels + y * level.stride;
+      kernels().hessian.responses(row - level.stride, row, row + level.stride, level.width, factor,
+                                  responsesOf(y));
+    };
+    respond(rows.begin - 1);
+    respond(rows.begin);
+    for (int y = rows.begin; y < rows.end; ++y) {
+      respond(y + 1);
+      const float* const three[3] = {responsesOf(y - 1), responsesOf(y), responsesOf(y + 1)};
+      const int n =
+          kernels().hessian.extrema(three, kBorder, level.width - kBorder, threshold, columns.data());
+      for (int i = 0; i < n; ++i) refine(level, columns[static_cast<std::size_t>(i)], y, factor, found);
+    }
+  }
+
+  /// Moves an extremum to that of the quadratic through its neighbours, and adds it unless it is too weak or
+  /// on an edge of the response.
+  void refine(const ScaleLevel& level, int x, int y, float factor, std::vector<Candidate>& found) const {
+    constexpr int kSteps = 5;
+    constexpr double kOtherPixel = 0.6, kFarthest = 1.5;
+    double dx = 0, dy = 0, value = 0, edge = 0;
+    for (int step = 0; step < kSteps; ++step) {
+      const Neighbours at(level, x, y, factor);
+      const double gx = 0.5 * (at(1, 0) - at(-1, 0)), gy = 0.5 * (at(0, 1) - at(0, -1));
+      const double xx = at(1, 0) + at(-1, 0) - 2 * at(0, 0), yy = at(0, 1) + at(0, -1) - 2 * at(0, 0);
+      const double xy = 0.25 * (at(1, 1) + at(-1, -1) - at(-1, 1) - at(1, -1));
+      const double determinant = xx * yy - xy * xy;
+      // The ratio of the principal curvatures; infinite where they differ in sign.
+      const double ratio = square(xx + yy) / determinant;
+      edge = ratio >= 0 ? 0.5 * ratio - 1 + std::sqrt(std::max(0.0, 0.25 * ratio - 1) * ratio)
+                        : std::numeric_limits<double>::infinity();
+      dx = determinant != 0 ? (xy * gy - yy * gx) / determinant : 0;
+      dy = determinant != 0 ? (xy * gx - xx * gy) / determinant : 0;
+      value = at(0, 0) + 0.5 * (gx * dx + gy * dy);
+      const int to_x = std::clamp(x + (dx > kOtherPixel    ? 1
+                                       : dx < -kOtherPixel ? -1
+                                                           : 0),
+                                  kBorder, level.width - 1 - kBorder);
+      const int to_y = std::clamp(y + (dy > kOtherPixel    ? 1
+                                       : dy < -kOtherPixel ? -1
+                                                           : 0),
+                                  kBorder, level.height - 1 - kBorder);
+      if (to_x == x && to_y == y) break;
+      x = to_x;
+      y = to_y;
+    }
+    if (!(std::abs(dx) < kFarthest && std::abs(dy) < kFarthest && std::abs(value) > options_.peak_threshold &&
+          edge < options_.edge_threshold)) {
+      return;
+    }
+    const auto place = [&level](double px) { return static_cast<float>(level.offset + px * level.step); };
+    const auto sigma = static_cast<float>(level.sigma);
+    found.push_back(
+        {{sigma, 0, place(x + dx), 0, sigma, place(y + dy)}, static_cast<float>(std::abs(value)), 0});
+  }
+
+  /// The responses at a pixel and around it.
+  class Neighbours {
+   public:
+    Neighbours(const ScaleLevel& level, int x, int y, float factor) {
+      // Five pixels from the left, of which three have a response.
+      float row[5];
+      for (int k = 0; k < 3; ++k) {
+        const std::int16_t* const p = level.pixels + (y - 1 + k) * level.stride + x - 2;
+        kernels().hessian.responses(p - level.stride, p, p + level.stride, 5, factor, row);
+        std::copy_n(row + 1, 3, values_ + std::ptrdiff_t{3} * k);
+      }
+    }
+    double operator()(int dx, int dy) const { return double{values_[3 * (dy + 1) + dx + 1]}; }
+
+   private:
+    float values_[9];
+  };
+
+  const std::vector<ScaleLevel>& levels_;
+  const HessianAffineOptions& options_;
 };
 
 /// Laplacians of Gaussians over one octave around the scale of a frame, applied to a patch of it.
 class ScaleSelection {
  public:
-  static constexpr int kHalf = Patch::kHalf, kLevels = 10;
   static constexpr std::size_t kMaxScales = 4;
 
   ScaleSelection() {
@@ -108,35 +192,30 @@ class ScaleSelection {
       for (int x = -kReach; x <= kReach; ++x) sum += gaussian(x);
       const auto g = [&](int x) { return std::abs(x) > kReach ? 0.0 : gaussian(x) / sum; };
       const auto curvature = [&](int x) { return g(x - 1) - 2 * g(x) + g(x + 1); };
-      for (int y = -kHalf; y <= kHalf; ++y) {
-        auto at =
-            static_cast<std::size_t>((y + kHalf) * Patch::kPitch) * kPadded + static_cast<std::size_t>(k);
-        for (int x = -kHalf; x <= kHalf; ++x) {
-          filters_[at] = static_cast<float>(curvature(x) * g(y) + g(x) * curvature(y));
-          at += kPadded;
+      for (int y = 0; y <= Patch::kHalf; ++y) {
+        for (int x = -Patch::kHalf; x <= Patch::kHalf; ++x) {
+          filters_.values[k][y][x + Patch::kHalf] =
+              static_cast<float>((curvature(x) * g(y) + g(x) * curvature(y)) / 255);
         }
       }
     }
   }
 
-  /// Extrema of the scale-normalised Laplacian, as factors of the frame's scale.
+  /// Extrema of the scale-normalised Laplacian of grey values from 0 to 1, as factors of the frame's scale.
+  /// @param frame  of equal half axes along x and y
   std::vector<double> operator()(const std::vector<ScaleLevel>& levels, const AffineFrame& frame,
                                  double threshold) const {
-    const double unit = halfAxes(frame).smaller;
+    const auto unit = double{frame[0]};
     const ScaleLevel& level = levelFor(levels, kBlur * unit);
-    Patch patch;
-    samplePatch(level, frame, kSpacing, patch);
-    std::array<float, kPadded> sums{};
-    for (std::size_t q = 0; q < kCount; ++q) {
-      for (std::size_t k = 0; k < kPadded; ++k) sums[k] += filters_[q * kPadded + k] * patch.values[q];
-    }
+    std::array<float, kLevels> sums;
+    filterPatch(level, frame, kSpacing, filters_, sums.data());
     // The finest level may be more blurred than requested. The scales are therefore those of its actual blur.
     const double excess = square(level.sigma / unit) - square(kBlur);
     const auto realScale = [excess](double k) { return std::sqrt(square(scaleAt(k)) + excess); };
     std::array<double, kLevels> response;
     for (int k = 0; k < kLevels; ++k) {
       response[static_cast<std::size_t>(k)] =
-          double{sums[static_cast<std::size_t>(k)]} / 255 * square(realScale(k));
+          double{sums[static_cast<std::size_t>(k)]} * (square(scaleAt(k)) + excess);
     }
     std::vector<double> scales;
     for (std::size_t k = 1; k + 1 < kLevels && scales.size() < kMaxScales; ++k) {
@@ -149,15 +228,14 @@ class ScaleSelection {
   }
 
  private:
+  static constexpr int kLevels = PatchFilters::kCount;
   static constexpr double kBlur = 0.70710678118654752, kSpacing = kBlur / 2;
-  static constexpr int kReach = 24;           // of the filters' Gaussian, samples
-  static constexpr std::size_t kPadded = 12;  // filters side by side, for whole vectors
-  static constexpr std::size_t kCount = std::size_t{Patch::kSide} * Patch::kPitch;
+  static constexpr int kReach = 24;  // of the filters' Gaussian, samples
 
   static double square(double x) { return x * x; }
   static double scaleAt(double k) { return std::exp2(-0.5 + k / (kLevels - 1)); }
 
-  std::array<float, kCount * kPadded> filters_{};
+  PatchFilters filters_ = {};
 };
 
 /// Computes shape and directions of frames, one after the other. It keeps a patch, so each thread needs its
@@ -185,7 +263,7 @@ class FrameEstimator {
       frame[3] = static_cast<float>(s * major);
       frame[4] = static_cast<float>(c * minor);
       sample(frame);
-      const GradientMoments moments = kernels().patches.moments(patch_, window_);
+      const GradientMoments moments = kernels().patches.moments(patch_, window());
       const double mxx = double{moments.xx}, mxy = double{moments.xy}, myy = double{moments.yy};
       const double determinant = mxx * myy - mxy * mxy;
       if (!(mxx > 0 && myy > 0 && determinant > 0)) return start;
@@ -207,7 +285,7 @@ class FrameEstimator {
     // The blur that the patch lacks, which differs between its axes.
     const double along = std::hypot(frame[0], frame[3]), across = std::hypot(frame[1], frame[4]);
     smooth(missingBlur(level_->sigma / along), missingBlur(level_->sigma / across));
-    kernels().patches.directions(patch_, window_, counts_);
+    kernels().patches.directions(patch_, window(), counts_);
 
     Histogram histogram;
     for (std::size_t k = 0; k < kBins; ++k) histogram.add(k, double{counts_.bins[k]});
@@ -233,6 +311,11 @@ class FrameEstimator {
   static constexpr int kMaxIterations = 15;
   static constexpr double kMaxAnisotropy = 5, kConverged = 1.05;
   static constexpr std::size_t kBins = Histogram::kBins;
+
+  static const PatchWeights& window() {
+    static const PatchWeights weights = gaussianWindow(kWindow / kSpacing);
+    return weights;
+  }
 
   static double missingBlur(double present) {
     return present < 1 ? std::sqrt(1 - present * present) / kSpacing : 0;
@@ -272,36 +355,49 @@ class FrameEstimator {
   AffineFrame sampled_{};              // the frame that patch_ shows; zeros where there is none
   const ScaleLevel* level_ = nullptr;  // the level from which patch_ was sampled
   Patch patch_;
-  PatchWeights window_ = gaussianWindow(kWindow / kSpacing);
   DirectionCounts counts_;
   std::array<float, PatchKernels::kMostReach + 1> filter_;
 };
 
-/// A grid of positions, which finds those near a place.
-class Grid {
+/// Drops candidates close to a stronger one of nearly the same scale. Candidates are given in the order of
+/// falling strength.
+class OverlapFilter {
  public:
-  explicit Grid(const cv::Size& size)
-      : columns_(size.width / kCell + 1),
+  OverlapFilter(const cv::Size& size, float overlap)
+      : overlap_(overlap),
+        columns_(size.width / kCell + 1),
         rows_(size.height / kCell + 1),
-        cells_(std::size_t(columns_) * rows_) {}
+        newest_(std::size_t(columns_) * std::size_t(rows_), -1) {}
 
-  void add(float x, float y, std::size_t index) { cells_[cellOf(column(x), row(y))].push_back(index); }
-
-  /// Whether `test` is true for a position within `reach`. Positions farther away may be tested too.
-  template <class Test>
-  bool any(float x, float y, float reach, const Test& test) const {
+  /// Whether the candidate is kept.
+  bool keeps(const AffineFrame& frame) {
+    const float x = frame[2], y = frame[5], reach = overlap_ * (1 + overlap_) * frame[0];
     for (int r = row(y - reach); r <= row(y + reach); ++r) {
       for (int c = column(x - reach); c <= column(x + reach); ++c) {
-        for (const std::size_t index : cells_[cellOf(c, r)]) {
-          if (test(index)) return true;
+        for (int i = newest_[cellOf(c, r)]; i >= 0; i = kept_[static_cast<std::size_t>(i)].next) {
+          if (covers(kept_[static_cast<std::size_t>(i)], frame)) return false;
         }
       }
     }
-    return false;
+    int& newest = newest_[cellOf(column(x), row(y))];
+    kept_.push_back({x, y, frame[0], newest});
+    newest = static_cast<int>(kept_.size()) - 1;
+    return true;
   }
 
  private:
   static constexpr int kCell = 8;  // px
+
+  struct Kept {
+    float x, y, sigma;
+    int next;  // one that was kept before, in the same cell; -1 = none
+  };
+
+  bool covers(const Kept& other, const AffineFrame& frame) const {
+    return other.sigma < (1 + overlap_) * frame[0] && frame[0] < (1 + overlap_) * other.sigma &&
+           std::abs(other.x - frame[2]) < overlap_ * other.sigma &&
+           std::abs(other.y - frame[5]) < overlap_ * other.sigma;
+  }
 
   int column(float x) const { return std::clamp(static_cast<int>(x) / kCell, 0, columns_ - 1); }
   int row(float y) const { return std::clamp(static_cast<int>(y) / kCell, 0, rows_ - 1); }
@@ -310,30 +406,11 @@ class Grid {
            static_cast<std::size_t>(column);
   }
 
+  float overlap_;
   int columns_, rows_;
-  std::vector<std::vector<std::size_t>> cells_;
+  std::vector<int> newest_;  // in each cell; -1 = none
+  std::vector<Kept> kept_;
 };
-
-/// Drops candidates close to a stronger one of nearly the same scale.
-std::vector<Candidate> withoutOverlaps(std::vector<Candidate> candidates, float overlap,
-                                       const cv::Size& size) {
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.strength > b.strength; });
-  Grid grid(size);
-  std::vector<Candidate> kept;
-  for (const Candidate& candidate : candidates) {
-    const float x = candidate.frame[2], y = candidate.frame[5], sigma = candidate.frame[0];
-    const bool covered = grid.any(x, y, overlap * (1 + overlap) * sigma, [&](std::size_t index) {
-      const AffineFrame& other = kept[index].frame;
-      return other[0] < (1 + overlap) * sigma && sigma < (1 + overlap) * other[0] &&
-             std::abs(other[2] - x) < overlap * other[0] && std::abs(other[5] - y) < overlap * other[0];
-    });
-    if (covered) continue;
-    grid.add(x, y, kept.size());
-    kept.push_back(candidate);
-  }
-  return kept;
-}
 
 /// Whether the square of `margin` units of the frame on each side of its centre lies inside the image.
 bool insideImage(const AffineFrame& frame, double margin, const cv::Size& size) {
@@ -403,46 +480,76 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
   const int threads = request.threads;
   features.keypoints.clear();
   features.frames.clear();
-  // In smaller images VLFeat has no octave.
-  if (std::min(grey.cols, grey.rows) < 15 * (1 << std::max(0, options_.first_octave)) + 1) return;
-  HessianExtrema extrema(grey, options_);
-  const std::vector<ScaleLevel> levels = extrema.levels();
+  if (std::min(grey.cols, grey.rows) <= kSmallestSide << std::max(0, options_.first_octave)) return;
+  ScaleSpaceOptions space_options;
+  space_options.first_octave = options_.first_octave;
+  space_options.resolution = options_.octave_resolution;
+  space_options.last_level = options_.octave_resolution - 1;
+  space_options.sigma = kBaseBlur * std::exp2(1.0 / options_.octave_resolution);
+  space_options.smallest_side = kSmallestSide;
+  auto& space = WorkspaceScope::part<HessianScaleSpace>().space;
+  space.compute(grey, space_options, threads);
+  const std::vector<ScaleLevel> levels = space.levels();
+  if (request.levels != nullptr) *request.levels = levels;
 
   static const ScaleSelection scale_selection;
-  const std::vector<Candidate> found = extrema.candidates();
-  std::vector<Candidate> candidates = inOrder<Candidate>(
-      found.size(), threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& scaled) {
-        for (std::size_t i = begin; i < end; ++i) {
-          for (const double scale : scale_selection(levels, found[i].frame, options_.scale_threshold)) {
-            const auto sigma = static_cast<float>(scale * found[i].frame[0]);
-            scaled.push_back({{sigma, 0, found[i].frame[2], 0, sigma, found[i].frame[5]}, found[i].strength});
-          }
-        }
-      });
-  candidates = withoutOverlaps(std::move(candidates), static_cast<float>(options_.overlap), grey.size());
-  // Neither shape nor direction moves a feature, so those of masked features need not be found.
-  const auto masked = [&request](const Candidate& candidate) {
-    return !request.mask.allows({candidate.frame[2], candidate.frame[5]});
-  };
-  candidates.erase(std::remove_if(candidates.begin(), candidates.end(), masked), candidates.end());
-
-  candidates = inOrder<Candidate>(
-      candidates.size(), threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& oriented) {
-        FrameEstimator estimator(levels);
-        for (std::size_t i = begin; i < end; ++i) {
-          const AffineFrame& start = candidates[i].frame;
-          const AffineFrame frame = options_.adapt ? estimator.adapted(start) : start;
-          std::vector<double> directions = estimator.directions(frame);
-          directions.resize(std::min(directions.size(), static_cast<std::size_t>(options_.max_orientations)));
-          for (const double direction : directions) {
-            const AffineFrame result = turned(frame, direction);
-            if (insideImage(result, options_.margin, grey.size())) {
-              oriented.push_back({result, candidates[i].strength});
+  const auto overlap = static_cast<float>(options_.overlap);
+  std::vector<Candidate> found = HessianExtrema(levels, options_).find(threads);
+  std::sort(found.begin(), found.end(), Candidate::isStronger);
+  // A blob has extrema in several levels. The weaker ones would only be dropped later.
+  OverlapFilter levels_of_blob(grey.size(), overlap);
+  const auto weaker = [&](const Candidate& candidate) { return !levels_of_blob.keeps(candidate.frame); };
+  found.erase(std::remove_if(found.begin(), found.end(), weaker), found.end());
+  // Strong candidates are processed first. Weaker ones have no influence on them, so the rest is left out
+  // once there are enough features.
+  const std::size_t most = options_.spread ? 0 : static_cast<std::size_t>(options_.max_features);
+  const std::size_t batch = most == 0 ? found.size() : std::max<std::size_t>(most, 256);
+  OverlapFilter overlaps(grey.size(), overlap);
+  std::vector<Candidate> all;
+  for (std::size_t first = 0; first < found.size(); first += batch) {
+    if (most > 0 && all.size() >= most && found[first].strength < all[most - 1].strength) break;
+    Candidate* const extrema = found.data() + first;
+    const std::size_t n = std::min(batch, found.size() - first);
+    std::sort(extrema, extrema + n, Candidate::isEarlier);
+    std::vector<Candidate> candidates = inOrder<Candidate>(
+        n, threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& scaled) {
+          for (std::size_t i = begin; i < end; ++i) {
+            const auto& [frame, strength, order] = extrema[i];
+            for (const double scale : scale_selection(levels, frame, options_.scale_threshold)) {
+              const auto sigma = static_cast<float>(scale * frame[0]);
+              scaled.push_back({{sigma, 0, frame[2], 0, sigma, frame[5]}, strength, order});
             }
           }
-        }
-      });
-  for (const Candidate& candidate : candidates) {
+        });
+    std::stable_sort(candidates.begin(), candidates.end(), Candidate::isStronger);
+    // Neither shape nor direction moves a feature, so those of masked features need not be found.
+    const auto dropped = [&](const Candidate& candidate) {
+      return !overlaps.keeps(candidate.frame) ||
+             !request.mask.allows({candidate.frame[2], candidate.frame[5]});
+    };
+    candidates.erase(std::remove_if(candidates.begin(), candidates.end(), dropped), candidates.end());
+    std::stable_sort(candidates.begin(), candidates.end(), Candidate::isEarlier);
+    std::vector<Candidate> oriented = inOrder<Candidate>(
+        candidates.size(), threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& results) {
+          FrameEstimator estimator(levels);
+          for (std::size_t i = begin; i < end; ++i) {
+            const auto& [start, strength, order] = candidates[i];
+            const AffineFrame frame = options_.adapt ? estimator.adapted(start) : start;
+            std::vector<double> directions = estimator.directions(frame);
+            directions.resize(
+                std::min(directions.size(), static_cast<std::size_t>(options_.max_orientations)));
+            for (const double direction : directions) {
+              const AffineFrame result = turned(frame, direction);
+              if (insideImage(result, options_.margin, grey.size())) {
+                results.push_back({result, strength, order});
+              }
+            }
+          }
+        });
+    std::stable_sort(oriented.begin(), oriented.end(), Candidate::isStronger);
+    all.insert(all.end(), oriented.begin(), oriented.end());
+  }
+  for (const Candidate& candidate : all) {
     features.keypoints.push_back(keypointOf(candidate.frame, candidate.strength));
     features.frames.push_back(candidate.frame);
   }

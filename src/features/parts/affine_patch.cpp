@@ -16,6 +16,48 @@ struct Placement {
 
 std::int32_t fixedPoint(double px) { return static_cast<std::int32_t>(std::lrint(px * 65536)); }
 
+Placement placementOf(const ScaleLevel& level, const AffineFrame& frame, double spacing) {
+  const double scale = spacing / level.step;
+  Placement place;
+  place.x = (frame[2] - level.offset) / level.step;
+  place.y = (frame[5] - level.offset) / level.step;
+  place.across_x = frame[0] * scale;
+  place.across_y = frame[3] * scale;
+  place.down_x = frame[1] * scale;
+  place.down_y = frame[4] * scale;
+  return place;
+}
+
+/// Where samples lie. kLarge: the image or the frame is too large for the positions of the kernels.
+enum class Range { kInside, kBorder, kLarge };
+
+Range gridOf(const ScaleLevel& level, const Placement& place, PatchGrid& grid) {
+  constexpr int kHalf = Patch::kHalf, kMost = PatchGrid::kMost;
+  const double reach_x = kHalf * (std::abs(place.across_x) + std::abs(place.down_x));
+  const double reach_y = kHalf * (std::abs(place.across_y) + std::abs(place.down_y));
+  const bool inside = place.x - reach_x >= 1 && place.y - reach_y >= 1 &&
+                      place.x + reach_x < level.width - 2 && place.y + reach_y < level.height - 2;
+  // Positions are relative to a pixel nearby, or to the first pixel where they are clamped.
+  const int origin_x = inside ? static_cast<int>(place.x - reach_x) - 1 : 0;
+  const int origin_y = inside ? static_cast<int>(place.y - reach_y) - 1 : 0;
+  const double x = place.x - origin_x, y = place.y - origin_y;
+  // Written such that a frame that is not finite is large.
+  const bool small = std::abs(x) + 2 * reach_x < kMost && std::abs(y) + 2 * reach_y < kMost &&
+                     level.stride < kMost && (inside || (level.width < kMost && level.height < kMost));
+  if (!small) return Range::kLarge;
+  grid.pixels = level.pixels + origin_y * level.stride + origin_x;
+  grid.stride = level.stride;
+  grid.width = level.width;
+  grid.height = level.height;
+  grid.across_x = fixedPoint(place.across_x);
+  grid.across_y = fixedPoint(place.across_y);
+  grid.down_x = fixedPoint(place.down_x);
+  grid.down_y = fixedPoint(place.down_y);
+  grid.x = fixedPoint(x) - kHalf * (grid.across_x + grid.down_x);
+  grid.y = fixedPoint(y) - kHalf * (grid.across_y + grid.down_y);
+  return inside ? Range::kInside : Range::kBorder;
+}
+
 /// The same samples as the kernels', for images and frames that are too large for their positions.
 int sampleLarge(const ScaleLevel& level, const Placement& place, Patch& patch) {
   int outside = 0;
@@ -59,41 +101,32 @@ HalfAxes halfAxes(const AffineFrame& a) {
 }
 
 int samplePatch(const ScaleLevel& level, const AffineFrame& frame, double spacing, Patch& patch) {
-  constexpr int kHalf = Patch::kHalf, kMost = PatchGrid::kMost;
-  const double scale = spacing / level.step;
-  Placement place;
-  place.x = (frame[2] - level.offset) / level.step;
-  place.y = (frame[5] - level.offset) / level.step;
-  place.across_x = frame[0] * scale;
-  place.across_y = frame[3] * scale;
-  place.down_x = frame[1] * scale;
-  place.down_y = frame[4] * scale;
-  const double reach_x = kHalf * (std::abs(place.across_x) + std::abs(place.down_x));
-  const double reach_y = kHalf * (std::abs(place.across_y) + std::abs(place.down_y));
-  const bool inside = place.x - reach_x >= 1 && place.y - reach_y >= 1 &&
-                      place.x + reach_x < level.width - 2 && place.y + reach_y < level.height - 2;
-  // Positions are relative to a pixel nearby, or to the first pixel where they are clamped.
-  const int origin_x = inside ? static_cast<int>(place.x - reach_x) - 1 : 0;
-  const int origin_y = inside ? static_cast<int>(place.y - reach_y) - 1 : 0;
-  const double x = place.x - origin_x, y = place.y - origin_y;
-  // Written such that a frame that is not finite is large.
-  const bool small = std::abs(x) + 2 * reach_x < kMost && std::abs(y) + 2 * reach_y < kMost &&
-                     level.stride < kMost && (inside || (level.width < kMost && level.height < kMost));
-  if (!small) return sampleLarge(level, place, patch);
+  const Placement place = placementOf(level, frame, spacing);
   PatchGrid grid;
-  grid.pixels = level.pixels + origin_y * level.stride + origin_x;
-  grid.stride = level.stride;
-  grid.width = level.width;
-  grid.height = level.height;
-  grid.across_x = fixedPoint(place.across_x);
-  grid.across_y = fixedPoint(place.across_y);
-  grid.down_x = fixedPoint(place.down_x);
-  grid.down_y = fixedPoint(place.down_y);
-  grid.x = fixedPoint(x) - kHalf * (grid.across_x + grid.down_x);
-  grid.y = fixedPoint(y) - kHalf * (grid.across_y + grid.down_y);
-  if (!inside) return kernels().patches.sample_clamped(grid, patch);
-  kernels().patches.sample(grid, patch);
-  return 0;
+  switch (gridOf(level, place, grid)) {
+    case Range::kInside:
+      kernels().patches.sample(grid, patch);
+      return 0;
+    case Range::kBorder:
+      return kernels().patches.sample_clamped(grid, patch);
+    case Range::kLarge:
+      break;
+  }
+  return sampleLarge(level, place, patch);
+}
+
+void filterPatch(const ScaleLevel& level, const AffineFrame& frame, double spacing,
+                 const PatchFilters& filters, float* sums) {
+  PatchGrid grid;
+  if (gridOf(level, placementOf(level, frame, spacing), grid) == Range::kInside &&
+      grid.across_x <= PatchKernels::kMostUpright &&
+      level.stride - level.width >= PatchKernels::kUprightSlack) {
+    kernels().patches.filter_upright(grid, filters, sums);
+    return;
+  }
+  Patch patch;
+  samplePatch(level, frame, spacing, patch);
+  kernels().patches.filter(patch, filters, sums);
 }
 
 PatchWeights gaussianWindow(double sigma) {

@@ -26,6 +26,12 @@ HalfAxes halfAxes(const AffineFrame& frame);
 /// @return the number of samples beyond the border
 int samplePatch(const ScaleLevel& level, const AffineFrame& frame, double spacing, Patch& patch);
 
+/// As samplePatch() and PatchKernels::filter() with the samples as input, in less time.
+/// @param frame  of equal half axes along x and y
+/// @param sums   receives PatchFilters::kCount values
+void filterPatch(const ScaleLevel& level, const AffineFrame& frame, double spacing,
+                 const PatchFilters& filters, float* sums);
+
 /// Weights exp(-d^2 / (2 sigma^2)) of the gradients of a patch, where d is the distance to the centre.
 /// @param sigma  samples
 PatchWeights gaussianWindow(double sigma);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "base/parallel.h"
 #include "features/parts/affine_patch.h"
@@ -39,6 +40,13 @@ bool describePatch(const Patch& patch, float* descriptor) {
   return kernels().patches.describe(patch, tables, descriptor);
 }
 
+/// Returns false where siftDescriptor() fails for the region of a describable frame.
+bool describeInside(const ScaleLevel& level, const AffineFrame& frame, float* descriptor) {
+  Patch patch;
+  const int outside = samplePatch(level, frame, kSpacing, patch);
+  return 2 * outside <= Patch::kSide * Patch::kSide && describePatch(patch, descriptor);
+}
+
 }  // namespace
 
 bool isDescribable(const AffineFrame& frame, const cv::Size& image) {
@@ -52,11 +60,8 @@ bool isDescribable(const AffineFrame& frame, const cv::Size& image) {
 
 bool siftDescriptor(const std::vector<ScaleLevel>& levels, const AffineFrame& frame, const cv::Size& image,
                     float* descriptor) {
-  if (!isDescribable(frame, image)) return false;
-  Patch patch;
-  const int outside = samplePatch(levelFor(levels, halfAxes(frame).smaller), frame, kSpacing, patch);
-  if (2 * outside > Patch::kSide * Patch::kSide) return false;
-  return describePatch(patch, descriptor);
+  return isDescribable(frame, image) &&
+         describeInside(levelFor(levels, halfAxes(frame).smaller), frame, descriptor);
 }
 
 void siftDescriptor(const ScaleLevel& level, const AffineFrame& frame, float* descriptor) {
@@ -71,10 +76,25 @@ std::vector<char> siftDescriptors(const std::vector<ScaleLevel>& levels,
   constexpr std::size_t kBlock = 64;
   descriptors.create(static_cast<int>(frames.size()), kSiftLength, CV_32F);
   std::vector<char> described(frames.size());
-  forEachBlock(frames.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      described[i] =
-          siftDescriptor(levels, frames[i], image, descriptors.ptr<float>(static_cast<int>(i))) ? 1 : 0;
+  // Frames of the same level come together, from top to bottom, so that their pixels are still in the cache.
+  struct Place {
+    std::size_t level, frame;
+    float y;
+  };
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (!isDescribable(frames[i], image)) continue;
+    const ScaleLevel& level = levelFor(levels, halfAxes(frames[i]).smaller);
+    places.push_back({static_cast<std::size_t>(&level - levels.data()), i, frames[i][5]});
+  }
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return std::tie(a.level, a.y, a.frame) < std::tie(b.level, b.y, b.frame);
+  });
+  forEachBlock(places.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = places[k].frame;
+      float* const descriptor = descriptors.ptr<float>(static_cast<int>(i));
+      described[i] = describeInside(levels[places[k].level], frames[i], descriptor) ? 1 : 0;
     }
   });
   return described;
