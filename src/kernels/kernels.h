@@ -17,6 +17,7 @@
 #include "kernels/scale_space.h"
 #include "kernels/shrink.h"
 #include "kernels/support.h"
+#include "kernels/view.h"
 
 namespace corrsel::core {
 
@@ -54,6 +55,7 @@ struct Kernels {
   CornerKernels corners;
   BinaryKernels binary;
   HessianKernels hessian;
+  ViewKernels views;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

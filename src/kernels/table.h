@@ -17,6 +17,7 @@
 #include "kernels/scale_space_kernels.h"
 #include "kernels/shrink_kernels.h"
 #include "kernels/support_kernels.h"
+#include "kernels/view_kernels.h"
 
 namespace corrsel::core {
 
@@ -48,6 +49,7 @@ constexpr Kernels kTable = {
     {cornerScoresKernel, cornerMaximaKernel, structureKernel},
     {centroidKernel, binaryTestsKernel},
     {hessianResponsesKernel, hessianExtremaKernel},
+    {sampleLineKernel},
 };
 
 }  // namespace

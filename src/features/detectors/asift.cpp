@@ -4,16 +4,16 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
-#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "base/parallel.h"
-#include "features/parts/fast_sift.h"
+#include "base/workspace_scope.h"
+#include "features/parts/dog_keypoints.h"
+#include "features/parts/sift_descriptor.h"
+#include "features/parts/tilted_views.h"
 
 namespace corrsel::core {
 
@@ -39,12 +39,10 @@ void AsiftOptions::visit(OptionVisitor& visitor) const {
 
 namespace {
 
-constexpr int kDescriptorLength = 128;
-
 struct ViewFeature {
   cv::KeyPoint keypoint;
   AffineFrame frame;
-  std::array<std::uint8_t, kDescriptorLength> descriptor;
+  std::array<std::uint8_t, kSiftLength> descriptor{};
 };
 
 /// One simulated camera: the image is rotated and then compressed vertically by the tilt.
@@ -61,82 +59,17 @@ std::vector<View> viewsOf(const AsiftOptions& options) {
   return views;
 }
 
-struct SimulatedView {
-  cv::Mat pixels;        ///< CV_32F, 0..255
-  cv::Matx23d to_image;  ///< from its pixels to those of the image
-};
-
-/// The image, rotated by OpenCV in strips that are too small for its own threads.
-cv::Mat turned(const cv::Mat& image, const cv::Matx23d& to_image, const cv::Size& size) {
-  constexpr int kSerialPixels = 1 << 16;
-  cv::Mat result(size, CV_8U);
-  const int rows = std::max(1, kSerialPixels / size.width);
-  for (int top = 0; top < size.height; top += rows) {
-    cv::Mat strip = result.rowRange(top, std::min(top + rows, size.height));
-    cv::Matx23d map = to_image;
-    map(0, 2) += map(0, 1) * top;
-    map(1, 2) += map(1, 1) * top;
-    cv::warpAffine(image, strip, map, strip.size(), cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
-                   cv::BORDER_REPLICATE);
-  }
-  return result;
-}
-
-/// Every tilt-th row, after a blur that prevents aliasing.
-cv::Mat compressed(const cv::Mat& image, double tilt) {
-  const double sigma = 0.8 * std::sqrt(tilt * tilt - 1);
-  const int rows = static_cast<int>(std::floor((image.rows - 1) / tilt)) + 1;
-  cv::Mat result(rows, image.cols, CV_32F);
-  std::vector<float> weights;
-  for (int row = 0; row < rows; ++row) {
-    const double centre = row * tilt;
-    const int first = std::max(0, static_cast<int>(std::ceil(centre - 3 * sigma)));
-    const int last = std::min(image.rows - 1, static_cast<int>(std::floor(centre + 3 * sigma)));
-    double sum = 0;
-    weights.clear();
-    for (int y = first; y <= last; ++y) {
-      const double d = (y - centre) / sigma;
-      weights.push_back(static_cast<float>(std::exp(-0.5 * d * d)));
-      sum += weights.back();
-    }
-    float* const out = result.ptr<float>(row);
-    std::fill(out, out + image.cols, 0.0F);
-    for (int y = first; y <= last; ++y) {
-      const auto weight = static_cast<float>(weights[static_cast<std::size_t>(y - first)] / sum);
-      const std::uint8_t* const in = image.ptr<std::uint8_t>(y);
-      for (int x = 0; x < image.cols; ++x) out[x] += weight * static_cast<float>(in[x]);
-    }
-  }
-  return result;
-}
-
-SimulatedView simulate(const cv::Mat& image, const View& view) {
-  SimulatedView result;
-  if (view.tilt == 1) {
-    image.convertTo(result.pixels, CV_32F);
-    result.to_image = {1, 0, 0, 0, 1, 0};
-    return result;
-  }
-  const double c = std::cos(view.turn), s = std::sin(view.turn);
-  const double right = image.cols - 1, bottom = image.rows - 1;
-  // x' = c x + s y, y' = -s x + c y
-  const double left_edge = std::min({0.0, c * right, s * bottom, c * right + s * bottom});
-  const double right_edge = std::max({0.0, c * right, s * bottom, c * right + s * bottom});
-  const double top_edge = std::min({0.0, -s * right, c * bottom, c * bottom - s * right});
-  const double bottom_edge = std::max({0.0, -s * right, c * bottom, c * bottom - s * right});
-  const cv::Size size(static_cast<int>(std::ceil(right_edge - left_edge)) + 1,
-                      static_cast<int>(std::ceil(bottom_edge - top_edge)) + 1);
-  const cv::Matx23d back(c, -s, c * left_edge - s * top_edge, s, c, s * left_edge + c * top_edge);
-  result.pixels = compressed(turned(image, back, size), view.tilt);
-  result.to_image = back;
-  result.to_image(0, 1) *= view.tilt;
-  result.to_image(1, 1) *= view.tilt;
-  return result;
-}
-
-std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const View& view, int index,
-                                      const AsiftOptions& options, bool with_descriptors) {
-  const SimulatedView simulated = simulate(image, view);
+/// The features of one view, where `describe` also with descriptors.
+std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const TiltedViews& views, const View& view,
+                                      int index, const AsiftOptions& options, const PlaceMask& mask,
+                                      bool describe) {
+  struct Memory {
+    std::vector<std::int16_t> pixels;
+    DogKeypoints keypoints;
+  };
+  Memory& memory = WorkspaceScope::part<Memory>();
+  TiltedView simulated{image, {1, 0, 0, 0, 1, 0}};
+  if (view.tilt != 1) simulated = views.view(view.tilt, view.turn, memory.pixels);
   const cv::Matx23d& m = simulated.to_image;
   const auto toImage = [&m](double x, double y) {
     return cv::Point2d(m(0, 0) * x + m(0, 1) * y + m(0, 2), m(1, 0) * x + m(1, 1) * y + m(1, 2));
@@ -144,33 +77,44 @@ std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const View& view, in
   // Pixels of the image per pixel of the view, perpendicular to the borders.
   const double x_slope = std::hypot(m(0, 0), m(0, 1)), y_slope = std::hypot(m(1, 0), m(1, 1));
   const double margin = view.tilt == 1 ? 0 : options.margin;
-  const auto inside = [&](float x, float y, float sigma) {
-    const cv::Point2d p = toImage(x, y);
-    const double distance = std::min(std::min(p.x, image.cols - 1 - p.x) / x_slope,
-                                     std::min(p.y, image.rows - 1 - p.y) / y_slope);
-    return distance >= margin * sigma;
-  };
-  FastSiftParameters parameters;
-  parameters.octave_layers = options.octave_layers;
-  parameters.contrast_threshold = options.contrast_threshold;
-  parameters.edge_threshold = options.edge_threshold;
-  parameters.sigma = options.sigma;
-  parameters.describe = with_descriptors;
+  DogOptions dog;
+  dog.first_octave = 0;
+  dog.octave_layers = options.octave_layers;
+  dog.contrast_threshold = options.contrast_threshold;
+  dog.edge_threshold = options.edge_threshold;
+  dog.sigma = options.sigma;
+  DogKeypoints& keypoints = memory.keypoints;
+  keypoints.find(simulated.pixels, dog, {}, 1);
   std::vector<ViewFeature> features;
-  for (const FastSiftFeature& found : fastSift(simulated.pixels, parameters, inside)) {
-    const double c = found.sigma * std::cos(found.angle), s = found.sigma * std::sin(found.angle);
-    const cv::Point2d at = toImage(found.x, found.y);
-    const double a11 = m(0, 0) * c + m(0, 1) * s, a12 = m(0, 1) * c - m(0, 0) * s;
-    const double a21 = m(1, 0) * c + m(1, 1) * s, a22 = m(1, 1) * c - m(1, 0) * s;
-    ViewFeature feature;
-    feature.frame = {static_cast<float>(a11), static_cast<float>(a12), static_cast<float>(at.x),
-                     static_cast<float>(a21), static_cast<float>(a22), static_cast<float>(at.y)};
-    auto angle = static_cast<float>(std::atan2(a21, a11) * 180 / CV_PI);
-    if (angle < 0) angle += 360;
-    feature.keypoint = cv::KeyPoint(at, static_cast<float>(2 * found.sigma * std::sqrt(view.tilt)),
-                                    angle >= 360 ? 0 : angle, found.response, found.octave, index);
-    feature.descriptor = found.descriptor;
-    features.push_back(feature);
+  std::vector<float> angles;
+  for (const DogKeypoint& keypoint : keypoints.keypoints()) {
+    const cv::Point2d at = toImage(keypoint.x, keypoint.y);
+    const double distance = std::min(std::min(at.x, image.cols - 1 - at.x) / x_slope,
+                                     std::min(at.y, image.rows - 1 - at.y) / y_slope);
+    if (distance < margin * keypoint.sigma) continue;
+    keypoints.directions(keypoint, angles);
+    for (const float direction : angles) {
+      const double c = keypoint.sigma * std::cos(direction), s = keypoint.sigma * std::sin(direction);
+      const double a11 = m(0, 0) * c + m(0, 1) * s, a12 = m(0, 1) * c - m(0, 0) * s;
+      const double a21 = m(1, 0) * c + m(1, 1) * s, a22 = m(1, 1) * c - m(1, 0) * s;
+      ViewFeature feature;
+      feature.frame = {static_cast<float>(a11), static_cast<float>(a12), static_cast<float>(at.x),
+                       static_cast<float>(a21), static_cast<float>(a22), static_cast<float>(at.y)};
+      auto angle = static_cast<float>(std::atan2(a21, a11) * 180 / CV_PI);
+      if (angle < 0) angle += 360;
+      feature.keypoint = cv::KeyPoint(at, static_cast<float>(2 * keypoint.sigma * std::sqrt(view.tilt)),
+                                      angle >= 360 ? 0 : angle, keypoint.response, keypoint.octave, index);
+      // A masked feature may be the stronger one with which others are merged, but it is not returned.
+      if (describe && mask.allows(feature.keypoint.pt)) {
+        const auto fc = static_cast<float>(c), fs = static_cast<float>(s);
+        std::array<float, kSiftLength> descriptor;
+        siftDescriptor(keypoints.levelOf(keypoint), {fc, -fs, keypoint.x, fs, fc, keypoint.y},
+                       descriptor.data());
+        std::transform(descriptor.begin(), descriptor.end(), feature.descriptor.begin(),
+                       [](float value) { return static_cast<std::uint8_t>(value); });
+      }
+      features.push_back(feature);
+    }
   }
   return features;
 }
@@ -234,12 +178,13 @@ std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOp
 }
 
 /// The merged features of all views, strongest first.
-std::vector<ViewFeature> allFeatures(const cv::Mat& grey, int threads, const AsiftOptions& options,
-                                     bool with_descriptors) {
+std::vector<ViewFeature> allFeatures(const DetectionRequest& request, const AsiftOptions& options) {
   const std::vector<View> views = viewsOf(options);
+  const TiltedViews simulator(request.image);
   std::vector<std::vector<ViewFeature>> found(views.size());
-  forEachBlock(views.size(), 1, threads, [&](std::size_t i, std::size_t) {
-    found[i] = viewFeatures(grey, views[i], static_cast<int>(i), options, with_descriptors);
+  forEachBlock(views.size(), 1, request.threads, [&](std::size_t i, std::size_t) {
+    found[i] = viewFeatures(request.image, simulator, views[i], static_cast<int>(i), options, request.mask,
+                            request.describe);
   });
   std::vector<ViewFeature> all;
   for (const std::vector<ViewFeature>& some : found) all.insert(all.end(), some.begin(), some.end());
@@ -251,13 +196,12 @@ std::vector<ViewFeature> allFeatures(const cv::Mat& grey, int threads, const Asi
 AsiftDetector::AsiftDetector(const AsiftOptions& options) : options_(options) { options_.check(); }
 
 void AsiftDetector::detect(const DetectionRequest& request, Features& features) const {
-  const std::vector<ViewFeature> all =
-      allFeatures(request.image, request.threads, options_, request.describe);
+  const std::vector<ViewFeature> all = allFeatures(request, options_);
   features.keypoints.clear();
   features.frames.clear();
   features.descriptors.release();
   if (request.describe) {
-    features.descriptors.create(static_cast<int>(all.size()), kDescriptorLength, CV_32F);
+    features.descriptors.create(static_cast<int>(all.size()), kSiftLength, CV_32F);
   }
   for (std::size_t i = 0; i < all.size(); ++i) {
     features.keypoints.push_back(all[i].keypoint);

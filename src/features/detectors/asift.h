@@ -28,9 +28,10 @@ struct AsiftOptions : DetectorOptions {
 ///
 /// Algorithm: A view of tilt t = sqrt(2)^k, k = 1..tilts, is the image rotated by one of 180 t /
 /// rotation_step angles, blurred by 0.8 sqrt(t^2 - 1) px along one axis and compressed by t along this axis;
-/// see fastSift() for the features of a view. A frame is the similarity frame of the view (radius = scale)
-/// mapped back to the image, so it carries the tilt. A keypoint's size is 2 sqrt(|det|) of its frame, its
-/// class_id is the number of the view (0 = the image itself), and its octave is SIFT's octave in the view.
+/// see TiltedViews. The features of a view are those of "sift" with first_octave = 0. A frame is the
+/// similarity frame of the view (radius = scale) mapped back to the image, so it carries the tilt. A
+/// keypoint's size is 2 sqrt(|det|) of its frame, its class_id is the number of the view (0 = the image
+/// itself), and its octave is SIFT's octave in the view.
 ///
 /// Merging: Several views may find the same keypoint. A feature with frame B at q is dropped where a stronger
 /// one with frame A at p has |A^-1 (q - p)| <= merge_distance and |A^-1 B - I| <= merge_shape (Frobenius
@@ -42,10 +43,11 @@ struct AsiftOptions : DetectorOptions {
 /// Options: AsiftOptions. Keypoints of simulated views closer than `margin` radii to the border of the image
 /// are dropped, because the view ends there.
 ///
-/// Failure: Images whose width or height is below 16 px have no features.
+/// Failure: Images whose width or height is below 11 px have no features.
 ///
-/// Cost: About 2.5 tilts + 1 times the work of SIFT on the image, in parallel over views, and 48 bytes per
-/// pixel of the largest view (twice the image's pixels) and thread.
+/// Cost: About 2.5 tilts + 1 times the work of "sift" with first_octave = 0 on the image, in parallel over
+/// views. 16 bytes per pixel of the largest view (1.5 times the image's pixels) and thread are kept for the
+/// next image.
 ///
 /// Source: Morel and Yu, "ASIFT: A New Framework for Fully Affine Invariant Image Comparison", SIAM J.
 /// Imaging Sciences 2009; Yu and Morel, IPOL 2011.

@@ -7,13 +7,13 @@
 
 #include "base/parallel.h"
 #include "base/workspace_scope.h"
+#include "features/parts/whole_weights.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
 namespace {
 
 constexpr int kSlack = ScaleSpaceKernels::kRowSlack;
-constexpr int kWeightSum = 1 << 15;
 constexpr double kReach = 3;  // of a Gaussian, in sigmas
 
 /// The place of the first pixel of the doubled image, px of the image: the two pixels that take the place of
@@ -26,20 +26,6 @@ std::ptrdiff_t padded(int width) {
   // Odd multiples of a cache line, so that the pixels of a column are in different sets of the cache.
   const std::ptrdiff_t lines = (width + 2 * kSlack - 1) / kSlack;
   return (lines | 1) * kSlack;
-}
-
-/// Whole numbers in proportion to the values, with the sum 2^15. What rounding leaves goes to the largest.
-std::vector<int> wholeWeights(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  std::vector<int> weights;
-  int rest = kWeightSum;
-  for (const double value : values) {
-    weights.push_back(static_cast<int>(std::lround(value / sum * kWeightSum)));
-    rest -= weights.back();
-  }
-  *std::max_element(weights.begin(), weights.end()) += rest;
-  return weights;
 }
 
 std::vector<double> gaussian(int radius, double sigma, double centre = 0) {
@@ -77,20 +63,6 @@ std::vector<int> gaussianWeights(double sigma) {
     weights[centre - 1] = weights[centre + 1] = 1;
   }
   return weights;
-}
-
-/// Pairs of weights w[0], w[1], ... that begin `shift` rows later; weights outside are 0.
-std::vector<std::int32_t> inPairs(const std::vector<int>& weights, int shift, int pairs) {
-  std::vector<std::int32_t> result;
-  const auto at = [&](int k) {
-    return k >= 0 && k < static_cast<int>(weights.size()) ? weights[static_cast<std::size_t>(k)] : 0;
-  };
-  for (int j = 0; j < pairs; ++j) {
-    const auto low = static_cast<std::uint32_t>(at(2 * j - shift)),
-               high = static_cast<std::uint32_t>(at(2 * j + 1 - shift));
-    result.push_back(static_cast<std::int32_t>(low | high << 16));
-  }
-  return result;
 }
 
 /// Mirrors positions outside at the first and the last pixel.
