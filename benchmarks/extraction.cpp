@@ -10,6 +10,10 @@
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/selectors/factory.h"
+#include "features/detectors/asift.h"
+#include "features/detectors/hessian_affine.h"
+#include "features/detectors/orb.h"
+#include "features/detectors/sift.h"
 #include "pictures.h"
 
 #define CORRSEL_OPENCV_AT_LEAST(major, minor) \
@@ -55,6 +59,24 @@ cv::Ptr<cv::Feature2D> createOpenCv(const std::string& features, int most) {
 
 const char* openCvName(const std::string& features) {
   return features == "orb+orb" ? "cv::ORB" : features == "sift+sift" ? "cv::SIFT" : "cv::AffineFeature";
+}
+
+template <class Detector, class Options>
+std::unique_ptr<core::Detector> limitedDetector(int most) {
+  Options options;
+  if (most > 0) options.max_features = most;
+  return std::make_unique<Detector>(options);
+}
+
+std::unique_ptr<core::Detector> createDetector(const std::string& features, int most) {
+  const std::string name = core::algorithmsOf(features).front();
+  if (name == "sift") return limitedDetector<core::SiftDetector, core::SiftOptions>(most);
+  if (name == "orb") return limitedDetector<core::OrbDetector, core::OrbOptions>(most);
+  if (name == "asift") return limitedDetector<core::AsiftDetector, core::AsiftOptions>(most);
+  if (name == "hessian_affine") {
+    return limitedDetector<core::HessianAffineDetector, core::HessianAffineOptions>(most);
+  }
+  throw std::invalid_argument("no stages are known for " + name);
 }
 
 }  // namespace
@@ -113,6 +135,21 @@ std::vector<Method> pairStages(const std::string& features, const cv::Size& size
              core::createSelector("usac", {}, {{"threads", "1"}});
          return [=](std::size_t) { return selector->select(matches).mask; };
        }}};
+}
+
+std::vector<Method> costStages(const std::string& features, const cv::Size& size) {
+  const auto detection = [=](const std::string& name, int most) -> Method {
+    return {name, spec(most), 1, [=](const std::vector<Scene>&) -> Call {
+              const std::shared_ptr<const core::Detector> detector = createDetector(features, most);
+              const cv::Mat image = picture(size).left;
+              return [=](std::size_t) {
+                core::Features found;
+                detector->detect({image}, found);
+                return Mask(found.keypoints.size(), 1);
+              };
+            }};
+  };
+  return {detection("search", 1), detection("detection", 0), extraction(features, size, 0, 1)};
 }
 
 }  // namespace corrsel::performance

@@ -24,4 +24,8 @@ Method openCvExtraction(const std::string& features, const cv::Size& size, int m
 /// Each is timed on the results of those before.
 std::vector<Method> pairStages(const std::string& features, const cv::Size& size, int most);
 
+/// One image, by the work that it takes: the search for keypoints (all that is needed for a single feature),
+/// the whole detection, and detection with description. The differences are what the stages cost.
+std::vector<Method> costStages(const std::string& features, const cv::Size& size);
+
 }  // namespace corrsel::performance

@@ -106,6 +106,21 @@ std::vector<std::string> cells(const StageRow& row) {
           fixed(100 * features / total, 0) + " %"};
 }
 
+const std::vector<std::string> kCostHeader = {
+    "features", "image", "found", "search ms", "+ each keypoint ms", "+ description ms", "per feature us"};
+
+std::vector<std::string> cells(const CostRow& row) {
+  const double keypoints = row.detection.milliseconds - row.search.milliseconds;
+  const double description = row.all.milliseconds - row.detection.milliseconds;
+  return {row.features,
+          row.image,
+          std::to_string(row.n),
+          shortNumber(row.search.milliseconds),
+          shortNumber(std::max(0.0, keypoints)),
+          shortNumber(std::max(0.0, description)),
+          shortNumber(1e3 * (row.all.milliseconds - row.search.milliseconds) / double(row.n))};
+}
+
 using Record = std::map<std::string, std::string>;  // column -> value
 
 constexpr const char* kColumns[] = {"comparison",
@@ -190,6 +205,15 @@ void Report::add(const StageRow& row) {
   }
 }
 
+void Report::add(const CostRow& row) {
+  costs_.push_back(row);
+  for (const Measurement* stage : {&row.search, &row.detection, &row.all}) {
+    new_lines_ +=
+        consoleLine({(stage == &row.all ? "" : stage->name + " of ") + row.features + " " + row.image, "-",
+                     std::to_string(row.n), "", shortNumber(stage->milliseconds)});
+  }
+}
+
 void Report::add(const HardRow& row) {
   hard_.push_back(row);
   new_lines_ += consoleLine({row.comparison, row.method, "", core::formatNumber(row.inlier_ratio),
@@ -231,6 +255,10 @@ std::string Report::markdown(const std::string& command) const {
   if (!stages_.empty()) {
     text += "\n### Where the time of a pair goes\n" + markdownHeader(kStageHeader);
     for (const StageRow& row : stages_) text += markdownLine(cells(row));
+  }
+  if (!costs_.empty()) {
+    text += "\n### What the stages of features cost\n" + markdownHeader(kCostHeader);
+    for (const CostRow& row : costs_) text += markdownLine(cells(row));
   }
   if (!growth_.empty()) {
     text += "\n### Growth with N\n" + markdownHeader({"selector", "N=5000, ms", "N=100000, ms", "exponent"});
@@ -309,6 +337,16 @@ void Report::writeCsv(std::ostream& out) const {
   }
   for (const StageRow& row : stages_) {
     for (const Measurement* stage : {&row.features, &row.matching, &row.selection}) {
+      Record record = {{"comparison", row.comparison},
+                       {"selector", stage->name},
+                       {"scene", row.image},
+                       {"n", std::to_string(row.n)}};
+      describe("ours", *stage, record);
+      write(record);
+    }
+  }
+  for (const CostRow& row : costs_) {
+    for (const Measurement* stage : {&row.search, &row.detection, &row.all}) {
       Record record = {{"comparison", row.comparison},
                        {"selector", stage->name},
                        {"scene", row.image},

@@ -49,6 +49,14 @@ struct StageRow {
   Measurement features, matching, selection;
 };
 
+/// What the stages of a detector and its descriptor cost.
+struct CostRow {
+  std::string comparison, features;
+  std::string image;  ///< its size
+  std::size_t n;      ///< features found
+  Measurement search, detection, all;
+};
+
 /// The search for a model among few inliers, one row per method.
 struct HardRow {
   std::string comparison, method;
@@ -64,6 +72,7 @@ class Report {
   void add(const GrowthRow& row);
   void add(const FeatureRow& row);
   void add(const StageRow& row);
+  void add(const CostRow& row);
   void add(const HardRow& row);
   void add(const Verdict& verdict);
   /// A comparison that could not be made, e.g. because a selector does not exist.
@@ -93,6 +102,7 @@ class Report {
   std::vector<GrowthRow> growth_;
   std::vector<FeatureRow> features_;
   std::vector<StageRow> stages_;
+  std::vector<CostRow> costs_;
   std::vector<HardRow> hard_;
   std::vector<Verdict> verdicts_;
   std::vector<std::pair<std::string, std::string>> failures_;

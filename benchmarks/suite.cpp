@@ -298,6 +298,14 @@ Comparison stages(const std::string& features, const cv::Size& size, int most) {
           size};
 }
 
+Comparison costs(const std::string& features, const cv::Size& size) {
+  return {"features/cost/" + features + "/" + sizeText(size),
+          costStages(features, size),
+          {},
+          ComparisonKind::kCosts,
+          size};
+}
+
 /// Detection, description, and where the time of a pair goes.
 std::vector<Comparison> features() {
   const cv::Size graf(800, 640), camera(640, 480), wide(1392, 512);
@@ -314,6 +322,9 @@ std::vector<Comparison> features() {
   list.push_back(featureThreads("sift+sift", graf, 1.7));
   list.push_back(featureThreads("orb+orb", wide, 0));
   list.push_back(featureThreads("hessian_affine+sift", graf, 0));
+  for (const char* name : {"sift+sift", "orb+orb", "hessian_affine+sift", "asift+asift"}) {
+    list.push_back(costs(name, graf));
+  }
   for (const char* name : {"sift+sift", "orb+orb", "hessian_affine+sift"})
     list.push_back(stages(name, graf, 0));
   for (const char* name : {"sift+sift", "orb+orb"}) list.push_back(stages(name, camera, 1000));
@@ -392,7 +403,7 @@ std::vector<Comparison> comparisons(bool all) {
 void run(const Comparison& comparison, Report& report) {
   const Measurements measured = measure(comparison.methods);
   const bool all_ours =
-      comparison.kind == ComparisonKind::kGrowth || comparison.kind == ComparisonKind::kStages;
+      comparison.kind != ComparisonKind::kSelectors && comparison.kind != ComparisonKind::kFeatures;
   for (std::size_t i = 0; i < (all_ours ? measured.size() : 1U); ++i) {
     if (!measured[i].failure.empty()) return report.addFailure(comparison.name, measured[i].failure);
   }
@@ -408,6 +419,9 @@ void run(const Comparison& comparison, Report& report) {
   } else if (comparison.kind == ComparisonKind::kStages) {
     report.add(StageRow{comparison.name, sizeText(comparison.image_size), comparison.methods[0].scene.n,
                         measured[0].masks[0].size(), measured[0], measured[1], measured[2]});
+  } else if (comparison.kind == ComparisonKind::kCosts) {
+    report.add(CostRow{comparison.name, measured[2].name, sizeText(comparison.image_size),
+                       measured[2].masks[0].size() / kFeatureBytes, measured[0], measured[1], measured[2]});
   } else if (comparison.kind == ComparisonKind::kGrowth) {
     report.add(GrowthRow{comparison.name, measured[0], measured[1],
                          std::log(measured[1].milliseconds / measured[0].milliseconds) /

@@ -18,7 +18,8 @@ enum class ComparisonKind {
   kSelectors,  ///< the first method with the others, on matches or descriptors
   kGrowth,     ///< the two methods are one selector at two sizes
   kFeatures,   ///< the first method with the others, on a photograph
-  kStages      ///< the methods are the stages of a pair of photographs
+  kStages,     ///< the methods are the stages of a pair of photographs
+  kCosts       ///< each method does more of the work on a photograph than the one before
 };
 
 /// Methods that are timed together.
