@@ -67,7 +67,9 @@ void addImage(const cv::Mat& grey, const std::vector<cv::Point>& places, Samples
   pyramid.start(grey, options.scale_factor, levels, true);
   for (int level = 0; level < levels; ++level) {
     if (level > 0) pyramid.reduce(level);
-    pyramid.blur(level, ImagePyramid::kBlurReach, pyramid.level(level).height - ImagePyramid::kBlurReach);
+    constexpr int kReach = ImagePyramid::kBlurReach;
+    const PyramidLevel& image = pyramid.level(level);
+    pyramid.blur(level, {kReach, kReach, image.width - 2 * kReach, image.height - 2 * kReach});
   }
   std::vector<std::vector<cv::Point>> turned(OrientedPatch::kDirections);
   for (int direction = 0; direction < OrientedPatch::kDirections; ++direction) {

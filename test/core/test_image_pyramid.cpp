@@ -32,7 +32,7 @@ cv::Mat reduced(const cv::Mat& image, double factor, int levels) {
 cv::Mat blurred(const cv::Mat& image) {
   ImagePyramid pyramid;
   pyramid.start(image, 1.2, 1, true);
-  pyramid.blur(0, ImagePyramid::kBlurReach, image.rows - ImagePyramid::kBlurReach);
+  pyramid.blur(0, cv::Rect(3, 3, image.cols - 6, image.rows - 6));
   constexpr int kReach = ImagePyramid::kBlurReach;
   return matOf(pyramid.blurred(0))(
       cv::Rect(kReach, kReach, image.cols - 2 * kReach, image.rows - 2 * kReach));

@@ -59,10 +59,11 @@ void OrbDescriptor::describe(const cv::Mat& grey, int threads, Features& feature
   for (int number = 0; number < levels; ++number) {
     if (!used[static_cast<std::size_t>(number)]) continue;
     const int first = ImagePyramid::kBlurReach, last = pyramid.level(number).height - first;
-    forEachBlock(static_cast<std::size_t>(last - first), kRows, threads,
-                 [&](std::size_t begin, std::size_t end) {
-                   pyramid.blur(number, first + static_cast<int>(begin), first + static_cast<int>(end));
-                 });
+    forEachBlock(
+        static_cast<std::size_t>(last - first), kRows, threads, [&](std::size_t begin, std::size_t end) {
+          pyramid.blur(number, {first, first + static_cast<int>(begin),
+                                pyramid.level(number).width - 2 * first, static_cast<int>(end - begin)});
+        });
   }
   features.descriptors.create(static_cast<int>(places.size()), OrientedPatch::kBytes, CV_8U);
   forEachBlock(places.size(), kPatches, threads, [&](std::size_t begin, std::size_t end) {

@@ -127,19 +127,29 @@ struct Span {
   int begin, end;
 };
 
-/// The columns of a band in which a place may be allowed.
-std::vector<Span> allowedSpans(const PyramidLevel& level, const Band& band, int border,
-                               const PlaceMask& mask) {
-  const int last = level.width - border;
-  if (mask.everywhere()) return {{border, last}};
+/// Whether corners may be allowed in a part of a level, px of the level.
+bool mayHaveCorners(const PyramidLevel& level, const cv::Rect& part, const PlaceMask& mask) {
+  const cv::Point2f first = level.toImage(part.x, part.y);
+  const cv::Point2f last = level.toImage(part.br().x - 1, part.br().y - 1);
+  const cv::Point corner(static_cast<int>(std::floor(first.x)), static_cast<int>(std::floor(first.y)));
+  const cv::Point opposite(static_cast<int>(std::ceil(last.x)) + 1, static_cast<int>(std::ceil(last.y)) + 1);
+  return mask.allowsAny({corner, opposite});
+}
+
+/// The columns of a band that are needed: those from which at most `reach` px lead to a place where corners
+/// may be allowed.
+/// @param rows   the band
+/// @param inner  where corners are searched, px of the level
+std::vector<Span> neededSpans(const PyramidLevel& level, const Span& rows, const cv::Rect& inner, int reach,
+                              const PlaceMask& mask) {
+  const int first = inner.x - reach, last = inner.br().x + reach;
+  if (mask.everywhere()) return {{first, last}};
   std::vector<Span> spans;
-  for (int x = border; x < last; x += kTileColumns) {
+  for (int x = first; x < last; x += kTileColumns) {
     const int end = std::min(x + kTileColumns, last);
-    const cv::Point2f first = level.toImage(x, band.begin), final = level.toImage(end - 1, band.end - 1);
-    const cv::Point corner(static_cast<int>(std::floor(first.x)), static_cast<int>(std::floor(first.y)));
-    const cv::Point opposite(static_cast<int>(std::ceil(final.x)) + 1,
-                             static_cast<int>(std::ceil(final.y)) + 1);
-    if (!mask.allowsAny({corner, opposite})) continue;
+    const cv::Rect around(x - reach, rows.begin - reach, end - x + 2 * reach,
+                          rows.end - rows.begin + 2 * reach);
+    if (!mayHaveCorners(level, around & inner, mask)) continue;
     if (!spans.empty() && spans.back().end == x) {
       spans.back().end = end;
     } else {
@@ -214,15 +224,18 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
       const PyramidLevel& level = memory.pyramid.level(band.level);
       ScoreCounts& counts = *memory.counts[static_cast<std::size_t>(band.level)];
       const int threshold = std::max(options.fast_threshold, counts.least() - 1);
-      for (const Span& span : allowedSpans(level, band, border, request.mask)) {
+      const cv::Rect inner(border, border, level.width - 2 * border, level.height - 2 * border);
+      for (const Span& span : neededSpans(level, {band.begin, band.end}, inner, 0, request.mask)) {
         findCorners(level, span, threshold, request.mask, band);
       }
       counts.add(band.scores);
-      if (request.describe) {
-        // The patches of the first and of the last band reach beyond it.
-        const int last = level.height - border;
-        memory.pyramid.blur(band.level, band.begin - (band.begin == border ? radius : 0),
-                            band.end + (band.end == last ? radius : 0));
+      if (!request.describe) continue;
+      // The patches of the first and of the last band reach beyond it.
+      const Span rows{band.begin - (band.begin == inner.y ? radius : 0),
+                      band.end + (band.end == inner.br().y ? radius : 0)};
+      for (const Span& span : neededSpans(level, rows, inner, radius, request.mask)) {
+        memory.pyramid.blur(band.level,
+                            {span.begin, rows.begin, span.end - span.begin, rows.end - rows.begin});
       }
     }
   });

@@ -141,16 +141,19 @@ void ImagePyramid::reduce(int number) {
   }
 }
 
-void ImagePyramid::blur(int number, int begin, int end) {
+void ImagePyramid::blur(int number, const cv::Rect& part) {
   Level& level = levels_[static_cast<std::size_t>(number)];
   const PyramidLevel& image = level.image;
+  const int width = part.width + 2 * kBlurReach;
   std::vector<std::uint16_t>& sums = WorkspaceScope::part<BlurMemory>().row;
-  sums.resize(std::max(sums.size(), static_cast<std::size_t>(image.width + kPadding)));
+  // The columns behind the last sum are read too, by vectors whose last results are not used.
+  sums.resize(std::max(sums.size(), static_cast<std::size_t>(width + kPadding)));
   const ShrinkKernels& shrink = kernels().shrink;
-  for (int y = begin; y < end; ++y) {
-    shrink.blur_rows(image.pixels + (y - kBlurReach) * image.stride, image.stride, image.width, sums.data());
-    shrink.blur_columns(sums.data(), image.width - 2 * kBlurReach,
-                        level.blurred.data() + y * image.stride + kBlurReach);
+  for (int y = part.y; y < part.br().y; ++y) {
+    const std::ptrdiff_t row = y * image.stride + part.x;
+    shrink.blur_rows(image.pixels + row - kBlurReach * image.stride - kBlurReach, image.stride, width,
+                     sums.data());
+    shrink.blur_columns(sums.data(), part.width, level.blurred.data() + row);
   }
 }
 

@@ -49,9 +49,9 @@ class ImagePyramid {
   /// Makes a level. @pre the level before is made
   void reduce(int number);
 
-  /// Blurs the rows [begin, end) of a level, except for the first and last kBlurReach columns. Several
-  /// threads may blur different rows. @pre the level is made and has kBlurReach more rows above and below
-  void blur(int number, int begin, int end);
+  /// Blurs a part of a level. Several threads may blur different parts.
+  /// @pre the level is made and has kBlurReach more pixels on each side of the part
+  void blur(int number, const cv::Rect& part);
 
   /// The level, blurred where blur() was called.
   PyramidLevel blurred(int number) const;
