@@ -36,16 +36,24 @@ struct ByteProducts {
 Moments centroidKernel(const BytePatch& patch, const std::int8_t* x_weights, const std::int8_t* y_weights) {
   const int width = patch.blocks * BytePatch::kBlock;
 #if defined(__AVX2__)
-  ByteProducts x[2], y[2];
-  for (int row = 0; row < patch.side; ++row) {
-    for (int i = 0; i < width; i += BytePatch::kBlock) {
-      const __m256i pixels =
-          _mm256_loadu_si256(reinterpret_cast<const __m256i*>(patch.first + row * patch.stride + i));
-      x[row % 2].add(pixels, x_weights + row * width + i);
-      y[row % 2].add(pixels, y_weights + row * width + i);
+  // Even and odd rows have sums of their own, because a sum must wait for the one before.
+  ByteProducts even_x, even_y, odd_x, odd_y;
+  const auto pixels = [&patch](int row, int i) {
+    return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(patch.first + row * patch.stride + i));
+  };
+  for (int i = 0; i < width; i += BytePatch::kBlock) {
+    const std::int8_t *wx = x_weights + i, *wy = y_weights + i;
+    for (int row = 0; row < patch.side; row += 2, wx += 2 * width, wy += 2 * width) {
+      const __m256i even = pixels(row, i);
+      even_x.add(even, wx);
+      even_y.add(even, wy);
+      if (row + 1 == patch.side) break;
+      const __m256i odd = pixels(row + 1, i);
+      odd_x.add(odd, wx + width);
+      odd_y.add(odd, wy + width);
     }
   }
-  return {x[0].total() + x[1].total(), y[0].total() + y[1].total()};
+  return {even_x.total() + odd_x.total(), even_y.total() + odd_y.total()};
 #else
   std::int32_t x = 0, y = 0;
   for (int row = 0; row < patch.side; ++row) {
@@ -60,8 +68,59 @@ Moments centroidKernel(const BytePatch& patch, const std::int8_t* x_weights, con
 #endif
 }
 
+#if defined(__AVX512VBMI__)
+constexpr int kSmallSide = 31;  // of the patches that fit into 16 registers
+
+/// The tests of a patch in registers: a table of 1024 bytes, in which 64 places are looked up at a time.
+void smallBinaryTests(const BytePatch& patch, const std::uint16_t* places, std::uint8_t* out) {
+  __m512i table[16];
+#pragma GCC unroll 16
+  for (int i = 0; i < 16; ++i) {
+    const auto row = [&](int number) {
+      return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(patch.first + number * patch.stride));
+    };
+    const int second = 2 * i + 1 < kSmallSide ? 2 * i + 1 : 2 * i;
+    // Masked, because GCC 12 takes the plain form's undefined source for a mistake.
+    table[i] = _mm512_maskz_inserti64x4(static_cast<__mmask8>(-1), _mm512_castsi256_si512(row(2 * i)),
+                                        row(second), 1);
+  }
+  for (int group = 0; group < 8; ++group, places += 64) {
+    const __m512i low = _mm512_loadu_si512(places), high = _mm512_loadu_si512(places + 32);
+    const auto bytes = [](__m512i a, __m512i b) {
+      const __mmask32 all = ~__mmask32{0};
+      return _mm512_maskz_inserti64x4(static_cast<__mmask8>(-1),
+                                      _mm512_castsi256_si512(_mm512_maskz_cvtepi16_epi8(all, a)),
+                                      _mm512_maskz_cvtepi16_epi8(all, b), 1);
+    };
+    const __m512i place = bytes(low, high);
+    const __m512i upper = bytes(_mm512_srli_epi16(low, 7), _mm512_srli_epi16(high, 7));
+    const auto bit = [&upper](char value) { return _mm512_test_epi8_mask(upper, _mm512_set1_epi8(value)); };
+    const __mmask64 one = bit(1), two = bit(2), four = bit(4);
+    __m512i found[8];
+#pragma GCC unroll 8
+    for (int i = 0; i < 8; ++i) found[i] = _mm512_permutex2var_epi8(table[2 * i], place, table[2 * i + 1]);
+#pragma GCC unroll 4
+    for (int i = 0; i < 4; ++i) found[i] = _mm512_mask_blend_epi8(one, found[2 * i], found[2 * i + 1]);
+#pragma GCC unroll 2
+    for (int i = 0; i < 2; ++i) found[i] = _mm512_mask_blend_epi8(two, found[2 * i], found[2 * i + 1]);
+    const __m512i pixels = _mm512_mask_blend_epi8(four, found[0], found[1]);
+    // The first pixel of a test is in the lower half of 16 bits, the second one in the upper half.
+    const __mmask32 bits = _mm512_cmplt_epu16_mask(_mm512_and_si512(pixels, _mm512_set1_epi16(0xff)),
+                                                   _mm512_srli_epi16(pixels, 8));
+    const std::uint32_t word = bits;
+    __builtin_memcpy(out + 4 * group, &word, sizeof word);
+  }
+}
+#endif
+
 void binaryTestsKernel(const BytePatch& patch, const std::uint16_t* places, std::uint8_t* copy,
                        std::uint8_t* out) {
+#if defined(__AVX512VBMI__)
+  if (patch.side == kSmallSide) {
+    smallBinaryTests(patch, places, out);
+    return;
+  }
+#endif
   const int width = patch.blocks * BytePatch::kBlock;
   for (int row = 0; row < patch.side; ++row) {
     for (int i = 0; i < width; i += BytePatch::kBlock) {

@@ -22,7 +22,8 @@
 namespace corrsel::core {
 
 /// Instruction sets that the kernels are compiled for: the baseline is SSE2 on x86-64 and NEON on ARM;
-/// kAvx512 is F, BW, DQ and VL, kAvx512Vnni that with VNNI and VPOPCNTDQ.
+/// kAvx512 is F, BW, DQ and VL, kAvx512Vnni that with VNNI, VPOPCNTDQ and VBMI,
+/// which came together with Ice Lake and Zen 4.
 enum class KernelLevel : std::uint8_t { kBaseline, kAvx2, kAvx512, kAvx512Vnni };
 
 std::string toString(KernelLevel level);
