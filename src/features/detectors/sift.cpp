@@ -66,6 +66,10 @@ std::vector<cv::KeyPoint> oriented(const DogKeypoints& dog, const std::vector<st
     std::vector<float> angles;
     for (std::size_t i = begin; i < end; ++i) {
       const DogKeypoint& keypoint = dog.keypoints()[chosen[i]];
+      if (i + 1 < end) {
+        const DogKeypoint& next = dog.keypoints()[chosen[i + 1]];
+        prefetch(dog.levelOf(next), next.x, next.y, DogKeypoints::reachOfDirections(next));
+      }
       dog.directions(keypoint, angles);
       const int octave = packed(keypoint, first_octave);
       for (const float angle : angles) {
@@ -112,6 +116,11 @@ void describe(const ScaleSpace& space, int threads, Features& features) {
   features.descriptors.create(static_cast<int>(n), kSiftLength, CV_32F);
   forEachBlock(n, kBlock, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      if (i + 1 < end) {
+        // The region of a descriptor is a square of 7.5 units in any direction.
+        const cv::KeyPoint& next = features.keypoints[i + 1];
+        prefetch(levelOf(space, next.octave), next.pt.x, next.pt.y, 5 * next.size);
+      }
       siftDescriptor(levelOf(space, features.keypoints[i].octave), features.frames[i],
                      features.descriptors.ptr<float>(static_cast<int>(i)));
     }

@@ -260,6 +260,21 @@ class DogKeypoints::Search : public ScaleRowVisitor {
   std::vector<Place> moved_;
 };
 
+void prefetch(const ScaleLevel& level, double x, double y, double reach) {
+  constexpr int kLine = 32;  // pixels of a cache line
+  const auto at = [&level](double place, int size) {
+    return static_cast<int>(std::clamp((place - level.offset) / level.step, 0.0, size - 1.0));
+  };
+  const int left = at(x - reach, level.width), right = at(x + reach, level.width);
+  const int last = at(y + reach, level.height);
+  for (int row = at(y - reach, level.height); row <= last; ++row) {
+    const std::int16_t* const pixels = level.pixels + row * level.stride;
+    for (int column = left; column < right + kLine; column += kLine) {
+      __builtin_prefetch(pixels + std::min(column, right));
+    }
+  }
+}
+
 void DogKeypoints::find(const cv::Mat& image, const DogOptions& options, const PlaceMask& mask, int threads) {
   ScaleSpaceOptions space;
   space.first_octave = options.first_octave;

@@ -27,6 +27,11 @@ struct DogKeypoint {
   std::int16_t level;   ///< index in ScaleOctave::levels of the level from which it is described
 };
 
+/// Asks for the pixels of a level within `reach` of a place, both in px of the image, so that they come from
+/// memory while another keypoint is processed. Keypoints are far apart in memory, and waiting for their
+/// pixels would take longer than processing them.
+void prefetch(const ScaleLevel& level, double x, double y, double reach);
+
 /// Keypoints where differences of Gaussians are extremal over space and scale.
 ///
 /// Algorithm: Levels of ScaleSpace are subtracted while they are computed. Values above half of the contrast
@@ -56,6 +61,9 @@ class DogKeypoints {
     return space_.octaves()[static_cast<std::size_t>(keypoint.octave)]
         .levels[static_cast<std::size_t>(keypoint.level)];
   }
+
+  /// How far directions() looks, px of the image.
+  static double reachOfDirections(const DogKeypoint& keypoint) { return 4.5 * keypoint.sigma; }
 
   /// The dominant directions of the gradients around a keypoint, radians in [0, 2 pi), clockwise in the
   /// image, in ascending order (Lowe, section 5). Usually one or two.
