@@ -301,8 +301,9 @@ inline IntV inOneLane(IntV low, IntV high) { return (low & 0xffff) | (high << 16
 
 inline void directionsKernel(const Patch& patch, const PatchWeights& window, DirectionCounts& counts) {
   constexpr int kBins = DirectionCounts::kBins, kWidthOfBin = 65536 / kBins, kPlanes = 4;
-  constexpr int kPairs = (Patch::kInner + 1) / 2, kLonger = kPairs * Patch::kPitch;
+  constexpr int kPairs = (Patch::kInner + 3) / 4, kLonger = kPairs * Patch::kPitch;
   const float range = contrast(patch);
+  // The patch is smooth, so every second row suffices.
   // A gradient is at most sqrt(2) times as long as the contrast, so lengths are at most 2^12. The sum of a
   // bin is below 2^31 where the weights add up to at most 280.
   const float unit = range > 0 ? 2896.0F / range : 0.0F;
@@ -312,8 +313,8 @@ inline void directionsKernel(const Patch& patch, const PatchWeights& window, Dir
     for (int c = 0; c < Patch::kPitch; c += kWidth) {
       IntV t[2] = {}, l[2] = {};
       for (int side = 0; side < 2; ++side) {
-        const int row = 2 * pair + side;
-        if (row == Patch::kInner) continue;
+        const int row = 4 * pair + 2 * side;
+        if (row >= Patch::kInner) continue;
         const GradientV g(patch, row, c);
         t[side] = wholeDirection(g);
         l[side] = truncate(g.length() * (unit * load(window.values + row * Patch::kPitch + c)) + 0.5F);
