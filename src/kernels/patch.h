@@ -101,8 +101,8 @@ struct PatchKernels {
   static constexpr int kUprightSlack = 32;
 
   /// Distributes the weighted length of the gradients of rows 0, 2, 4... linearly over the two bins next to
-  /// the direction; the middle of bin k is the direction k / 36 of a turn. Lengths are rounded to 2^-12 of the
-  /// largest possible one. The sum of the weights is at most 280.
+  /// the direction; the middle of bin k is the direction k / 36 of a turn. Lengths are rounded to 2^-12 of
+  /// the largest possible one. The sum of the weights is at most 280.
   void (*directions)(const Patch& patch, const PatchWeights& window, DirectionCounts& counts);
 
   /// The SIFT descriptor of a patch: 4 x 4 cells with 8 directions each, normalised, clipped at 0.2 and
