@@ -163,7 +163,8 @@ INSTANTIATE_TEST_SUITE_P(Selectors, BagReplayOf, ::testing::Values("nnsr", "rans
 TEST_F(BagReplay, ThroughFeaturesAndMatching) {
   const auto selections = play({"features:=orb+orb", "selector:=gms"}, false);
   ASSERT_EQ(selections.size(), static_cast<std::size_t>(kPairs));
-  const auto extractor = core::createExtractor("orb+orb");
+  // In live use detectors keep fewer features by default.
+  const auto extractor = core::createExtractor("orb+orb", {{"orb", {{"max_features", "1000"}}}});
   const auto selector = core::createSelector("gms");
   std::size_t k = 0;
   for (const auto& answer : selections) {
