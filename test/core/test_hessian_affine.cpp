@@ -158,11 +158,12 @@ double repeated(const Features& left, const Features& right, const cv::Matx23d& 
 }
 
 TEST(HessianAffine, FramesFollowARotation) {
-  const cv::Mat image = picture();
+  // The sides are odd, so that octaves sample the same pixels after the turn.
+  const cv::Mat image = picture({501, 401});
   cv::Mat turned;
   cv::rotate(image, turned, cv::ROTATE_90_CLOCKWISE);
   const cv::Matx23d map(0, -1, image.rows - 1, 1, 0, 0);
-  EXPECT_GT(repeated(detected(image), detected(turned), map, turned.size(), false, 0.1), 0.9);
+  EXPECT_GT(repeated(detected(image), detected(turned), map, turned.size(), false, 0.1), 0.93);
 }
 
 TEST(HessianAffine, FramesFollowAnAffineMap) {

@@ -261,6 +261,18 @@ TEST(Orb, BlankAndTinyImagesHaveNoFeatures) {
   EXPECT_LE(features.keypoints.size(), 1u);
 }
 
+TEST(Orb, NarrowImagesHaveFeaturesOnTheLevelsThatAreLargeEnough) {
+  for (int side = 60; side <= 100; side += 3) {
+    for (const cv::Size size : {cv::Size(side, 240), cv::Size(240, side)}) {
+      const Features features = detect(busyPicture(size));
+      EXPECT_EQ(features.keypoints.empty(), side <= 62) << size;
+      for (const cv::KeyPoint& keypoint : features.keypoints) {
+        EXPECT_GT(side / std::pow(1.2, keypoint.octave), 62) << size;
+      }
+    }
+  }
+}
+
 TEST(Orb, EveryPatchSizeAndScaleFactorWorks) {
   const cv::Mat image = busyPicture({400, 300});
   for (const int patch_size : {5, 6, 20, 64, 127}) {

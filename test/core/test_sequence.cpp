@@ -318,7 +318,7 @@ void expectOverlapToFall(const cv::Mat& image, int width) {
     const double some = overlapAfter(0.3, image, width, *extractor);
     const double little = overlapAfter(0.6, image, width, *extractor);
     const double none = overlapAfter(1, image, width, *extractor);
-    EXPECT_GT(still, 0.75) << name;
+    EXPECT_GT(still, 0.7) << name;
     EXPECT_NEAR(some, 0.7, 0.2) << name;
     EXPECT_NEAR(little, 0.4, 0.2) << name;
     EXPECT_LT(none, 0.1) << name;

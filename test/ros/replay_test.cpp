@@ -316,6 +316,7 @@ class Matcher : public Replay {
     EXPECT_EQ(actual.right_index, expected.right_index);
   }
 
+  const core::OptionMap live_options_ = {{"max_features", "1000"}};  // the default of live use
   const core::OptionMap orb_options_ = {{"max_features", "500"}, {"levels", "16"}};  // as launched, clamped
   ros::Publisher left_, right_;
   std::unique_ptr<Inbox<Correspondences>> found_;
@@ -326,13 +327,13 @@ TEST_F(Matcher, FindsWhatTheCoreFinds) {
   cv::Mat right;
   cv::warpPerspective(left, right, exampleTruth().matrix, {360, 260});
   for (const auto& [features, options] : {std::pair<std::string, core::OptionMap>{"orb+orb", orb_options_},
-                                          {"sift+sift", {}},
-                                          {"hessian_affine+sift", {}},
-                                          {"blob+freak", {}},
-                                          {"asift+asift", {}},
-                                          {"akaze+akaze", {}},
-                                          {"brisk+brisk", {}},
-                                          {"sift+freak", {}}}) {
+                                          {"sift+sift", live_options_},
+                                          {"hessian_affine+sift", live_options_},
+                                          {"blob+freak", live_options_},
+                                          {"asift+asift", live_options_},
+                                          {"akaze+akaze", live_options_},
+                                          {"brisk+brisk", live_options_},
+                                          {"sift+freak", live_options_}}) {
     SCOPED_TRACE(features);
     EXPECT_EQ(configure("feature_matcher", {{"features", features}})["features"], features);
     const ros::Time stamp = nextStamp();

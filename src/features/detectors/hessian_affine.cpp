@@ -496,10 +496,6 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
   const auto overlap = static_cast<float>(options_.overlap);
   std::vector<Candidate> found = HessianExtrema(levels, options_).find(threads);
   std::sort(found.begin(), found.end(), Candidate::isStronger);
-  // A blob has extrema in several levels. The weaker ones would only be dropped later.
-  OverlapFilter levels_of_blob(grey.size(), overlap);
-  const auto weaker = [&](const Candidate& candidate) { return !levels_of_blob.keeps(candidate.frame); };
-  found.erase(std::remove_if(found.begin(), found.end(), weaker), found.end());
   // Strong candidates are processed first. Weaker ones have no influence on them, so the rest is left out
   // once there are enough features.
   const std::size_t most = options_.spread ? 0 : static_cast<std::size_t>(options_.max_features);

@@ -196,7 +196,10 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
   const int levels = memory.pyramid.size(), border = options.patch_size;
   std::size_t count = 0;
   for (int level = 0; level < levels; ++level) {
-    const int last = memory.pyramid.level(level).height - border;
+    const PyramidLevel& pixels = memory.pyramid.level(level);
+    // A narrow level has no column whose patch is inside it.
+    if (pixels.width <= 2 * border) continue;
+    const int last = pixels.height - border;
     for (int y = border; y < last; y += kBandRows, ++count) {
       if (memory.bands.size() <= count) memory.bands.emplace_back();
       Band& band = memory.bands[count];

@@ -170,26 +170,18 @@ class DogKeypoints::Search : public ScaleRowVisitor {
   }
 
   /// The keypoints in the order of their places.
-  void finish(const ScaleSpace& space, std::vector<DogKeypoint>& keypoints) {
+  void finish(const ScaleSpace& space, int threads, std::vector<DogKeypoint>& keypoints) {
     collect();
     // The rows of those that move may not have been computed when they were found.
-    for (const Place& start : moved_) {
-      const ScaleOctave& octave = space.octaves()[static_cast<std::size_t>(start.octave)];
-      PlacedKeypoint found;
-      found.place = start;
-      Step step = Step::kMoved;
-      for (int k = 1; k < kMaxSteps && step == Step::kMoved; ++k) {
-        const Place at = found.place;
-        step = refine(
-            octave, options_,
-            [&](int level, int dy) {
-              const ScaleLevel& pixels = octave.levels[static_cast<std::size_t>(level)];
-              return pixels.pixels + (at.y + dy) * pixels.stride + at.x;
-            },
-            found.place, found.keypoint);
+    constexpr std::size_t kBlock = 64;
+    std::vector<std::vector<PlacedKeypoint>> blocks((moved_.size() + kBlock - 1) / kBlock);
+    forEachBlock(moved_.size(), kBlock, threads, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        PlacedKeypoint found;
+        if (settle(space, moved_[i], found)) blocks[begin / kBlock].push_back(found);
       }
-      if (step == Step::kDone) found_.push_back(found);
-    }
+    });
+    for (const auto& block : blocks) found_.insert(found_.end(), block.begin(), block.end());
     // Extrema that move to the same pixel are one keypoint.
     std::vector<std::pair<std::uint64_t, std::size_t>> order;
     order.reserve(found_.size());
@@ -214,6 +206,24 @@ class DogKeypoints::Search : public ScaleRowVisitor {
     std::vector<PlacedKeypoint> found;
     std::vector<Place> moved;
   };
+
+  /// Refines an extremum that has moved to another pixel. Returns whether it becomes a keypoint.
+  bool settle(const ScaleSpace& space, const Place& start, PlacedKeypoint& found) const {
+    const ScaleOctave& octave = space.octaves()[static_cast<std::size_t>(start.octave)];
+    found.place = start;
+    Step step = Step::kMoved;
+    for (int k = 1; k < kMaxSteps && step == Step::kMoved; ++k) {
+      const Place at = found.place;
+      step = refine(
+          octave, options_,
+          [&](int level, int dy) {
+            const ScaleLevel& pixels = octave.levels[static_cast<std::size_t>(level)];
+            return pixels.pixels + (at.y + dy) * pixels.stride + at.x;
+          },
+          found.place, found.keypoint);
+    }
+    return step == Step::kDone;
+  }
 
   void collect() {
     for (Band& band : bands_) {
@@ -284,7 +294,7 @@ void DogKeypoints::find(const cv::Mat& image, const DogOptions& options, const P
   space.smallest_side = 2 * kBorder + 1;
   Search search(options, mask);
   space_.compute(image, space, threads, &search);
-  search.finish(space_, keypoints_);
+  search.finish(space_, threads, keypoints_);
 }
 
 void DogKeypoints::directions(const DogKeypoint& keypoint, std::vector<float>& angles) const {
