@@ -115,6 +115,18 @@ Comparison automatic(const SceneSpec& scene) {
   return result;
 }
 
+/// Beside usac, which is given the threshold that acransac has to find.
+Comparison withoutThreshold(const SceneSpec& scene) {
+  const bool plane = scene.kind == SceneKind::kPlane;
+  const std::string model = plane ? "h" : "f";
+  const std::size_t count = scenesFor(scene.n);
+  Comparison result{"acransac:" + model + at(scene),
+                    {selector("acransac:" + model, scene, count), selector("usac:" + model, scene, count)},
+                    {}};
+  if (isTarget(scene)) result.targets = {within("acransac:" + model, 3)};
+  return result;
+}
+
 /// Both with the samples that OpenCV draws: it cannot be kept from stopping early, ours can.
 Comparison ransacSameSamples(const SceneSpec& scene, double threshold) {
   const std::string px = core::formatNumber(threshold);
@@ -274,9 +286,9 @@ std::vector<Comparison> comparisons(bool all) {
       // OpenCV's takes ten seconds a call at the largest size.
       if (n <= kMostPairs || inlier_ratio == kTargetRatio) list.push_back(ransac(space));
       for (const Comparison& comparison :
-           {automatic(plane), automatic(space), nnsr(plane), ransac(plane), usac(plane), usac(space),
-            gms(plane, false), gms(plane, true), vfc(plane), lpm(plane, baselines::LpmVariant::kPaper),
-            lpm(plane, baselines::LpmVariant::kV2)}) {
+           {automatic(plane), automatic(space), withoutThreshold(plane), withoutThreshold(space), nnsr(plane),
+            ransac(plane), usac(plane), usac(space), gms(plane, false), gms(plane, true), vfc(plane),
+            lpm(plane, baselines::LpmVariant::kPaper), lpm(plane, baselines::LpmVariant::kV2)}) {
         list.push_back(comparison);
       }
       if (n > kMostPairs || (n > kMostDensePairs && inlier_ratio != kTargetRatio)) continue;
@@ -285,8 +297,8 @@ std::vector<Comparison> comparisons(bool all) {
     }
   }
   list.push_back(automatic({SceneKind::kPlane, kLiveSize, kEasyRatio}));
-  for (const char* spec :
-       {"auto", "nnsr", "ransac:h", "usac:h", "gms", "gms:rotation_scale", "vfc", "lpm:paper", "lpm:v2"}) {
+  for (const char* spec : {"auto", "acransac:h", "nnsr", "ransac:h", "usac:h", "gms", "gms:rotation_scale",
+                           "vfc", "lpm:paper", "lpm:v2"}) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
   for (const char* spec : {"ransac:f", "usac:f"}) list.push_back(growth(spec, SceneKind::kSpace));

@@ -288,16 +288,8 @@ void report(const Correspondences& matches, const TwoViewProblem& problem, doubl
             const Candidate& best, SelectionMemory& work, Selection& result) {
   result.model = (work.matches.*problem.toPixels)(best.model);
   result.model_kind = problem.kind;
-  const std::size_t n = matches.size();
-  work.pixel_errors.resize(n);
-  pixelErrors(problem.mask_residual, result.model, matches, work.pixel_errors.data());
-  result.score.resize(n);
-  std::size_t inliers = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    result.score[i] = static_cast<float>(-work.pixel_errors[i]);
-    result.mask[i] = work.pixel_errors[i] <= threshold * threshold ? 1 : 0;
-    inliers += result.mask[i];
-  }
+  const std::size_t inliers =
+      selectByModel(matches, problem.mask_residual, threshold, work.pixel_errors, result);
   // Where every point counts once, the mask may hold more matches than count.
   if (std::min(inliers, best.distinct) <= static_cast<std::size_t>(problem.sample_size)) {
     std::fill(result.mask.begin(), result.mask.end(), std::uint8_t{0});
@@ -323,6 +315,56 @@ TwoViewProblem problemOf(const ConsensusOptions& options) {
       break;
   }
   return homographyProblem(Residual::kSmallerTransfer);
+}
+
+std::size_t selectByModel(const Correspondences& matches, Residual residual, double threshold,
+                          std::vector<double>& errors, Selection& result) {
+  const std::size_t n = matches.size();
+  errors.resize(n);
+  pixelErrors(residual, result.model, matches, errors.data());
+  result.score.resize(n);
+  std::size_t inliers = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    result.score[i] = static_cast<float>(-errors[i]);
+    result.mask[i] = errors[i] <= threshold * threshold ? 1 : 0;
+    inliers += result.mask[i];
+  }
+  return inliers;
+}
+
+const std::vector<std::uint32_t>* orderForSampler(const Correspondences& matches,
+                                                  const ConsensusOptions& options,
+                                                  const std::vector<std::uint32_t>& rows, Ordering& ordering,
+                                                  std::vector<std::uint32_t>& best_first, Selection& result) {
+  if (options.sampler != ConsensusOptions::Sampler::kProsac) return nullptr;
+  if (ordering.byQuality(matches, rows, best_first)) return &best_first;
+  addRemark(result,
+            "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC");
+  return nullptr;
+}
+
+void reportEnd(const SearchOutcome& outcome, double max_seconds, Selection& result) {
+  result.iterations = outcome.iterations;
+  if (outcome.timed_out) {
+    result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
+    addRemark(result, "stopped after " + std::to_string(result.iterations) + " hypotheses" +
+                          (outcome.best.exists() ? "" : ", none of them good enough") +
+                          ", max_seconds = " + formatNumber(max_seconds));
+  } else if (!outcome.best.exists() && outcome.no_valid_sample) {
+    result.status = Status::kDegenerate;
+    result.message = "no sample is valid: the matches are collinear, equal or differently oriented";
+  } else if (!outcome.best.exists()) {
+    result.status = Status::kNoModel;
+    result.message = "no hypothesis could be fitted";
+  }
+}
+
+bool isEnough(std::size_t matches, const TwoViewProblem& problem, Selection& result) {
+  if (matches >= static_cast<std::size_t>(problem.sample_size)) return true;
+  result.status = Status::kTooFew;
+  result.message = std::to_string(matches) + " matches, a " + toString(problem.kind) + " needs " +
+                   std::to_string(problem.sample_size);
+  return false;
 }
 
 SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptions& options, double threshold,
@@ -360,12 +402,7 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
   const Deadline deadline(options.max_seconds);
   const TwoViewProblem problem = problemOf(options);
   const std::size_t n = best_first != nullptr ? best_first->size() : matches.size();
-  if (n < static_cast<std::size_t>(problem.sample_size)) {
-    result.status = Status::kTooFew;
-    result.message = std::to_string(n) + " matches, a " + toString(problem.kind) + " needs " +
-                     std::to_string(problem.sample_size);
-    return;
-  }
+  if (!isEnough(n, problem, result)) return;
   SelectionMemory& work = WorkspaceScope::part<SelectionMemory>();
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
   normalizeMatches(matches, work.rows, work.matches);
@@ -376,34 +413,14 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
     work.best_first.resize(n);
     for (std::size_t i = 0; i < n; ++i) work.best_first[i] = work.position[(*best_first)[i]];
     order = &work.best_first;
-  } else if (options.sampler == ConsensusOptions::Sampler::kProsac) {
-    if (work.ordering.byQuality(matches, work.rows, work.best_first)) {
-      order = &work.best_first;
-    } else {
-      result.message =
-          "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC";
-    }
+  } else {
+    order = orderForSampler(matches, options, work.rows, work.ordering, work.best_first, result);
   }
   SearchOutcome outcome = searchModel(work.matches, options, threshold, order, deadline);
-  result.iterations = outcome.iterations;
-  if (outcome.timed_out) {
-    result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
-    addRemark(result, "stopped after " + std::to_string(result.iterations) + " hypotheses" +
-                          (outcome.best.exists() ? "" : ", none of them good enough") +
-                          ", max_seconds = " + formatNumber(options.max_seconds));
-  }
-  if (outcome.best.exists()) {
-    fitToSelection(work.matches, options, problem, threshold, outcome.best);
-    report(matches, problem, threshold, outcome.best, work, result);
-  } else if (outcome.timed_out) {
-    return;
-  } else if (outcome.no_valid_sample) {
-    result.status = Status::kDegenerate;
-    result.message = "no sample is valid: the matches are collinear, equal or differently oriented";
-  } else {
-    result.status = Status::kNoModel;
-    result.message = "no hypothesis could be fitted";
-  }
+  reportEnd(outcome, options.max_seconds, result);
+  if (!outcome.best.exists()) return;
+  fitToSelection(work.matches, options, problem, threshold, outcome.best);
+  report(matches, problem, threshold, outcome.best, work, result);
 }
 
 }  // namespace corrsel::core

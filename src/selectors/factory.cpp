@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "corrsel/selectors/acransac.h"
 #include "corrsel/selectors/auto.h"
 #include "corrsel/selectors/gms.h"
 #include "corrsel/selectors/gtm.h"
@@ -108,6 +109,7 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<VfcSelector>(kPaper, "Vector field consensus"),
       builtIn<GmsSelector>(kPaper, "Grid-based motion statistics"),
       builtIn<LpmSelector>(kPaper, "Locality preserving matching"),
+      builtIn<AcransacSelector>(kOther, "A contrario random sample consensus, without a threshold"),
       builtIn<AutoSelector>(kOther, "Finds out by itself what kind of scene it has"),
       builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
   };

@@ -124,11 +124,12 @@ std::string testName(const ::testing::TestParamInfo<std::string>& info) {
 INSTANTIATE_TEST_SUITE_P(All, Allocations,
                          ::testing::Values("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "vfc",
                                            "vfc:sparse", "gms", "gms:rotation_scale", "lpm", "lpm:v1",
-                                           "lpm:v2", "auto", "auto:f"),
+                                           "lpm:v2", "acransac:h", "acransac:f", "auto", "auto:f"),
                          testName);
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,
-                         ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "auto", "st", "gtm"),
+                         ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "acransac", "auto",
+                                           "st", "gtm"),
                          testName);
 
 }  // namespace

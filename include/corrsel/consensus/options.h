@@ -41,6 +41,10 @@ struct ConsensusOptions : ConfidenceOptions {
     const char* iterations;
   };
 
+  void visitModel(OptionVisitor& visitor) const;
+  void visitSampler(OptionVisitor& visitor) const;
+  void visitSeedAndTime(OptionVisitor& visitor) const;
+
   /// Visits all fields.
   void visitParts(OptionVisitor& visitor, const Texts& texts) const;
 };
