@@ -123,8 +123,9 @@ std::string testName(const ::testing::TestParamInfo<std::string>& info) {
 
 INSTANTIATE_TEST_SUITE_P(All, Allocations,
                          ::testing::Values("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "vfc",
-                                           "vfc:sparse", "gms", "gms:rotation_scale", "lpm", "lpm:v1",
-                                           "lpm:v2", "acransac:h", "acransac:f", "auto", "auto:f"),
+                                           "vfc:sparse", "vfc:guided", "gms", "gms:rotation_scale", "lpm",
+                                           "lpm:v1", "lpm:v2", "lpm:guided", "acransac:h", "acransac:f",
+                                           "auto", "auto:f"),
                          testName);
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,
