@@ -12,6 +12,7 @@
 #include "corrsel/selectors/gms.h"
 #include "corrsel/selectors/gtm.h"
 #include "corrsel/selectors/keep_all.h"
+#include "corrsel/selectors/laf.h"
 #include "corrsel/selectors/lpm.h"
 #include "corrsel/selectors/nnsr.h"
 #include "corrsel/selectors/ransac.h"
@@ -111,6 +112,7 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<LpmSelector>(kPaper, "Locality preserving matching"),
       builtIn<AcransacSelector>(kOther, "A contrario random sample consensus, without a threshold"),
       builtIn<AutoSelector>(kOther, "Finds out by itself what kind of scene it has"),
+      builtIn<LafSelector>(kOther, "Linear adaptive filtering"),
       builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
   };
   return table;
@@ -200,6 +202,16 @@ std::unique_ptr<Selector> createSelector(const std::string& spec, const OptionMa
 std::vector<std::string> selectorNames() {
   std::vector<std::string> names;
   for (const SelectorFactory& selector : builtInSelectors()) names.push_back(selector.name());
+  return names;
+}
+
+std::vector<std::string> usualSelectorNames() {
+  std::vector<std::string> names;
+  for (const SelectorFactory& selector : builtInSelectors()) {
+    const bool usual = selector.group() == SelectorGroup::kPaper ||
+                       selector.group() == SelectorGroup::kBaseline || selector.name() == "auto";
+    if (usual) names.push_back(selector.name());
+  }
   return names;
 }
 

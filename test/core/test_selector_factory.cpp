@@ -261,6 +261,9 @@ TEST(SelectorFactory, ListsTheSelectorsOfThePaperFirstAndTheBaselineLast) {
   const std::vector<std::string> names = selectorNames();
   EXPECT_EQ(std::vector<std::string>(names.begin(), names.begin() + 8), paper);
   EXPECT_EQ(builtInSelectors().back().name(), "keep_all");
+  paper.push_back("auto");
+  paper.push_back("keep_all");
+  EXPECT_EQ(usualSelectorNames(), paper);
   EXPECT_EQ(toString(builtInSelectors().back().group()), "baseline");
   EXPECT_EQ(toString(SelectorGroup::kOther), "other methods");
 }
