@@ -2,6 +2,15 @@
 
 namespace corrsel::core {
 
+std::string ConsensusOptions::missingInput(const Correspondences& matches) const {
+  if (sampler != Sampler::kFrames || matches.empty()) return "";
+  if (model == ModelKind::kFundamental)
+    return "sampler = frames finds homographies only; choose another sampler for a fundamental matrix";
+  if (!matches.left_frame.empty() && !matches.right_frame.empty()) return "";
+  return "sampler = frames needs the local affine frames of the features; use features that have them, or "
+         "choose another sampler";
+}
+
 void ConsensusOptions::visitModel(OptionVisitor& visitor) const {
   visitor.choice("model",
                  {{ModelKind::kHomography, "homography", "Planes, or cameras that only turn"},
@@ -11,11 +20,13 @@ void ConsensusOptions::visitModel(OptionVisitor& visitor) const {
 }
 
 void ConsensusOptions::visitSampler(OptionVisitor& visitor) const {
-  visitor.choice("sampler",
-                 {{Sampler::kUniform, "uniform", "All matches alike"},
-                  {Sampler::kProsac, "prosac", "Best descriptor ratios first"}},
-                 "Uniform samples, or those with the best descriptor ratios first (prosac)",
-                 &ConsensusOptions::sampler);
+  visitor.choice(
+      "sampler",
+      {{Sampler::kUniform, "uniform", "All matches alike"},
+       {Sampler::kProsac, "prosac", "Best descriptor ratios first"},
+       {Sampler::kFrames, "frames", "Homographies from the local affine frames of single matches"}},
+      "Uniform samples, those with the best descriptor ratios first (prosac), or none (frames)",
+      &ConsensusOptions::sampler);
 }
 
 void ConsensusOptions::visitSeedAndTime(OptionVisitor& visitor) const {

@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "base/workspace_scope.h"
 #include "consensus/degensac.h"
+#include "consensus/frame_hypotheses.h"
 #include "consensus/local_optimization.h"
 #include "consensus/ordering.h"
 #include "consensus/sampler.h"
@@ -49,13 +50,15 @@ class Search {
  public:
   /// @param matches     those that take part, in random order
   /// @param best_first  all of them by quality; nullptr = uniform samples
+  /// @param frames      homographies that are tried before any sample; nullptr = none
   Search(const NormalizedMatches& matches, const ConsensusOptions& options, const TwoViewProblem& problem,
-         double threshold, const std::vector<std::uint32_t>* best_first, const Deadline& deadline,
-         SearchMemory& work)
+         double threshold, const std::vector<std::uint32_t>* best_first, FrameHypotheses* frames,
+         const Deadline& deadline, SearchMemory& work)
       : matches_(matches),
         options_(options),
         problem_(problem),
         best_first_(best_first),
+        frames_(frames),
         deadline_(deadline),
         work_(work),
         one_to_one_(options.one_to_one && problem.kind == ModelKind::kHomography),
@@ -78,6 +81,8 @@ class Search {
   Candidate run(int& iterations) {
     std::uint32_t sample[TwoViewProblem::kLargestSample];
     cv::Matx33d models[TwoViewProblem::kMostModels];
+    if (frames_ != nullptr) tryFrames(iterations);
+    if (options_.sampler == ConsensusOptions::Sampler::kFrames || timed_out_) return best_;
     const double most_samples = samplesForLeastSignificance();
     for (; iterations < most_iterations_ && !stopping_.enough(sampler_.drawn()); ++iterations) {
       if (static_cast<double>(sampler_.drawn()) >= most_samples || outOfTime()) break;
@@ -175,6 +180,28 @@ class Search {
     return false;
   }
 
+  /// Refines the maps from local frames, which are rough, and keeps the best one.
+  void tryFrames(int& iterations) {
+    constexpr int kMostMaps = 60;
+    constexpr std::size_t kManyInliers = 40;  // with which the search ends after
+    constexpr int kFruitless = 3;             // maps that bring nothing better
+    for (int fruitless = 0; iterations < std::min(kMostMaps, most_iterations_); ++iterations) {
+      if (best_.distinct >= kManyInliers && fruitless > kFruitless) break;
+      timed_out_ = deadline_.passed();
+      if (timed_out_ || !frames_->next()) break;
+      ++fruitless;
+      Candidate candidate;
+      if (frames_->map() == nullptr ||
+          !verifier_.improve(matches_.homographyFromPixels(*frames_->map()), candidate))
+        continue;
+      optimizeLocally(problem_, verifier_, candidate);
+      if (candidate.cost >= best_.cost) continue;
+      best_ = candidate;
+      fruitless = 0;
+    }
+    optimized_ = true;
+  }
+
   void tryModel(const cv::Matx33d& model, const std::uint32_t* sample) {
     const ModelScore score =
         sprt_ ? verifier_.test(model, best_.cost, *sprt_) : verifier_.score(model, best_.cost);
@@ -235,6 +262,7 @@ class Search {
   const ConsensusOptions& options_;
   const TwoViewProblem& problem_;
   const std::vector<std::uint32_t>* best_first_;
+  FrameHypotheses* frames_;
   const Deadline& deadline_;
   SearchMemory& work_;
   bool one_to_one_;
@@ -343,6 +371,15 @@ const std::vector<std::uint32_t>* orderForSampler(const Correspondences& matches
   return nullptr;
 }
 
+FrameHypotheses* framesForSampler(const Correspondences& matches, const ConsensusOptions& options,
+                                  const std::vector<std::uint32_t>& rows, Ordering& ordering,
+                                  std::vector<std::uint32_t>& best_first) {
+  if (options.sampler != ConsensusOptions::Sampler::kFrames) return nullptr;
+  FrameHypotheses& frames = WorkspaceScope::part<FrameHypotheses>();
+  frames.assign(matches, rows, ordering.byQuality(matches, rows, best_first) ? &best_first : nullptr);
+  return &frames;
+}
+
 void reportEnd(const SearchOutcome& outcome, double max_seconds, Selection& result) {
   result.iterations = outcome.iterations;
   if (outcome.timed_out) {
@@ -368,7 +405,8 @@ bool isEnough(std::size_t matches, const TwoViewProblem& problem, Selection& res
 }
 
 SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptions& options, double threshold,
-                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline) {
+                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline,
+                          FrameHypotheses* frames) {
   SearchMemory& work = WorkspaceScope::part<SearchMemory>();
   const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;
   const NormalizedMatches* taking_part = &matches;
@@ -389,7 +427,7 @@ SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptio
     }
   }
   const TwoViewProblem problem = problemOf(options);
-  Search search(*taking_part, options, problem, threshold, prosac ? order : nullptr, deadline, work);
+  Search search(*taking_part, options, problem, threshold, prosac ? order : nullptr, frames, deadline, work);
   SearchOutcome outcome;
   outcome.best = search.run(outcome.iterations);
   outcome.timed_out = search.timedOut();
@@ -416,7 +454,9 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
   } else {
     order = orderForSampler(matches, options, work.rows, work.ordering, work.best_first, result);
   }
-  SearchOutcome outcome = searchModel(work.matches, options, threshold, order, deadline);
+  FrameHypotheses* const frames =
+      framesForSampler(matches, options, work.rows, work.ordering, work.best_first);
+  SearchOutcome outcome = searchModel(work.matches, options, threshold, order, deadline, frames);
   reportEnd(outcome, options.max_seconds, result);
   if (!outcome.best.exists()) return;
   fitToSelection(work.matches, options, problem, threshold, outcome.best);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/deadline.h"
+#include "consensus/frame_hypotheses.h"
 #include "consensus/ordering.h"
 #include "consensus/two_view.h"
 #include "consensus/verifier.h"
@@ -60,9 +61,12 @@ TwoViewProblem problemOf(const ConsensusOptions& options);
 /// @param best_first  positions in `matches` without repetition, best first. Only these matches take part,
 ///                    with Sampler::kProsac in this order and with Sampler::kUniform all alike. nullptr: all
 ///                    matches take part, all alike
+/// @param frames      homographies that are tried before any sample, at most 60; nullptr = none. With
+///                    Sampler::kFrames no samples are drawn
 /// @pre at least as many matches take part as a sample has (problemOf(options).sample_size)
 SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptions& options, double threshold,
-                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline);
+                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline,
+                          FrameHypotheses* frames = nullptr);
 
 /// Returns whether there are as many matches as a sample has. Otherwise sets the status kTooFew.
 bool isEnough(std::size_t matches, const TwoViewProblem& problem, Selection& result);
@@ -75,6 +79,13 @@ const std::vector<std::uint32_t>* orderForSampler(const Correspondences& matches
                                                   const ConsensusOptions& options,
                                                   const std::vector<std::uint32_t>& rows, Ordering& ordering,
                                                   std::vector<std::uint32_t>& best_first, Selection& result);
+
+/// The hypotheses of Sampler::kFrames, or nullptr for other samplers. They are part of the workspace.
+/// @param rows        all rows of `matches`, in random order
+/// @param best_first  memory of the order
+FrameHypotheses* framesForSampler(const Correspondences& matches, const ConsensusOptions& options,
+                                  const std::vector<std::uint32_t>& rows, Ordering& ordering,
+                                  std::vector<std::uint32_t>& best_first);
 
 /// Writes iterations, and status and message where the search found no model or ended at the time limit.
 /// @param max_seconds  the limit, s

@@ -16,10 +16,10 @@ constexpr int kMostRefits = 3;
 SignificantModel searchSignificantModel(const NormalizedMatches& matches, SignificanceTest& test,
                                         const ConsensusOptions& options,
                                         const std::vector<std::uint32_t>* best_first,
-                                        const Deadline& deadline) {
+                                        const Deadline& deadline, FrameHypotheses* frames) {
   const TwoViewProblem problem = problemOf(options);
   SignificantModel found;
-  found.outcome = searchModel(matches, options, kSearchThreshold, best_first, deadline);
+  found.outcome = searchModel(matches, options, kSearchThreshold, best_first, deadline, frames);
   Candidate& best = found.outcome.best;
   if (!best.exists()) return found;
   const auto hypotheses = static_cast<std::uint64_t>(found.outcome.iterations);

@@ -34,11 +34,11 @@ struct SignificantModel {
 /// MSAC chooses among the hypotheses, because its score can be given up early.
 /// @param matches     in random order
 /// @param test        has been assigned the same matches
-/// @param best_first  see searchModel()
+/// @param best_first, frames  see searchModel()
 /// @pre as for searchModel()
 SignificantModel searchSignificantModel(const NormalizedMatches& matches, SignificanceTest& test,
                                         const ConsensusOptions& options,
                                         const std::vector<std::uint32_t>* best_first,
-                                        const Deadline& deadline);
+                                        const Deadline& deadline, FrameHypotheses* frames = nullptr);
 
 }  // namespace corrsel::core

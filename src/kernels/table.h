@@ -32,7 +32,7 @@ constexpr Kernels kTable = {
      pairRowKernel<Payoff>,
      pairProductKernel},
     {wholeNumbersKernel, kUsesCoarseNumbers, nearestKernel<Bits>, nearestKernel<Floats>},
-    {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>},
+    {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>, affineGainsKernel},
 };
 
 }  // namespace

@@ -73,17 +73,21 @@ void AcransacSelector::run(const Correspondences& matches, Selection& result) co
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
   normalizeMatches(matches, work.rows, work.normalized);
   work.significance.assign(matches);
-  const std::vector<std::uint32_t>* const order =
+  const std::vector<std::uint32_t>* order =
       orderForSampler(matches, options, work.rows, work.ordering, work.best_first, result);
-  const auto search = [&] {
-    return searchSignificantModel(work.normalized, work.significance, options, order, deadline);
-  };
-  SignificantModel found = search();
+  FrameHypotheses* const frames =
+      framesForSampler(matches, options, work.rows, work.ordering, work.best_first);
+  SignificantModel found =
+      searchSignificantModel(work.normalized, work.significance, options, order, deadline, frames);
   TwoViewProblem problem = problemOf(options);
   options.model = ModelKind::kFundamental;
   const TwoViewProblem other = problemOf(options);
   if (either && !found.outcome.timed_out && matches.size() >= static_cast<std::size_t>(other.sample_size)) {
-    SignificantModel second = search();
+    // Frames do not give fundamental matrices.
+    if (frames != nullptr) options.sampler = ConsensusOptions::Sampler::kProsac;
+    order = orderForSampler(matches, options, work.rows, work.ordering, work.best_first, result);
+    const SignificantModel second =
+        searchSignificantModel(work.normalized, work.significance, options, order, deadline);
     const int iterations = found.outcome.iterations + second.outcome.iterations;
     const bool timed_out = second.outcome.timed_out;
     if (second.significance.confidence > found.significance.confidence) {

@@ -19,7 +19,7 @@
 #include "corrsel/selectors/usac.h"
 #include "geometry/normalization.h"
 #include "geometry/residual.h"
-#include "selectors/parts/affine_growing.h"
+#include "consensus/affine_growing.h"
 #include "selectors/parts/leftover.h"
 #include "selectors/parts/local_support.h"
 #include "selectors/parts/parallax.h"

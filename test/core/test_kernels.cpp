@@ -292,6 +292,34 @@ TEST_F(Kernels, SupportIsTheSameAtEveryLevel) {
   }
 }
 
+TEST_F(Kernels, GainsOfAffineMapsAreSumsInOrder) {
+  const Scene scene = homographyScene({301, 0.5, 2.0, 9});
+  const Correspondences& all = scene.matches;
+  const MatchColumns m = {all.left_x.data(), all.left_y.data(), all.right_x.data(), all.right_y.data(),
+                          all.size()};
+  AffineMaps maps{};
+  float expected[AffineMaps::kMaps];
+  for (std::size_t k = 0; k < AffineMaps::kMaps; ++k) {
+    const float s = 0.9F + 0.01F * static_cast<float>(k);
+    const float map[6] = {s, -0.1F, 5, 0.1F, s, static_cast<float>(k)};
+    for (std::size_t i = 0; i < 6; ++i) maps.m[i][k] = map[i];
+    expected[k] = 0;
+    for (std::size_t j = 0; j < all.size(); ++j) {
+      const float ex = map[0] * all.left_x[j] + map[1] * all.left_y[j] + map[2] - all.right_x[j];
+      const float ey = map[3] * all.left_x[j] + map[4] * all.left_y[j] + map[5] - all.right_y[j];
+      expected[k] += std::max(0.0F, 1.0F - (ex * ex + ey * ey) * 1e-4F);
+    }
+    EXPECT_GT(expected[k], 0);
+  }
+  for (const KernelLevel level : supportedKernelLevels()) {
+    SCOPED_TRACE(toString(level));
+    setKernelLevel(level);
+    float gains[AffineMaps::kMaps];
+    kernels().support.affine_gains(maps, m, 1e-4F, gains);
+    for (std::size_t k = 0; k < AffineMaps::kMaps; ++k) EXPECT_EQ(gains[k], expected[k]) << k;
+  }
+}
+
 TEST_F(Kernels, PointsBehindTheCameraHaveNoError) {
   const float x[] = {1}, y[] = {1};
   const MatchColumns m = {x, y, x, y, 1};

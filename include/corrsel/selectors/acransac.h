@@ -32,7 +32,7 @@ struct AcransacOptions : ConsensusOptions {
 /// the answer.
 ///
 /// Input: coordinates; with `sampler` = `prosac` the column `distance` (and `second_distance`), without which
-/// samples are uniform and the message reports it. The sizes of the images are used where they are known.
+/// samples are uniform and the message reports it; with `sampler` = `frames` the local affine frames. The sizes of the images are used where they are known.
 ///
 /// Presets: `h` and `f` choose the model.
 ///
@@ -54,6 +54,9 @@ class AcransacSelector : public SelectorWithOptions<AcransacOptions> {
   Presets presets() const override;
 
  protected:
+  std::string missingInput(const Correspondences& matches) const override {
+    return options_.missingInput(matches);
+  }
   void run(const Correspondences& matches, Selection& result) const override;
 };
 
