@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 namespace corrsel::core {
 namespace {
@@ -32,6 +33,18 @@ std::optional<LinearMap> frameMap(const AffineFrame& left, const AffineFrame& ri
     map[2 * row + 1] = static_cast<float>((q * a - p * b) / det);
   }
   return map;
+}
+
+void findFrameMaps(const Correspondences& matches, std::vector<LinearMap>& maps,
+                   std::vector<std::uint32_t>& rows) {
+  maps.assign(matches.size(), LinearMap{});
+  rows.clear();
+  for (std::uint32_t i = 0; i < matches.size(); ++i) {
+    const std::optional<LinearMap> map = frameMap(matches.left_frame[i], matches.right_frame[i]);
+    if (!map) continue;
+    maps[i] = *map;
+    rows.push_back(i);
+  }
 }
 
 }  // namespace corrsel::core

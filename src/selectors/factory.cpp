@@ -9,10 +9,12 @@
 #include "base/text.h"
 #include "corrsel/selectors/acransac.h"
 #include "corrsel/selectors/auto.h"
+#include "corrsel/selectors/frame_votes.h"
 #include "corrsel/selectors/gms.h"
 #include "corrsel/selectors/gtm.h"
 #include "corrsel/selectors/keep_all.h"
 #include "corrsel/selectors/laf.h"
+#include "corrsel/selectors/logos.h"
 #include "corrsel/selectors/lpm.h"
 #include "corrsel/selectors/nnsr.h"
 #include "corrsel/selectors/ransac.h"
@@ -113,6 +115,8 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<AcransacSelector>(kOther, "A contrario random sample consensus, without a threshold"),
       builtIn<AutoSelector>(kOther, "Finds out by itself what kind of scene it has"),
       builtIn<LafSelector>(kOther, "Linear adaptive filtering"),
+      builtIn<FrameVotesSelector>(kOther, "Votes of neighbouring local frames: HVIV, ACC"),
+      builtIn<LogosSelector>(kOther, "Local geometric support of rotations and scales; needs frames"),
       builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
   };
   return table;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "base/text.h"
 #include "base/workspace_scope.h"
@@ -232,13 +231,8 @@ void GtmSelector::run(const Correspondences& matches, Selection& result) const {
   if (n == 0) return;
   const Deadline deadline(options_.max_seconds);
   std::vector<std::uint32_t> rows;
-  std::vector<LinearMap> maps(n);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const std::optional<LinearMap> map = frameMap(matches.left_frame[i], matches.right_frame[i]);
-    if (!map) continue;
-    maps[i] = *map;
-    rows.push_back(i);
-  }
+  std::vector<LinearMap> maps;
+  findFrameMaps(matches, maps, rows);
   if (rows.empty()) {
     result.status = Status::kDegenerate;
     result.message = "no match has usable frames";

@@ -13,6 +13,7 @@
 #include "base/workspace_scope.h"
 #include "consensus/support.h"
 #include "kernels/kernels.h"
+#include "selectors/parts/trusted_set.h"
 
 namespace corrsel::core {
 namespace {
@@ -154,6 +155,7 @@ class MotionField {
 /// Memory that is kept between calls.
 struct LafMemory {
   MotionField field;
+  TrustedSet trusted;
   PointGroups left, right;
   std::vector<double> x, y, motion_x, motion_y, squared, posterior;
   std::vector<std::uint32_t> cell, slot;
@@ -282,6 +284,9 @@ void LafOptions::visit(OptionVisitor& visitor) const {
                   &LafOptions::max_cells);
   visitor.number({"noise_floor", 0, 1000, "px", "Motions that differ by at most this agree; 0 = off"},
                  &LafOptions::noise_floor);
+  visitor.flag("guided", "Compute the first field from the trusted matches", &LafOptions::guided);
+  visitor.number({"guide_ratio", 0, 1, "-", "Guided: trusted matches have a distance ratio below this"},
+                 &LafOptions::guide_ratio);
   visitConfidence(visitor);
 }
 
@@ -293,7 +298,13 @@ void LafOptions::check() const {
   }
 }
 
-Presets LafSelector::presets() const { return {{"pffm", {{"schedule", "pffm"}, {"outlier_area", "10"}}}}; }
+Presets LafSelector::presets() const {
+  return {{"pffm", {{"schedule", "pffm"}, {"outlier_area", "10"}}}, {"guided", {{"guided", "true"}}}};
+}
+
+std::string LafSelector::missingInput(const Correspondences& matches) const {
+  return options_.guided ? TrustedSet::missingInput(matches, "laf with guided = true") : "";
+}
 
 void LafSelector::run(const Correspondences& matches, Selection& result) const {
   const std::size_t n = matches.size();
@@ -311,6 +322,10 @@ void LafSelector::run(const Correspondences& matches, Selection& result) const {
   const double least_variance = std::max(kLeastVariance, scale(matches, options_.noise_floor, work));
   markUnique(matches, work);
   work.active = work.unique;
+  if (options_.guided) {
+    work.trusted.find(matches, options_.guide_ratio);
+    if (work.trusted.size() >= TrustedSet::kFewest) work.active = work.trusted.mask();
+  }
   const std::size_t padded = (n + kFieldGroup - 1) / kFieldGroup * kFieldGroup;
   work.squared.assign(padded, 0.0);
   work.posterior.assign(padded, 0.0);

@@ -158,6 +158,29 @@ TEST(Laf, ManyToOneMatchesDoNotShapeTheField) {
   EXPECT_GT(q.precision, 85);
 }
 
+TEST(Laf, GuidedStartsFromTheTrustedMatches) {
+  // Most matches are wrong and agree with each other. Ratios tell the right ones.
+  Scene scene = homographyScene({200, 1.0, 0.5, 9});
+  Random random(4);
+  for (int i = 0; i < 400; ++i) {
+    const cv::Point2d left = uniformPoint(random, kSceneWidth - 1, kSceneHeight - 1);
+    addMatch(scene, random, left, {left.x / 2 + 390, 580 - left.y / 2}, false);
+  }
+  Correspondences& m = scene.matches;
+  EXPECT_LT(quality(createSelector("laf")->select(m).mask, scene.inlier).precision, 50);
+  const Quality guided =
+      quality(createSelector("laf:guided", {{"guide_ratio", "0.7"}})->select(m).mask, scene.inlier);
+  EXPECT_GT(guided.precision, 90);
+  EXPECT_GT(guided.recall, 90);
+  // Too few trusted matches are no guide.
+  const OptionMap nothing = {{"guided", "true"}, {"guide_ratio", "0"}};
+  EXPECT_EQ(createSelector("laf", nothing)->select(m).mask, createSelector("laf")->select(m).mask);
+  m.second_distance.clear();
+  const Selection s = createSelector("laf:guided")->select(m);
+  EXPECT_EQ(s.status, Status::kUnsupportedInput);
+  EXPECT_TRUE(contains(s.message, "laf with guided = true needs")) << s.message;
+}
+
 TEST(Laf, DecidesDegenerateInput) {
   const Scene scene = homographyScene({50, 1.0, 0.0, 8});
   const LafSelector laf;

@@ -33,7 +33,7 @@ TEST(SelectorFactory, KnowsPresets) {
   EXPECT_EQ(selectorPresets("gms"), (std::vector<std::string>{"rotation", "scale", "rotation_scale"}));
   EXPECT_EQ(selectorPresets("lpm"), (std::vector<std::string>{"paper", "v1", "v2", "guided"}));
   EXPECT_EQ(selectorPresets("ransac"), (std::vector<std::string>{"h", "f", "count", "msac", "lo", "prosac"}));
-  EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert"}));
+  EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert", "rrwm"}));
   EXPECT_EQ(selectorPresets("gtm"), (std::vector<std::string>{"paper", "equilibrium"}));
   EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform", "paper"}));
   EXPECT_EQ(selectorPresets("vfc"), (std::vector<std::string>{"sparse", "guided"}));

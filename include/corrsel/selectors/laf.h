@@ -16,7 +16,9 @@ struct LafOptions : ConfidenceOptions {
   double outlier_area = 16;  ///< area over which wrong motions spread, in units of the largest motion
   int min_cells = 15;        ///< laf: cells per side at least
   int max_cells = 30;        ///< laf: cells per side at most
-  double noise_floor = 7;    ///< motions that differ by at most this agree in all rounds, px; 0 = off
+  double noise_floor = 7;    ///< motions that differ by at most this agree, px; 0 = off
+  bool guided = false;       ///< compute the first field from the trusted matches
+  double guide_ratio = 0.9;  ///< guided: trusted matches have a distance ratio below this
 
   void visit(OptionVisitor& visitor) const override;
   void check() const override;
@@ -49,8 +51,13 @@ struct LafOptions : ConfidenceOptions {
 /// et al., ICASSP 2019): 20, 20, 20, 25, 30 cells, kernels of 11, 7, 9, 9, 9 cells, lambda = 0.08, 0.2, 0.1,
 /// 0.05, 0.035, and a = 10 in its preset.
 ///
-/// Input: coordinates. Motion is compared within cells as a translation, so that rotations by more than about
-/// 40 degrees and strong zoom fail, as with GMS.
+/// With `guided`, only trusted matches are active in the first round: those whose ratio of descriptor
+/// distances is below `guide_ratio` and the smallest one at their right pixel. Fewer than 10 trusted matches
+/// are no guide.
+///
+/// Input: coordinates; with `guided` also the columns `distance` and `second_distance`. Motion is compared
+/// within cells as a translation, so that rotations by more than about 40 degrees and strong zoom fail, as
+/// with GMS.
 ///
 /// Options: `noise_floor` is a deviation from the authors' code. Without it, localisation noise would be
 /// divided by itself where no match moves along an axis. With the default, motions that differ by 7 px agree
@@ -59,7 +66,7 @@ struct LafOptions : ConfidenceOptions {
 /// coordinate, which on whole pixels is nearly all of them, and the variance is at least that of
 /// `noise_floor` / 7.
 ///
-/// Presets: `pffm`.
+/// Presets: `pffm`; `guided`.
 ///
 /// Failure: fewer than 8 matches give `too_few`; all left or all right points equal give `degenerate`. If no
 /// match deviates by less than lambda in a round, nothing is selected, and the message states it. If a round
@@ -76,6 +83,7 @@ class LafSelector : public SelectorWithOptions<LafOptions> {
   Presets presets() const override;
 
  protected:
+  std::string missingInput(const Correspondences& matches) const override;
   void run(const Correspondences& matches, Selection& result) const override;
 };
 
