@@ -127,6 +127,13 @@ Comparison withoutThreshold(const SceneSpec& scene) {
   return result;
 }
 
+/// A selector without a counterpart, with a time limit in ms at the size of the targets.
+Comparison alone(const std::string& spec, const SceneSpec& scene, double limit) {
+  Comparison result{spec + at(scene), {selector(spec, scene, scenesFor(scene.n))}, {}};
+  if (isTarget(scene)) result.targets = {within(spec, limit)};
+  return result;
+}
+
 /// Both with the samples that OpenCV draws: it cannot be kept from stopping early, ours can.
 Comparison ransacSameSamples(const SceneSpec& scene, double threshold) {
   const std::string px = core::formatNumber(threshold);
@@ -288,7 +295,8 @@ std::vector<Comparison> comparisons(bool all) {
       for (const Comparison& comparison :
            {automatic(plane), automatic(space), withoutThreshold(plane), withoutThreshold(space), nnsr(plane),
             ransac(plane), usac(plane), usac(space), gms(plane, false), gms(plane, true), vfc(plane),
-            lpm(plane, baselines::LpmVariant::kPaper), lpm(plane, baselines::LpmVariant::kV2)}) {
+            lpm(plane, baselines::LpmVariant::kPaper), lpm(plane, baselines::LpmVariant::kV2),
+            alone("adalam", plane, 4)}) {
         list.push_back(comparison);
       }
       if (n > kMostPairs || (n > kMostDensePairs && inlier_ratio != kTargetRatio)) continue;
@@ -297,8 +305,8 @@ std::vector<Comparison> comparisons(bool all) {
     }
   }
   list.push_back(automatic({SceneKind::kPlane, kLiveSize, kEasyRatio}));
-  for (const char* spec : {"auto", "acransac:h", "nnsr", "ransac:h", "usac:h", "gms", "gms:rotation_scale",
-                           "vfc", "lpm:paper", "lpm:v2"}) {
+  for (const char* spec : {"auto", "adalam", "acransac:h", "nnsr", "ransac:h", "usac:h", "gms",
+                           "gms:rotation_scale", "vfc", "lpm:paper", "lpm:v2"}) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
   for (const char* spec : {"ransac:f", "usac:f"}) list.push_back(growth(spec, SceneKind::kSpace));

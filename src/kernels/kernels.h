@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/affine.h"
 #include "kernels/descriptor.h"
 #include "kernels/field.h"
 #include "kernels/grid.h"
@@ -40,6 +41,7 @@ struct Kernels {
   PairKernels pairs;
   DescriptorKernels descriptors;
   SupportKernels support;
+  AffineKernels affine;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

@@ -2,6 +2,7 @@
 
 // The kernels of one level, as the level_*.cpp files compile them.
 
+#include "kernels/affine_kernels.h"
 #include "kernels/descriptor_kernels.h"
 #include "kernels/field_kernels.h"
 #include "kernels/grid_kernels.h"
@@ -33,6 +34,7 @@ constexpr Kernels kTable = {
      pairProductKernel},
     {wholeNumbersKernel, kUsesCoarseNumbers, nearestKernel<Bits>, nearestKernel<Floats>},
     {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>, affineGainsKernel},
+    {countKernel},
 };
 
 }  // namespace

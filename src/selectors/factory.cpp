@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "corrsel/selectors/acransac.h"
+#include "corrsel/selectors/adalam.h"
 #include "corrsel/selectors/auto.h"
 #include "corrsel/selectors/frame_votes.h"
 #include "corrsel/selectors/gms.h"
@@ -113,6 +114,7 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<GmsSelector>(kPaper, "Grid-based motion statistics"),
       builtIn<LpmSelector>(kPaper, "Locality preserving matching"),
       builtIn<AcransacSelector>(kOther, "A contrario random sample consensus, without a threshold"),
+      builtIn<AdalamSelector>(kOther, "Adaptive locally-affine matching; uses local affine frames"),
       builtIn<AutoSelector>(kOther, "Finds out by itself what kind of scene it has"),
       builtIn<LafSelector>(kOther, "Linear adaptive filtering"),
       builtIn<FrameVotesSelector>(kOther, "Votes of neighbouring local frames: HVIV, ACC"),

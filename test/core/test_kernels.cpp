@@ -320,6 +320,34 @@ TEST_F(Kernels, GainsOfAffineMapsAreSumsInOrder) {
   }
 }
 
+TEST_F(Kernels, AffineCountsAreTheSameAtEveryLevel) {
+  const Scene scene = homographyScene({1008, 0.5, 2.0, 9});
+  const Correspondences& m = scene.matches;
+  const float a[] = {0.9F, -0.1F, 0.2F, 1.1F};
+  for (const std::size_t slots : {0, 16, 32, 1008}) {
+    std::int32_t expected[2] = {};
+    const float limits[] = {150 * 150, 300 * 300};
+    for (std::size_t i = 0; i < slots; ++i) {
+      const float ex = a[0] * m.left_x[i] + a[1] * m.left_y[i] - m.right_x[i];
+      const float ey = a[2] * m.left_x[i] + a[3] * m.left_y[i] - m.right_y[i];
+      for (int k = 0; k < 2; ++k) expected[k] += ex * ex + ey * ey <= limits[k] ? 1 : 0;
+    }
+    if (slots == 1008) {
+      EXPECT_GT(expected[0], 10);
+      EXPECT_LT(expected[0], expected[1]);
+      EXPECT_LT(expected[1], 1008);
+    }
+    for (const KernelLevel level : supportedKernelLevels()) {
+      setKernelLevel(level);
+      const RelativeMatches relative = {m.left_x.data(), m.left_y.data(), m.right_x.data(), m.right_y.data(),
+                                        slots};
+      for (int k = 0; k < 2; ++k)
+        EXPECT_EQ(kernels().affine.count(relative, a, limits[k]), expected[k])
+            << toString(level) << " " << slots;
+    }
+  }
+}
+
 TEST_F(Kernels, PointsBehindTheCameraHaveNoError) {
   const float x[] = {1}, y[] = {1};
   const MatchColumns m = {x, y, x, y, 1};
