@@ -14,6 +14,7 @@
 #include "corrsel/selectors/gms.h"
 #include "corrsel/selectors/gtm.h"
 #include "corrsel/selectors/keep_all.h"
+#include "corrsel/selectors/icf.h"
 #include "corrsel/selectors/laf.h"
 #include "corrsel/selectors/logos.h"
 #include "corrsel/selectors/lpm.h"
@@ -119,6 +120,7 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<LafSelector>(kOther, "Linear adaptive filtering"),
       builtIn<FrameVotesSelector>(kOther, "Votes of neighbouring local frames: HVIV, ACC"),
       builtIn<LogosSelector>(kOther, "Local geometric support of rotations and scales; needs frames"),
+      builtIn<IcfSelector>(kOther, "Correspondence functions in both directions, reduced form"),
       builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
   };
   return table;

@@ -125,12 +125,13 @@ INSTANTIATE_TEST_SUITE_P(All, Allocations,
                          ::testing::Values("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "vfc",
                                            "vfc:sparse", "vfc:guided", "gms", "gms:rotation_scale", "lpm",
                                            "lpm:v1", "lpm:v2", "lpm:guided", "acransac:h", "acransac:f",
-                                           "auto", "auto:f", "laf", "laf:pffm", "laf:guided", "adalam"),
+                                           "auto", "auto:f", "laf", "laf:pffm", "laf:guided", "adalam",
+                                           "icf"),
                          testName);
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,
                          ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "acransac", "auto",
-                                           "st", "gtm", "laf", "frame_votes", "logos", "adalam"),
+                                           "st", "gtm", "laf", "frame_votes", "logos", "adalam", "icf"),
                          testName);
 
 }  // namespace
