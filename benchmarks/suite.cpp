@@ -296,7 +296,8 @@ std::vector<Comparison> comparisons(bool all) {
            {automatic(plane), automatic(space), withoutThreshold(plane), withoutThreshold(space), nnsr(plane),
             ransac(plane), usac(plane), usac(space), gms(plane, false), gms(plane, true), vfc(plane),
             lpm(plane, baselines::LpmVariant::kPaper), lpm(plane, baselines::LpmVariant::kV2),
-            alone("adalam", plane, 4)}) {
+            alone("adalam", plane, 4), alone("laf", plane, 0.3), alone("frame_votes:hviv", plane, 20),
+            alone("frame_votes:acc", plane, 10), alone("logos", plane, 8), alone("icf", plane, 40)}) {
         list.push_back(comparison);
       }
       if (n > kMostPairs || (n > kMostDensePairs && inlier_ratio != kTargetRatio)) continue;
@@ -305,8 +306,8 @@ std::vector<Comparison> comparisons(bool all) {
     }
   }
   list.push_back(automatic({SceneKind::kPlane, kLiveSize, kEasyRatio}));
-  for (const char* spec : {"auto", "adalam", "acransac:h", "nnsr", "ransac:h", "usac:h", "gms",
-                           "gms:rotation_scale", "vfc", "lpm:paper", "lpm:v2"}) {
+  for (const char* spec : {"auto", "adalam", "laf", "frame_votes:hviv", "logos", "icf", "acransac:h", "nnsr",
+                           "ransac:h", "usac:h", "gms", "gms:rotation_scale", "vfc", "lpm:paper", "lpm:v2"}) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
   for (const char* spec : {"ransac:f", "usac:f"}) list.push_back(growth(spec, SceneKind::kSpace));

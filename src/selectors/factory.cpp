@@ -13,14 +13,15 @@
 #include "corrsel/selectors/frame_votes.h"
 #include "corrsel/selectors/gms.h"
 #include "corrsel/selectors/gtm.h"
-#include "corrsel/selectors/keep_all.h"
 #include "corrsel/selectors/icf.h"
+#include "corrsel/selectors/keep_all.h"
 #include "corrsel/selectors/laf.h"
 #include "corrsel/selectors/logos.h"
 #include "corrsel/selectors/lpm.h"
 #include "corrsel/selectors/nnsr.h"
 #include "corrsel/selectors/ransac.h"
 #include "corrsel/selectors/st.h"
+#include "corrsel/selectors/tlinkage.h"
 #include "corrsel/selectors/usac.h"
 #include "corrsel/selectors/vfc.h"
 
@@ -121,6 +122,8 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<FrameVotesSelector>(kOther, "Votes of neighbouring local frames: HVIV, ACC"),
       builtIn<LogosSelector>(kOther, "Local geometric support of rotations and scales; needs frames"),
       builtIn<IcfSelector>(kOther, "Correspondence functions in both directions, reduced form"),
+      builtIn<TlinkageSelector>(kOther,
+                                "Clusters of matches that prefer the same homographies; small inputs"),
       builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
   };
   return table;
