@@ -70,7 +70,7 @@ void findSupports(int k, const Limits& limits, LogosMemory& work) {
   const auto length = static_cast<std::size_t>(listed);
   work.left.resize(n * length);
   work.right.resize(n * length);
-  // Matches are numbered by x, cells along their first coordinate.
+  // With x and y exchanged, the order of the cells is that of the matches, see PairGraph.
   work.index.build(m.left_y, m.left_x, n, listed);
   work.index.nearestToAll(m.left_y, m.left_x, n, listed, work.left.data());
   work.index.build(m.right_y, m.right_x, n, listed);

@@ -23,8 +23,8 @@ constexpr std::size_t kSample = 4, kLevels = 3, kNeighbours[kLevels] = {8, 16, 3
 constexpr int kDraws = 10;          // samples until one is valid
 constexpr double kReach = 5;        // of soft preferences, in units of tau
 constexpr std::size_t kLook = 256;  // hypotheses between two readings of the clock
-// Pairs of preferences for the same hypothesis, which take about a second to compare.
-constexpr double kMostPairs = 1e9;
+// Pairs of preferences for the same hypothesis, which take a fraction of a second to compare.
+constexpr double kMostPairs = 2e8;
 
 /// The preference of a cluster for a hypothesis, listed by one of the two.
 struct Preference {

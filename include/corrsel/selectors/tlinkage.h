@@ -29,9 +29,9 @@ struct TlinkageOptions : ConfidenceOptions {
 ///
 /// Algorithm: `hypotheses_per_match` N homographies are drawn from four matches each: a match in turn, and
 /// three of its 8, 16 or 32 nearest matches in the space of both points. Drawing ends early where the
-/// homographies so far have so many inliers that comparing them takes a second. The preference of match i for
-/// hypothesis h with the transfer error r is exp(-r / tau) if r < 5 tau and else 0; with the preference
-/// `hard` (J-Linkage) it is 1 if r < tau. The distance of two clusters is Tanimoto's,
+/// homographies so far have so many inliers that comparing them takes a fraction of a second. The preference
+/// of match i for hypothesis h with the transfer error r is exp(-r / tau) if r < 5 tau and else 0; with the
+/// preference `hard` (J-Linkage) it is 1 if r < tau. The distance of two clusters is Tanimoto's,
 ///
 ///     1 - <p, q> / (|p|^2 + |q|^2 - <p, q>),
 ///

@@ -23,7 +23,8 @@ void PairGraph::build(const PairColumns& m, std::size_t n, int k) {
   lists_.resize(n * (degree_ + 1));
   if (degree_ == 0) return;
   const int asked = static_cast<int>(degree_) + 1;
-  // Matches are numbered by x, cells along their first coordinate; see LpmSelector.
+  // Matches are numbered by x, cells along their first coordinate. With x and y exchanged both orders agree,
+  // which keeps what is used together in the cache.
   index_.build(m.left_y, m.left_x, n, asked);
   index_.nearestToAll(m.left_y, m.left_x, n, asked, lists_.data());
   // The match itself is taken out of every list; of a crowd at one place it may be missing.
