@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "base/gather.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
@@ -24,14 +25,10 @@ double extent(const std::vector<float>& values) {
 void FrameHypotheses::assign(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
                              const std::vector<std::uint32_t>* best_first) {
   const std::size_t n = rows.size();
-  const auto gather = [&rows](const std::vector<float>& from, std::vector<float>& to) {
-    to.resize(rows.size());
-    for (std::size_t i = 0; i < rows.size(); ++i) to[i] = from[rows[i]];
-  };
-  gather(matches.left_x, taking_part_.left_x);
-  gather(matches.left_y, taking_part_.left_y);
-  gather(matches.right_x, taking_part_.right_x);
-  gather(matches.right_y, taking_part_.right_y);
+  gather(matches.left_x, rows, taking_part_.left_x);
+  gather(matches.left_y, rows, taking_part_.left_y);
+  gather(matches.right_x, rows, taking_part_.right_x);
+  gather(matches.right_y, rows, taking_part_.right_y);
   maps_.clear();
   seeds_.clear();
   for (std::size_t k = 0; k < n && seeds_.size() < kMostScored; ++k) {

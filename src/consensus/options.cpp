@@ -24,8 +24,9 @@ void ConsensusOptions::visitSampler(OptionVisitor& visitor) const {
       "sampler",
       {{Sampler::kUniform, "uniform", "All matches alike"},
        {Sampler::kProsac, "prosac", "Best descriptor ratios first"},
+       {Sampler::kLocal, "local", "A random match and others near it"},
        {Sampler::kFrames, "frames", "Homographies from the local affine frames of single matches"}},
-      "Uniform samples, those with the best descriptor ratios first (prosac), or none (frames)",
+      "How samples are drawn; with frames, single matches take the place of samples",
       &ConsensusOptions::sampler);
 }
 

@@ -30,6 +30,7 @@ struct SearchMemory {
   std::vector<float> errors;
   Degensac::Scratch degensac;
   DistinctSupport distinct;
+  MatchNeighbourhood near;
   std::vector<std::uint8_t> first;  // whether a match is the best one of its points by quality
   // The matches that take part, where they are not all.
   NormalizedMatches subset;
@@ -67,8 +68,7 @@ class Search {
         most_iterations_(options.max_iterations > 0 ? options.max_iterations
                          : best_first != nullptr    ? kOrderedIterations
                                                     : kUniformIterations),
-        sampler_(best_first != nullptr ? Sampler(*best_first, problem.sample_size, seed(), problem.prosac)
-                                       : Sampler(matches.size(), problem.sample_size, seed())),
+        sampler_(makeSampler()),
         stopping_(options.confidence, countDistinct(threshold), problem.sample_size),
         degensac_(seed() + 1, work.degensac) {
     if (options.sprt) {
@@ -83,7 +83,11 @@ class Search {
     cv::Matx33d models[TwoViewProblem::kMostModels];
     if (frames_ != nullptr) tryFrames(iterations);
     if (options_.sampler == ConsensusOptions::Sampler::kFrames || timed_out_) return best_;
-    const double most_samples = samplesForLeastSignificance();
+    // Local samples that the check refuses count as hypotheses, because most of those among wrong matches
+    // are.
+    const double most_samples = options_.sampler == ConsensusOptions::Sampler::kLocal
+                                    ? most_iterations_
+                                    : samplesForLeastSignificance();
     for (; iterations < most_iterations_ && !stopping_.enough(sampler_.drawn()); ++iterations) {
       if (static_cast<double>(sampler_.drawn()) >= most_samples || outOfTime()) break;
       no_valid_sample_ = !drawValidSample(sample);
@@ -104,6 +108,15 @@ class Search {
  private:
   // For max_iterations 0. With the order by quality, fewer samples find as much as uniform samples do.
   static constexpr int kOrderedIterations = 100000, kUniformIterations = 850000;
+
+  Sampler makeSampler() {
+    if (options_.sampler == ConsensusOptions::Sampler::kLocal) {
+      work_.near.build(matches_);
+      return {work_.near, matches_.size(), best_first_, problem_.sample_size, seed(), problem_.prosac};
+    }
+    if (best_first_ != nullptr) return {*best_first_, problem_.sample_size, seed(), problem_.prosac};
+    return {matches_.size(), problem_.sample_size, seed()};
+  }
 
   /// Returns the number of matches that count, and prepares the count if every point counts once.
   std::size_t countDistinct(double threshold) {
@@ -233,6 +246,7 @@ class Search {
   /// prefix with the largest share of inliers. Where every point counts once, only the best match of a point
   /// does.
   void stopByPrefix() {
+    if (options_.sampler == ConsensusOptions::Sampler::kLocal) return;
     constexpr std::size_t kLeastPrefix = 20;
     constexpr double kChance = 0.05, kSquaredQuantile = 2.706;
     const std::size_t n = matches_.size(), m = static_cast<std::size_t>(problem_.sample_size);
@@ -364,10 +378,14 @@ const std::vector<std::uint32_t>* orderForSampler(const Correspondences& matches
                                                   const ConsensusOptions& options,
                                                   const std::vector<std::uint32_t>& rows, Ordering& ordering,
                                                   std::vector<std::uint32_t>& best_first, Selection& result) {
-  if (options.sampler != ConsensusOptions::Sampler::kProsac) return nullptr;
+  const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;
+  if (!prosac && options.sampler != ConsensusOptions::Sampler::kLocal) return nullptr;
   if (ordering.byQuality(matches, rows, best_first)) return &best_first;
-  addRemark(result,
-            "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC");
+  if (prosac) {
+    addRemark(
+        result,
+        "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC");
+  }
   return nullptr;
 }
 
@@ -408,7 +426,8 @@ SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptio
                           const std::vector<std::uint32_t>* best_first, const Deadline& deadline,
                           FrameHypotheses* frames) {
   SearchMemory& work = WorkspaceScope::part<SearchMemory>();
-  const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;
+  const bool ordered = options.sampler == ConsensusOptions::Sampler::kProsac ||
+                       options.sampler == ConsensusOptions::Sampler::kLocal;
   const NormalizedMatches* taking_part = &matches;
   const std::vector<std::uint32_t>* order = best_first;
   if (best_first != nullptr && best_first->size() < matches.size()) {
@@ -417,7 +436,7 @@ SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptio
     std::sort(work.positions.begin(), work.positions.end());
     gather(matches, work.positions, work.subset);
     taking_part = &work.subset;
-    if (prosac) {
+    if (ordered) {
       work.order.resize(best_first->size());
       std::transform(best_first->begin(), best_first->end(), work.order.begin(), [&work](std::uint32_t i) {
         return static_cast<std::uint32_t>(std::lower_bound(work.positions.begin(), work.positions.end(), i) -
@@ -427,7 +446,7 @@ SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptio
     }
   }
   const TwoViewProblem problem = problemOf(options);
-  Search search(*taking_part, options, problem, threshold, prosac ? order : nullptr, frames, deadline, work);
+  Search search(*taking_part, options, problem, threshold, ordered ? order : nullptr, frames, deadline, work);
   SearchOutcome outcome;
   outcome.best = search.run(outcome.iterations);
   outcome.timed_out = search.timedOut();

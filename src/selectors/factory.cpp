@@ -19,6 +19,7 @@
 #include "corrsel/selectors/logos.h"
 #include "corrsel/selectors/lpm.h"
 #include "corrsel/selectors/nnsr.h"
+#include "corrsel/selectors/planes.h"
 #include "corrsel/selectors/ransac.h"
 #include "corrsel/selectors/st.h"
 #include "corrsel/selectors/tlinkage.h"
@@ -124,6 +125,7 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<IcfSelector>(kOther, "Correspondence functions in both directions, reduced form"),
       builtIn<TlinkageSelector>(kOther,
                                 "Clusters of matches that prefer the same homographies; small inputs"),
+      builtIn<PlanesSelector>(kOther, "Planes one after another, each found by its significance"),
       builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
   };
   return table;

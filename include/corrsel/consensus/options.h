@@ -13,7 +13,7 @@ namespace corrsel::core {
 struct ConsensusOptions : ConfidenceOptions {
   enum class Error : std::uint8_t { kTransfer, kSymmetricTransfer, kSmallerTransfer };
   enum class Score : std::uint8_t { kMsac, kInlierCount };
-  enum class Sampler : std::uint8_t { kUniform, kProsac, kFrames };
+  enum class Sampler : std::uint8_t { kUniform, kProsac, kLocal, kFrames };
 
   ModelKind model = ModelKind::kHomography;  ///< kNone: what the matches call for
   /// Error of a homography: left to right only, both ways added up, or the smaller one of both ways. A
