@@ -134,6 +134,15 @@ Comparison alone(const std::string& spec, const SceneSpec& scene, double limit) 
   return result;
 }
 
+/// Beside usac, which finds one plane.
+Comparison planes(const SceneSpec& scene) {
+  const std::size_t count = scenesFor(scene.n);
+  Comparison result{
+      "planes" + at(scene), {selector("planes", scene, count), selector("usac:h", scene, count)}, {}};
+  if (isTarget(scene)) result.targets = {within("planes", 8)};
+  return result;
+}
+
 /// Both with the samples that OpenCV draws: it cannot be kept from stopping early, ours can.
 Comparison ransacSameSamples(const SceneSpec& scene, double threshold) {
   const std::string px = core::formatNumber(threshold);
@@ -292,12 +301,26 @@ std::vector<Comparison> comparisons(bool all) {
       const SceneSpec plane{SceneKind::kPlane, n, inlier_ratio}, space{SceneKind::kSpace, n, inlier_ratio};
       // OpenCV's takes ten seconds a call at the largest size.
       if (n <= kMostPairs || inlier_ratio == kTargetRatio) list.push_back(ransac(space));
-      for (const Comparison& comparison :
-           {automatic(plane), automatic(space), withoutThreshold(plane), withoutThreshold(space), nnsr(plane),
-            ransac(plane), usac(plane), usac(space), gms(plane, false), gms(plane, true), vfc(plane),
-            lpm(plane, baselines::LpmVariant::kPaper), lpm(plane, baselines::LpmVariant::kV2),
-            alone("adalam", plane, 4), alone("laf", plane, 0.3), alone("frame_votes:hviv", plane, 20),
-            alone("frame_votes:acc", plane, 10), alone("logos", plane, 8), alone("icf", plane, 40)}) {
+      for (const Comparison& comparison : {automatic(plane),
+                                           automatic(space),
+                                           withoutThreshold(plane),
+                                           withoutThreshold(space),
+                                           planes(plane),
+                                           nnsr(plane),
+                                           ransac(plane),
+                                           usac(plane),
+                                           usac(space),
+                                           gms(plane, false),
+                                           gms(plane, true),
+                                           vfc(plane),
+                                           lpm(plane, baselines::LpmVariant::kPaper),
+                                           lpm(plane, baselines::LpmVariant::kV2),
+                                           alone("adalam", plane, 4),
+                                           alone("laf", plane, 0.3),
+                                           alone("frame_votes:hviv", plane, 20),
+                                           alone("frame_votes:acc", plane, 10),
+                                           alone("logos", plane, 8),
+                                           alone("icf", plane, 40)}) {
         list.push_back(comparison);
       }
       if (n > kMostPairs || (n > kMostDensePairs && inlier_ratio != kTargetRatio)) continue;
@@ -306,8 +329,9 @@ std::vector<Comparison> comparisons(bool all) {
     }
   }
   list.push_back(automatic({SceneKind::kPlane, kLiveSize, kEasyRatio}));
-  for (const char* spec : {"auto", "adalam", "laf", "frame_votes:hviv", "logos", "icf", "acransac:h", "nnsr",
-                           "ransac:h", "usac:h", "gms", "gms:rotation_scale", "vfc", "lpm:paper", "lpm:v2"}) {
+  for (const char* spec :
+       {"auto", "adalam", "laf", "frame_votes:hviv", "logos", "icf", "acransac:h", "planes", "nnsr",
+        "ransac:h", "usac:h", "gms", "gms:rotation_scale", "vfc", "lpm:paper", "lpm:v2"}) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
   for (const char* spec : {"ransac:f", "usac:f"}) list.push_back(growth(spec, SceneKind::kSpace));

@@ -125,8 +125,8 @@ INSTANTIATE_TEST_SUITE_P(All, Allocations,
                          ::testing::Values("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "vfc",
                                            "vfc:sparse", "vfc:guided", "gms", "gms:rotation_scale", "lpm",
                                            "lpm:v1", "lpm:v2", "lpm:guided", "acransac:h", "acransac:f",
-                                           "auto", "auto:f", "laf", "laf:pffm", "laf:guided", "adalam",
-                                           "icf"),
+                                           "planes", "auto", "auto:f", "laf", "laf:pffm", "laf:guided",
+                                           "adalam", "icf"),
                          testName);
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,

@@ -389,6 +389,7 @@ class ListedSelector : public EverySelector {};
 void expectSame(const Selection& a, const Selection& b) {
   EXPECT_EQ(a.mask, b.mask);
   EXPECT_EQ(a.score, b.score);
+  EXPECT_EQ(a.group, b.group);
   EXPECT_EQ(a.status, b.status);
   EXPECT_EQ(a.message, b.message);
   EXPECT_EQ(a.model_kind, b.model_kind);
