@@ -16,11 +16,14 @@
 #include "corrsel/selectors/icf.h"
 #include "corrsel/selectors/keep_all.h"
 #include "corrsel/selectors/laf.h"
+#include "corrsel/selectors/lap.h"
 #include "corrsel/selectors/logos.h"
 #include "corrsel/selectors/lpm.h"
 #include "corrsel/selectors/nnsr.h"
 #include "corrsel/selectors/planes.h"
+#include "corrsel/selectors/ranks.h"
 #include "corrsel/selectors/ransac.h"
+#include "corrsel/selectors/significant.h"
 #include "corrsel/selectors/st.h"
 #include "corrsel/selectors/tlinkage.h"
 #include "corrsel/selectors/usac.h"
@@ -126,6 +129,9 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<TlinkageSelector>(kOther,
                                 "Clusters of matches that prefer the same homographies; small inputs"),
       builtIn<PlanesSelector>(kOther, "Planes one after another, each found by its significance"),
+      builtIn<SignificantSelector>(kOther, "Neighbours that agree more often than by chance"),
+      builtIn<LapSelector>(kOther, "Local affine preservation"),
+      builtIn<RanksSelector>(kOther, "Multi-scale top K rank preservation"),
       builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
   };
   return table;

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/coordinate_order.h"
 #include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 #include "selectors/parts/match_neighbours.h"
@@ -158,7 +157,8 @@ void costsOfLongLists(const MatchNeighbours& matches, const Layout& layout, bool
 /// Costs of all matches against the neighbourhoods formed by `members`, nullptr = all.
 void findCosts(MatchNeighbours& matches, const std::vector<std::uint32_t>* members, const Layout& layout,
                const LpmOptions& options, LpmMemory& work) {
-  matches.find(members, layout.listed, options.compat);
+  matches.find(members, layout.listed,
+               options.compat ? MatchNeighbours::Self::kDropNearest : MatchNeighbours::Self::kLeaveOut);
   work.cost.resize(matches.size());
   const auto costs = layout.listed <= 8 ? costsOfShortLists : costsOfLongLists;
   costs(matches, layout, layout.count == 1, {options.tau, options.noise_floor * options.noise_floor}, work);
@@ -251,16 +251,7 @@ void LpmSelector::run(const Correspondences& matches, Selection& result) const {
   all.assign(matches, options_.merge_duplicates);
   const Layout layout = layoutOf(options_);
   const std::size_t needed = static_cast<std::size_t>(layout.listed) + 2;
-  if (all.size() < needed) {
-    result.status = Status::kTooFew;
-    result.message = std::to_string(all.size()) + " distinct matches, lpm needs " + std::to_string(needed);
-    return;
-  }
-  if (allEqual(all.left_x, all.left_y) || allEqual(all.right_x, all.right_y)) {
-    result.status = Status::kDegenerate;
-    result.message = "all points of one image are equal: neighbourhoods have no meaning";
-    return;
-  }
+  if (!all.canForm(needed, "lpm", result)) return;
   if (options_.cost == LpmOptions::Cost::kMultiscale) findMotions(all, work.motions);
   const bool guided = options_.guided && findGuides(matches, options_, needed, work);
   findCosts(all, guided ? &work.accepted : nullptr, layout, options_, work);

@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(All, Allocations,
                                            "vfc:sparse", "vfc:guided", "gms", "gms:rotation_scale", "lpm",
                                            "lpm:v1", "lpm:v2", "lpm:guided", "acransac:h", "acransac:f",
                                            "planes", "auto", "auto:f", "laf", "laf:pffm", "laf:guided",
-                                           "adalam", "icf"),
+                                           "adalam", "icf", "significant", "lap", "ranks"),
                          testName);
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,

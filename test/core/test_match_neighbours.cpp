@@ -35,7 +35,8 @@ TEST(MatchNeighbours, ListsTheNearestMembersInBothImages) {
   for (std::uint32_t i = 0; i < 300; i += 3) some.push_back(i);
   for (const bool compat : {false, true}) {
     for (const auto* members : {&all, &some}) {
-      neighbours.find(members == &all ? nullptr : members, 7, compat);
+      neighbours.find(members == &all ? nullptr : members, 7,
+                      compat ? MatchNeighbours::Self::kDropNearest : MatchNeighbours::Self::kLeaveOut);
       for (std::uint32_t i = 0; i < 300; ++i) {
         const std::uint32_t* const left = neighbours.left() + i * neighbours.stride();
         const std::uint32_t* const right = neighbours.right() + i * neighbours.stride();
@@ -46,6 +47,21 @@ TEST(MatchNeighbours, ListsTheNearestMembersInBothImages) {
       }
     }
   }
+}
+
+TEST(MatchNeighbours, KeepsTheMatchWhereItIsAMember) {
+  const Correspondences m = homographyScene({50, 0.6, 0.5, 3}).matches;
+  MatchNeighbours neighbours;
+  neighbours.assign(m, true);
+  const std::vector<std::uint32_t> even = {0, 2, 4, 6, 8, 10, 12};
+  neighbours.find(&even, 3, MatchNeighbours::Self::kKeep);
+  ASSERT_EQ(neighbours.stride(), 3u);
+  EXPECT_EQ(neighbours.left()[4 * 3], 4u);
+  EXPECT_EQ(neighbours.right()[4 * 3], 4u);
+  EXPECT_NE(neighbours.left()[5 * 3], 5u);
+  const std::vector<std::uint32_t> left(neighbours.left(), neighbours.left() + 150);
+  neighbours.findLeft(&even, 3, MatchNeighbours::Self::kKeep);
+  EXPECT_EQ(std::vector<std::uint32_t>(neighbours.left(), neighbours.left() + 150), left);
 }
 
 TEST(MatchNeighbours, NumbersMatchesByTheirCoordinates) {

@@ -42,24 +42,44 @@ void MatchNeighbours::assign(const Correspondences& matches, bool merge,
   for (std::vector<float>* const column : columns) column->resize(distinct);
 }
 
-void MatchNeighbours::find(const std::vector<std::uint32_t>* members, int listed, bool compat) {
-  const std::size_t n = size();
-  const std::size_t count = members != nullptr ? members->size() : n;
-  const std::uint32_t* const numbers = members != nullptr ? members->data() : nullptr;
+bool MatchNeighbours::canForm(std::size_t needed, const std::string& who, Selection& result) const {
+  if (size() < needed) {
+    result.status = Status::kTooFew;
+    result.message =
+        std::to_string(size()) + " distinct matches, " + who + " needs " + std::to_string(needed);
+    return false;
+  }
+  if (allEqual(left_x, left_y) || allEqual(right_x, right_y)) {
+    result.status = Status::kDegenerate;
+    result.message = "all points of one image are equal: neighbourhoods have no meaning";
+    return false;
+  }
+  return true;
+}
+
+void MatchNeighbours::findIn(const std::vector<float>& x, const std::vector<float>& y,
+                             const std::vector<std::uint32_t>* members, int listed, Self self,
+                             PlanarNeighbours& index, std::vector<std::uint32_t>& lists) {
   constexpr std::size_t kBeyond = 8;  // numbers that a kernel may read behind the end
-  stride_ = static_cast<std::size_t>(listed) + 1;
-  near_left_.resize(n * stride_ + kBeyond);
-  near_right_.resize(n * stride_ + kBeyond);
+  const std::size_t n = size(), count = members != nullptr ? members->size() : n;
+  const int k = self == Self::kKeep ? listed : listed + 1;
+  stride_ = static_cast<std::size_t>(k);
+  offset_ = self == Self::kKeep ? 0 : 1;
+  lists.resize(n * stride_ + kBeyond);
   // Matches are numbered by x, cells along their first coordinate. With x and y exchanged both orders agree,
   // which keeps what is used together in the processor's cache.
-  const int k = listed + 1;
-  left_.build(left_y.data(), left_x.data(), count, k, numbers);
-  left_.nearestToAll(left_y.data(), left_x.data(), n, k, near_left_.data());
-  right_.build(right_y.data(), right_x.data(), count, k, numbers);
-  right_.nearestToAll(right_y.data(), right_x.data(), n, k, near_right_.data());
-  if (compat) return;  // the first neighbour is left out even where it is not the match itself
-  takeOutSelf(near_left_, n, stride_);
-  takeOutSelf(near_right_, n, stride_);
+  index.build(y.data(), x.data(), count, k, members != nullptr ? members->data() : nullptr);
+  index.nearestToAll(y.data(), x.data(), n, k, lists.data());
+  if (self == Self::kLeaveOut) takeOutSelf(lists, n, stride_);
+}
+
+void MatchNeighbours::find(const std::vector<std::uint32_t>* members, int listed, Self self) {
+  findIn(left_x, left_y, members, listed, self, left_, near_left_);
+  findIn(right_x, right_y, members, listed, self, right_, near_right_);
+}
+
+void MatchNeighbours::findLeft(const std::vector<std::uint32_t>* members, int listed, Self self) {
+  findIn(left_x, left_y, members, listed, self, left_, near_left_);
 }
 
 }  // namespace corrsel::core

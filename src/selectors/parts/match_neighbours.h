@@ -2,10 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "base/coordinate_order.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/selection.h"
 #include "corrsel/selectors/neighbours.h"
 
 namespace corrsel::core {
@@ -33,25 +35,43 @@ class MatchNeighbours {
   /// The first row of the input that has this number.
   std::uint32_t rowOf(std::uint32_t number) const { return row_[number]; }
 
-  /// Finds the `listed` nearest members of all matches in both images, without the match itself.
+  /// Returns whether neighbourhoods can be formed. Otherwise sets status and message: fewer than `needed`
+  /// matches give kTooFew, and points of an image that are all equal give kDegenerate.
+  /// @param who  name of the selector
+  bool canForm(std::size_t needed, const std::string& who, Selection& result) const;
+
+  /// What becomes of a match that is near itself.
+  enum class Self : std::uint8_t {
+    kLeaveOut,     ///< it is not listed
+    kDropNearest,  ///< the nearest member is not listed, which is another one where the match is no member or
+                   ///< shares its point
+    kKeep          ///< it is listed where it is a member
+  };
+
+  /// Finds the `listed` nearest members of all matches in both images.
   /// @param members  ascending numbers; nullptr = all
-  /// @param compat   leave out the nearest member instead of the match itself, which differs where the match
-  ///                 is no member or shares its point with another one
   /// @pre listed is below PointGrid::kMostNeighbours, and there are at least listed + 1 members
   /// O(N) for evenly spread points.
-  void find(const std::vector<std::uint32_t>* members, int listed, bool compat = false);
+  void find(const std::vector<std::uint32_t>* members, int listed, Self self);
 
-  /// The lists of find(), nearest first: those of match i begin at left() + i * stride().
-  const std::uint32_t* left() const { return near_left_.data() + 1; }
-  const std::uint32_t* right() const { return near_right_.data() + 1; }
+  /// The same for the left image only.
+  void findLeft(const std::vector<std::uint32_t>* members, int listed, Self self);
+
+  /// The lists, nearest first: those of match i begin at left() + i * stride().
+  const std::uint32_t* left() const { return near_left_.data() + offset_; }
+  const std::uint32_t* right() const { return near_right_.data() + offset_; }
   std::size_t stride() const { return stride_; }
 
  private:
+  void findIn(const std::vector<float>& x, const std::vector<float>& y,
+              const std::vector<std::uint32_t>* members, int listed, Self self, PlanarNeighbours& index,
+              std::vector<std::uint32_t>& lists);
+
   std::vector<std::uint32_t> of_row_, row_;
   std::vector<KeyedRow> rows_, scratch_;
   PlanarNeighbours left_, right_;
   std::vector<std::uint32_t> near_left_, near_right_;
-  std::size_t stride_ = 1;
+  std::size_t stride_ = 1, offset_ = 0;
 };
 
 }  // namespace corrsel::core
