@@ -120,6 +120,34 @@ Comparison automatic(const SceneSpec& scene) {
   return result;
 }
 
+/// Beside usac, which is given the threshold that acransac has to find.
+Comparison withoutThreshold(const SceneSpec& scene) {
+  const bool plane = scene.kind == SceneKind::kPlane;
+  const std::string model = plane ? "h" : "f";
+  const std::size_t count = scenesFor(scene.n);
+  Comparison result{"acransac:" + model + at(scene),
+                    {selector("acransac:" + model, scene, count), selector("usac:" + model, scene, count)},
+                    {}};
+  if (isTarget(scene)) result.targets = {within("acransac:" + model, 3)};
+  return result;
+}
+
+/// A selector without a counterpart, with a time limit in ms at the size of the targets.
+Comparison alone(const std::string& spec, const SceneSpec& scene, double limit) {
+  Comparison result{spec + at(scene), {selector(spec, scene, scenesFor(scene.n))}, {}};
+  if (isTarget(scene)) result.targets = {within(spec, limit)};
+  return result;
+}
+
+/// Beside usac, which finds one plane.
+Comparison planes(const SceneSpec& scene) {
+  const std::size_t count = scenesFor(scene.n);
+  Comparison result{
+      "planes" + at(scene), {selector("planes", scene, count), selector("usac:h", scene, count)}, {}};
+  if (isTarget(scene)) result.targets = {within("planes", 8)};
+  return result;
+}
+
 /// Both with the samples that OpenCV draws: it cannot be kept from stopping early, ours can.
 Comparison ransacSameSamples(const SceneSpec& scene, double threshold) {
   const std::string px = core::formatNumber(threshold);
@@ -363,10 +391,26 @@ std::vector<Comparison> comparisons(bool all) {
       const SceneSpec plane{SceneKind::kPlane, n, inlier_ratio}, space{SceneKind::kSpace, n, inlier_ratio};
       // OpenCV's takes ten seconds a call at the largest size.
       if (n <= kMostPairs || inlier_ratio == kTargetRatio) list.push_back(ransac(space));
-      for (const Comparison& comparison :
-           {automatic(plane), automatic(space), nnsr(plane), ransac(plane), usac(plane), usac(space),
-            gms(plane, false), gms(plane, true), vfc(plane), lpm(plane, baselines::LpmVariant::kPaper),
-            lpm(plane, baselines::LpmVariant::kV2)}) {
+      for (const Comparison& comparison : {automatic(plane),
+                                           automatic(space),
+                                           withoutThreshold(plane),
+                                           withoutThreshold(space),
+                                           planes(plane),
+                                           nnsr(plane),
+                                           ransac(plane),
+                                           usac(plane),
+                                           usac(space),
+                                           gms(plane, false),
+                                           gms(plane, true),
+                                           vfc(plane),
+                                           lpm(plane, baselines::LpmVariant::kPaper),
+                                           lpm(plane, baselines::LpmVariant::kV2),
+                                           alone("adalam", plane, 4),
+                                           alone("laf", plane, 0.3),
+                                           alone("frame_votes:hviv", plane, 20),
+                                           alone("frame_votes:acc", plane, 10),
+                                           alone("logos", plane, 8),
+                                           alone("icf", plane, 40)}) {
         list.push_back(comparison);
       }
       if (n > kMostPairs || (n > kMostDensePairs && inlier_ratio != kTargetRatio)) continue;
@@ -376,7 +420,8 @@ std::vector<Comparison> comparisons(bool all) {
   }
   list.push_back(automatic({SceneKind::kPlane, kLiveSize, kEasyRatio}));
   for (const char* spec :
-       {"auto", "nnsr", "ransac:h", "usac:h", "gms", "gms:rotation_scale", "vfc", "lpm:paper", "lpm:v2"}) {
+       {"auto", "adalam", "laf", "frame_votes:hviv", "logos", "icf", "acransac:h", "planes", "nnsr",
+        "ransac:h", "usac:h", "gms", "gms:rotation_scale", "vfc", "lpm:paper", "lpm:v2"}) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
   for (const char* spec : {"ransac:f", "usac:f"}) list.push_back(growth(spec, SceneKind::kSpace));

@@ -37,6 +37,9 @@ struct Selection {
   std::vector<std::uint8_t> mask;  ///< 1 = selected, 0 = rejected; always as long as the input
   std::vector<float>
       score;  ///< optional, per match: higher is better, meaning given by the method; NaN = none
+  /// Optional, per match: the number, from 0, of the model that a selected match belongs to; -1 = not
+  /// selected, or selected without belonging to a model. Empty for selectors that find one model or none.
+  std::vector<std::int32_t> group;
   ModelKind model_kind = ModelKind::kNone;
   cv::Matx33d model =
       cv::Matx33d::zeros();  ///< left to right (x' ~ Hx, or x'^T F x = 0); valid if kind is not kNone

@@ -121,6 +121,8 @@ class Selection:
 
     mask         True where the match is selected: N, bool
     score        per match, higher is better, its meaning given by the selector; NaN = none: N, float32, or None
+    group        per match, number of the model that a selected match belongs to, -1 = none: N, int32, or None if the
+                 selector finds one model or none
     model        left to right, 3 x 3, float64, or None: x' ~ H x of a homography, x'^T F x = 0 of a fundamental matrix
     model_kind   "none", "homography" or "fundamental"
     status       "ok"; "too_few", "degenerate", "no_model", "unsupported_input" (a column or an image size is missing)
@@ -138,6 +140,7 @@ class Selection:
     __slots__ = (
         "mask",
         "score",
+        "group",
         "model",
         "model_kind",
         "status",

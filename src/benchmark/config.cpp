@@ -38,12 +38,12 @@ std::vector<std::string> withoutRepeats(const std::vector<std::string>& values) 
   return result;
 }
 
-/// The values, with "all" replaced by all names.
-std::vector<std::string> withAll(const std::vector<std::string>& values,
+/// The values, with the word replaced by all names.
+std::vector<std::string> withAll(const std::vector<std::string>& values, const std::string& word,
                                  const std::vector<std::string>& names) {
   std::vector<std::string> result;
   for (const std::string& value : values) {
-    if (value == "all") {
+    if (value == word) {
       result.insert(result.end(), names.begin(), names.end());
     } else {
       result.push_back(value);
@@ -99,7 +99,8 @@ std::map<std::string, std::string> flattened(const std::string& yaml) {
 }  // namespace
 
 void BenchmarkConfig::resolve() {
-  std::vector<std::string> expanded = withAll(selectors, selectorNames());
+  std::vector<std::string> expanded =
+      withAll(withAll(selectors, "all", usualSelectorNames()), "every", selectorNames());
   expanded.erase(std::remove(expanded.begin(), expanded.end(), "keep_all"), expanded.end());
   expanded.push_back("keep_all");
   selectors = withoutRepeats(expanded);
@@ -111,7 +112,7 @@ void BenchmarkConfig::resolve() {
       preselection.push_back(cell.preselection);
     }
   }
-  features = withoutRepeats(withAll(features, extractorNames()));
+  features = withoutRepeats(withAll(features, "all", extractorNames()));
   preselection = withoutRepeats(preselection);
   requireSome("features", features);
   requireSome("preselection", preselection);

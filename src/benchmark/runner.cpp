@@ -363,8 +363,9 @@ void BenchmarkRunner::drawExample(const ImagePair& pair, const Putative& putativ
     image.n_missed += !selection.mask[i] && correct ? 1 : 0;
   }
   image.n_wrong = image.n_selected - image.n_correct;
-  cv::Mat picture =
-      drawMatches(pair.left, pair.right, putative.matches, selection.mask, putative.errors, tolerance);
+  constexpr std::size_t kLines = 200;
+  cv::Mat picture = drawMatches(pair.left, pair.right, putative.matches, selection.mask, putative.errors,
+                                tolerance, kLines, selection.group);
   if (picture.cols > kExampleWidth) {
     cv::resize(picture, picture, {kExampleWidth, picture.rows * kExampleWidth / picture.cols}, 0, 0,
                cv::INTER_AREA);

@@ -2,12 +2,41 @@
 
 namespace corrsel::core {
 
-void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) const {
+std::string ConsensusOptions::missingInput(const Correspondences& matches) const {
+  if (sampler != Sampler::kFrames || matches.empty()) return "";
+  if (model == ModelKind::kFundamental)
+    return "sampler = frames finds homographies only; choose another sampler for a fundamental matrix";
+  if (!matches.left_frame.empty() && !matches.right_frame.empty()) return "";
+  return "sampler = frames needs the local affine frames of the features; use features that have them, or "
+         "choose another sampler";
+}
+
+void ConsensusOptions::visitModel(OptionVisitor& visitor) const {
   visitor.choice("model",
                  {{ModelKind::kHomography, "homography", "Planes, or cameras that only turn"},
                   {ModelKind::kFundamental, "fundamental", "Epipolar geometry of rigid scenes"},
                   {ModelKind::kNone, "auto", "The one of the two that the matches call for"}},
                  "Model to fit", &ConsensusOptions::model);
+}
+
+void ConsensusOptions::visitSampler(OptionVisitor& visitor) const {
+  visitor.choice(
+      "sampler",
+      {{Sampler::kUniform, "uniform", "All matches alike"},
+       {Sampler::kProsac, "prosac", "Best descriptor ratios first"},
+       {Sampler::kLocal, "local", "A random match and others near it"},
+       {Sampler::kFrames, "frames", "Homographies from the local affine frames of single matches"}},
+      "How samples are drawn; with frames, single matches take the place of samples",
+      &ConsensusOptions::sampler);
+}
+
+void ConsensusOptions::visitSeedAndTime(OptionVisitor& visitor) const {
+  visitor.integer({"seed", 0, 2147483647, "-", "Seed of the sampler"}, &ConsensusOptions::seed);
+  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &ConsensusOptions::max_seconds);
+}
+
+void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) const {
+  visitModel(visitor);
   visitor.choice("error",
                  {{Error::kTransfer, "transfer", "Left to right only"},
                   {Error::kSymmetricTransfer, "symmetric_transfer", "Both ways, squares added up"},
@@ -26,11 +55,7 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) co
                  "Sum of truncated squared errors (msac) or number of inliers", &ConsensusOptions::score);
   visitor.flag("one_to_one", "Every image point counts at most once in the score of a homography",
                &ConsensusOptions::one_to_one);
-  visitor.choice("sampler",
-                 {{Sampler::kUniform, "uniform", "All matches alike"},
-                  {Sampler::kProsac, "prosac", "Best descriptor ratios first"}},
-                 "Uniform samples, or those with the best descriptor ratios first (prosac)",
-                 &ConsensusOptions::sampler);
+  visitSampler(visitor);
   visitor.flag("sprt", "Give up wrong models early, by a sequential probability ratio test",
                &ConsensusOptions::sprt);
   visitor.number({"sprt_inlier_ratio", 0, 0.9, "-",
@@ -41,8 +66,7 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) co
   visitor.flag("local_optimization", "Refine every new best model, not only the last one",
                &ConsensusOptions::local_optimization);
   visitor.flag("refine", "Least squares on the inliers of the best model", &ConsensusOptions::refine);
-  visitor.integer({"seed", 0, 2147483647, "-", "Seed of the sampler"}, &ConsensusOptions::seed);
-  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &ConsensusOptions::max_seconds);
+  visitSeedAndTime(visitor);
   visitConfidence(visitor);
 }
 

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "corrsel/random.h"
+#include "corrsel/selectors/neighbours.h"
+#include "geometry/normalization.h"
 
 namespace corrsel::core {
 
@@ -14,7 +16,35 @@ struct ProsacSchedule {
   int prefixes = 1;  ///< later samples come in turn from all matches, the best half, the best quarter...
 };
 
-/// Draws samples of distinct matches: uniformly, or in the order of PROSAC (Chum and Matas, CVPR 2005).
+/// The matches near a match in both images.
+///
+/// Algorithm: of the 2 k matches that are nearest in the left image, the k with the smallest sum of the
+/// squared distances in both images. That is nearly always the set of the k nearest matches in the four
+/// dimensions of their coordinates. Equal distances are ordered by number. O(k) on average for evenly spread
+/// points.
+class MatchNeighbourhood {
+ public:
+  static constexpr int kLargest = 32;
+
+  /// Copies the left points and refers to the right ones.
+  void build(const NormalizedMatches& matches);
+
+  /// Writes up to k matches near the match, itself excluded, in no particular order. @pre k <= kLargest
+  /// @return how many were written
+  int find(std::uint32_t match, int k, std::uint32_t* out) const;
+
+ private:
+  const NormalizedMatches* matches_ = nullptr;
+  PlanarNeighbours neighbours_;
+};
+
+/// Draws samples of distinct matches: uniformly, in the order of PROSAC (Chum and Matas, CVPR 2005), or near
+/// one another.
+///
+/// Local samples consist of a uniform match and others among the k nearest to it, with k = 8, 16, 32 and all
+/// matches in turn. Right matches of one structure crowd, so pure samples are far more frequent than among
+/// uniform ones. Their models are inaccurate and need local optimisation. (NAPSAC, Myatt et al., BMVC 2002,
+/// draws from a ball of fixed radius.)
 ///
 /// Algorithm: PROSAC draws from a pool of the best n matches, which grows towards all N as if T_N uniform
 /// samples were sorted by quality:
@@ -34,7 +64,12 @@ class Sampler {
   Sampler(const std::vector<std::uint32_t>& order, int sample_size, std::uint64_t seed,
           const ProsacSchedule& schedule = {});
 
-  /// Writes one sample. O(m^2).
+  /// Local samples. @param near  of the matches; must outlive the sampler
+  /// @param best_first  all match numbers, must outlive the sampler; nullptr = all alike
+  Sampler(const MatchNeighbourhood& near, std::size_t count, const std::vector<std::uint32_t>* best_first,
+          int sample_size, std::uint64_t seed, const ProsacSchedule& schedule = {});
+
+  /// Writes one sample. O(m^2), and a search of neighbours for local samples.
   void draw(std::uint32_t* sample);
 
   /// Samples drawn so far.
@@ -45,11 +80,14 @@ class Sampler {
 
  private:
   void growPool();
+  void drawNear(std::uint32_t* sample);
+  std::uint32_t prefix(std::uint64_t turn) const;
 
   std::uint32_t count_;
   int sample_size_;
   Random random_;
   const std::vector<std::uint32_t>* order_ = nullptr;
+  const MatchNeighbourhood* near_ = nullptr;
   ProsacSchedule schedule_;
   std::uint64_t drawn_ = 0;
   std::uint32_t pool_;          // n

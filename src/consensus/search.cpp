@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "base/workspace_scope.h"
 #include "consensus/degensac.h"
+#include "consensus/frame_hypotheses.h"
 #include "consensus/local_optimization.h"
 #include "consensus/ordering.h"
 #include "consensus/sampler.h"
@@ -29,6 +30,7 @@ struct SearchMemory {
   std::vector<float> errors;
   Degensac::Scratch degensac;
   DistinctSupport distinct;
+  MatchNeighbourhood near;
   std::vector<std::uint8_t> first;  // whether a match is the best one of its points by quality
   // The matches that take part, where they are not all.
   NormalizedMatches subset;
@@ -49,13 +51,15 @@ class Search {
  public:
   /// @param matches     those that take part, in random order
   /// @param best_first  all of them by quality; nullptr = uniform samples
+  /// @param frames      homographies that are tried before any sample; nullptr = none
   Search(const NormalizedMatches& matches, const ConsensusOptions& options, const TwoViewProblem& problem,
-         double threshold, const std::vector<std::uint32_t>* best_first, const Deadline& deadline,
-         SearchMemory& work)
+         double threshold, const std::vector<std::uint32_t>* best_first, FrameHypotheses* frames,
+         const Deadline& deadline, SearchMemory& work)
       : matches_(matches),
         options_(options),
         problem_(problem),
         best_first_(best_first),
+        frames_(frames),
         deadline_(deadline),
         work_(work),
         one_to_one_(options.one_to_one && problem.kind == ModelKind::kHomography),
@@ -64,8 +68,7 @@ class Search {
         most_iterations_(options.max_iterations > 0 ? options.max_iterations
                          : best_first != nullptr    ? kOrderedIterations
                                                     : kUniformIterations),
-        sampler_(best_first != nullptr ? Sampler(*best_first, problem.sample_size, seed(), problem.prosac)
-                                       : Sampler(matches.size(), problem.sample_size, seed())),
+        sampler_(makeSampler()),
         stopping_(options.confidence, countDistinct(threshold), problem.sample_size),
         degensac_(seed() + 1, work.degensac) {
     if (options.sprt) {
@@ -78,7 +81,13 @@ class Search {
   Candidate run(int& iterations) {
     std::uint32_t sample[TwoViewProblem::kLargestSample];
     cv::Matx33d models[TwoViewProblem::kMostModels];
-    const double most_samples = samplesForLeastSignificance();
+    if (frames_ != nullptr) tryFrames(iterations);
+    if (options_.sampler == ConsensusOptions::Sampler::kFrames || timed_out_) return best_;
+    // Local samples that the check refuses count as hypotheses, because most of those among wrong matches
+    // are.
+    const double most_samples = options_.sampler == ConsensusOptions::Sampler::kLocal
+                                    ? most_iterations_
+                                    : samplesForLeastSignificance();
     for (; iterations < most_iterations_ && !stopping_.enough(sampler_.drawn()); ++iterations) {
       if (static_cast<double>(sampler_.drawn()) >= most_samples || outOfTime()) break;
       no_valid_sample_ = !drawValidSample(sample);
@@ -99,6 +108,15 @@ class Search {
  private:
   // For max_iterations 0. With the order by quality, fewer samples find as much as uniform samples do.
   static constexpr int kOrderedIterations = 100000, kUniformIterations = 850000;
+
+  Sampler makeSampler() {
+    if (options_.sampler == ConsensusOptions::Sampler::kLocal) {
+      work_.near.build(matches_);
+      return {work_.near, matches_.size(), best_first_, problem_.sample_size, seed(), problem_.prosac};
+    }
+    if (best_first_ != nullptr) return {*best_first_, problem_.sample_size, seed(), problem_.prosac};
+    return {matches_.size(), problem_.sample_size, seed()};
+  }
 
   /// Returns the number of matches that count, and prepares the count if every point counts once.
   std::size_t countDistinct(double threshold) {
@@ -175,6 +193,28 @@ class Search {
     return false;
   }
 
+  /// Refines the maps from local frames, which are rough, and keeps the best one.
+  void tryFrames(int& iterations) {
+    constexpr int kMostMaps = 60;
+    constexpr std::size_t kManyInliers = 40;  // with which the search ends after
+    constexpr int kFruitless = 3;             // maps that bring nothing better
+    for (int fruitless = 0; iterations < std::min(kMostMaps, most_iterations_); ++iterations) {
+      if (best_.distinct >= kManyInliers && fruitless > kFruitless) break;
+      timed_out_ = deadline_.passed();
+      if (timed_out_ || !frames_->next()) break;
+      ++fruitless;
+      Candidate candidate;
+      if (frames_->map() == nullptr ||
+          !verifier_.improve(matches_.homographyFromPixels(*frames_->map()), candidate))
+        continue;
+      optimizeLocally(problem_, verifier_, candidate);
+      if (candidate.cost >= best_.cost) continue;
+      best_ = candidate;
+      fruitless = 0;
+    }
+    optimized_ = true;
+  }
+
   void tryModel(const cv::Matx33d& model, const std::uint32_t* sample) {
     const ModelScore score =
         sprt_ ? verifier_.test(model, best_.cost, *sprt_) : verifier_.score(model, best_.cost);
@@ -206,6 +246,7 @@ class Search {
   /// prefix with the largest share of inliers. Where every point counts once, only the best match of a point
   /// does.
   void stopByPrefix() {
+    if (options_.sampler == ConsensusOptions::Sampler::kLocal) return;
     constexpr std::size_t kLeastPrefix = 20;
     constexpr double kChance = 0.05, kSquaredQuantile = 2.706;
     const std::size_t n = matches_.size(), m = static_cast<std::size_t>(problem_.sample_size);
@@ -235,6 +276,7 @@ class Search {
   const ConsensusOptions& options_;
   const TwoViewProblem& problem_;
   const std::vector<std::uint32_t>* best_first_;
+  FrameHypotheses* frames_;
   const Deadline& deadline_;
   SearchMemory& work_;
   bool one_to_one_;
@@ -288,16 +330,8 @@ void report(const Correspondences& matches, const TwoViewProblem& problem, doubl
             const Candidate& best, SelectionMemory& work, Selection& result) {
   result.model = (work.matches.*problem.toPixels)(best.model);
   result.model_kind = problem.kind;
-  const std::size_t n = matches.size();
-  work.pixel_errors.resize(n);
-  pixelErrors(problem.mask_residual, result.model, matches, work.pixel_errors.data());
-  result.score.resize(n);
-  std::size_t inliers = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    result.score[i] = static_cast<float>(-work.pixel_errors[i]);
-    result.mask[i] = work.pixel_errors[i] <= threshold * threshold ? 1 : 0;
-    inliers += result.mask[i];
-  }
+  const std::size_t inliers =
+      selectByModel(matches, problem.mask_residual, threshold, work.pixel_errors, result);
   // Where every point counts once, the mask may hold more matches than count.
   if (std::min(inliers, best.distinct) <= static_cast<std::size_t>(problem.sample_size)) {
     std::fill(result.mask.begin(), result.mask.end(), std::uint8_t{0});
@@ -325,10 +359,75 @@ TwoViewProblem problemOf(const ConsensusOptions& options) {
   return homographyProblem(Residual::kSmallerTransfer);
 }
 
-SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptions& options, double threshold,
-                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline) {
-  SearchMemory& work = WorkspaceScope::part<SearchMemory>();
+std::size_t selectByModel(const Correspondences& matches, Residual residual, double threshold,
+                          std::vector<double>& errors, Selection& result) {
+  const std::size_t n = matches.size();
+  errors.resize(n);
+  pixelErrors(residual, result.model, matches, errors.data());
+  result.score.resize(n);
+  std::size_t inliers = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    result.score[i] = static_cast<float>(-errors[i]);
+    result.mask[i] = errors[i] <= threshold * threshold ? 1 : 0;
+    inliers += result.mask[i];
+  }
+  return inliers;
+}
+
+const std::vector<std::uint32_t>* orderForSampler(const Correspondences& matches,
+                                                  const ConsensusOptions& options,
+                                                  const std::vector<std::uint32_t>& rows, Ordering& ordering,
+                                                  std::vector<std::uint32_t>& best_first, Selection& result) {
   const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;
+  if (!prosac && options.sampler != ConsensusOptions::Sampler::kLocal) return nullptr;
+  if (ordering.byQuality(matches, rows, best_first)) return &best_first;
+  if (prosac) {
+    addRemark(
+        result,
+        "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC");
+  }
+  return nullptr;
+}
+
+FrameHypotheses* framesForSampler(const Correspondences& matches, const ConsensusOptions& options,
+                                  const std::vector<std::uint32_t>& rows, Ordering& ordering,
+                                  std::vector<std::uint32_t>& best_first) {
+  if (options.sampler != ConsensusOptions::Sampler::kFrames) return nullptr;
+  FrameHypotheses& frames = WorkspaceScope::part<FrameHypotheses>();
+  frames.assign(matches, rows, ordering.byQuality(matches, rows, best_first) ? &best_first : nullptr);
+  return &frames;
+}
+
+void reportEnd(const SearchOutcome& outcome, double max_seconds, Selection& result) {
+  result.iterations = outcome.iterations;
+  if (outcome.timed_out) {
+    result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
+    addRemark(result, "stopped after " + std::to_string(result.iterations) + " hypotheses" +
+                          (outcome.best.exists() ? "" : ", none of them good enough") +
+                          ", max_seconds = " + formatNumber(max_seconds));
+  } else if (!outcome.best.exists() && outcome.no_valid_sample) {
+    result.status = Status::kDegenerate;
+    result.message = "no sample is valid: the matches are collinear, equal or differently oriented";
+  } else if (!outcome.best.exists()) {
+    result.status = Status::kNoModel;
+    result.message = "no hypothesis could be fitted";
+  }
+}
+
+bool isEnough(std::size_t matches, const TwoViewProblem& problem, Selection& result) {
+  if (matches >= static_cast<std::size_t>(problem.sample_size)) return true;
+  result.status = Status::kTooFew;
+  result.message = std::to_string(matches) + " matches, a " + toString(problem.kind) + " needs " +
+                   std::to_string(problem.sample_size);
+  return false;
+}
+
+SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptions& options, double threshold,
+                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline,
+                          FrameHypotheses* frames) {
+  SearchMemory& work = WorkspaceScope::part<SearchMemory>();
+  const bool ordered = options.sampler == ConsensusOptions::Sampler::kProsac ||
+                       options.sampler == ConsensusOptions::Sampler::kLocal;
   const NormalizedMatches* taking_part = &matches;
   const std::vector<std::uint32_t>* order = best_first;
   if (best_first != nullptr && best_first->size() < matches.size()) {
@@ -337,7 +436,7 @@ SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptio
     std::sort(work.positions.begin(), work.positions.end());
     gather(matches, work.positions, work.subset);
     taking_part = &work.subset;
-    if (prosac) {
+    if (ordered) {
       work.order.resize(best_first->size());
       std::transform(best_first->begin(), best_first->end(), work.order.begin(), [&work](std::uint32_t i) {
         return static_cast<std::uint32_t>(std::lower_bound(work.positions.begin(), work.positions.end(), i) -
@@ -347,7 +446,7 @@ SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptio
     }
   }
   const TwoViewProblem problem = problemOf(options);
-  Search search(*taking_part, options, problem, threshold, prosac ? order : nullptr, deadline, work);
+  Search search(*taking_part, options, problem, threshold, ordered ? order : nullptr, frames, deadline, work);
   SearchOutcome outcome;
   outcome.best = search.run(outcome.iterations);
   outcome.timed_out = search.timedOut();
@@ -360,12 +459,7 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
   const Deadline deadline(options.max_seconds);
   const TwoViewProblem problem = problemOf(options);
   const std::size_t n = best_first != nullptr ? best_first->size() : matches.size();
-  if (n < static_cast<std::size_t>(problem.sample_size)) {
-    result.status = Status::kTooFew;
-    result.message = std::to_string(n) + " matches, a " + toString(problem.kind) + " needs " +
-                     std::to_string(problem.sample_size);
-    return;
-  }
+  if (!isEnough(n, problem, result)) return;
   SelectionMemory& work = WorkspaceScope::part<SelectionMemory>();
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
   normalizeMatches(matches, work.rows, work.matches);
@@ -376,34 +470,16 @@ void searchConsensus(const Correspondences& matches, const ConsensusOptions& opt
     work.best_first.resize(n);
     for (std::size_t i = 0; i < n; ++i) work.best_first[i] = work.position[(*best_first)[i]];
     order = &work.best_first;
-  } else if (options.sampler == ConsensusOptions::Sampler::kProsac) {
-    if (work.ordering.byQuality(matches, work.rows, work.best_first)) {
-      order = &work.best_first;
-    } else {
-      result.message =
-          "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC";
-    }
-  }
-  SearchOutcome outcome = searchModel(work.matches, options, threshold, order, deadline);
-  result.iterations = outcome.iterations;
-  if (outcome.timed_out) {
-    result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
-    addRemark(result, "stopped after " + std::to_string(result.iterations) + " hypotheses" +
-                          (outcome.best.exists() ? "" : ", none of them good enough") +
-                          ", max_seconds = " + formatNumber(options.max_seconds));
-  }
-  if (outcome.best.exists()) {
-    fitToSelection(work.matches, options, problem, threshold, outcome.best);
-    report(matches, problem, threshold, outcome.best, work, result);
-  } else if (outcome.timed_out) {
-    return;
-  } else if (outcome.no_valid_sample) {
-    result.status = Status::kDegenerate;
-    result.message = "no sample is valid: the matches are collinear, equal or differently oriented";
   } else {
-    result.status = Status::kNoModel;
-    result.message = "no hypothesis could be fitted";
+    order = orderForSampler(matches, options, work.rows, work.ordering, work.best_first, result);
   }
+  FrameHypotheses* const frames =
+      framesForSampler(matches, options, work.rows, work.ordering, work.best_first);
+  SearchOutcome outcome = searchModel(work.matches, options, threshold, order, deadline, frames);
+  reportEnd(outcome, options.max_seconds, result);
+  if (!outcome.best.exists()) return;
+  fitToSelection(work.matches, options, problem, threshold, outcome.best);
+  report(matches, problem, threshold, outcome.best, work, result);
 }
 
 }  // namespace corrsel::core

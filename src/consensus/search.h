@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "base/deadline.h"
+#include "consensus/frame_hypotheses.h"
+#include "consensus/ordering.h"
 #include "consensus/two_view.h"
 #include "consensus/verifier.h"
 #include "corrsel/consensus/options.h"
@@ -59,8 +61,41 @@ TwoViewProblem problemOf(const ConsensusOptions& options);
 /// @param best_first  positions in `matches` without repetition, best first. Only these matches take part,
 ///                    with Sampler::kProsac in this order and with Sampler::kUniform all alike. nullptr: all
 ///                    matches take part, all alike
+/// @param frames      homographies that are tried before any sample, at most 60; nullptr = none. With
+///                    Sampler::kFrames no samples are drawn
 /// @pre at least as many matches take part as a sample has (problemOf(options).sample_size)
 SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptions& options, double threshold,
-                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline);
+                          const std::vector<std::uint32_t>* best_first, const Deadline& deadline,
+                          FrameHypotheses* frames = nullptr);
+
+/// Returns whether there are as many matches as a sample has. Otherwise sets the status kTooFew.
+bool isEnough(std::size_t matches, const TwoViewProblem& problem, Selection& result);
+
+/// The order in which options.sampler draws, or nullptr where it draws uniformly. Without descriptor
+/// distances it does, and the message reports it.
+/// @param rows        all rows of `matches`, in random order
+/// @param best_first  memory of the order
+const std::vector<std::uint32_t>* orderForSampler(const Correspondences& matches,
+                                                  const ConsensusOptions& options,
+                                                  const std::vector<std::uint32_t>& rows, Ordering& ordering,
+                                                  std::vector<std::uint32_t>& best_first, Selection& result);
+
+/// The hypotheses of Sampler::kFrames, or nullptr for other samplers. They are part of the workspace.
+/// @param rows        all rows of `matches`, in random order
+/// @param best_first  memory of the order
+FrameHypotheses* framesForSampler(const Correspondences& matches, const ConsensusOptions& options,
+                                  const std::vector<std::uint32_t>& rows, Ordering& ordering,
+                                  std::vector<std::uint32_t>& best_first);
+
+/// Writes iterations, and status and message where the search found no model or ended at the time limit.
+/// @param max_seconds  the limit, s
+void reportEnd(const SearchOutcome& outcome, double max_seconds, Selection& result);
+
+/// Writes mask and score by the errors of the model that `result` has already, in double precision.
+/// @param threshold  px
+/// @param errors     memory; receives the squared errors of all matches, px^2
+/// @return number of selected matches
+std::size_t selectByModel(const Correspondences& matches, Residual residual, double threshold,
+                          std::vector<double>& errors, Selection& result);
 
 }  // namespace corrsel::core

@@ -29,8 +29,7 @@ std::uint32_t cellOf(float value, float inverse_cell, bool exact) {
 
 }  // namespace
 
-void DistinctSupport::PointGroups::number(const std::vector<float>& x, const std::vector<float>& y,
-                                          double cell) {
+void PointGroups::number(const std::vector<float>& x, const std::vector<float>& y, double cell) {
   constexpr double kMostCells = 1e9;
   const std::size_t n = x.size();
   const auto inverse = static_cast<float>(1.0 / cell);

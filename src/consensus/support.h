@@ -8,6 +8,22 @@
 
 namespace corrsel::core {
 
+/// The points of one image, equal ones under one number. Points are equal if they are equal after rounding to
+/// multiples of a cell. Groups are numbered in the order of their first appearance.
+class PointGroups {
+ public:
+  /// Forgets the points of the previous call and keeps the memory. O(N).
+  /// @param cell  in the unit of the coordinates; positive
+  void number(const std::vector<float>& x, const std::vector<float>& y, double cell);
+
+  std::vector<std::uint32_t> of;     ///< group of each point
+  std::vector<std::uint32_t> sizes;  ///< points in each group
+
+ private:
+  std::vector<std::uint32_t> slots_;
+  std::vector<std::uint64_t> keys_;
+};
+
 /// Counts every image point at most once in the support of a model.
 ///
 /// Idea: a wrong model can gather many matches by sending many left points to a few right ones, for example a
@@ -56,16 +72,6 @@ class DistinctSupport {
   std::size_t countInliers(const float* errors, float squared_threshold);
 
  private:
-  /// The points of one image, equal ones under one number.
-  struct PointGroups {
-    void number(const std::vector<float>& x, const std::vector<float>& y, double cell);
-
-    std::vector<std::uint32_t> of;     // group of each match
-    std::vector<std::uint32_t> sizes;  // matches in each group
-    std::vector<std::uint32_t> slots_;
-    std::vector<std::uint64_t> keys_;
-  };
-
   Surplus findSurplus(float squared_threshold);
 
   std::vector<std::uint32_t> shared_;

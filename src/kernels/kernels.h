@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kernels/affine.h"
 #include "kernels/binary.h"
 #include "kernels/corner.h"
 #include "kernels/descriptor.h"
@@ -57,6 +58,7 @@ struct Kernels {
   BinaryKernels binary;
   HessianKernels hessian;
   ViewKernels views;
+  AffineKernels affine;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

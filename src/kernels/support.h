@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "kernels/residual.h"
+
 namespace corrsel::core {
 
 /// Columns of matches with the weight that each has as a vote. Slots without a match have the weight 0.
@@ -38,6 +40,12 @@ struct SupportCounts {
   std::int32_t supporters[SupportRule::kRadii][SupportRule::kTolerances];  ///< those that the map predicts
 };
 
+/// Affine maps side by side: x' = m[0] x + m[1] y + m[2], y' = m[3] x + m[4] y + m[5].
+struct AffineMaps {
+  static constexpr std::size_t kMaps = 16;
+  float m[6][kMaps];
+};
+
 /// The loops of local support. Each exists for both radii and tolerances, and for the first ones alone.
 /// O(slots).
 struct SupportKernels {
@@ -52,6 +60,11 @@ struct SupportKernels {
                       float v, const SupportRule& rule, std::int32_t* counts);
   void (*around_first)(const VotingMatches& matches, const SupportRun* runs, std::size_t count, float u,
                        float v, const SupportRule& rule, std::int32_t* counts);
+
+  /// Adds up max(0, 1 - squared error * inverse_squared_tolerance) over the matches, which are added in
+  /// their order, for each of the maps.
+  void (*affine_gains)(const AffineMaps& maps, const MatchColumns& matches, float inverse_squared_tolerance,
+                       float* gains);
 };
 
 }  // namespace corrsel::core

@@ -57,5 +57,22 @@ void aroundKernel(const VotingMatches& m, const SupportRun* runs, std::size_t co
   for (int r = 0; r < radii; ++r) counts[r] = sum(inside[r]);
 }
 
+inline void affineGainsKernel(const AffineMaps& maps, const MatchColumns& matches,
+                              float inverse_squared_tolerance, float* gains) {
+  static_assert(AffineMaps::kMaps == kLanes, "the maps are the lanes");
+  for (int part = 0; part < kParts; ++part) {
+    FloatV m[6], sum{};
+#pragma GCC unroll 6
+    for (int k = 0; k < 6; ++k) m[k] = load(maps.m[k] + part * kWidth);
+    for (std::size_t j = 0; j < matches.size; ++j) {
+      const float x = matches.left_x[j], y = matches.left_y[j];
+      const FloatV ex = m[0] * x + m[1] * y + m[2] - matches.right_x[j];
+      const FloatV ey = m[3] * x + m[4] * y + m[5] - matches.right_y[j];
+      sum += maximum(1.0F - (ex * ex + ey * ey) * inverse_squared_tolerance, FloatV{});
+    }
+    store(gains + part * kWidth, sum);
+  }
+}
+
 }  // namespace
 }  // namespace corrsel::core

@@ -2,6 +2,7 @@
 
 // The kernels of one level, as the level_*.cpp files compile them.
 
+#include "kernels/affine_kernels.h"
 #include "kernels/binary_kernels.h"
 #include "kernels/corner_kernels.h"
 #include "kernels/descriptor_kernels.h"
@@ -40,7 +41,7 @@ constexpr Kernels kTable = {
      pairRowKernel<Payoff>,
      pairProductKernel},
     kDescriptorKernels,
-    {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>},
+    {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>, affineGainsKernel},
     {filterColumnsKernel, filterRowKernel, doubleRowKernel, subtractRowsKernel, extremaKernel},
     {orientationKernel},
     {samplePatchKernel, sampleClampedKernel, blurRowsKernel, blurColumnsKernel, momentsKernel,
@@ -50,6 +51,7 @@ constexpr Kernels kTable = {
     {centroidKernel, binaryTestsKernel},
     {hessianResponsesKernel, hessianExtremaKernel},
     {sampleLineKernel},
+    {countKernel},
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 
 namespace corrsel::core {
@@ -39,9 +40,18 @@ cv::Mat imageOrGround(const cv::Mat& image, cv::Size size, const std::vector<flo
 
 }  // namespace
 
+cv::Scalar groupColour(std::int32_t group) {
+  static const cv::Scalar colours[] = {{66, 228, 240},   // yellow
+                                       {233, 180, 86},   // sky blue
+                                       {0, 159, 230},    // orange
+                                       {167, 121, 204},  // reddish purple
+                                       {255, 255, 255}};
+  return colours[static_cast<std::size_t>(group) % std::size(colours)];
+}
+
 cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const Correspondences& matches,
                     const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,
-                    double tolerance, std::size_t max_lines) {
+                    double tolerance, std::size_t max_lines, const std::vector<std::int32_t>& group) {
   const cv::Mat left = imageOrGround(left_image, matches.left_size, matches.left_x, matches.left_y);
   const cv::Mat right = imageOrGround(right_image, matches.right_size, matches.right_x, matches.right_y);
   const MatchColours colours;
@@ -71,9 +81,11 @@ cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const
       const std::size_t i = rows[k * rows.size() / count];
       const cv::Point from(cvRound(matches.left_x[i]), cvRound(matches.left_y[i]));
       const cv::Point to(cvRound(matches.right_x[i]) + left.cols, cvRound(matches.right_y[i]));
-      cv::line(canvas, from, to, colour, thickness, cv::LINE_AA);
-      cv::circle(canvas, from, 2 * thickness, colour, thickness, cv::LINE_AA);
-      cv::circle(canvas, to, 2 * thickness, colour, thickness, cv::LINE_AA);
+      const bool grouped = i < group.size() && group[i] >= 0;
+      const cv::Scalar of_points = grouped ? groupColour(group[i]) : colour;
+      cv::line(canvas, from, to, grouped && &rows == &unknown ? of_points : colour, thickness, cv::LINE_AA);
+      for (const cv::Point& point : {from, to})
+        cv::circle(canvas, point, 2 * thickness, of_points, grouped ? cv::FILLED : thickness, cv::LINE_AA);
     }
   };
   draw(missed, colours.missed);

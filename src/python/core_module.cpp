@@ -52,6 +52,8 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
   result["mask"] = arrayFrom<bool>(std::move(selection.mask), {static_cast<py::ssize_t>(input.size())});
   const bool scored = !selection.score.empty();
   result["score"] = scored ? py::object(arrayFrom(std::move(selection.score))) : py::none();
+  const bool grouped = !selection.group.empty();
+  result["group"] = grouped ? py::object(arrayFrom(std::move(selection.group))) : py::none();
   const bool modelled = selection.model_kind != core::ModelKind::kNone;
   result["model"] = modelled ? py::object(matrix(selection.model)) : py::none();
   result["model_kind"] = core::toString(selection.model_kind);

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "base/deadline.h"
+#include "base/gather.h"
 #include "base/text.h"
 #include "base/workspace_scope.h"
+#include "consensus/affine_growing.h"
 #include "consensus/local_optimization.h"
 #include "consensus/ordering.h"
 #include "consensus/search.h"
@@ -19,7 +21,6 @@
 #include "corrsel/selectors/usac.h"
 #include "geometry/normalization.h"
 #include "geometry/residual.h"
-#include "selectors/parts/affine_growing.h"
 #include "selectors/parts/leftover.h"
 #include "selectors/parts/local_support.h"
 #include "selectors/parts/parallax.h"
@@ -101,27 +102,6 @@ struct AutoMemory {
 
 std::size_t count(const Mask& mask) {
   return static_cast<std::size_t>(std::accumulate(mask.begin(), mask.end(), 0));
-}
-
-/// Takes rows of a column and keeps the memory of the target.
-template <class T>
-void gather(const std::vector<T>& from, const Rows& rows, std::vector<T>& to) {
-  to.resize(from.empty() ? 0 : rows.size());
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] = from[rows[i]];
-}
-
-/// Copies the columns that the selector uses.
-void gather(const Correspondences& from, const Rows& rows, Correspondences& to) {
-  gather(from.left_x, rows, to.left_x);
-  gather(from.left_y, rows, to.left_y);
-  gather(from.right_x, rows, to.right_x);
-  gather(from.right_y, rows, to.right_y);
-  gather(from.distance, rows, to.distance);
-  gather(from.second_distance, rows, to.second_distance);
-  gather(from.left_frame, rows, to.left_frame);
-  gather(from.right_frame, rows, to.right_frame);
-  to.left_size = from.left_size;
-  to.right_size = from.right_size;
 }
 
 /// The stages of the selector on one input.

@@ -7,14 +7,25 @@
 #include <utility>
 
 #include "base/text.h"
+#include "corrsel/selectors/acransac.h"
+#include "corrsel/selectors/adalam.h"
 #include "corrsel/selectors/auto.h"
+#include "corrsel/selectors/frame_votes.h"
 #include "corrsel/selectors/gms.h"
 #include "corrsel/selectors/gtm.h"
+#include "corrsel/selectors/icf.h"
 #include "corrsel/selectors/keep_all.h"
+#include "corrsel/selectors/laf.h"
+#include "corrsel/selectors/lap.h"
+#include "corrsel/selectors/logos.h"
 #include "corrsel/selectors/lpm.h"
 #include "corrsel/selectors/nnsr.h"
+#include "corrsel/selectors/planes.h"
+#include "corrsel/selectors/ranks.h"
 #include "corrsel/selectors/ransac.h"
+#include "corrsel/selectors/significant.h"
 #include "corrsel/selectors/st.h"
+#include "corrsel/selectors/tlinkage.h"
 #include "corrsel/selectors/usac.h"
 #include "corrsel/selectors/vfc.h"
 
@@ -108,7 +119,19 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<VfcSelector>(kPaper, "Vector field consensus"),
       builtIn<GmsSelector>(kPaper, "Grid-based motion statistics"),
       builtIn<LpmSelector>(kPaper, "Locality preserving matching"),
+      builtIn<AcransacSelector>(kOther, "A contrario random sample consensus, without a threshold"),
+      builtIn<AdalamSelector>(kOther, "Adaptive locally-affine matching; uses local affine frames"),
       builtIn<AutoSelector>(kOther, "Finds out by itself what kind of scene it has"),
+      builtIn<LafSelector>(kOther, "Linear adaptive filtering"),
+      builtIn<FrameVotesSelector>(kOther, "Votes of neighbouring local frames: HVIV, ACC"),
+      builtIn<LogosSelector>(kOther, "Local geometric support of rotations and scales; needs frames"),
+      builtIn<IcfSelector>(kOther, "Correspondence functions in both directions, reduced form"),
+      builtIn<TlinkageSelector>(kOther,
+                                "Clusters of matches that prefer the same homographies; small inputs"),
+      builtIn<PlanesSelector>(kOther, "Planes one after another, each found by its significance"),
+      builtIn<SignificantSelector>(kOther, "Neighbours that agree more often than by chance"),
+      builtIn<LapSelector>(kOther, "Local affine preservation"),
+      builtIn<RanksSelector>(kOther, "Multi-scale top K rank preservation"),
       builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
   };
   return table;
@@ -198,6 +221,16 @@ std::unique_ptr<Selector> createSelector(const std::string& spec, const OptionMa
 std::vector<std::string> selectorNames() {
   std::vector<std::string> names;
   for (const SelectorFactory& selector : builtInSelectors()) names.push_back(selector.name());
+  return names;
+}
+
+std::vector<std::string> usualSelectorNames() {
+  std::vector<std::string> names;
+  for (const SelectorFactory& selector : builtInSelectors()) {
+    const bool usual = selector.group() == SelectorGroup::kPaper ||
+                       selector.group() == SelectorGroup::kBaseline || selector.name() == "auto";
+    if (usual) names.push_back(selector.name());
+  }
   return names;
 }
 

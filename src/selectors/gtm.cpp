@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "base/text.h"
 #include "base/workspace_scope.h"
+#include "geometry/frame_map.h"
 #include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_matrix.h"
 
@@ -17,8 +17,6 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 
-constexpr double kMaxAnisotropy = 10;  // of a frame, longer by shorter axis
-constexpr double kMaxMagnification = 1000;
 constexpr double kTolerance = 1e-6;  // replicator: of payoffs in a step, relative to their mean
 constexpr int kOtsuBins = 256;
 // Populations that differ by less per step, relative to the largest, differ by rounding only: sums of 256
@@ -32,30 +30,6 @@ constexpr Eigen::Index kSeeds = 1000;        // equilibrium: matches of the firs
 constexpr double kNashTolerance =
     1e-3;                           // equilibrium: gain left, relative to mean payoff * (1 - mean payoff)
 constexpr int kMaxSteps = 1000000;  // equilibrium
-
-/// Whether the ellipse has an area and is not too long. With singular values s1 >= s2:
-/// s1^2 + s2^2 = |F|^2 and s1 s2 = |det F|.
-bool isUsable(const AffineFrame& f) {
-  const double a = f[0], b = f[1], c = f[3], d = f[4];
-  const double area = std::abs(a * d - b * c);
-  return area > 0 && a * a + b * b + c * c + d * d <= (kMaxAnisotropy + 1 / kMaxAnisotropy) * area;
-}
-
-/// The linear map that takes the left frame to the right one.
-std::optional<LinearMap> mapOf(const AffineFrame& left, const AffineFrame& right) {
-  if (!isUsable(left) || !isUsable(right)) return std::nullopt;
-  const double a = left[0], b = left[1], c = left[3], d = left[4], det = a * d - b * c;
-  const double magnification = std::abs((right[0] * double{right[4]} - right[1] * double{right[3]}) / det);
-  const double limit = kMaxMagnification * kMaxMagnification;
-  if (!(magnification <= limit && magnification >= 1 / limit)) return std::nullopt;
-  LinearMap map;
-  for (std::size_t row = 0; row < 2; ++row) {
-    const double p = right[3 * row], q = right[3 * row + 1];
-    map[2 * row] = static_cast<float>((p * d - q * c) / det);
-    map[2 * row + 1] = static_cast<float>((q * a - p * b) / det);
-  }
-  return map;
-}
 
 /// A population: how many play each of the distinct matches, and what they are paid.
 struct Population {
@@ -257,13 +231,8 @@ void GtmSelector::run(const Correspondences& matches, Selection& result) const {
   if (n == 0) return;
   const Deadline deadline(options_.max_seconds);
   std::vector<std::uint32_t> rows;
-  std::vector<LinearMap> maps(n);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const std::optional<LinearMap> map = mapOf(matches.left_frame[i], matches.right_frame[i]);
-    if (!map) continue;
-    maps[i] = *map;
-    rows.push_back(i);
-  }
+  std::vector<LinearMap> maps;
+  findFrameMaps(matches, maps, rows);
   if (rows.empty()) {
     result.status = Status::kDegenerate;
     result.message = "no match has usable frames";

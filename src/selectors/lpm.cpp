@@ -7,13 +7,17 @@
 #include <utility>
 #include <vector>
 
-#include "base/coordinate_order.h"
 #include "base/workspace_scope.h"
-#include "corrsel/selectors/neighbours.h"
 #include "kernels/kernels.h"
+#include "selectors/parts/match_neighbours.h"
+#include "selectors/parts/trusted_set.h"
 
 namespace corrsel::core {
 namespace {
+
+// The passes among the trusted matches: preset v1.
+constexpr int kGuideNeighbours = 4;
+constexpr double kGuideLambdaFirst = 6, kGuideLambdaSecond = 4;
 
 /// A window [begin, begin + length) of the neighbour list that forms one neighbourhood.
 struct Window {
@@ -26,16 +30,20 @@ struct Layout {
   int count = 1, listed = 0;
 };
 
-Layout layoutOf(const LpmOptions& options) {
+Layout countLayout(int k) {
   Layout layout;
-  if (options.cost == LpmOptions::Cost::kCount) {
-    layout.windows[0] = {0, options.k};
-  } else {
-    // The authors' code slices its table again at every scale and so loses one more of the nearest each time.
-    const int step = options.compat ? 1 : 0;
-    layout.count = 3;
-    for (int i = 0; i < 3; ++i) layout.windows[i] = {i * step, options.k + 2 - 2 * i};
-  }
+  layout.windows[0] = {0, k};
+  layout.listed = k;
+  return layout;
+}
+
+Layout layoutOf(const LpmOptions& options) {
+  if (options.cost == LpmOptions::Cost::kCount) return countLayout(options.k);
+  Layout layout;
+  // The authors' code slices its table again at every scale and so loses one more of the nearest each time.
+  const int step = options.compat ? 1 : 0;
+  layout.count = 3;
+  for (int i = 0; i < 3; ++i) layout.windows[i] = {i * step, options.k + 2 - 2 * i};
   for (const Window& window : layout.windows)
     layout.listed = std::max(layout.listed, window.begin + window.length);
   return layout;
@@ -46,53 +54,23 @@ struct Motion {
   double x, y, squared;
 };
 
-/// Distinct matches and the memory that a call needs, which is kept between calls. Matches are numbered in
-/// the order of their coordinates: ties broken by number then do not depend on the order of the input.
+/// Memory that is kept between calls.
 struct LpmMemory {
-  std::vector<float> left_x, left_y, right_x, right_y;
-  std::vector<std::uint32_t> of_input;  // per input match: its distinct match
+  MatchNeighbours all, trusted;
+  TrustedSet trusted_set;
   std::vector<Motion> motions;
-  std::vector<KeyedRow> rows, scratch;
-
-  PlanarNeighbours left, right;
-  std::vector<std::uint32_t> near_left, near_right;  // lists of neighbours
-  std::vector<std::uint64_t> common;                 // see NeighbourKernels
+  std::vector<std::uint64_t> common;  // see NeighbourKernels
   std::vector<float> cost;
   std::vector<std::uint32_t> accepted;
   std::vector<std::uint8_t> mask;
-
-  std::size_t size() const { return left_x.size(); }
 };
 
-void findDistinct(const Correspondences& matches, bool merge, LpmMemory& work) {
-  const std::size_t n = matches.size();
-  sortByCoordinates(matches, work.rows, work.scratch);
-  std::vector<float>* const columns[] = {&work.left_x, &work.left_y, &work.right_x, &work.right_y};
-  for (std::vector<float>* const column : columns) column->resize(n);
-  work.of_input.resize(n);
-  std::uint32_t distinct = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::uint32_t row = work.rows[i].row;
-    const bool repeated = merge && i > 0 && work.rows[i].key == work.rows[i - 1].key &&
-                          compareCoordinates(matches, work.rows[i - 1].row, row) == 0;
-    if (!repeated) {
-      work.left_x[distinct] = matches.left_x[row];
-      work.left_y[distinct] = matches.left_y[row];
-      work.right_x[distinct] = matches.right_x[row];
-      work.right_y[distinct] = matches.right_y[row];
-      ++distinct;
-    }
-    work.of_input[row] = distinct - 1;
-  }
-  for (std::vector<float>* const column : columns) column->resize(distinct);
-}
-
-void findMotions(LpmMemory& work) {
-  work.motions.resize(work.size());
-  for (std::size_t i = 0; i < work.size(); ++i) {
-    const double x = static_cast<double>(work.right_x[i]) - work.left_x[i];
-    const double y = static_cast<double>(work.right_y[i]) - work.left_y[i];
-    work.motions[i] = {x, y, x * x + y * y};
+void findMotions(const MatchNeighbours& matches, std::vector<Motion>& motions) {
+  motions.resize(matches.size());
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const double x = static_cast<double>(matches.right_x[i]) - matches.left_x[i];
+    const double y = static_cast<double>(matches.right_y[i]) - matches.left_y[i];
+    motions[i] = {x, y, x * x + y * y};
   }
 }
 
@@ -117,47 +95,17 @@ bool disagree(const Motion& a, const Motion& b, const MotionRule& rule) {
   return dot / std::sqrt(a.squared * b.squared) * shorter / longer < tau;
 }
 
-/// Moves every list so that its neighbours, the match itself taken out, stand at 1 .. listed.
-void takeOutSelf(std::vector<std::uint32_t>& lists, std::size_t count, std::size_t length) {
-  for (std::size_t i = 0; i < count; ++i) {
-    std::uint32_t* const list = lists.data() + i * length;
-    std::uint32_t* const end = std::find(list, list + length - 1, static_cast<std::uint32_t>(i));
-    std::move_backward(list, end, end + 1);
-  }
-}
-
-/// Neighbour lists of all matches in both images: lists of 1 + layout.listed, the first of which is not used.
-void findNeighbours(const std::vector<std::uint32_t>* members, const Layout& layout, bool compat,
-                    LpmMemory& work) {
-  const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
-  const std::size_t count = members != nullptr ? members->size() : n;
-  const std::uint32_t* const numbers = members != nullptr ? members->data() : nullptr;
-  constexpr std::size_t kBeyond = 8;  // numbers that the comparison may read behind the end
-  work.near_left.resize(n * length + kBeyond);
-  work.near_right.resize(n * length + kBeyond);
-  // Matches are numbered by x, cells along their first coordinate. With x and y exchanged both orders agree,
-  // which keeps what is used together in the processor's cache.
-  const int k = layout.listed + 1;
-  work.left.build(work.left_y.data(), work.left_x.data(), count, k, numbers);
-  work.left.nearestToAll(work.left_y.data(), work.left_x.data(), n, k, work.near_left.data());
-  work.right.build(work.right_y.data(), work.right_x.data(), count, k, numbers);
-  work.right.nearestToAll(work.right_y.data(), work.right_x.data(), n, k, work.near_right.data());
-  if (compat) return;  // the first neighbour is dropped even where it is not the match itself
-  takeOutSelf(work.near_left, n, length);
-  takeOutSelf(work.near_right, n, length);
-}
-
 /// Cost of one neighbourhood with so many common neighbours, so many of which disagree.
 double windowCost(int length, int common, int disagreeing, bool count_only) {
   return count_only ? 2.0 * (length - common) : static_cast<double>(length - common + disagreeing) / length;
 }
 
 /// Costs from lists of at most 8 neighbours: common ones as bits, see NeighbourKernels.
-void costsOfShortLists(const Layout& layout, bool count_only, const MotionRule& rule, LpmMemory& work) {
-  const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
+void costsOfShortLists(const MatchNeighbours& matches, const Layout& layout, bool count_only,
+                       const MotionRule& rule, LpmMemory& work) {
+  const std::size_t n = matches.size(), stride = matches.stride();
   work.common.resize(n);
-  kernels().neighbours.common(work.near_left.data() + 1, work.near_right.data() + 1, length, layout.listed, n,
-                              work.common.data());
+  kernels().neighbours.common(matches.left(), matches.right(), stride, layout.listed, n, work.common.data());
   std::uint64_t windows[3] = {}, any = 0;
   for (int w = 0; w < layout.count; ++w) {
     const Window& window = layout.windows[w];
@@ -171,7 +119,7 @@ void costsOfShortLists(const Layout& layout, bool count_only, const MotionRule& 
     std::uint64_t disagreeing = 0;
     for (std::uint64_t left = count_only ? 0 : common; left != 0; left &= left - 1) {
       const auto bit = static_cast<unsigned>(__builtin_ctzll(left));
-      const std::uint32_t neighbour = work.near_left[i * length + 1 + bit / 8];
+      const std::uint32_t neighbour = matches.left()[i * stride + bit / 8];
       if (disagree(work.motions[i], work.motions[neighbour], rule)) disagreeing |= left & -left;
     }
     double sum = 0;
@@ -184,11 +132,12 @@ void costsOfShortLists(const Layout& layout, bool count_only, const MotionRule& 
 }
 
 /// Costs from lists of any length.
-void costsOfLongLists(const Layout& layout, bool count_only, const MotionRule& rule, LpmMemory& work) {
-  const std::size_t n = work.size(), length = static_cast<std::size_t>(layout.listed) + 1;
+void costsOfLongLists(const MatchNeighbours& matches, const Layout& layout, bool count_only,
+                      const MotionRule& rule, LpmMemory& work) {
+  const std::size_t n = matches.size(), stride = matches.stride();
   for (std::size_t i = 0; i < n; ++i) {
-    const std::uint32_t* const left = work.near_left.data() + i * length + 1;
-    const std::uint32_t* const right = work.near_right.data() + i * length + 1;
+    const std::uint32_t* const left = matches.left() + i * stride;
+    const std::uint32_t* const right = matches.right() + i * stride;
     double sum = 0;
     for (int w = 0; w < layout.count; ++w) {
       const Window& window = layout.windows[w];
@@ -205,14 +154,14 @@ void costsOfLongLists(const Layout& layout, bool count_only, const MotionRule& r
   }
 }
 
-/// One pass: the cost of every match against the neighbourhoods formed by `members`, nullptr = all.
-void findCosts(const std::vector<std::uint32_t>* members, const Layout& layout, const LpmOptions& options,
-               LpmMemory& work) {
-  findNeighbours(members, layout, options.compat, work);
-  work.cost.resize(work.size());
+/// Costs of all matches against the neighbourhoods formed by `members`, nullptr = all.
+void findCosts(MatchNeighbours& matches, const std::vector<std::uint32_t>* members, const Layout& layout,
+               const LpmOptions& options, LpmMemory& work) {
+  matches.find(members, layout.listed,
+               options.compat ? MatchNeighbours::Self::kDropNearest : MatchNeighbours::Self::kLeaveOut);
+  work.cost.resize(matches.size());
   const auto costs = layout.listed <= 8 ? costsOfShortLists : costsOfLongLists;
-  costs(layout, options.cost == LpmOptions::Cost::kCount,
-        {options.tau, options.noise_floor * options.noise_floor}, work);
+  costs(matches, layout, layout.count == 1, {options.tau, options.noise_floor * options.noise_floor}, work);
 }
 
 void acceptWithin(double lambda, LpmMemory& work) {
@@ -221,6 +170,24 @@ void acceptWithin(double lambda, LpmMemory& work) {
   for (std::size_t i = 0; i < work.cost.size(); ++i) {
     if (work.cost[i] <= lambda + 1e-6) work.accepted.push_back(static_cast<std::uint32_t>(i));
   }
+}
+
+/// Two passes of LPM among the trusted matches. @return whether work.accepted, the survivors, can guide
+bool findGuides(const Correspondences& matches, const LpmOptions& options, std::size_t needed,
+                LpmMemory& work) {
+  const Layout layout = countLayout(kGuideNeighbours);
+  work.trusted_set.find(matches, options.guide_ratio);
+  work.trusted.assign(matches, options.merge_duplicates, &work.trusted_set.mask());
+  const auto enough = static_cast<std::size_t>(layout.listed) + 2;
+  if (work.trusted.size() < std::max({TrustedSet::kFewest, enough, needed})) return false;
+  findCosts(work.trusted, nullptr, layout, options, work);
+  acceptWithin(kGuideLambdaFirst, work);
+  if (work.accepted.size() >= enough) {
+    findCosts(work.trusted, &work.accepted, layout, options, work);
+    acceptWithin(kGuideLambdaSecond, work);
+  }
+  for (std::uint32_t& number : work.accepted) number = work.all.ofRow(work.trusted.rowOf(number));
+  return work.accepted.size() >= needed;
 }
 
 }  // namespace
@@ -243,6 +210,11 @@ void LpmOptions::visit(OptionVisitor& visitor) const {
       {"noise_floor", 0, 1000, "px",
        "Multiscale: motions that differ by at most this agree, whatever their directions; 0 = off"},
       &LpmOptions::noise_floor);
+  visitor.flag("guided",
+               "Form the first neighbourhoods from the trusted matches that survive LPM among themselves",
+               &LpmOptions::guided);
+  visitor.number({"guide_ratio", 0, 1, "-", "Guided: trusted matches have a distance ratio below this"},
+                 &LpmOptions::guide_ratio);
   visitor.flag("merge_duplicates", "Decide identical matches once, so that they cannot support themselves",
                &LpmOptions::merge_duplicates);
   visitor.flag("compat", "Take neighbours as the authors' code does", &LpmOptions::compat);
@@ -265,39 +237,37 @@ Presets LpmSelector::presets() const {
             {"k", "6"},
             {"lambda_first", "0.8"},
             {"lambda_second", "0.5"},
-            {"tau", "0.2"}}}};
+            {"tau", "0.2"}}},
+          {"guided", {{"guided", "true"}, {"k", "6"}}}};
+}
+
+std::string LpmSelector::missingInput(const Correspondences& matches) const {
+  return options_.guided ? TrustedSet::missingInput(matches, "lpm with guided = true") : "";
 }
 
 void LpmSelector::run(const Correspondences& matches, Selection& result) const {
   LpmMemory& work = WorkspaceScope::part<LpmMemory>();
-  findDistinct(matches, options_.merge_duplicates, work);
+  MatchNeighbours& all = work.all;
+  all.assign(matches, options_.merge_duplicates);
   const Layout layout = layoutOf(options_);
   const std::size_t needed = static_cast<std::size_t>(layout.listed) + 2;
-  if (work.size() < needed) {
-    result.status = Status::kTooFew;
-    result.message = std::to_string(work.size()) + " distinct matches, lpm needs " + std::to_string(needed);
-    return;
-  }
-  if (allEqual(work.left_x, work.left_y) || allEqual(work.right_x, work.right_y)) {
-    result.status = Status::kDegenerate;
-    result.message = "all points of one image are equal: neighbourhoods have no meaning";
-    return;
-  }
-  if (options_.cost == LpmOptions::Cost::kMultiscale) findMotions(work);
-  findCosts(nullptr, layout, options_, work);
+  if (!all.canForm(needed, "lpm", result)) return;
+  if (options_.cost == LpmOptions::Cost::kMultiscale) findMotions(all, work.motions);
+  const bool guided = options_.guided && findGuides(matches, options_, needed, work);
+  findCosts(all, guided ? &work.accepted : nullptr, layout, options_, work);
   acceptWithin(options_.lambda_first, work);
   result.iterations = 1;
   if (work.accepted.size() >= needed) {
-    findCosts(&work.accepted, layout, options_, work);
+    findCosts(all, &work.accepted, layout, options_, work);
     acceptWithin(options_.lambda_second, work);
     result.iterations = 2;
   }
-  work.mask.assign(work.size(), 0);
-  for (const std::uint32_t row : work.accepted) work.mask[row] = 1;
+  work.mask.assign(all.size(), 0);
+  for (const std::uint32_t number : work.accepted) work.mask[number] = 1;
   result.score.resize(matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    result.mask[i] = work.mask[work.of_input[i]];
-    result.score[i] = -work.cost[work.of_input[i]];
+    result.mask[i] = work.mask[all.ofRow(i)];
+    result.score[i] = -work.cost[all.ofRow(i)];
   }
 }
 

@@ -47,6 +47,7 @@ bool allUsable(const Correspondences& matches) {
 void fail(Selection& result, std::size_t n, Status status, const std::string& message) {
   result.mask.assign(n, 0);
   result.score.clear();
+  result.group.clear();
   result.model_kind = ModelKind::kNone;
   result.confidence = 0.0;
   result.status = status;
@@ -60,6 +61,17 @@ void requireSense(const Selection& result, std::size_t n) {
     throw std::length_error("the selector returned a mask of " + std::to_string(result.mask.size()) +
                             " and " + std::to_string(result.score.size()) + " scores for " +
                             std::to_string(n) + " matches");
+  }
+  if (!result.group.empty() && result.group.size() != n) {
+    throw std::length_error("the selector returned " + std::to_string(result.group.size()) +
+                            " group numbers for " + std::to_string(n) + " matches");
+  }
+  for (std::size_t i = 0; i < result.group.size(); ++i) {
+    if (result.group[i] < -1 || (result.group[i] >= 0 && result.mask[i] == 0)) {
+      throw std::domain_error("the selector returned the group number " + std::to_string(result.group[i]) +
+                              " for a match with mask " + std::to_string(result.mask[i]) +
+                              "; allowed are numbers from 0 for selected matches, and -1");
+    }
   }
   const auto wrong = std::find_if(result.mask.begin(), result.mask.end(),
                                   [](std::uint8_t selected) { return selected > 1; });
@@ -158,6 +170,10 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
       if (!inner.score.empty()) {
         result.score.assign(n, std::numeric_limits<float>::quiet_NaN());
         for (std::size_t i = 0; i < rows.size(); ++i) result.score[rows[i]] = inner.score[i];
+      }
+      if (!inner.group.empty()) {
+        result.group.assign(n, -1);
+        for (std::size_t i = 0; i < rows.size(); ++i) result.group[rows[i]] = inner.group[i];
       }
       result.model_kind = inner.model_kind;
       result.model = inner.model;

@@ -14,6 +14,7 @@
 #include "base/workspace_scope.h"
 #include "corrsel/random.h"
 #include "kernels/kernels.h"
+#include "selectors/parts/trusted_set.h"
 
 namespace corrsel::core {
 namespace {
@@ -36,6 +37,9 @@ constexpr double kPilotMargin = 2;
 constexpr std::size_t kPointsPerLook = 1024;
 // Columns that start from less than this hold rounding errors.
 constexpr double kLeastTolerance = 1e-13;
+// The share of right matches among all, after the field was fitted to the trusted ones.
+constexpr double kFirstShare = 0.1, kLeastShare = 0.01, kMostShare = 0.95, kCountedPosterior = 0.5;
+constexpr int kShareSteps = 5;
 
 /// Memory aligned like the lines of the cache, which keeps vectors from straddling two of them.
 template <class T>
@@ -63,6 +67,7 @@ struct VfcMemory {
   Numbers pivot_x, pivot_y, pivot_rest, pivot_rows;     // pivots found among them
   Numbers lanes, gram, solution;
   std::vector<std::uint32_t> pilots;
+  TrustedSet trusted;
 };
 
 std::size_t paddedSize(std::size_t n) { return (n + kFieldGroup - 1) / kFieldGroup * kFieldGroup; }
@@ -78,11 +83,15 @@ void sortRows(const Correspondences& matches, VfcMemory& work) {
   for (std::size_t i = 0; i < matches.size(); ++i) work.rows[i] = work.keyed[i].row;
 }
 
-/// Points of one image in the order of `rows`, centred and scaled to a mean squared radius of 1.
-/// @return false where all are equal
-bool normalise(const std::vector<float>& from_x, const std::vector<float>& from_y,
-               const std::vector<std::uint32_t>& rows, double* x, double* y) {
-  const std::size_t n = rows.size();
+/// Centre and scale of the points of one image.
+struct Frame {
+  double mean_x = 0, mean_y = 0, scale = 1;
+};
+
+/// The first n points of one image in the order of `rows`, centred and scaled to a mean squared radius of 1.
+/// @return nothing where all are equal
+std::optional<Frame> normalise(const std::vector<float>& from_x, const std::vector<float>& from_y,
+                               const std::vector<std::uint32_t>& rows, std::size_t n, double* x, double* y) {
   bool equal = true;
   double mean_x = 0, mean_y = 0, squared = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -92,7 +101,7 @@ bool normalise(const std::vector<float>& from_x, const std::vector<float>& from_
     mean_x += x[i];
     mean_y += y[i];
   }
-  if (equal) return false;
+  if (equal) return std::nullopt;
   mean_x /= static_cast<double>(n);
   mean_y /= static_cast<double>(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -105,7 +114,16 @@ bool normalise(const std::vector<float>& from_x, const std::vector<float>& from_
     x[i] *= scale;
     y[i] *= scale;
   }
-  return true;
+  return Frame{mean_x, mean_y, scale};
+}
+
+/// Points of one image in the order of `rows`, centred and scaled as given.
+void place(const std::vector<float>& from_x, const std::vector<float>& from_y,
+           const std::vector<std::uint32_t>& rows, const Frame& frame, double* x, double* y) {
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    x[i] = (from_x[rows[i]] - frame.mean_x) * frame.scale;
+    y[i] = (from_y[rows[i]] - frame.mean_y) * frame.scale;
+  }
 }
 
 /// Draws rows of distinct left points, all of them if there are no more than `count`.
@@ -161,6 +179,8 @@ class Field {
     }
     fillGroup(work.pilot_x, work.pilots.size());
     fillGroup(work.pilot_y, work.pilots.size());
+    for (Numbers* column : {&work.pivot_x, &work.pivot_y, &work.pivot_rest, &work.pivot_rows})
+      column->clear();
     work.pilot_rest.assign(work.pilot_x.size(), 1.0);
     work.rest.assign(work.x.size(), 1.0);
   }
@@ -171,6 +191,7 @@ class Field {
   std::optional<double> fit(double ridge, double tolerance) {
     if (deadline_.passed() || !extend(tolerance)) return std::nullopt;
     const FieldFactor factor = factorOf(work_.columns, n_, rank_);
+    fitted_ = rank_;
     const std::size_t m = rank_ + 2;
     work_.lanes.resize(std::max(work_.lanes.size(), m * m * kFieldGroup));
     work_.gram.resize(m * m);
@@ -197,6 +218,19 @@ class Field {
   /// |w|^2 of the last fit, which is tr(C^T K C) for f = K C.
   double norm() const { return norm_; }
 
+  /// Writes the squared residuals of n other samples, which stand at the begin of `columns`, under the last
+  /// field that was fitted. work.x and work.y hold their points. The field cannot be fitted again after that.
+  void judge(std::size_t n) {
+    n_ = n;
+    rank_ = 0;
+    work_.rest.assign(paddedSize(n), 1.0);
+    work_.squared.assign(paddedSize(n), 0.0);
+    work_.posterior.assign(paddedSize(n), 0.0);
+    if (fitted_ > 0) add(pivotsFrom(0, fitted_), work_.x, work_.y, n, 0, work_.columns, work_.rest, nullptr);
+    kernels().field.residuals(factorOf(work_.columns, n, fitted_), work_.solution.data(),
+                              work_.posterior.data(), work_.squared.data());
+  }
+
  private:
   static FieldFactor factorOf(const Numbers& columns, std::size_t n, std::size_t rank) {
     return {columns.data(), columnStride(n), rank, paddedSize(n)};
@@ -206,65 +240,64 @@ class Field {
   bool extend(double tolerance) {
     // Between the pilots more is left over than at them.
     const double at_pilots = std::max(kLeastTolerance, sparse_ ? 0.0 : tolerance / kPilotMargin);
-    clearPivots();
-    while (rank_ + pivots() < kLargestRank) {
+    while (pivots() < kLargestRank) {
       const std::size_t next = largestOf(work_.pilot_rest, work_.pilots.size());
-      if (work_.pilot_rest[next] <= at_pilots && rank_ + pivots() > 0) break;
+      if (work_.pilot_rest[next] <= at_pilots && pivots() > 0) break;
       if (deadline_.passed()) return false;
       takePivot(work_.pilot_x[next], work_.pilot_y[next], work_.pilot_rest[next], work_.pilot_columns,
                 work_.pilots.size(), next);
       work_.pilot_rest[next] = 0;
     }
-    if (pivots() > 0 && !addColumns()) return false;
+    if (pivots() > rank_ && !addColumns()) return false;
     while (!sparse_ && largest_rest_ > tolerance && rank_ < kLargestRank) {
       const std::size_t next = largestOf(work_.rest, n_);
-      clearPivots();
       takePivot(work_.x[next], work_.y[next], work_.rest[next], work_.columns, n_, next);
       if (!addColumns()) return false;
     }
     return true;
   }
 
+  /// Pivots so far; the points have columns for the first rank_ of them.
   std::size_t pivots() const { return work_.pivot_x.size(); }
 
-  void clearPivots() {
-    for (Numbers* column : {&work_.pivot_x, &work_.pivot_y, &work_.pivot_rest, &work_.pivot_rows})
-      column->clear();
+  FieldPivots pivotsFrom(std::size_t begin, std::size_t end) const {
+    return {end - begin,
+            work_.pivot_x.data() + begin,
+            work_.pivot_y.data() + begin,
+            work_.pivot_rest.data() + begin,
+            work_.pivot_rows.data() + begin * kLargestRank,
+            kLargestRank};
   }
 
   /// Appends a pivot, whose row of the factor is `row` of `columns`, and gives the pilots its column.
   void takePivot(double x, double y, double rest, const Numbers& columns, std::size_t n, std::size_t row) {
-    const std::size_t rank = rank_ + pivots(), stride = columnStride(n);
+    const std::size_t rank = pivots(), stride = columnStride(n);
     work_.pivot_x.push_back(x);
     work_.pivot_y.push_back(y);
     work_.pivot_rest.push_back(rest);
     work_.pivot_rows.resize(pivots() * kLargestRank);
     double* const elements = work_.pivot_rows.data() + (pivots() - 1) * kLargestRank;
     for (std::size_t j = 0; j < rank; ++j) elements[j] = columns[(j + 2) * stride + row];
-    const FieldPivots last{1, &x, &y, &rest, elements, kLargestRank};
-    add(last, work_.pilot_x, work_.pilot_y, work_.pilots.size(), rank, work_.pilot_columns, work_.pilot_rest);
+    add(pivotsFrom(rank, rank + 1), work_.pilot_x, work_.pilot_y, work_.pilots.size(), rank,
+        work_.pilot_columns, work_.pilot_rest, &deadline_);
   }
 
   /// Gives all points the columns of the pivots. @return false where the deadline has passed
   bool addColumns() {
-    const FieldPivots all{pivots(),
-                          work_.pivot_x.data(),
-                          work_.pivot_y.data(),
-                          work_.pivot_rest.data(),
-                          work_.pivot_rows.data(),
-                          kLargestRank};
-    largest_rest_ = add(all, work_.x, work_.y, n_, rank_, work_.columns, work_.rest);
-    rank_ += pivots();
+    largest_rest_ =
+        add(pivotsFrom(rank_, pivots()), work_.x, work_.y, n_, rank_, work_.columns, work_.rest, &deadline_);
+    rank_ = pivots();
     return !deadline_.passed();
   }
 
-  /// @return what is left of the diagonal, at most; stops at the deadline
+  /// @return what is left of the diagonal, at most; stops at the deadline if there is one
   double add(const FieldPivots& pivots, const Numbers& x, const Numbers& y, std::size_t n, std::size_t rank,
-             Numbers& columns, Numbers& rest) {
+             Numbers& columns, Numbers& rest, const Deadline* deadline) const {
     const std::size_t begin = (rank + 2) * columnStride(n), end = begin + pivots.count * columnStride(n);
     if (columns.size() < end) columns.resize(end * 3 / 2);
     double largest = 0;
-    for (std::size_t i = 0; i < paddedSize(n) && !(i > 0 && deadline_.passed()); i += kPointsPerLook) {
+    for (std::size_t i = 0; i < paddedSize(n); i += kPointsPerLook) {
+      if (i > 0 && deadline != nullptr && deadline->passed()) break;
       FieldFactor part = factorOf(columns, n, rank);
       part.columns += i;
       part.padded = std::min(kPointsPerLook, part.padded - i);
@@ -279,37 +312,121 @@ class Field {
   bool sparse_;
   const Deadline& deadline_;
   VfcMemory& work_;
-  std::size_t rank_ = 0;
+  std::size_t rank_ = 0, fitted_ = 0;
   double largest_rest_ = 1, norm_ = 0;
 };
 
+/// The state of the EM between its steps.
+struct Mixture {
+  double variance;
+  double share;  ///< of right matches
+};
+
+FieldPosteriorSums findPosteriors(const Mixture& mixture, const VfcOptions& options, double counted,
+                                  std::size_t n, VfcMemory& work) {
+  const FieldPosteriorRule rule{
+      -0.5 / mixture.variance,
+      2 * kPi * mixture.variance * (1 - mixture.share) / (mixture.share * options.outlier_area),
+      kLeastPosterior, counted};
+  return kernels().field.posteriors(rule, work.squared.data(), n, work.posterior.data());
+}
+
 /// The EM. Leaves the posteriors in work.posterior: at the deadline those of the last field that was fitted.
 /// @return its steps; at the deadline the fields fitted
-int estimate(std::size_t n, const VfcOptions& options, double variance, const Deadline& deadline,
-             VfcMemory& work, bool& timed_out) {
-  Field field(n, options, deadline, work);
-  double energy = 1, ratio = options.inlier_ratio;
+int estimate(std::size_t n, const VfcOptions& options, Field& field, Mixture& mixture, VfcMemory& work,
+             bool& timed_out) {
+  double energy = 1;
   int steps = 0;
-  while (steps < options.max_iterations && variance > kLeastVariance) {
+  while (steps < options.max_iterations && mixture.variance > kLeastVariance) {
     ++steps;
-    const FieldPosteriorRule rule{-0.5 / variance,
-                                  2 * kPi * variance * (1 - ratio) / (ratio * options.outlier_area),
-                                  kLeastPosterior, options.threshold};
-    const FieldPosteriorSums sums =
-        kernels().field.posteriors(rule, work.squared.data(), n, work.posterior.data());
+    const FieldPosteriorSums sums = findPosteriors(mixture, options, options.threshold, n, work);
     const double before =
-        std::exchange(energy, sums.weighted / (2 * variance) + sums.sum * std::log(variance) +
+        std::exchange(energy, sums.weighted / (2 * mixture.variance) + sums.sum * std::log(mixture.variance) +
                                   options.lambda / 2 * field.norm());
     if (std::abs(energy - before) <= options.energy_change * std::abs(energy)) break;
-    const double ridge = options.lambda * variance;
+    const double ridge = options.lambda * mixture.variance;
     const std::optional<double> rest =
         field.fit(ridge, std::max(kLeastTolerance, options.kernel_tolerance * ridge));
     timed_out = !rest;
     if (timed_out) return steps - 1;
-    variance = *rest / (2 * sums.clamped);
-    ratio = std::clamp(sums.accepted / static_cast<double>(n), kLeastInlierRatio, kMostInlierRatio);
+    mixture.variance = *rest / (2 * sums.clamped);
+    mixture.share = std::clamp(sums.accepted / static_cast<double>(n), kLeastInlierRatio, kMostInlierRatio);
   }
   return steps;
+}
+
+/// Orders the rows by their coordinates, and the trusted ones first where the field is fitted to these alone.
+/// @return the number of rows to fit to
+std::size_t chooseRows(const Correspondences& matches, const VfcOptions& options, VfcMemory& work) {
+  sortRows(matches, work);
+  if (!options.guided) return matches.size();
+  work.trusted.find(matches, options.guide_ratio);
+  if (work.trusted.size() < TrustedSet::kFewest) return matches.size();
+  work.rows.clear();
+  for (const std::uint8_t trusted : {1, 0}) {
+    for (const KeyedRow& row : work.keyed) {
+      if (work.trusted.mask()[row.row] == trusted) work.rows.push_back(row.row);
+    }
+  }
+  return work.trusted.size();
+}
+
+/// The right and left frames of the points that the field was fitted to.
+struct Frames {
+  Frame left, right;
+};
+
+/// Writes points and field samples of the first n rows. @return nothing where all points of an image are
+/// equal
+std::optional<Frames> layOut(const Correspondences& matches, std::size_t n, VfcMemory& work) {
+  const std::size_t stride = columnStride(n);
+  for (Numbers* column : {&work.x, &work.y, &work.squared, &work.posterior})
+    column->assign(paddedSize(n), 0.0);
+  if (work.columns.size() < 2 * stride) work.columns.resize(2 * stride);
+  double *const u = work.columns.data(), *const v = u + stride;
+  std::fill(u, v + stride, 0.0);
+  const auto left = normalise(matches.left_x, matches.left_y, work.rows, n, work.x.data(), work.y.data());
+  const auto right = normalise(matches.right_x, matches.right_y, work.rows, n, u, v);
+  if (!left || !right) return std::nullopt;
+  return Frames{*left, *right};
+}
+
+/// The displacements as field samples, and what stands behind the last point. @return their variance
+double findDisplacements(std::size_t n, VfcMemory& work) {
+  std::fill(work.x.begin() + static_cast<std::ptrdiff_t>(n), work.x.end(), work.x[n - 1]);
+  std::fill(work.y.begin() + static_cast<std::ptrdiff_t>(n), work.y.end(), work.y[n - 1]);
+  double *const u = work.columns.data(), *const v = u + columnStride(n);
+  double variance = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    u[i] -= work.x[i];
+    v[i] -= work.y[i];
+    work.squared[i] = u[i] * u[i] + v[i] * v[i];
+    variance += work.squared[i];
+  }
+  return variance / (2 * static_cast<double>(n));
+}
+
+/// Posteriors of all matches under a field that was fitted to the trusted ones.
+void judgeAll(const Correspondences& matches, const VfcOptions& options, const Frames& frames, Field& field,
+              Mixture mixture, VfcMemory& work) {
+  const std::size_t n = matches.size(), stride = columnStride(n);
+  work.x.resize(paddedSize(n));
+  work.y.resize(paddedSize(n));
+  if (work.columns.size() < 2 * stride) work.columns.resize(2 * stride);
+  double *const u = work.columns.data(), *const v = u + stride;
+  std::fill(u, v + stride, 0.0);
+  place(matches.left_x, matches.left_y, work.rows, frames.left, work.x.data(), work.y.data());
+  place(matches.right_x, matches.right_y, work.rows, frames.right, u, v);
+  work.squared.resize(paddedSize(n));
+  findDisplacements(n, work);
+  field.judge(n);
+  const double least = options.min_sigma * frames.right.scale;
+  mixture = {std::max({mixture.variance, least * least, kLeastVariance}), kFirstShare};
+  for (int step = 0; step < kShareSteps; ++step) {
+    const FieldPosteriorSums sums = findPosteriors(mixture, options, kCountedPosterior, n, work);
+    mixture.share = std::clamp(sums.accepted / static_cast<double>(n), kLeastShare, kMostShare);
+  }
+  findPosteriors(mixture, options, options.threshold, n, work);
 }
 
 }  // namespace
@@ -335,12 +452,24 @@ void VfcOptions::visit(OptionVisitor& visitor) const {
                  &VfcOptions::kernel_tolerance);
   visitor.integer({"control_points", 0, 200, "-", "Points that carry the field, drawn at random; 0 = all"},
                   &VfcOptions::control_points);
+  visitor.flag("guided", "Fit the field to the trusted matches only, then judge all by it",
+               &VfcOptions::guided);
+  visitor.number({"guide_ratio", 0, 1, "-", "Guided: trusted matches have a distance ratio below this"},
+                 &VfcOptions::guide_ratio);
+  visitor.number({"min_sigma", 0, 100, "px", "Guided: least standard deviation when all matches are judged"},
+                 &VfcOptions::min_sigma);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers"}, &VfcOptions::seed);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &VfcOptions::max_seconds);
   visitConfidence(visitor);
 }
 
-Presets VfcSelector::presets() const { return {{"sparse", {{"control_points", "16"}}}}; }
+Presets VfcSelector::presets() const {
+  return {{"sparse", {{"control_points", "16"}}}, {"guided", {{"guided", "true"}}}};
+}
+
+std::string VfcSelector::missingInput(const Correspondences& matches) const {
+  return options_.guided ? TrustedSet::missingInput(matches, "vfc with guided = true") : "";
+}
 
 void VfcSelector::run(const Correspondences& matches, Selection& result) const {
   const std::size_t n = matches.size();
@@ -351,38 +480,34 @@ void VfcSelector::run(const Correspondences& matches, Selection& result) const {
   }
   const Deadline deadline(options_.max_seconds);
   VfcMemory& work = WorkspaceScope::part<VfcMemory>();
-  sortRows(matches, work);
-  const std::size_t padded = paddedSize(n), stride = columnStride(n);
-  for (Numbers* column : {&work.x, &work.y, &work.squared, &work.posterior}) column->assign(padded, 0.0);
-  if (work.columns.size() < 2 * stride) work.columns.resize(2 * stride);
-  double *const u = work.columns.data(), *const v = u + stride;
-  std::fill(u, v + stride, 0.0);
-  if (!normalise(matches.left_x, matches.left_y, work.rows, work.x.data(), work.y.data()) ||
-      !normalise(matches.right_x, matches.right_y, work.rows, u, v)) {
+  std::size_t fitted = chooseRows(matches, options_, work);
+  std::optional<Frames> frames = layOut(matches, fitted, work);
+  if (!frames && fitted < n) {
+    fitted = n;
+    sortRows(matches, work);
+    frames = layOut(matches, fitted, work);
+  }
+  if (!frames) {
     result.status = Status::kDegenerate;
     result.message = "all points of an image are equal";
     return;
   }
-  std::fill(work.x.begin() + static_cast<std::ptrdiff_t>(n), work.x.end(), work.x[n - 1]);
-  std::fill(work.y.begin() + static_cast<std::ptrdiff_t>(n), work.y.end(), work.y[n - 1]);
-  double variance = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    u[i] -= work.x[i];
-    v[i] -= work.y[i];
-    work.squared[i] = u[i] * u[i] + v[i] * v[i];
-    variance += work.squared[i];
-  }
-  variance /= 2 * static_cast<double>(n);
-  if (variance > kLeastVariance) {
+  Mixture mixture{findDisplacements(fitted, work), options_.inlier_ratio};
+  const bool at_rest = mixture.variance <= kLeastVariance;
+  Field field(fitted, options_, deadline, work);
+  if (!at_rest) {
     bool timed_out = false;
-    result.iterations = estimate(n, options_, variance, deadline, work, timed_out);
+    result.iterations = estimate(fitted, options_, field, mixture, work, timed_out);
     if (timed_out) {
       result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
       result.message = "stopped after " + std::to_string(result.iterations) +
                        " steps, max_seconds = " + formatNumber(options_.max_seconds);
       if (result.iterations == 0) return;
     }
-  } else {
+  }
+  if (fitted < n) {
+    judgeAll(matches, options_, *frames, field, mixture, work);
+  } else if (at_rest) {
     for (std::size_t i = 0; i < n; ++i)
       work.posterior[i] = work.squared[i] <= kLargestResidualAtRest * kLargestResidualAtRest ? 1.0 : 0.0;
   }

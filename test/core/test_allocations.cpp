@@ -123,12 +123,15 @@ std::string testName(const ::testing::TestParamInfo<std::string>& info) {
 
 INSTANTIATE_TEST_SUITE_P(All, Allocations,
                          ::testing::Values("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "vfc",
-                                           "vfc:sparse", "gms", "gms:rotation_scale", "lpm", "lpm:v1",
-                                           "lpm:v2", "auto", "auto:f"),
+                                           "vfc:sparse", "vfc:guided", "gms", "gms:rotation_scale", "lpm",
+                                           "lpm:v1", "lpm:v2", "lpm:guided", "acransac:h", "acransac:f",
+                                           "planes", "auto", "auto:f", "laf", "laf:pffm", "laf:guided",
+                                           "adalam", "icf", "significant", "lap", "ranks"),
                          testName);
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,
-                         ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "auto", "st", "gtm"),
+                         ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "acransac", "auto",
+                                           "st", "gtm", "laf", "frame_votes", "logos", "adalam", "icf"),
                          testName);
 
 }  // namespace

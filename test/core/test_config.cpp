@@ -24,9 +24,12 @@ TEST(Config, ResolveExpandsAllAndAddsTheBaselineOnce) {
   EXPECT_EQ(config.features,
             (std::vector<std::string>{"sift+orb", "hessian_affine+sift", "sift+sift", "orb+orb",
                                       "asift+asift", "blob+freak", "akaze+akaze", "brisk+brisk"}));
-  std::vector<std::string> expected = selectorNames();
+  std::vector<std::string> expected = usualSelectorNames();
   expected.insert(expected.begin(), "lpm:v2");
   EXPECT_EQ(config.selectors, expected);
+  config.selectors = {"every"};
+  config.resolve();
+  EXPECT_EQ(config.selectors, selectorNames());
 }
 
 TEST(Config, ResolveNamesWhatIsWrongAndWhatIsValid) {

@@ -292,6 +292,62 @@ TEST_F(Kernels, SupportIsTheSameAtEveryLevel) {
   }
 }
 
+TEST_F(Kernels, GainsOfAffineMapsAreSumsInOrder) {
+  const Scene scene = homographyScene({301, 0.5, 2.0, 9});
+  const Correspondences& all = scene.matches;
+  const MatchColumns m = {all.left_x.data(), all.left_y.data(), all.right_x.data(), all.right_y.data(),
+                          all.size()};
+  AffineMaps maps{};
+  float expected[AffineMaps::kMaps];
+  for (std::size_t k = 0; k < AffineMaps::kMaps; ++k) {
+    const float s = 0.9F + 0.01F * static_cast<float>(k);
+    const float map[6] = {s, -0.1F, 5, 0.1F, s, static_cast<float>(k)};
+    for (std::size_t i = 0; i < 6; ++i) maps.m[i][k] = map[i];
+    expected[k] = 0;
+    for (std::size_t j = 0; j < all.size(); ++j) {
+      const float ex = map[0] * all.left_x[j] + map[1] * all.left_y[j] + map[2] - all.right_x[j];
+      const float ey = map[3] * all.left_x[j] + map[4] * all.left_y[j] + map[5] - all.right_y[j];
+      expected[k] += std::max(0.0F, 1.0F - (ex * ex + ey * ey) * 1e-4F);
+    }
+    EXPECT_GT(expected[k], 0);
+  }
+  for (const KernelLevel level : supportedKernelLevels()) {
+    SCOPED_TRACE(toString(level));
+    setKernelLevel(level);
+    float gains[AffineMaps::kMaps];
+    kernels().support.affine_gains(maps, m, 1e-4F, gains);
+    for (std::size_t k = 0; k < AffineMaps::kMaps; ++k) EXPECT_EQ(gains[k], expected[k]) << k;
+  }
+}
+
+TEST_F(Kernels, AffineCountsAreTheSameAtEveryLevel) {
+  const Scene scene = homographyScene({1008, 0.5, 2.0, 9});
+  const Correspondences& m = scene.matches;
+  const float a[] = {0.9F, -0.1F, 0.2F, 1.1F};
+  for (const std::size_t slots : {0, 16, 32, 1008}) {
+    std::int32_t expected[2] = {};
+    const float limits[] = {150 * 150, 300 * 300};
+    for (std::size_t i = 0; i < slots; ++i) {
+      const float ex = a[0] * m.left_x[i] + a[1] * m.left_y[i] - m.right_x[i];
+      const float ey = a[2] * m.left_x[i] + a[3] * m.left_y[i] - m.right_y[i];
+      for (int k = 0; k < 2; ++k) expected[k] += ex * ex + ey * ey <= limits[k] ? 1 : 0;
+    }
+    if (slots == 1008) {
+      EXPECT_GT(expected[0], 10);
+      EXPECT_LT(expected[0], expected[1]);
+      EXPECT_LT(expected[1], 1008);
+    }
+    for (const KernelLevel level : supportedKernelLevels()) {
+      setKernelLevel(level);
+      const RelativeMatches relative = {m.left_x.data(), m.left_y.data(), m.right_x.data(), m.right_y.data(),
+                                        slots};
+      for (int k = 0; k < 2; ++k)
+        EXPECT_EQ(kernels().affine.count(relative, a, limits[k]), expected[k])
+            << toString(level) << " " << slots;
+    }
+  }
+}
+
 TEST_F(Kernels, PointsBehindTheCameraHaveNoError) {
   const float x[] = {1}, y[] = {1};
   const MatchColumns m = {x, y, x, y, 1};

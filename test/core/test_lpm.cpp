@@ -304,6 +304,30 @@ TEST(Lpm, FindsTheRightMatches) {
   EXPECT_GT(v2.recall, 95);
 }
 
+TEST(Lpm, GuidedStartsFromTheTrustedMatches) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Scene scene = homographyScene({3000, 0.08, 1.0, seed});
+    // A third of the right matches is ambiguous.
+    for (std::size_t i = 0; i < 3000; i += 3) scene.matches.second_distance[i] = scene.matches.distance[i];
+    const Quality guided = quality(createSelector("lpm:guided")->select(scene.matches).mask, scene.inlier);
+    EXPECT_GT(guided.f, 85);
+    EXPECT_LT(quality(createSelector("lpm:v1")->select(scene.matches).mask, scene.inlier).f, 80);
+  }
+}
+
+TEST(Lpm, GuidedUsesAllWhereFewAreTrusted) {
+  Correspondences m = homographyScene({400, 0.6, 0.5, 2}).matches;
+  for (std::size_t i = 9; i < 400; ++i) m.second_distance[i] = m.distance[i];
+  const OptionMap usual = {{"k", "6"}};
+  const Selection s = createSelector("lpm:guided")->select(m),
+                  expected = createSelector("lpm", usual)->select(m);
+  EXPECT_EQ(s.mask, expected.mask);
+  EXPECT_EQ(s.score, expected.score);
+  m.distance.clear();
+  EXPECT_EQ(createSelector("lpm:guided")->select(m).message,
+            "lpm with guided = true needs the column distance");
+}
+
 TEST(Lpm, ReachesThePublishedMeansOnAdelaideRmf) {
   if (adelaidePairs().empty()) GTEST_SKIP() << "skipped: the AdelaideRMF files are not here";
   ASSERT_EQ(adelaidePairs().size(), 36u);

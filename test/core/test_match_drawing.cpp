@@ -80,6 +80,29 @@ TEST(MatchDrawing, UnknownTruthHasItsColour) {
   EXPECT_EQ(classOf(drawing, 2), "selected");
 }
 
+TEST(MatchDrawing, GroupsHaveTheirColours) {
+  const auto near = [](const cv::Mat& drawing, int row, int column, const cv::Scalar& colour) {
+    const cv::Vec3b p = drawing.at<cv::Vec3b>(row, column);
+    return cv::norm(cv::Vec3d(p[0] - colour[0], p[1] - colour[1], p[2] - colour[2])) < 30;
+  };
+  const std::vector<std::int32_t> group = {1, -1, 6, 2};
+  // The truth is unknown: lines have the colour of the group, which is used again after five.
+  const cv::Mat unknown =
+      drawMatches(black(100, 80), black(100, 80), rungs(4), {1, 1, 1, 1}, {}, 5, 200, group);
+  EXPECT_TRUE(near(unknown, 10, 99, groupColour(1)));
+  EXPECT_EQ(classOf(unknown, 1), "selected");
+  EXPECT_TRUE(near(unknown, 22, 99, groupColour(1)));
+  EXPECT_TRUE(near(unknown, 28, 99, groupColour(2)));
+  // The truth is known: lines show it, and discs at the points show the group.
+  const cv::Mat known =
+      drawMatches(black(100, 80), black(100, 80), rungs(4), {1, 1, 1, 1}, {0, 0, 9, 9}, 5, 200, group);
+  EXPECT_EQ(classOf(known, 0), "correct");
+  EXPECT_EQ(classOf(known, 3), "wrong");
+  EXPECT_TRUE(near(known, 10, 30, groupColour(1)));
+  EXPECT_TRUE(near(known, 10, 150, groupColour(1)));
+  EXPECT_TRUE(near(known, 28, 30, groupColour(2)));
+}
+
 TEST(MatchDrawing, ThinsEveryClassEvenly) {
   for (const std::size_t max_lines : {0, 1, 3, 7, 10, 49, 60, 99, 100, 200}) {
     // 100 right ones and 60 missed ones.

@@ -20,7 +20,7 @@ namespace corrsel::core {
 namespace {
 
 // Every selector, and every one but nnsr after nnsr.
-std::size_t selections() { return 2 * selectorNames().size() - 1; }
+std::size_t selections() { return 2 * usualSelectorNames().size() - 1; }
 
 using testing::contains;
 
@@ -177,7 +177,7 @@ TEST_F(Runner, CellsNeedNotBeAProduct) {
   config_.resolve();
   const Outcome outcome = run("cells", 1);
   // Two cells without preselection; after nnsr, nnsr itself is left out.
-  const std::size_t all = selectorNames().size();
+  const std::size_t all = usualSelectorNames().size();
   EXPECT_EQ(outcome.rows.size(), 1U + (all + (all - 1) + all) * 2);
   EXPECT_EQ(run("cells", 1, true).state.pairs_done, 1U);
 }

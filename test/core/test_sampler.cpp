@@ -24,6 +24,102 @@ TEST(Sampler, UniformSamplesAreDistinctAndEven) {
   for (const int count : counts) EXPECT_NEAR(count, 4000, 300);
 }
 
+/// Matches on a lattice of 20 x 20, which a shift moves: neighbours in four dimensions are those of the
+/// lattice.
+Correspondences lattice() {
+  Correspondences m;
+  for (int i = 0; i < 400; ++i) {
+    const cv::Point2f p(static_cast<float>(10 * (i % 20)), static_cast<float>(10 * (i / 20)));
+    m.add(p, p + cv::Point2f(5, 7));
+  }
+  return m;
+}
+
+TEST(MatchNeighbourhood, IsNearInBothImages) {
+  Correspondences m = lattice();
+  // A match that begins beside match 210 and ends elsewhere is not near.
+  m.right_x[211] += 500;
+  const NormalizedMatches normalized = normalizeMatches(m);
+  MatchNeighbourhood near;
+  near.build(normalized);
+  std::uint32_t found[8];
+  ASSERT_EQ(near.find(210, 8, found), 8);
+  // The eight around it, without itself and without that one; the ninth is two columns away.
+  const std::set<std::uint32_t> numbers(found, found + 8);
+  EXPECT_EQ(numbers.count(210), 0u);
+  EXPECT_EQ(numbers.count(211), 0u);
+  for (const std::uint32_t expected : {189U, 190U, 191U, 209U, 229U, 230U, 231U})
+    EXPECT_EQ(numbers.count(expected), 1u);
+}
+
+TEST(Sampler, LocalSamplesAreNearOneAnotherInThreeOfFourDraws) {
+  const NormalizedMatches normalized = normalizeMatches(lattice());
+  MatchNeighbourhood near;
+  near.build(normalized);
+  Sampler sampler(near, 400, nullptr, 4, 1);
+  int local = 0;
+  for (int draw = 0; draw < 4000; ++draw) {
+    std::uint32_t sample[4];
+    sampler.draw(sample);
+    EXPECT_EQ(std::set<std::uint32_t>(sample, sample + 4).size(), 4u);
+    bool all_near = true;
+    for (const std::uint32_t k : sample) {
+      const int dx = int(k % 20) - int(sample[0] % 20), dy = int(k / 20) - int(sample[0] / 20);
+      all_near = all_near && dx * dx + dy * dy <= 200;
+    }
+    local += all_near ? 1 : 0;
+  }
+  EXPECT_GE(local, 3000);
+  EXPECT_LE(local, 3900);
+}
+
+TEST(Sampler, LocalSamplesBeginWithTheBestMatchesInEverySecondRound) {
+  const NormalizedMatches normalized = normalizeMatches(lattice());
+  MatchNeighbourhood near;
+  near.build(normalized);
+  const std::vector<std::uint32_t> order = permutation(400, 3);
+  Sampler sampler(near, 400, &order, 4, 1);
+  std::uint32_t sample[4];
+  for (std::uint64_t draw = 1; draw <= 800; ++draw) {
+    sampler.draw(sample);
+    if (draw % 4 < 3 && draw / 4 % 2 == 0) {
+      EXPECT_EQ(sample[0], order[draw / 8]) << draw;
+    }
+  }
+}
+
+/// Two planes with 30 % of the matches each: the share of samples whose members are all of one plane.
+TEST(Sampler, LocalSamplesAreMoreOftenPure) {
+  Random random(1);
+  Correspondences m;
+  std::vector<int> plane;
+  for (int i = 0; i < 300; ++i) {
+    const int of = i % 10 < 3 ? 0 : i % 10 < 6 ? 1 : 2;
+    const cv::Point2d left = uniformPoint(random, 320, 480) + cv::Point2d(of == 1 ? 320 : 0, 0);
+    m.add(left, of == 2   ? uniformPoint(random, 640, 480)
+                : of == 0 ? left + cv::Point2d(20, 5)
+                          : 0.8 * left + cv::Point2d(60, 40));
+    plane.push_back(of);
+  }
+  const NormalizedMatches normalized = normalizeMatches(m);
+  MatchNeighbourhood near;
+  near.build(normalized);
+  Sampler local(near, 300, nullptr, 4, 1), uniform(300, 4, 1);
+  const auto pure = [&](Sampler& sampler) {
+    int count = 0;
+    for (int draw = 0; draw < 4000; ++draw) {
+      std::uint32_t s[4];
+      sampler.draw(s);
+      count += plane[s[0]] < 2 && plane[s[1]] == plane[s[0]] && plane[s[2]] == plane[s[0]] &&
+                       plane[s[3]] == plane[s[0]]
+                   ? 1
+                   : 0;
+    }
+    return count;
+  };
+  EXPECT_GT(pure(local), 5 * pure(uniform));
+}
+
 TEST(Sampler, ProsacGrowsItsPoolAsThePaperSays) {
   const std::vector<std::uint32_t> order = permutation(1000, 3);
   constexpr int kSample = 4;

@@ -224,6 +224,12 @@ TEST(Selector, RefusesNonsense) {
        "the selector returned a confidence of -1; allowed are finite numbers from 0"},
       {[](const Correspondences&, Selection& r) { r.confidence = std::numeric_limits<double>::infinity(); },
        "the selector returned a confidence of inf; allowed are finite numbers from 0"},
+      {[](const Correspondences&, Selection& r) { r.group.assign(r.mask.size(), -2); },
+       "the selector returned the group number -2 for a match with mask 0; allowed are numbers from 0 for "
+       "selected matches, and -1"},
+      {[](const Correspondences&, Selection& r) { r.group.assign(r.mask.size(), 1); },
+       "the selector returned the group number 1 for a match with mask 0; allowed are numbers from 0 for "
+       "selected matches, and -1"},
       {[](const Correspondences&, Selection&) { throw 7; },
        "the selector threw something that is not a std::exception"},
   };
@@ -239,6 +245,19 @@ TEST(Selector, RefusesNonsense) {
       EXPECT_EQ(s.n_selected, 0u);
     }
   }
+}
+
+TEST(Selector, UnusableRowsHaveNoGroup) {
+  const Stub stub([](const Correspondences& m, Selection& result) {
+    for (std::size_t i = 0; i < m.size(); ++i) {
+      result.mask[i] = 1;
+      result.group.push_back(static_cast<std::int32_t>(m.left_x[i]));
+    }
+  });
+  Correspondences m = matches(4);
+  EXPECT_EQ(stub.select(m).group, (std::vector<std::int32_t>{0, 1, 2, 3}));
+  m.left_y[1] = kNaN;
+  EXPECT_EQ(stub.select(m).group, (std::vector<std::int32_t>{0, -1, 2, 3}));
 }
 
 TEST(Selector, CountsByItself) {

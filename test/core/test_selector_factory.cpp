@@ -31,12 +31,12 @@ OptionMap optionsOf(const Selector& selector) {
 
 TEST(SelectorFactory, KnowsPresets) {
   EXPECT_EQ(selectorPresets("gms"), (std::vector<std::string>{"rotation", "scale", "rotation_scale"}));
-  EXPECT_EQ(selectorPresets("lpm"), (std::vector<std::string>{"paper", "v1", "v2"}));
+  EXPECT_EQ(selectorPresets("lpm"), (std::vector<std::string>{"paper", "v1", "v2", "guided"}));
   EXPECT_EQ(selectorPresets("ransac"), (std::vector<std::string>{"h", "f", "count", "msac", "lo", "prosac"}));
-  EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert"}));
+  EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert", "rrwm"}));
   EXPECT_EQ(selectorPresets("gtm"), (std::vector<std::string>{"paper", "equilibrium"}));
   EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform", "paper"}));
-  EXPECT_EQ(selectorPresets("vfc"), (std::vector<std::string>{"sparse"}));
+  EXPECT_EQ(selectorPresets("vfc"), (std::vector<std::string>{"sparse", "guided"}));
   EXPECT_TRUE(selectorPresets("nnsr").empty());
   for (const std::string& name : selectorNames()) {
     EXPECT_EQ(createSelector(name)->name(), name);
@@ -52,8 +52,8 @@ TEST(SelectorFactory, ListsWhatIsValid) {
   EXPECT_EQ(refusal(""), "unknown selector ''" + names);
   EXPECT_EQ(refusal("GMS:scale"), "unknown selector 'GMS'" + names);
   EXPECT_EQ(errorOf<std::invalid_argument>([] { selectorPresets("gsm"); }), "unknown selector 'gsm'" + names);
-  EXPECT_EQ(refusal("lpm:v3"), "unknown preset 'v3' of selector lpm; valid: paper, v1, v2");
-  EXPECT_EQ(refusal("lpm:"), "unknown preset '' of selector lpm; valid: paper, v1, v2");
+  EXPECT_EQ(refusal("lpm:v3"), "unknown preset 'v3' of selector lpm; valid: paper, v1, v2, guided");
+  EXPECT_EQ(refusal("lpm:"), "unknown preset '' of selector lpm; valid: paper, v1, v2, guided");
   EXPECT_EQ(refusal("nnsr:h"), "unknown preset 'h' of selector nnsr; valid: none");
   EXPECT_EQ(refusal("nnsr", {{"bin", "3"}}),
             "unknown option nnsr.bin; valid: bins, fallback, min_threshold, max_threshold, min_confidence");
@@ -98,7 +98,9 @@ TEST(SelectorFactory, PresetsSetTheirOptions) {
         {"lambda_second", "0.5"},
         {"tau", "0.2"}}},
       {"ransac:f", "ransac", {{"model", "fundamental"}}},
+      {"lpm:guided", "lpm", {{"guided", "true"}, {"k", "6"}}},
       {"vfc:sparse", "vfc", {{"control_points", "16"}}},
+      {"vfc:guided", "vfc", {{"guided", "true"}}},
       {"gms:rotation", "gms", {{"rotation", "true"}}},
       {"gms:scale", "gms", {{"scale", "true"}}},
       {"gms:rotation_scale", "gms", {{"rotation", "true"}, {"scale", "true"}}},
@@ -259,6 +261,9 @@ TEST(SelectorFactory, ListsTheSelectorsOfThePaperFirstAndTheBaselineLast) {
   const std::vector<std::string> names = selectorNames();
   EXPECT_EQ(std::vector<std::string>(names.begin(), names.begin() + 8), paper);
   EXPECT_EQ(builtInSelectors().back().name(), "keep_all");
+  paper.push_back("auto");
+  paper.push_back("keep_all");
+  EXPECT_EQ(usualSelectorNames(), paper);
   EXPECT_EQ(toString(builtInSelectors().back().group()), "baseline");
   EXPECT_EQ(toString(SelectorGroup::kOther), "other methods");
 }
@@ -333,10 +338,12 @@ const std::vector<std::string> kSpecs = {"nnsr",
                                          "gtm:equilibrium",
                                          "vfc",
                                          "vfc:sparse",
+                                         "vfc:guided",
                                          "gms",
                                          "gms:rotation_scale",
                                          "lpm",
                                          "lpm:v2",
+                                         "lpm:guided",
                                          "auto",
                                          "auto:h",
                                          "keep_all"};
@@ -382,6 +389,7 @@ class ListedSelector : public EverySelector {};
 void expectSame(const Selection& a, const Selection& b) {
   EXPECT_EQ(a.mask, b.mask);
   EXPECT_EQ(a.score, b.score);
+  EXPECT_EQ(a.group, b.group);
   EXPECT_EQ(a.status, b.status);
   EXPECT_EQ(a.message, b.message);
   EXPECT_EQ(a.model_kind, b.model_kind);
@@ -391,8 +399,9 @@ void expectSame(const Selection& a, const Selection& b) {
 }
 
 TEST_P(ListedSelector, AnswersEveryNumberOfMatches) {
-  const std::map<std::string, std::size_t> least = {{"vfc", 5},     {"vfc:sparse", 5}, {"lpm", 6},
-                                                    {"lpm:v2", 10}, {"auto", 6},       {"auto:h", 6}};
+  const std::map<std::string, std::size_t> least = {{"vfc", 5},  {"vfc:sparse", 5}, {"vfc:guided", 5},
+                                                    {"lpm", 6},  {"lpm:v2", 10},    {"lpm:guided", 8},
+                                                    {"auto", 6}, {"auto:h", 6}};
   const std::size_t needed = least.count(spec()) ? least.at(spec()) : !samples() ? 0 : fundamental() ? 7 : 4;
   for (const std::size_t n : {0, 1, 2, 3, 4, 7, 8, 20}) {
     SCOPED_TRACE(n);
@@ -417,7 +426,11 @@ TEST_P(ListedSelector, AnswersEveryNumberOfMatches) {
 }
 
 TEST_P(EverySelector, KeepsATimeLimit) {
-  const Correspondences m = scene(5000, 0.02).matches;
+  // Few enough for selectors that refuse many matches.
+  const OptionMap defaults = optionsOf(*createSelector(spec()));
+  const auto most = defaults.find("max_matches");
+  const Correspondences m =
+      scene(most == defaults.end() ? 5000 : std::min(5000, std::stoi(most->second)), 0.02).matches;
   for (const double limit : {0.5, 5.5, 50.5}) {
     SCOPED_TRACE(limit);
     const auto selector = createSelector(spec(), {}, {{"max_seconds", formatNumber(limit)}});
@@ -481,10 +494,12 @@ TEST_P(ListedSelector, FindsTheRightMatches) {
                                                                    {"gtm:equilibrium", {98, 97}},
                                                                    {"vfc", {97, 97}},
                                                                    {"vfc:sparse", {97, 97}},
+                                                                   {"vfc:guided", {97, 97}},
                                                                    {"gms", {97, 85}},
                                                                    {"gms:rotation_scale", {97, 85}},
                                                                    {"lpm", {85, 99}},
                                                                    {"lpm:v2", {97, 97}},
+                                                                   {"lpm:guided", {97, 97}},
                                                                    {"auto", {99, 99}},
                                                                    {"auto:h", {99, 99}},
                                                                    {"keep_all", {59, 100}}};

@@ -322,6 +322,136 @@ TEST_F(Vfc, LimitsThatAreNotReachedChangeNothing) {
   EXPECT_EQ(with.iterations, without.iterations);
 }
 
+/// The field of `fitted` rows judges all rows, with dense kernel matrices.
+Mask guidedByDefinition(const Correspondences& m, const std::vector<std::uint32_t>& fitted,
+                        const VfcOptions& o) {
+  const auto points = [&m](const std::vector<std::uint32_t>& rows, bool left) {
+    Eigen::MatrixX2d p(rows.size(), 2);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      p.row(Eigen::Index(i)) << (left ? m.left_x : m.right_x)[rows[i]],
+          (left ? m.left_y : m.right_y)[rows[i]];
+    }
+    return p;
+  };
+  std::vector<std::uint32_t> all(m.size());
+  std::iota(all.begin(), all.end(), 0U);
+  Eigen::MatrixX2d x = points(fitted, true), y = points(fitted, false), all_x = points(all, true),
+                   all_y = points(all, false);
+  double right_scale = 0;
+  for (const auto& [few, many] : {std::pair{&x, &all_x}, std::pair{&y, &all_y}}) {
+    const Eigen::RowVector2d mean = few->colwise().mean();
+    few->rowwise() -= mean;
+    many->rowwise() -= mean;
+    right_scale = 1 / std::sqrt(few->rowwise().squaredNorm().mean());
+    *few *= right_scale;
+    *many *= right_scale;
+  }
+  y -= x;
+  all_y -= all_x;
+  const auto kernel = [&o](const Eigen::MatrixX2d& a, const Eigen::MatrixX2d& b) {
+    Eigen::MatrixXd k(a.rows(), b.rows());
+    for (Eigen::Index j = 0; j < b.rows(); ++j)
+      k.col(j) = (-o.beta * (a.rowwise() - b.row(j)).rowwise().squaredNorm().array()).exp().matrix();
+    return k;
+  };
+  const Eigen::Index n = x.rows();
+  const Eigen::MatrixXd k = kernel(x, x);
+  Eigen::MatrixX2d weights = Eigen::MatrixX2d::Zero(n, 2), field = weights;
+  double variance = y.squaredNorm() / double(2 * n), gamma = o.inlier_ratio, energy = 1;
+  for (int step = 0; step < o.max_iterations && variance > 1e-8; ++step) {
+    const Eigen::ArrayXd squared = (y - field).rowwise().squaredNorm();
+    const Eigen::ArrayXd e = (-squared / (2 * variance)).exp();
+    const Eigen::VectorXd p = e / (e + 2 * M_PI * variance * (1 - gamma) / (gamma * o.outlier_area));
+    const double old = energy;
+    energy = p.dot(squared.matrix()) / (2 * variance) + p.sum() * std::log(variance) +
+             o.lambda / 2 * weights.cwiseProduct(k * weights).sum();
+    if (std::abs(energy - old) <= o.energy_change * std::abs(energy)) break;
+    const Eigen::VectorXd clamped = p.cwiseMax(1e-5);
+    Eigen::MatrixXd system = k;
+    system.diagonal() += o.lambda * variance * clamped.cwiseInverse();
+    weights = system.llt().solve(y);
+    field = k * weights;
+    variance = clamped.dot((y - field).rowwise().squaredNorm()) / (2 * clamped.sum());
+    gamma = std::clamp(double((p.array() > o.threshold).count()) / double(n), 0.05, 0.95);
+  }
+  const Eigen::ArrayXd squared = (all_y - kernel(all_x, x) * weights).rowwise().squaredNorm();
+  variance = std::max(variance, std::pow(o.min_sigma * right_scale, 2));
+  const Eigen::ArrayXd e = (-squared / (2 * variance)).exp();
+  Eigen::ArrayXd p;
+  double g = 0.1;
+  for (int step = 0; step <= 5; ++step) {
+    p = e / (e + 2 * M_PI * variance * (1 - g) / (g * o.outlier_area));
+    g = std::clamp(double((p > 0.5).count()) / double(p.size()), 0.01, 0.95);
+  }
+  Mask mask;
+  for (Eigen::Index i = 0; i < p.size(); ++i) mask.push_back(p[i] > o.threshold ? 1 : 0);
+  return mask;
+}
+
+TEST_F(Vfc, GuidedFollowsItsDefinition) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const SceneOptions scene{300, 0.1 * double(seed), 0.4 * double(seed), seed};
+    Correspondences m = (seed % 2 ? stereoScene(scene) : homographyScene(scene)).matches;
+    // Some right matches are ambiguous, and no two points are equal.
+    for (std::size_t i = 0; i < m.size(); i += 3) m.second_distance[i] = m.distance[i];
+    std::vector<std::uint32_t> trusted;
+    for (std::uint32_t i = 0; i < m.size(); ++i) {
+      if (m.distance[i] < 0.9F * m.second_distance[i]) trusted.push_back(i);
+    }
+    VfcOptions options;
+    options.guided = true;
+    const Selection s = VfcSelector(options).select(m);
+    EXPECT_EQ(s.mask, guidedByDefinition(m, trusted, options)) << seed;
+    EXPECT_GT(s.n_selected, 10u) << seed;
+    EXPECT_LT(s.n_selected, m.size()) << seed;
+  }
+}
+
+/// A repeated pattern shifts more matches than are right, but all of these are ambiguous.
+TEST_F(Vfc, GuidedFollowsTheTrustedMatches) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Scene scene = homographyScene({1000, 0.3, 1.0, seed});
+    Correspondences& m = scene.matches;
+    for (std::size_t i = 0; i < 1000; ++i) {
+      if (i < 300 && i % 3 != 0) continue;
+      m.second_distance[i] = m.distance[i];
+      if (i < 300) continue;
+      m.right_x[i] = m.left_x[i] + 100;
+      m.right_y[i] = m.left_y[i] + 160;
+    }
+    const Quality q = quality(createSelector("vfc:guided")->select(m).mask, scene.inlier);
+    EXPECT_GT(q.precision, 90) << seed;
+    EXPECT_GT(q.recall, 95) << seed;
+    EXPECT_LT(quality(VfcSelector().select(m).mask, scene.inlier).f, 60) << seed;
+  }
+}
+
+TEST_F(Vfc, GuidedFitsToAllWhereFewAreTrusted) {
+  Correspondences m = homographyScene({400, 0.6, 0.5, 2}).matches;
+  const Selection usual = VfcSelector().select(m);
+  const auto guided = createSelector("vfc:guided");
+  // 9 matches are trusted.
+  for (std::size_t i = 9; i < 400; ++i) m.second_distance[i] = m.distance[i];
+  EXPECT_EQ(guided->select(m).mask, usual.mask);
+  EXPECT_EQ(guided->select(m).score, usual.score);
+  // 20 are trusted, all at one left point.
+  for (std::size_t i = 0; i < 20; ++i) {
+    m.left_x[i] = 300;
+    m.left_y[i] = 200;
+    m.second_distance[i] = 2 * m.distance[i];
+  }
+  EXPECT_EQ(guided->select(m).mask, VfcSelector().select(m).mask);
+}
+
+TEST_F(Vfc, GuidedNeedsRatios) {
+  Correspondences m = homographyScene({50, 0.6, 0.5, 2}).matches;
+  m.second_distance.clear();
+  const Selection s = createSelector("vfc:guided")->select(m);
+  EXPECT_EQ(s.status, Status::kUnsupportedInput);
+  EXPECT_EQ(s.message, "vfc with guided = true needs the column second_distance");
+  EXPECT_EQ(VfcSelector().select(m).status, Status::kOk);
+}
+
 TEST_F(Vfc, RefusesOptionsOutOfRange) {
   const auto refusal = [](const std::string& name, const std::string& value) {
     return errorOf<std::invalid_argument>([&] { createSelector("vfc", {{name, value}}); });

@@ -42,6 +42,7 @@ json toJson(const Correspondences& matches) {
 json toJson(const Selection& selection) {
   return {{"mask", selection.mask},
           {"score", selection.score},
+          {"group", selection.group},
           {"model", toJson(selection.model)},
           {"model_kind", toString(selection.model_kind)},
           {"status", toString(selection.status)},

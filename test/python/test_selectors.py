@@ -40,6 +40,11 @@ class Results(unittest.TestCase):
                         np.testing.assert_array_equal(selection.score, floats(result["score"]))
                     else:
                         self.assertIsNone(selection.score)
+                    if result["group"]:
+                        self.assertEqual(selection.group.dtype, np.int32)
+                        np.testing.assert_array_equal(selection.group, result["group"])
+                    else:
+                        self.assertIsNone(selection.group)
                     if result["model_kind"] == "none":
                         self.assertIsNone(selection.model)
                     else:

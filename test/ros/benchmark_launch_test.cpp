@@ -33,7 +33,7 @@ using testing::Output;
 using testing::shell;
 
 // Every selector, and every one but nnsr after nnsr.
-std::size_t selections() { return 2 * core::selectorNames().size() - 1; }
+std::size_t selections() { return 2 * core::usualSelectorNames().size() - 1; }
 
 namespace fs = std::filesystem;
 
@@ -426,7 +426,7 @@ TEST_F(BenchmarkLaunch, OwnStereoBagIsRankedByItsCalibration) {
     const std::vector<std::string> fields = core::parseCsvLine(line);
     if (fields.at(4) == "3" && !fields.at(8).empty()) f[fields[3]] = core::parseNumber(fields[8], "f_paper");
   }
-  EXPECT_EQ(f.size(), core::selectorNames().size());
+  EXPECT_EQ(f.size(), core::usualSelectorNames().size());
   EXPECT_GT(f["usac"], 0.9);
   EXPECT_LT(f["keep_all"], f["usac"]);
 }

@@ -143,6 +143,7 @@ core::Selection exampleSelection() {
   core::Selection selection;
   selection.mask = {1, 0, 1};
   selection.score = {0.5F, kNaN, 1.0F};
+  selection.group = {0, -1, 2};
   selection.model_kind = core::ModelKind::kFundamental;
   selection.model = cv::Matx33d(1, 2, 3, 4, 5, 6, 7, 8, 9);
   selection.status = core::Status::kTimeLimit;
@@ -163,6 +164,7 @@ TEST(SelectionMessage, RoundTripKeepsEverything) {
   const core::Selection back = fromMsg(toMsg(selection, exampleInfo(), "lpm:v2"), &info, &selector);
   EXPECT_EQ(back.mask, selection.mask);
   expectSame(back.score, selection.score);
+  EXPECT_EQ(back.group, selection.group);
   EXPECT_EQ(back.model_kind, selection.model_kind);
   EXPECT_EQ(back.model, selection.model);
   EXPECT_EQ(back.status, selection.status);
@@ -199,6 +201,8 @@ TEST(SelectionMessage, NonsenseIsNamed) {
   expectRefused(with([](Selection& m) { m.model_kind = 3; }), "model_kind");
   expectRefused(with([](Selection& m) { m.mask[1] = 2; }), "mask");
   expectRefused(with([](Selection& m) { m.score.pop_back(); }), "score");
+  expectRefused(with([](Selection& m) { m.group.pop_back(); }), "group");
+  expectRefused(with([](Selection& m) { m.group[1] = -2; }), "group");
   expectRefused(with([](Selection& m) { m.n_input = 4; }), "n_input");
   expectRefused(with([](Selection& m) { m.n_selected = 3; }), "n_selected");
   expectRefused(with([](Selection& m) { m.model[4] = std::nan(""); }), "model");

@@ -33,7 +33,7 @@ struct BenchmarkConfig {
   std::vector<std::string> preselection = {"none", "nnsr"};
   std::vector<Cell> cells;  ///< if not empty, replaces the grid of features and preselection
   std::vector<std::string> selectors = {
-      "all"};  ///< names for createSelector(); "all" = the selectors of this library
+      "all"};  ///< names for createSelector(); "all" = usualSelectorNames(), "every" = selectorNames()
   std::vector<double> tolerances = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< tau, px
   double ground_truth_tolerance = 10.0;                              ///< t_gt, px
   int repetitions = 1;  ///< runs of every selector on every pair, with seeds seed, seed + 1...

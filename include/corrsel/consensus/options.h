@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "corrsel/confidence.h"
+#include "corrsel/correspondences.h"
 #include "corrsel/selection.h"
 
 namespace corrsel::core {
@@ -11,7 +13,7 @@ namespace corrsel::core {
 struct ConsensusOptions : ConfidenceOptions {
   enum class Error : std::uint8_t { kTransfer, kSymmetricTransfer, kSmallerTransfer };
   enum class Score : std::uint8_t { kMsac, kInlierCount };
-  enum class Sampler : std::uint8_t { kUniform, kProsac };
+  enum class Sampler : std::uint8_t { kUniform, kProsac, kLocal, kFrames };
 
   ModelKind model = ModelKind::kHomography;  ///< kNone: what the matches call for
   /// Error of a homography: left to right only, both ways added up, or the smaller one of both ways. A
@@ -22,7 +24,8 @@ struct ConsensusOptions : ConfidenceOptions {
   double confidence = 0.995;   ///< probability of having drawn an all-inlier sample at which the search stops
   Score score = Score::kMsac;  ///< sum of truncated squared errors, or number of inliers
   bool one_to_one = false;     ///< every image point counts at most once in the score of a homography
-  Sampler sampler = Sampler::kUniform;  ///< uniform samples, or the best descriptor ratios first
+  /// Uniform samples, or the best descriptor ratios first, or homographies from single matches (frames).
+  Sampler sampler = Sampler::kUniform;
   bool sprt = false;  ///< sequential probability ratio test: wrong models are given up early
   double sprt_inlier_ratio =
       0;                  ///< smallest inlier ratio that the SPRT is designed to find; 0 = the model's own
@@ -32,6 +35,9 @@ struct ConsensusOptions : ConfidenceOptions {
   int seed = 0;                     ///< of the sampler
   double max_seconds = 0;           ///< time limit, s; 0 = none
 
+  /// A sentence that names what the sampler needs and the matches lack; empty if nothing is missing.
+  std::string missingInput(const Correspondences& matches) const;
+
  protected:
   /// What differs between the selectors.
   struct Texts {
@@ -40,6 +46,10 @@ struct ConsensusOptions : ConfidenceOptions {
     double lowest_iterations;
     const char* iterations;
   };
+
+  void visitModel(OptionVisitor& visitor) const;
+  void visitSampler(OptionVisitor& visitor) const;
+  void visitSeedAndTime(OptionVisitor& visitor) const;
 
   /// Visits all fields.
   void visitParts(OptionVisitor& visitor, const Texts& texts) const;

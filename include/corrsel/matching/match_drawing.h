@@ -16,15 +16,23 @@ struct MatchColours {
   cv::Scalar selected{66, 228, 240};  ///< yellow: selected, ground truth unknown
 };
 
+/// The colour of a group of matches (BGR), different from those that state whether a match is correct. There
+/// are five, which are used in turn.
+cv::Scalar groupColour(std::int32_t group);
+
 /// Draws both images side by side with lines between matched points. An empty image is replaced by a plain
 /// one of the size that the matches state, or, if that is unknown, one that holds all points.
 /// @param errors    ground-truth errors in px, as long as the mask, or empty: truth unknown
 /// @param tolerance  matches with error <= tolerance count as correct, px
 /// @param max_lines  largest number of lines of each class; others are left out evenly, so that the picture
 /// stays readable
+/// @param group     numbers as in Selection::group, or empty. The points of matches of a group are discs in
+/// the
+///                  colour of the group, as are the lines where the truth is unknown
 /// @return 8-bit BGR, height of the taller image, widths added
 cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Correspondences& matches,
                     const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,
-                    double tolerance, std::size_t max_lines = 200);
+                    double tolerance, std::size_t max_lines = 200,
+                    const std::vector<std::int32_t>& group = {});
 
 }  // namespace corrsel::core

@@ -83,6 +83,9 @@ std::unique_ptr<Selector> createSelector(const std::string& spec, const OptionMa
 /// Names of builtInSelectors().
 std::vector<std::string> selectorNames();
 
+/// The selectors that the name "all" stands for: those of the paper, `auto` and the baseline.
+std::vector<std::string> usualSelectorNames();
+
 /// Whether the name is that of a selector of another package: "package/Class".
 bool isPluginName(const std::string& spec);
 

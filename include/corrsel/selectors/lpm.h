@@ -17,6 +17,8 @@ struct LpmOptions : ConfidenceOptions {
       6.0;                 ///< the same for the second pass, whose neighbours are the survivors of the first
   double tau = 0.2;        ///< multiscale: common neighbours whose motion agrees less than this do not count
   double noise_floor = 7;  ///< multiscale: motions that differ by at most this agree, px; 0 = off
+  bool guided = false;     ///< form the first neighbourhoods from the trusted matches
+  double guide_ratio = 0.9;      ///< guided: trusted matches have a distance ratio below this
   bool merge_duplicates = true;  ///< decide identical matches once, so that they cannot support themselves
   bool compat = true;            ///< the authors' neighbour handling, see the class
 
@@ -42,7 +44,12 @@ struct LpmOptions : ConfidenceOptions {
 /// survive to form a neighbourhood. Neighbours at equal distance are ordered by the coordinates of the
 /// matches, so that the order of the input does not matter.
 ///
-/// Input: coordinates.
+/// With `guided`, the neighbourhoods of the first pass are formed by trusted matches: those whose ratio of
+/// descriptor distances is below `guide_ratio` and the smallest one at their right point, and which survive
+/// LPM among themselves (count, K 4, lambda 6, then 4). All matches form them where fewer than 10 are
+/// trusted, or too few survive to form a neighbourhood.
+///
+/// Input: coordinates; with `guided` also the columns `distance` and `second_distance`.
 ///
 /// Options: with `compat`, neighbours are taken as the authors' code does. The nearest one is always
 /// dropped as "the match itself", even where it is not, and the windows of `multiscale` are the neighbours
@@ -53,14 +60,17 @@ struct LpmOptions : ConfidenceOptions {
 /// localisation noise of 2 px per coordinate in one image, or 1.4 px in both.
 ///
 /// Presets: `paper` is the default (K 4, lambda 6 and 6: at least one common neighbour). `v1` has lambda
-/// 6, then 4. `v2` is multiscale with k 6, lambda 0.8, then 0.5, and tau 0.2.
+/// 6, then 4. `v2` is multiscale with k 6, lambda 0.8, then 0.5, and tau 0.2. `guided` has guided = true and
+/// k 6: at least three of six neighbours are common (GLPM). The authors of GLPM use K 5 and lambda 4 in the
+/// last pass.
 ///
 /// Failure: fewer distinct matches than a neighbourhood needs give `too_few`; all left or all right points
 /// equal give `degenerate`. The score is the cost of the last pass, negated; iterations are passes.
 ///
 /// Cost: O(N log N + N K^2) time for evenly spread points, O(N K) memory in the workspace.
 ///
-/// Source: Ma et al., IJCAI 2017 (count) and IJCV 2019 (multiscale); the paper's Eqs. 24-28.
+/// Source: Ma et al., IJCAI 2017 (count) and IJCV 2019 (multiscale); the paper's Eqs. 24-28. Guided: GLPM, Ma
+/// et al., TGRS 2018.
 class LpmSelector : public SelectorWithOptions<LpmOptions> {
  public:
   using SelectorWithOptions::SelectorWithOptions;
@@ -68,6 +78,7 @@ class LpmSelector : public SelectorWithOptions<LpmOptions> {
   Presets presets() const override;
 
  protected:
+  std::string missingInput(const Correspondences& matches) const override;
   void run(const Correspondences& matches, Selection& result) const override;
 };
 

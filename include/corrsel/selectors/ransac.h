@@ -25,7 +25,8 @@ struct RansacOptions : ConsensusOptions {
 /// the order of the input does not matter.
 ///
 /// Input: coordinates; with `sampler` = `prosac` the column `distance` (and `second_distance`), without
-/// which samples are uniform and the message reports it.
+/// which samples are uniform and the message reports it; with `sampler` = `frames` the local affine frames
+/// (consensus/frame_hypotheses.h).
 ///
 /// Options: there is no option `threads`, because each hypothesis is judged by the best one so far.
 ///
@@ -51,6 +52,9 @@ class RansacSelector : public SelectorWithOptions<RansacOptions> {
   Presets presets() const override;
 
  protected:
+  std::string missingInput(const Correspondences& matches) const override {
+    return options_.missingInput(matches);
+  }
   void run(const Correspondences& matches, Selection& result) const override;
 };
 

@@ -26,7 +26,7 @@ struct UsacOptions : ConsensusOptions {
 /// distance against t_F: read t_F^2.)
 ///
 /// Input: coordinates; for PROSAC the column `distance` (and `second_distance`), without which samples are
-/// uniform and the message reports it.
+/// uniform and the message reports it; with `sampler` = `frames` the local affine frames.
 ///
 /// Options: `threshold` 0 means 5 px (homography; the paper's 10 px with another `error`) and the paper's
 /// 1.5 px (fundamental matrix). `max_iterations` 0 means 100000, or 850000 if samples are uniform. There is
@@ -57,6 +57,9 @@ class UsacSelector : public SelectorWithOptions<UsacOptions> {
   Presets presets() const override;
 
  protected:
+  std::string missingInput(const Correspondences& matches) const override {
+    return options_.missingInput(matches);
+  }
   void run(const Correspondences& matches, Selection& result) const override;
 };
 

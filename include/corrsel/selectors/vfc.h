@@ -16,6 +16,9 @@ struct VfcOptions : ConfidenceOptions {
   int max_iterations = 500;        ///< EM steps at most
   double kernel_tolerance = 1e-5;  ///< largest error of an element of the factored K, as a share of lambda s2
   int control_points = 0;          ///< 0 = all points; else that many drawn points carry the field
+  bool guided = false;             ///< fit the field to the trusted matches only, then judge all by it
+  double guide_ratio = 0.9;        ///< guided: trusted matches have a distance ratio below this
+  double min_sigma = 2;            ///< guided: least standard deviation when all matches are judged, px
   int seed = 0;                    ///< of the drawn control points
   double max_seconds = 0;          ///< time limit, s; 0 = none
 
@@ -39,13 +42,21 @@ struct VfcOptions : ConfidenceOptions {
 /// spread of the points and not on their number; then (L^T P L + lambda s2 I) w = L^T P Y and f = L w. The
 /// result does not depend on the order of the matches.
 ///
-/// Input: coordinates. The method is made for one motion that varies smoothly over the image. Large
-/// rotations need inlier ratios above about 0.2, and jumps of depth cost recall.
+/// With `guided`, points are normalised and the field is fitted with the trusted matches alone: those whose
+/// ratio of descriptor distances is below `guide_ratio` and the smallest one at their right point. The field
+/// then judges all matches: s2 is raised to `min_sigma`^2, f stays as it is, and g = share of matches with p
+/// > 0.5, within [0.01, 0.95], from 0.1 by five steps. The field is fitted to all matches where fewer than 10
+/// are trusted, or all trusted points of an image are equal.
+///
+/// Input: coordinates; with `guided` also the columns `distance` and `second_distance`. The method is made
+/// for one motion that varies smoothly over the image. Large rotations need inlier ratios above about 0.2,
+/// and jumps of depth cost recall.
 ///
 /// Options: there is no option `threads`. 5000 matches take one or two milliseconds, of which each of a
 /// dozen EM steps is too short a part to be shared out.
 ///
-/// Presets: with `sparse`, 16 control points drawn by `seed` carry the field (SparseVFC).
+/// Presets: with `sparse`, 16 control points drawn by `seed` carry the field (SparseVFC). `guided` has guided
+/// = true.
 ///
 /// Failure: fewer than 5 matches give `too_few`; all left or all right points equal give `degenerate`. At
 /// `max_seconds` the posteriors under the last field that was fitted decide, and the status is
@@ -53,7 +64,8 @@ struct VfcOptions : ConfidenceOptions {
 /// posterior; iterations are EM steps.
 ///
 /// Cost: O(N (log N + rank^2 * steps)) time and O(N * rank) memory in the workspace; the rank is 15 to 40
-/// for points spread over an image.
+/// for points spread over an image. With `guided`, the steps take the number of trusted matches in place of
+/// N.
 ///
 /// Source: Ma et al., TIP 2014; the paper's Eqs. 11-16. SparseVFC: Ma et al., Pattern Recognition 2013.
 class VfcSelector : public SelectorWithOptions<VfcOptions> {
@@ -63,6 +75,7 @@ class VfcSelector : public SelectorWithOptions<VfcOptions> {
   Presets presets() const override;
 
  protected:
+  std::string missingInput(const Correspondences& matches) const override;
   void run(const Correspondences& matches, Selection& result) const override;
 };
 

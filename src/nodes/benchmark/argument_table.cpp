@@ -39,7 +39,8 @@ const CommandLineTable& benchmarkArguments() {
            "what reduces the putative matches first: none, nnsr; default: that of the experiment, or "
            "none,nnsr"},
           {"selectors", "LIST", "",
-           "selectors, comma-separated, each optionally with a preset (lpm:v2), or all, or package/Class of "
+           "selectors, comma-separated, each optionally with a preset (lpm:v2), or all (the "
+           "paper's eight and auto), or every, or package/Class of "
            "another package; default: all"},
           {"options", "LIST", "",
            "options of the algorithms, comma-separated: gms.alpha=6,sift.max_features=2000"},

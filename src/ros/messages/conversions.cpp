@@ -220,6 +220,7 @@ Selection toMsg(const core::Selection& selection, const PairInfo& info, const st
   msg.message = selection.message;
   msg.mask = selection.mask;
   msg.score = selection.score;
+  msg.group = selection.group;
   msg.model_kind = static_cast<std::uint8_t>(selection.model_kind);
   writeMatrix(selection.model, selection.model_kind != core::ModelKind::kNone, msg.model);
   msg.n_input = static_cast<std::uint32_t>(selection.n_input);
@@ -248,6 +249,10 @@ core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selec
     n_selected += value;
   }
   requireLength(kName, "score", msg.score.size(), msg.mask.size(), true);
+  requireLength(kName, "group", msg.group.size(), msg.mask.size(), true);
+  for (const std::int32_t number : msg.group) {
+    if (number < -1) refuse(kName, "group", "holds " + std::to_string(number) + ", expected -1 or more");
+  }
   if (msg.n_input != msg.mask.size()) {
     refuse(kName, "n_input",
            "is " + std::to_string(msg.n_input) + ", the mask has " + std::to_string(msg.mask.size()) +
@@ -261,6 +266,7 @@ core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selec
   core::Selection selection;
   selection.mask = msg.mask;
   selection.score = msg.score;
+  selection.group = msg.group;
   selection.model_kind = static_cast<core::ModelKind>(msg.model_kind);
   if (selection.model_kind != core::ModelKind::kNone) selection.model = readMatrix(kName, "model", msg.model);
   selection.status = static_cast<core::Status>(msg.status);

@@ -5,12 +5,10 @@
 #include <vector>
 
 #include "corrsel/correspondences.h"
+#include "geometry/frame_map.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
-
-/// The linear part of a local affine map, row-major.
-using LinearMap = std::array<float, 4>;
 
 /// Matches without their repetitions, in the order of their coordinates. What is computed from them does not
 /// depend on the order of the input, and equal matches get the same result. Memory is kept between calls.

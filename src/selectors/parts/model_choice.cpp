@@ -96,6 +96,8 @@ void searchEitherModel(const Correspondences& matches, const ConsensusOptions& o
   if (deadline.passed()) return;
   if (options.max_seconds > 0) settings.max_seconds = options.max_seconds - deadline.elapsed();
   settings.model = ModelKind::kFundamental;
+  if (settings.sampler == ConsensusOptions::Sampler::kFrames)
+    settings.sampler = ConsensusOptions::Sampler::kProsac;
   Selection space;
   space.mask.assign(matches.size(), 0);
   searchConsensus(matches, settings, fundamental_threshold, space);

@@ -1,4 +1,4 @@
-#include "selectors/parts/affine_growing.h"
+#include "consensus/affine_growing.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>

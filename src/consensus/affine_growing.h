@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "corrsel/correspondences.h"
-#include "selectors/parts/distinct_matches.h"
+#include "geometry/frame_map.h"
 
 namespace corrsel::core {
 

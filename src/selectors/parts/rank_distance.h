@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+
+namespace corrsel::core {
+
+/// The distance of two rankings of length k, from 0 for equal ones to 1 for those without a common member
+/// (mTopKRP); that of reversed ones is 0.5.
+class RankDistance {
+ public:
+  static constexpr int kMost = 64;
+
+  /// @pre 1 <= k <= kMost
+  explicit RankDistance(int k);
+
+  int length() const { return k_; }
+
+  /// F, the distance of rankings without a common member before the division by it.
+  double largest() const { return largest_; }
+
+  /// f, the cost of one of the two members that have no partner.
+  double perStranger() const { return largest_ / (2 * k_); }
+
+  /// @param left, right  `length()` numbers each, without repetitions, first rank first
+  double operator()(const std::uint32_t* left, const std::uint32_t* right) const;
+
+ private:
+  int k_;
+  double largest_;
+};
+
+}  // namespace corrsel::core
