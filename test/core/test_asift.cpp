@@ -190,7 +190,7 @@ TEST(Asift, ThreadsChangeNothing) {
 
 TEST(Asift, NothingInBlankTinyAndThinImages) {
   EXPECT_TRUE(extract(cv::Mat(200, 300, CV_8U, cv::Scalar(90))).keypoints.empty());
-  for (const cv::Size& size : {cv::Size(1, 1), cv::Size(15, 15), cv::Size(1, 400), cv::Size(400, 1)}) {
+  for (const cv::Size& size : {cv::Size(1, 1), cv::Size(10, 10), cv::Size(1, 400), cv::Size(400, 1)}) {
     const Features f =
         extract(picture()(cv::Rect(0, 0, std::min(size.width, 420), std::min(size.height, 360))));
     EXPECT_TRUE(f.keypoints.empty()) << size;
