@@ -28,8 +28,7 @@ const corrsel::CommandLineTable& argumentTable() {
   static const corrsel::CommandLineTable table = {
       "feature_quality",
       "Compares the quality of features on the image pairs of datasets with homographies, and prints tables "
-      "in "
-      "Markdown.",
+      "in Markdown.",
       {},
       {
           {"data_root", "FOLDER", "", "folder that holds the folders of the datasets"},

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <initializer_list>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -335,8 +336,8 @@ void Report::writeCsv(std::ostream& out) const {
     if (row.must_be_identical) record["identical_masks"] = row.same ? "yes" : "no";
     write(record);
   }
-  for (const StageRow& row : stages_) {
-    for (const Measurement* stage : {&row.features, &row.matching, &row.selection}) {
+  const auto writeStages = [&](const auto& row, std::initializer_list<const Measurement*> stages) {
+    for (const Measurement* stage : stages) {
       Record record = {{"comparison", row.comparison},
                        {"selector", stage->name},
                        {"scene", row.image},
@@ -344,17 +345,9 @@ void Report::writeCsv(std::ostream& out) const {
       describe("ours", *stage, record);
       write(record);
     }
-  }
-  for (const CostRow& row : costs_) {
-    for (const Measurement* stage : {&row.search, &row.detection, &row.all}) {
-      Record record = {{"comparison", row.comparison},
-                       {"selector", stage->name},
-                       {"scene", row.image},
-                       {"n", std::to_string(row.n)}};
-      describe("ours", *stage, record);
-      write(record);
-    }
-  }
+  };
+  for (const StageRow& row : stages_) writeStages(row, {&row.features, &row.matching, &row.selection});
+  for (const CostRow& row : costs_) writeStages(row, {&row.search, &row.detection, &row.all});
   for (const HardRow& row : hard_) {
     write({{"comparison", row.comparison},
            {"selector", row.method},

@@ -43,9 +43,9 @@ if(${PROJECT_NAME}_BENCHMARK)
   find_package(yaml-cpp QUIET)
   check_found(yaml-cpp_FOUND "yaml-cpp" "${benchmark_part}" libyaml-cpp-dev)
 endif()
-find_package(OpenCV 4.5 QUIET COMPONENTS ${opencv_modules})
+find_package(OpenCV 4.2 QUIET COMPONENTS ${opencv_modules})
 string(REPLACE ";" ", " opencv_text "${opencv_modules}")
-check_found(OpenCV_FOUND "OpenCV 4.5 or newer with the modules ${opencv_text}" "${core_part}" libopencv-dev)
+check_found(OpenCV_FOUND "OpenCV 4.2 or newer with the modules ${opencv_text}" "${core_part}" libopencv-dev)
 
 # ROS: AUTO builds its parts where catkin is found.
 if(NOT "${${PROJECT_NAME}_ROS}" MATCHES "^(AUTO|ON|OFF|TRUE|FALSE|YES|NO|1|0)$")

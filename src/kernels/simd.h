@@ -147,9 +147,17 @@ inline ShortV interleaveLow(ShortV a, ShortV b) {
   return (ShortV)_mm512_unpacklo_epi16((__m512i)a, (__m512i)b);
 #elif defined(__AVX2__)
   return (ShortV)_mm256_unpacklo_epi16((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+  return (ShortV)_mm_unpacklo_epi16((__m128i)a, (__m128i)b);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+  return (ShortV)vzip1q_s16((int16x8_t)a, (int16x8_t)b);
 #else
-  const ShortV order = {0, 8, 1, 9, 2, 10, 3, 11};
-  return __builtin_shuffle(a, b, order);
+  ShortV result;
+  for (int k = 0; k < 4; ++k) {
+    result[2 * k] = a[k];
+    result[2 * k + 1] = b[k];
+  }
+  return result;
 #endif
 }
 inline ShortV interleaveHigh(ShortV a, ShortV b) {
@@ -157,9 +165,17 @@ inline ShortV interleaveHigh(ShortV a, ShortV b) {
   return (ShortV)_mm512_unpackhi_epi16((__m512i)a, (__m512i)b);
 #elif defined(__AVX2__)
   return (ShortV)_mm256_unpackhi_epi16((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+  return (ShortV)_mm_unpackhi_epi16((__m128i)a, (__m128i)b);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+  return (ShortV)vzip2q_s16((int16x8_t)a, (int16x8_t)b);
 #else
-  const ShortV order = {4, 12, 5, 13, 6, 14, 7, 15};
-  return __builtin_shuffle(a, b, order);
+  ShortV result;
+  for (int k = 0; k < 4; ++k) {
+    result[2 * k] = a[4 + k];
+    result[2 * k + 1] = b[4 + k];
+  }
+  return result;
 #endif
 }
 inline IntV interleaveLow(IntV a, IntV b) {
@@ -167,9 +183,17 @@ inline IntV interleaveLow(IntV a, IntV b) {
   return (IntV)_mm512_maskz_unpacklo_epi32(static_cast<__mmask16>(-1), (__m512i)a, (__m512i)b);
 #elif defined(__AVX2__)
   return (IntV)_mm256_unpacklo_epi32((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+  return (IntV)_mm_unpacklo_epi32((__m128i)a, (__m128i)b);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+  return (IntV)vzip1q_s32((int32x4_t)a, (int32x4_t)b);
 #else
-  const IntV order = {0, 4, 1, 5};
-  return __builtin_shuffle(a, b, order);
+  IntV result;
+  for (int k = 0; k < 2; ++k) {
+    result[2 * k] = a[k];
+    result[2 * k + 1] = b[k];
+  }
+  return result;
 #endif
 }
 inline IntV interleaveHigh(IntV a, IntV b) {
@@ -177,9 +201,17 @@ inline IntV interleaveHigh(IntV a, IntV b) {
   return (IntV)_mm512_maskz_unpackhi_epi32(static_cast<__mmask16>(-1), (__m512i)a, (__m512i)b);
 #elif defined(__AVX2__)
   return (IntV)_mm256_unpackhi_epi32((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+  return (IntV)_mm_unpackhi_epi32((__m128i)a, (__m128i)b);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+  return (IntV)vzip2q_s32((int32x4_t)a, (int32x4_t)b);
 #else
-  const IntV order = {2, 6, 3, 7};
-  return __builtin_shuffle(a, b, order);
+  IntV result;
+  for (int k = 0; k < 2; ++k) {
+    result[2 * k] = a[2 + k];
+    result[2 * k + 1] = b[2 + k];
+  }
+  return result;
 #endif
 }
 
@@ -192,9 +224,15 @@ inline ShortV narrow(IntV low, IntV high) {
   return (ShortV)_mm256_packs_epi32((__m256i)low, (__m256i)high);
 #elif defined(__SSE2__)
   return (ShortV)_mm_packs_epi32((__m128i)low, (__m128i)high);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+  return (ShortV)vcombine_s16(vmovn_s32((int32x4_t)low), vmovn_s32((int32x4_t)high));
 #else
-  const ShortV order = {0, 2, 4, 6, 8, 10, 12, 14};  // little-endian
-  return __builtin_shuffle((ShortV)low, (ShortV)high, order);
+  ShortV result;
+  for (int k = 0; k < 4; ++k) {
+    result[k] = static_cast<std::int16_t>(low[k]);
+    result[4 + k] = static_cast<std::int16_t>(high[k]);
+  }
+  return result;
 #endif
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "feature_checks.h"
 #include "features/detectors/asift.h"
@@ -79,11 +79,9 @@ TEST(Asift, MatchesATiltedViewWhereSiftDoesNot) {
   const cv::Mat left = picture(), right = warped(left, tilted());
   const Correspondences matches = matchFeatures(extract(left), extract(right));
   const std::size_t ours = rightMatches(matches, tilted()).size();
-  Features sift_left, sift_right;
-  const auto sift = cv::SIFT::create();
-  sift->detectAndCompute(left, cv::noArray(), sift_left.keypoints, sift_left.descriptors);
-  sift->detectAndCompute(right, cv::noArray(), sift_right.keypoints, sift_right.descriptors);
-  const std::size_t theirs = rightMatches(matchFeatures(sift_left, sift_right), tilted()).size();
+  const auto sift = createExtractor("sift+sift");
+  const std::size_t theirs =
+      rightMatches(matchFeatures(sift->extract(left), sift->extract(right)), tilted()).size();
   RecordProperty("asift", int(ours));
   RecordProperty("sift", int(theirs));
   EXPECT_GE(ours, 100u);
@@ -192,7 +190,7 @@ TEST(Asift, ThreadsChangeNothing) {
 
 TEST(Asift, NothingInBlankTinyAndThinImages) {
   EXPECT_TRUE(extract(cv::Mat(200, 300, CV_8U, cv::Scalar(90))).keypoints.empty());
-  for (const cv::Size& size : {cv::Size(1, 1), cv::Size(15, 15), cv::Size(1, 400), cv::Size(400, 1)}) {
+  for (const cv::Size& size : {cv::Size(1, 1), cv::Size(10, 10), cv::Size(1, 400), cv::Size(400, 1)}) {
     const Features f =
         extract(picture()(cv::Rect(0, 0, std::min(size.width, 420), std::min(size.height, 360))));
     EXPECT_TRUE(f.keypoints.empty()) << size;

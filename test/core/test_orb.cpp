@@ -145,7 +145,7 @@ std::vector<cv::KeyPoint> limited(const cv::Mat& image, const Features& all, int
     std::vector<int> scores;
     for (const auto& corner : corners) scores.push_back(corner.first);
     std::sort(scores.rbegin(), scores.rend());
-    const int least = scores.size() > 2 * share ? scores[2 * share - 1] : 0;
+    const int least = share > 0 && scores.size() > 2 * share ? scores[2 * share - 1] : 0;
     std::vector<cv::KeyPoint> kept;
     for (const auto& [score, keypoint] : corners) {
       if (score >= least) kept.push_back(keypoint);

@@ -6,13 +6,14 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
-#include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <sstream>
 
 #include "base/checksum.h"
+#include "corrsel/features/extractor.h"
+#include "corrsel/matching/matcher.h"
 #include "dataset_folder.h"
 #include "datasets/sample.h"
 #include "test_support.h"
@@ -33,17 +34,12 @@ struct Match {
 
 /// SIFT matches that pass the ratio test at 0.7.
 std::vector<Match> siftMatches(const ImagePair& pair) {
-  const cv::Ptr<cv::SIFT> sift = cv::SIFT::create(2000);
-  std::vector<cv::KeyPoint> left, right;
-  cv::Mat left_descriptors, right_descriptors;
-  sift->detectAndCompute(pair.left, cv::noArray(), left, left_descriptors);
-  sift->detectAndCompute(pair.right, cv::noArray(), right, right_descriptors);
-  std::vector<std::vector<cv::DMatch>> neighbours;
-  cv::BFMatcher().knnMatch(left_descriptors, right_descriptors, neighbours, 2);
+  const auto sift = createExtractor("sift+sift", {{"sift", {{"max_features", "2000"}}}});
+  const Correspondences all = matchFeatures(sift->extract(pair.left), sift->extract(pair.right));
   std::vector<Match> matches;
-  for (const std::vector<cv::DMatch>& n : neighbours) {
-    if (n.size() == 2 && n[0].distance < 0.7f * n[1].distance) {
-      matches.push_back({left[n[0].queryIdx].pt, right[n[0].trainIdx].pt});
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all.distance[i] < 0.7F * all.second_distance[i]) {
+      matches.push_back({{all.left_x[i], all.left_y[i]}, {all.right_x[i], all.right_y[i]}});
     }
   }
   return matches;

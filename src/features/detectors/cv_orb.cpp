@@ -29,8 +29,7 @@ int levelsOf(const CvOrbOptions& options, const cv::Size& size) {
   return usableLevels(size, options.scale_factor, options.levels, options.patch_size);
 }
 
-}  // namespace
-
+// As many levels as the image allows.
 CreateOpenCv cvOrbCreator(const CvOrbOptions& options) {
   return [options](const cv::Size& size, int most) {
     return cv::ORB::create(most > 0 ? most : kNoLimit, static_cast<float>(options.scale_factor),
@@ -39,8 +38,10 @@ CreateOpenCv cvOrbCreator(const CvOrbOptions& options) {
   };
 }
 
-CvOrbDetector::CvOrbDetector(const CvOrbOptions& options, const std::string& name)
-    : OpenCvDetector(name, cvOrbCreator(options), options.patch_size, kFastDiameter / options.patch_size),
+}  // namespace
+
+CvOrbDetector::CvOrbDetector(const CvOrbOptions& options)
+    : OpenCvDetector("cv_orb", cvOrbCreator(options), options.patch_size, kFastDiameter / options.patch_size),
       options_(options) {
   options_.check();
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "features/detectors/opencv_detector.h"
@@ -16,9 +15,6 @@ struct CvOrbOptions : DetectorOptions {
   CvOrbOptions() { max_features = 5000; }
   void visit(OptionVisitor& visitor) const override;
 };
-
-/// OpenCV's ORB with as many levels as the image allows.
-CreateOpenCv cvOrbCreator(const CvOrbOptions& options);
 
 /// "cv_orb": OpenCV's ORB, detector and descriptor. It is there to compare "orb" with.
 ///
@@ -44,7 +40,7 @@ CreateOpenCv cvOrbCreator(const CvOrbOptions& options);
 class CvOrbDetector : public OpenCvDetector {
  public:
   /// Throws std::invalid_argument for options out of range.
-  explicit CvOrbDetector(const CvOrbOptions& options = {}, const std::string& name = "cv_orb");
+  explicit CvOrbDetector(const CvOrbOptions& options = {});
   const DetectorOptions& options() const override { return options_; }
 
  protected:

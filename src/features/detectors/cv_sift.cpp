@@ -45,9 +45,9 @@ void requireCvSift(const std::string& algorithm, int major, int minor, int revis
                               std::to_string(revision) + "; use sift, which works with every version");
 }
 
-CvSiftDetector::CvSiftDetector(const CvSiftOptions& options, const std::string& name)
-    : OpenCvDetector(name, cvSiftCreator(options), 4), options_(options) {
-  requireCvSift(name, CV_VERSION_MAJOR, CV_VERSION_MINOR, CV_VERSION_REVISION);
+CvSiftDetector::CvSiftDetector(const CvSiftOptions& options)
+    : OpenCvDetector("cv_sift", cvSiftCreator(options), 4), options_(options) {
+  requireCvSift(name(), CV_VERSION_MAJOR, CV_VERSION_MINOR, CV_VERSION_REVISION);
   options_.check();
 }
 

@@ -46,7 +46,7 @@ void requireCvSift(const std::string& algorithm, int major, int minor, int revis
 class CvSiftDetector : public OpenCvDetector {
  public:
   /// Throws std::invalid_argument for options out of range, and where requireCvSift() does.
-  explicit CvSiftDetector(const CvSiftOptions& options = {}, const std::string& name = "cv_sift");
+  explicit CvSiftDetector(const CvSiftOptions& options = {});
   void detect(const DetectionRequest& request, Features& features) const override;
   const DetectorOptions& options() const override { return options_; }
 

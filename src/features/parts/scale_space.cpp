@@ -398,7 +398,8 @@ void ScaleSpace::compute(const cv::Mat& image, const ScaleSpaceOptions& options,
       plan.source_size = {octave.width, octave.height};
       plan.filters[0] = Filter::blur(missing(kCameraBlur / plan.source_step, start));
     }
-    const int bands = std::clamp(octave.height / std::max(32, 2 * plan.halo()), 1, std::max(1, threads));
+    // In smaller bands, the repeated rows and the start of a thread would cost what the thread saves.
+    const int bands = std::clamp(octave.height / std::max(32, 4 * plan.halo()), 1, std::max(1, threads));
     if (visitor != nullptr) visitor->begin(octave, bands);
     forEachBlock(static_cast<std::size_t>(bands), 1, threads, [&](std::size_t band, std::size_t) {
       const auto row = [&](std::size_t number) {
