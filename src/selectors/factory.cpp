@@ -33,8 +33,8 @@ namespace corrsel::core {
 namespace {
 
 template <class S>
-SelectorFactory builtIn(SelectorGroup group, const char* meaning) {
-  return {S().name(), group, meaning, [] { return std::make_unique<S>(); }};
+SelectorFactory builtIn(SelectorGroup group, const char* cost, const char* meaning) {
+  return {S().name(), group, cost, meaning, [] { return std::make_unique<S>(); }};
 }
 
 struct LoaderSlot {
@@ -106,33 +106,38 @@ std::vector<std::string> namesOf(const Presets& presets) {
 
 }  // namespace
 
-/// The one place where a selector is announced: one line each.
+/// The one place where a selector is announced: one line each, group by group.
 const std::vector<SelectorFactory>& builtInSelectors() {
-  constexpr SelectorGroup kPaper = SelectorGroup::kPaper, kOther = SelectorGroup::kOther,
-                          kBaseline = SelectorGroup::kBaseline;
+  constexpr SelectorGroup kPaper = SelectorGroup::kPaper, kConsensus = SelectorGroup::kConsensus,
+                          kLocal = SelectorGroup::kLocal, kGraph = SelectorGroup::kGraph,
+                          kField = SelectorGroup::kField, kMultiStructure = SelectorGroup::kMultiStructure,
+                          kAutomatic = SelectorGroup::kAutomatic, kBaseline = SelectorGroup::kBaseline;
   static const std::vector<SelectorFactory> table = {
-      builtIn<NnsrSelector>(kPaper, "Ratio of descriptor distances, threshold by Otsu"),
-      builtIn<RansacSelector>(kPaper, "Random sample consensus, homography or fundamental matrix"),
-      builtIn<StSelector>(kPaper, "Spectral technique"),
-      builtIn<GtmSelector>(kPaper, "Game-theoretic matching; needs local affine frames"),
-      builtIn<UsacSelector>(kPaper, "Universal framework for random sample consensus"),
-      builtIn<VfcSelector>(kPaper, "Vector field consensus"),
-      builtIn<GmsSelector>(kPaper, "Grid-based motion statistics"),
-      builtIn<LpmSelector>(kPaper, "Locality preserving matching"),
-      builtIn<AcransacSelector>(kOther, "A contrario random sample consensus, without a threshold"),
-      builtIn<AdalamSelector>(kOther, "Adaptive locally-affine matching; uses local affine frames"),
-      builtIn<AutoSelector>(kOther, "Finds out by itself what kind of scene it has"),
-      builtIn<LafSelector>(kOther, "Linear adaptive filtering"),
-      builtIn<FrameVotesSelector>(kOther, "Votes of neighbouring local frames: HVIV, ACC"),
-      builtIn<LogosSelector>(kOther, "Local geometric support of rotations and scales; needs frames"),
-      builtIn<IcfSelector>(kOther, "Correspondence functions in both directions, reduced form"),
-      builtIn<TlinkageSelector>(kOther,
+      builtIn<NnsrSelector>(kPaper, "N", "Ratio of descriptor distances, threshold by Otsu"),
+      builtIn<RansacSelector>(kPaper, "N", "Random sample consensus, homography or fundamental matrix"),
+      builtIn<StSelector>(kPaper, "N^2", "Spectral technique"),
+      builtIn<GtmSelector>(kPaper, "N^2", "Game-theoretic matching; needs local affine frames"),
+      builtIn<UsacSelector>(kPaper, "N", "Universal framework for random sample consensus"),
+      builtIn<VfcSelector>(kPaper, "N log N", "Vector field consensus"),
+      builtIn<GmsSelector>(kPaper, "N", "Grid-based motion statistics"),
+      builtIn<LpmSelector>(kPaper, "N log N", "Locality preserving matching"),
+      builtIn<AcransacSelector>(kConsensus, "N log N",
+                                "A contrario random sample consensus, without a threshold"),
+      builtIn<AdalamSelector>(kLocal, "N", "Adaptive locally-affine matching; uses local affine frames"),
+      builtIn<LafSelector>(kLocal, "N", "Linear adaptive filtering"),
+      builtIn<LapSelector>(kLocal, "N log N", "Local affine preservation"),
+      builtIn<RanksSelector>(kLocal, "N log N", "Multi-scale top K rank preservation"),
+      builtIn<SignificantSelector>(kLocal, "N log N", "Neighbours that agree more often than by chance"),
+      builtIn<LogosSelector>(kLocal, "N log N",
+                             "Local geometric support of rotations and scales; needs frames"),
+      builtIn<FrameVotesSelector>(kGraph, "N log N", "Votes of neighbouring local frames: HVIV, ACC"),
+      builtIn<IcfSelector>(kField, "N", "Correspondence functions in both directions, reduced form"),
+      builtIn<PlanesSelector>(kMultiStructure, "N log N",
+                              "Planes one after another, each found by its significance"),
+      builtIn<TlinkageSelector>(kMultiStructure, "N^2 log N",
                                 "Clusters of matches that prefer the same homographies; small inputs"),
-      builtIn<PlanesSelector>(kOther, "Planes one after another, each found by its significance"),
-      builtIn<SignificantSelector>(kOther, "Neighbours that agree more often than by chance"),
-      builtIn<LapSelector>(kOther, "Local affine preservation"),
-      builtIn<RanksSelector>(kOther, "Multi-scale top K rank preservation"),
-      builtIn<KeepAllSelector>(kBaseline, "Selects every match: the baseline"),
+      builtIn<AutoSelector>(kAutomatic, "N", "Finds out by itself what kind of scene it has"),
+      builtIn<KeepAllSelector>(kBaseline, "N", "Selects every match: the baseline"),
   };
   return table;
 }
@@ -141,8 +146,18 @@ std::string toString(SelectorGroup group) {
   switch (group) {
     case SelectorGroup::kPaper:
       return "paper";
-    case SelectorGroup::kOther:
-      return "other methods";
+    case SelectorGroup::kConsensus:
+      return "consensus";
+    case SelectorGroup::kLocal:
+      return "local";
+    case SelectorGroup::kGraph:
+      return "graph";
+    case SelectorGroup::kField:
+      return "field";
+    case SelectorGroup::kMultiStructure:
+      return "multi-structure";
+    case SelectorGroup::kAutomatic:
+      return "automatic";
     case SelectorGroup::kBaseline:
       return "baseline";
     default:
@@ -150,8 +165,36 @@ std::string toString(SelectorGroup group) {
   }
 }
 
-SelectorFactory::SelectorFactory(std::string name, SelectorGroup group, std::string meaning, Make make)
-    : name_(std::move(name)), group_(group), meaning_(std::move(meaning)), make_(std::move(make)) {}
+std::string meaningOf(SelectorGroup group) {
+  switch (group) {
+    case SelectorGroup::kPaper:
+      return "the eight that Zhao et al. compare";
+    case SelectorGroup::kConsensus:
+      return "the model with the best support, found by random samples";
+    case SelectorGroup::kLocal:
+      return "neighbouring matches agree with each other";
+    case SelectorGroup::kGraph:
+      return "pairs of matches support each other";
+    case SelectorGroup::kField:
+      return "a smooth function from one image to the other";
+    case SelectorGroup::kMultiStructure:
+      return "several models in one pair of images";
+    case SelectorGroup::kAutomatic:
+      return "the method follows from the matches";
+    case SelectorGroup::kBaseline:
+      return "what every selector is compared with";
+    default:
+      return "loaded at run time";
+  }
+}
+
+SelectorFactory::SelectorFactory(std::string name, SelectorGroup group, std::string cost, std::string meaning,
+                                 Make make)
+    : name_(std::move(name)),
+      group_(group),
+      cost_(std::move(cost)),
+      meaning_(std::move(meaning)),
+      make_(std::move(make)) {}
 
 std::unique_ptr<Selector> SelectorFactory::make() const {
   std::unique_ptr<Selector> selector = make_();
@@ -191,7 +234,7 @@ SelectorFactory findSelector(const std::string& name) {
   }
   const SelectorLoader load = selectorLoader();
   if (isPluginName(name)) {
-    if (load) return {name, SelectorGroup::kOtherPackage, "", [load, name] { return load(name); }};
+    if (load) return {name, SelectorGroup::kOtherPackage, "", "", [load, name] { return load(name); }};
     throw std::invalid_argument(
         "selector '" + name +
         "' belongs to another package, and this program cannot load selectors of other "
@@ -228,7 +271,8 @@ std::vector<std::string> usualSelectorNames() {
   std::vector<std::string> names;
   for (const SelectorFactory& selector : builtInSelectors()) {
     const bool usual = selector.group() == SelectorGroup::kPaper ||
-                       selector.group() == SelectorGroup::kBaseline || selector.name() == "auto";
+                       selector.group() == SelectorGroup::kBaseline ||
+                       selector.group() == SelectorGroup::kAutomatic;
     if (usual) names.push_back(selector.name());
   }
   return names;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <thread>
 
@@ -251,10 +252,14 @@ TEST(SelectorFactory, BuiltInAndOtherSelectorsHaveOneInterface) {
   EXPECT_EQ(toString(findSelector("a/B").group()), "other packages");
 }
 
-TEST(SelectorFactory, ListsTheSelectorsOfThePaperFirstAndTheBaselineLast) {
+TEST(SelectorFactory, ListsGroupByGroupThePaperFirstAndTheBaselineLast) {
   std::vector<std::string> paper;
+  SelectorGroup before = SelectorGroup::kPaper;
   for (const SelectorFactory& selector : builtInSelectors()) {
     EXPECT_FALSE(selector.meaning().empty()) << selector.name();
+    EXPECT_FALSE(selector.cost().empty()) << selector.name();
+    EXPECT_LE(before, selector.group()) << selector.name();
+    before = selector.group();
     if (selector.group() == SelectorGroup::kPaper) paper.push_back(selector.name());
   }
   EXPECT_EQ(paper, (std::vector<std::string>{"nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms", "lpm"}));
@@ -265,7 +270,18 @@ TEST(SelectorFactory, ListsTheSelectorsOfThePaperFirstAndTheBaselineLast) {
   paper.push_back("keep_all");
   EXPECT_EQ(usualSelectorNames(), paper);
   EXPECT_EQ(toString(builtInSelectors().back().group()), "baseline");
-  EXPECT_EQ(toString(SelectorGroup::kOther), "other methods");
+}
+
+TEST(SelectorFactory, GroupsHaveDifferentNamesAndMeanings) {
+  std::set<std::string> names, meanings;
+  constexpr std::size_t kGroups = static_cast<std::size_t>(SelectorGroup::kOtherPackage) + 1;
+  for (std::size_t i = 0; i < kGroups; ++i) {
+    names.insert(toString(static_cast<SelectorGroup>(i)));
+    meanings.insert(meaningOf(static_cast<SelectorGroup>(i)));
+  }
+  EXPECT_EQ(names.size(), kGroups);
+  EXPECT_EQ(meanings.size(), kGroups);
+  EXPECT_EQ(toString(SelectorGroup::kMultiStructure), "multi-structure");
 }
 
 TEST(SelectorFactory, NamesTheClassThatThrows) {

@@ -13,16 +13,25 @@
 
 namespace corrsel::core {
 
-/// The heading under which listings and documentation show a selector.
+/// The heading under which listings and documentation show a selector. The order is that of the listings.
 enum class SelectorGroup : std::uint8_t {
-  kPaper,        ///< the eight of Zhao et al., arXiv:1904.13383
-  kOther,        ///< other methods
-  kBaseline,     ///< what every selector is compared with
-  kOtherPackage  ///< loaded at run time, "package/Class"
+  kPaper,           ///< the eight of Zhao et al., arXiv:1904.13383
+  kConsensus,       ///< the model with the best support, found by random samples
+  kLocal,           ///< neighbouring matches agree with each other
+  kGraph,           ///< pairs of matches support each other
+  kField,           ///< a smooth function from one image to the other
+  kMultiStructure,  ///< several models in one pair of images
+  kAutomatic,       ///< the method follows from the matches
+  kBaseline,        ///< what every selector is compared with
+  kOtherPackage     ///< loaded at run time, "package/Class"
 };
 
-/// "paper", "other methods", "baseline", "other packages".
+/// "paper", "consensus", "local", "graph", "field", "multi-structure", "automatic", "baseline", "other
+/// packages".
 std::string toString(SelectorGroup group);
+
+/// A few words on what the selectors of a group have in common, for listings.
+std::string meaningOf(SelectorGroup group);
 
 /// Makes the selectors of one class, built in or from another package: its name, group, presets and options,
 /// and instances of it. Copyable; its functions may be called from any thread.
@@ -31,12 +40,14 @@ class SelectorFactory {
   /// Makes an instance with default options.
   using Make = std::function<std::unique_ptr<Selector>()>;
 
+  /// @param cost     growth of the time with the number of matches N, e.g. "N log N"; empty if unknown
   /// @param meaning  a few words for lists, e.g. "Grid-based motion statistics"
-  SelectorFactory(std::string name, SelectorGroup group, std::string meaning, Make make);
+  SelectorFactory(std::string name, SelectorGroup group, std::string cost, std::string meaning, Make make);
 
   /// As in createSelector(), without preset.
   const std::string& name() const { return name_; }
   SelectorGroup group() const { return group_; }
+  const std::string& cost() const { return cost_; }
   const std::string& meaning() const { return meaning_; }
 
   /// Presets beside the default; may be empty. Throws what create() throws.
@@ -56,12 +67,13 @@ class SelectorFactory {
 
   std::string name_;
   SelectorGroup group_;
+  std::string cost_;
   std::string meaning_;
   Make make_;
 };
 
-/// The selectors of this library in the order of listings: the paper's, in its order, then other groups; the
-/// pseudo-selector keep_all, the baseline, comes last.
+/// The selectors of this library in the order of listings: group by group, those of the paper in its order.
+/// The pseudo-selector keep_all, the baseline, comes last.
 const std::vector<SelectorFactory>& builtInSelectors();
 
 /// Finds a built-in selector, or one of another package through the loader. Throws std::invalid_argument for
