@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -157,7 +158,20 @@ constexpr const char* kColumns[] = {"comparison",
                                     "corrsel_commit",
                                     "kernels"};
 
-constexpr const char* kSceneNames[] = {"plane", "space", "descriptors"};
+std::string sceneName(const SceneSpec& scene) {
+  // Matchers are timed on descriptors, which have no inlier ratio.
+  if (std::isnan(scene.inlier_ratio)) return "descriptors";
+  switch (scene.kind) {
+    case SceneKind::kPlane:
+      return "plane";
+    case SceneKind::kSpace:
+      return "space";
+    case SceneKind::kTwoPlanes:
+      return "two planes";
+    default:
+      return "other";
+  }
+}
 
 /// Times and quality of one side of a comparison.
 void describe(const std::string& side, const Measurement& m, Record& record) {
@@ -185,9 +199,12 @@ void Report::add(const Row& row) {
 
 void Report::add(const GrowthRow& row) {
   growth_.push_back(row);
-  new_lines_ += consoleLine({row.comparison, "itself, 20 times larger", row.large.name.substr(2), "",
-                             shortNumber(row.small.milliseconds), shortNumber(row.large.milliseconds),
-                             "N^" + fixed(row.exponent, 2)});
+  for (std::size_t i = 0; i < row.sizes.size(); ++i) {
+    const bool last = i + 1 == row.sizes.size();
+    new_lines_ += consoleLine({row.comparison, "itself at other sizes", std::to_string(row.sizes[i]), "",
+                               shortNumber(row.measured[i].milliseconds), "",
+                               last ? "N^" + fixed(row.exponent, 2) : ""});
+  }
 }
 
 void Report::add(const FeatureRow& row) {
@@ -262,11 +279,22 @@ std::string Report::markdown(const std::string& command) const {
     for (const CostRow& row : costs_) text += markdownLine(cells(row));
   }
   if (!growth_.empty()) {
-    text += "\n### Growth with N\n" + markdownHeader({"selector", "N=5000, ms", "N=100000, ms", "exponent"});
+    std::set<std::size_t> sizes;
+    for (const GrowthRow& row : growth_) sizes.insert(row.sizes.begin(), row.sizes.end());
+    std::vector<std::string> header = {"selector"};
+    for (const std::size_t n : sizes) header.push_back("N=" + std::to_string(n) + ", ms");
+    header.push_back("exponent");
+    text += "\n### Growth with N\n" + markdownHeader(header);
     for (const GrowthRow& row : growth_) {
-      text += markdownLine({row.comparison.substr(row.comparison.find('/') + 1),
-                            shortNumber(row.small.milliseconds), shortNumber(row.large.milliseconds),
-                            fixed(row.exponent, 2)});
+      std::vector<std::string> line = {row.comparison.substr(row.comparison.find('/') + 1)};
+      for (const std::size_t n : sizes) {
+        const auto found = std::find(row.sizes.begin(), row.sizes.end(), n);
+        line.push_back(found == row.sizes.end()
+                           ? "-"
+                           : shortNumber(row.measured[std::size_t(found - row.sizes.begin())].milliseconds));
+      }
+      line.push_back(fixed(row.exponent, 2));
+      text += markdownLine(line);
     }
   }
   if (!hard_.empty()) {
@@ -302,7 +330,7 @@ void Report::writeCsv(std::ostream& out) const {
     Record record = {{"comparison", row.comparison},
                      {"selector", row.ours.name},
                      {"against", row.peer.name},
-                     {"scene", kSceneNames[std::size_t(row.scene.kind)]},
+                     {"scene", sceneName(row.scene)},
                      {"n", std::to_string(row.scene.n)},
                      {"inlier_ratio", core::formatNumber(row.scene.inlier_ratio)},
                      {"ratio", core::formatNumber(ratio(row))},
@@ -313,15 +341,14 @@ void Report::writeCsv(std::ostream& out) const {
     write(record);
   }
   for (const GrowthRow& row : growth_) {
-    Record record = {{"comparison", row.comparison},
-                     {"selector", row.comparison.substr(row.comparison.find('/') + 1)},
-                     {"against", row.large.name},
-                     {"n", row.small.name.substr(2)},
-                     {"ratio", core::formatNumber(row.large.milliseconds / row.small.milliseconds)},
-                     {"exponent", core::formatNumber(row.exponent)}};
-    describe("ours", row.small, record);
-    describe("peer", row.large, record);
-    write(record);
+    for (std::size_t i = 0; i < row.sizes.size(); ++i) {
+      Record record = {{"comparison", row.comparison},
+                       {"selector", row.comparison.substr(row.comparison.find('/') + 1)},
+                       {"n", std::to_string(row.sizes[i])}};
+      if (i + 1 == row.sizes.size()) record["exponent"] = core::formatNumber(row.exponent);
+      describe("ours", row.measured[i], record);
+      write(record);
+    }
   }
   for (const FeatureRow& row : features_) {
     Record record = {{"comparison", row.comparison},

@@ -23,11 +23,12 @@ struct Row {
   std::size_t differing = 0;  ///< number of matches that the two select differently, over all scenes
 };
 
-/// One selector at two sizes.
+/// One selector at several sizes.
 struct GrowthRow {
   std::string comparison;
-  Measurement small, large;
-  double exponent;  ///< p of time ~ N^p
+  std::vector<std::size_t> sizes;     ///< numbers of matches, rising
+  std::vector<Measurement> measured;  ///< one per size
+  double exponent;                    ///< p of time ~ N^p for the larger sizes
 };
 
 /// Features of one photograph and of one alternative.

@@ -32,6 +32,12 @@ constexpr std::size_t kMostDenseVfc = 2000, kMostDensePairs = 5000, kMostPairs =
 constexpr double kEqualF = 0.2;
 // N log N from 5000 to 100000 is N^1.10; the rest is for the larger one's cache misses and for noise.
 constexpr double kLargestExponent = 1.15;
+// The same for methods that compare all pairs. Their matrices do not fit into the caches at the largest size,
+// which costs up to N^0.4.
+constexpr double kLargestExponentOfPairs = 2.6;
+constexpr std::size_t kGrowthSizes[] = {500, 2000, kTargetSize, 20000, kLargeSize};
+// More matches need an option of tlinkage, and seconds.
+constexpr std::size_t kMostTlinkage = 2000;
 
 bool isTarget(const SceneSpec& scene) { return scene.n == kTargetSize && scene.inlier_ratio == kTargetRatio; }
 
@@ -120,31 +126,35 @@ Comparison automatic(const SceneSpec& scene) {
   return result;
 }
 
-/// Beside usac, which is given the threshold that acransac has to find.
-Comparison withoutThreshold(const SceneSpec& scene) {
-  const bool plane = scene.kind == SceneKind::kPlane;
-  const std::string model = plane ? "h" : "f";
+std::string nameOf(std::string spec, const OptionMap& options) {
+  for (const auto& [option, value] : options) spec += " " + option + "=" + value;
+  return spec;
+}
+
+/// A selector of this package beside another one, and with a time limit in ms at the size of the targets.
+/// @param peer  empty where there is no counterpart
+Comparison beside(const std::string& spec, const std::string& peer, const SceneSpec& scene, double limit,
+                  const OptionMap& options = {}) {
   const std::size_t count = scenesFor(scene.n);
-  Comparison result{"acransac:" + model + at(scene),
-                    {selector("acransac:" + model, scene, count), selector("usac:" + model, scene, count)},
-                    {}};
-  if (isTarget(scene)) result.targets = {within("acransac:" + model, 3)};
+  const std::string name = nameOf(spec, options);
+  const std::string where = scene.kind == SceneKind::kTwoPlanes ? "/two_planes" : "";
+  Comparison result{name + where + at(scene), {selector(spec, scene, count, options)}, {}};
+  result.methods[0].name = name;
+  if (!peer.empty()) result.methods.push_back(selector(peer, scene, count));
+  if (isTarget(scene)) result.targets = {within(name + where, limit)};
   return result;
 }
 
-/// A selector without a counterpart, with a time limit in ms at the size of the targets.
+/// A selector without a counterpart.
 Comparison alone(const std::string& spec, const SceneSpec& scene, double limit) {
-  Comparison result{spec + at(scene), {selector(spec, scene, scenesFor(scene.n))}, {}};
-  if (isTarget(scene)) result.targets = {within(spec, limit)};
-  return result;
+  return beside(spec, "", scene, limit);
 }
 
-/// Beside usac, which finds one plane.
-Comparison planes(const SceneSpec& scene) {
-  const std::size_t count = scenesFor(scene.n);
-  Comparison result{
-      "planes" + at(scene), {selector("planes", scene, count), selector("usac:h", scene, count)}, {}};
-  if (isTarget(scene)) result.targets = {within("planes", 8)};
+/// Only for small numbers of matches, and with a time limit in ms at the largest one.
+Comparison tlinkage(const SceneSpec& scene, double limit) {
+  Comparison result = alone("tlinkage", scene, limit);
+  if (scene.n == kMostTlinkage && scene.inlier_ratio == kTargetRatio)
+    result.targets = {within("tlinkage N " + std::to_string(scene.n), limit)};
   return result;
 }
 
@@ -359,21 +369,35 @@ std::vector<Comparison> features() {
   return list;
 }
 
-Comparison growth(const std::string& spec, SceneKind kind) {
-  SceneSpec small{kind, kTargetSize, kTargetRatio}, large{kind, kLargeSize, kTargetRatio};
-  Method first = selector(spec, small, 5), second = selector(spec, large, 5);
-  first.name = "N=" + std::to_string(small.n);
-  second.name = "N=" + std::to_string(large.n);
-  return {"growth/" + spec,
-          {first, second},
-          {[spec](const Measurements& m) -> Verdict {
-            const double exponent = std::log(m[1].milliseconds / m[0].milliseconds) /
-                                    std::log(double(kLargeSize) / double(kTargetSize));
-            return {spec + " from N 5000 to 100000: time grows like N^" + shortNumber(exponent) +
-                        " (asked: at most N^" + shortNumber(kLargestExponent) + ")",
-                    exponent <= kLargestExponent};
-          }},
-          ComparisonKind::kGrowth};
+/// p of time ~ N^p, from the size of the targets to the largest one. Smaller inputs take part only where none
+/// of these has been measured.
+double exponentOf(const Comparison& comparison, const Measurements& m) {
+  std::size_t first = 0;
+  while (first + 2 < m.size() && comparison.methods[first].scene.n < kTargetSize) ++first;
+  return std::log(m.back().milliseconds / m[first].milliseconds) /
+         std::log(double(comparison.methods.back().scene.n) / double(comparison.methods[first].scene.n));
+}
+
+/// One selector at several sizes.
+Comparison growth(const std::string& spec, SceneKind kind, std::size_t most = kLargeSize,
+                  const OptionMap& options = {}) {
+  const bool pairs = most < kLargeSize;
+  const double asked = pairs ? kLargestExponentOfPairs : kLargestExponent;
+  const std::string name = nameOf(spec, options);
+  Comparison result{"growth/" + name, {}, {}, ComparisonKind::kGrowth};
+  for (const std::size_t n : kGrowthSizes) {
+    if (n > most) continue;
+    // What compares all pairs takes seconds at the largest sizes.
+    const std::size_t count = pairs && n > kTargetSize ? 1 : 5;
+    result.methods.push_back(selector(spec, {kind, n, kTargetRatio}, count, options));
+  }
+  result.targets = {[=](const Measurements& m) -> Verdict {
+    const double exponent = exponentOf(result, m);
+    return {name + " up to N " + std::to_string(most) + ": time grows like N^" + shortNumber(exponent) +
+                " (asked: at most N^" + shortNumber(asked) + ")",
+            exponent <= asked};
+  }};
+  return result;
 }
 
 }  // namespace
@@ -388,14 +412,18 @@ std::vector<Comparison> comparisons(bool all) {
   list.push_back(ransacSameSamples(few, 3));
   for (const std::size_t n : kSizes) {
     for (const double inlier_ratio : kInlierRatios) {
-      const SceneSpec plane{SceneKind::kPlane, n, inlier_ratio}, space{SceneKind::kSpace, n, inlier_ratio};
+      const SceneSpec plane{SceneKind::kPlane, n, inlier_ratio}, space{SceneKind::kSpace, n, inlier_ratio},
+          corner{SceneKind::kTwoPlanes, n, inlier_ratio};
       // OpenCV's takes ten seconds a call at the largest size.
       if (n <= kMostPairs || inlier_ratio == kTargetRatio) list.push_back(ransac(space));
       for (const Comparison& comparison : {automatic(plane),
                                            automatic(space),
-                                           withoutThreshold(plane),
-                                           withoutThreshold(space),
-                                           planes(plane),
+                                           beside("acransac:h", "usac:h", plane, 3),
+                                           beside("acransac:f", "usac:f", space, 3),
+                                           beside("planes", "usac:h", plane, 8),
+                                           beside("planes", "usac:h", corner, 8),
+                                           beside("usac:h", "usac:h", plane, 3, {{"sampler", "frames"}}),
+                                           beside("usac:h", "usac:h", plane, 2, {{"sampler", "local"}}),
                                            nnsr(plane),
                                            ransac(plane),
                                            usac(plane),
@@ -403,10 +431,15 @@ std::vector<Comparison> comparisons(bool all) {
                                            gms(plane, false),
                                            gms(plane, true),
                                            vfc(plane),
+                                           beside("vfc:guided", "vfc", plane, 4),
+                                           beside("lpm:guided", "lpm:paper", plane, 4),
                                            lpm(plane, baselines::LpmVariant::kPaper),
                                            lpm(plane, baselines::LpmVariant::kV2),
                                            alone("adalam", plane, 4),
                                            alone("laf", plane, 0.3),
+                                           alone("significant", plane, 2),
+                                           alone("lap", plane, 6),
+                                           alone("ranks", plane, 6),
                                            alone("frame_votes:hviv", plane, 20),
                                            alone("frame_votes:acc", plane, 10),
                                            alone("logos", plane, 8),
@@ -415,16 +448,43 @@ std::vector<Comparison> comparisons(bool all) {
       }
       if (n > kMostPairs || (n > kMostDensePairs && inlier_ratio != kTargetRatio)) continue;
       list.push_back(allPairs("st", plane, baselines::stDense));
+      if (n <= kMostDensePairs) list.push_back(beside("st:rrwm", "st", plane, 40));
+      if (n <= kMostTlinkage) list.push_back(tlinkage(corner, 500));
       list.push_back(allPairs("gtm", plane, baselines::gtmDense));
     }
   }
   list.push_back(automatic({SceneKind::kPlane, kLiveSize, kEasyRatio}));
-  for (const char* spec :
-       {"auto", "adalam", "laf", "frame_votes:hviv", "logos", "icf", "acransac:h", "planes", "nnsr",
-        "ransac:h", "usac:h", "gms", "gms:rotation_scale", "vfc", "lpm:paper", "lpm:v2"}) {
+  for (const char* spec : {"auto",
+                           "acransac:h",
+                           "planes",
+                           "nnsr",
+                           "ransac:h",
+                           "usac:h",
+                           "gms",
+                           "gms:rotation_scale",
+                           "vfc",
+                           "vfc:guided",
+                           "lpm:paper",
+                           "lpm:v2",
+                           "lpm:guided",
+                           "significant",
+                           "lap",
+                           "ranks",
+                           "adalam",
+                           "laf",
+                           "frame_votes:hviv",
+                           "frame_votes:acc",
+                           "logos",
+                           "icf"}) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
-  for (const char* spec : {"ransac:f", "usac:f"}) list.push_back(growth(spec, SceneKind::kSpace));
+  for (const char* sampler : {"frames", "local"})
+    list.push_back(growth("usac:h", SceneKind::kPlane, kLargeSize, {{"sampler", sampler}}));
+  for (const char* spec : {"ransac:f", "usac:f", "acransac:f"})
+    list.push_back(growth(spec, SceneKind::kSpace));
+  for (const char* spec : {"st", "st:rrwm", "gtm"})
+    list.push_back(growth(spec, SceneKind::kPlane, kMostPairs));
+  list.push_back(growth("tlinkage", SceneKind::kTwoPlanes, kMostTlinkage));
   for (const Comparison& comparison : matching()) list.push_back(comparison);
   if (!all) {
     list.erase(
@@ -468,9 +528,9 @@ void run(const Comparison& comparison, Report& report) {
     report.add(CostRow{comparison.name, measured[2].name, sizeText(comparison.image_size),
                        measured[2].masks[0].size() / kFeatureBytes, measured[0], measured[1], measured[2]});
   } else if (comparison.kind == ComparisonKind::kGrowth) {
-    report.add(GrowthRow{comparison.name, measured[0], measured[1],
-                         std::log(measured[1].milliseconds / measured[0].milliseconds) /
-                             std::log(double(kLargeSize) / double(kTargetSize))});
+    GrowthRow row{comparison.name, {}, measured, exponentOf(comparison, measured)};
+    for (const Method& method : comparison.methods) row.sizes.push_back(method.scene.n);
+    report.add(row);
   } else {
     for (std::size_t i = measured.size() > 1 ? 1 : 0; i < measured.size(); ++i) {
       Row row{comparison.name, comparison.methods[0].scene, measured[0], i ? measured[i] : Measurement{},

@@ -16,7 +16,7 @@ using Measurements = std::vector<Measurement>;
 /// What a comparison compares, and thus the table that it appears in.
 enum class ComparisonKind {
   kSelectors,  ///< the first method with the others, on matches or descriptors
-  kGrowth,     ///< the two methods are one selector at two sizes
+  kGrowth,     ///< the methods are one selector at several sizes
   kFeatures,   ///< the first method with the others, on a photograph
   kStages,     ///< the methods are the stages of a pair of photographs
   kCosts       ///< each method does more of the work on a photograph than the one before
