@@ -236,7 +236,7 @@ def select(
     distance, second_distance   descriptor distances to the nearest and to the second-nearest neighbour: N
     left_frame, right_frame     local affine frames [[a11, a12, x], [a21, a22, y]], px: N x 2 x 3
     left_index, right_index     numbers of the features in their images: N
-    options           of the selector, by keyword; the option lambda is written lambda_
+    options           of the selector, by keyword; lambda and global, words of Python, are written lambda_ and global_
 
     Matches with a coordinate that is NaN, infinite or beyond 1e6 px are not selected and do not influence the others.
     A column that the selector needs and does not get gives the status "unsupported_input".

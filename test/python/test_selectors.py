@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Matches, Selector, Selection and select(): the results of C++, arguments of every kind, threads."""
 
+import keyword
 import pickle
 import threading
 import unittest
@@ -400,7 +401,7 @@ class Options(unittest.TestCase):
             for preset in corrsel.selector_presets(selector):
                 self.assertIn("%s:%s" % (selector, preset), corrsel.select.__doc__)
             for option in corrsel.options(selector):
-                name = "lambda_" if option.name == "lambda" else option.name
+                name = option.name + "_" * keyword.iskeyword(option.name)
                 self.assertIn("        %s=%r" % (name, option.value), corrsel.select.__doc__)
                 self.assertIn(option.description, corrsel.select.__doc__)
         self.assertIn(
