@@ -47,7 +47,8 @@ def groups(catalogue, nodelet):
         result.append(("match", "match_", MATCH, catalogue["matching"]))
         result.append(("sequence", "sequence_", SEQUENCE, catalogue["sequence"]))
         return result
-    choice = with_choices(own["changeable"], "selector", catalogue["selectors"])
+    selectors = [dict(entry, meaning="%(group)s: %(meaning)s" % entry) for entry in catalogue["selectors"]]
+    choice = with_choices(own["changeable"], "selector", selectors)
     result = [("", "", SELECTOR, choice)]
     for selector in catalogue["selectors"]:
         # The seed of every selector is the one parameter `seed`.

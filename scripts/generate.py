@@ -179,13 +179,78 @@ def option_table(rows):
     return "\n".join(lines) + "\n"
 
 
+def needs_text(names):
+    """Return columns of the matches without which a selector does nothing, in words."""
+    both = {"left_size", "right_size"} <= set(names)
+    words = (
+        ("right_size", "image sizes" if both else "size of the right image"),
+        ("second_distance", "descriptor distances"),
+        ("left_frame", "frames"),
+        ("left_index", "feature numbers"),
+    )
+    return ", ".join(text for name, text in words if name in names) or "-"
+
+
 def selector_table(catalogue):
     """Return a Markdown table of all selectors."""
-    lines = ["| selector | group | what it is | presets |", "|---|---|---|---|"]
+    lines = ["| selector | group | what it is | needs | time | presets |", "|---|---|---|---|---|---|"]
     for selector in catalogue["selectors"]:
         presets = ", ".join("`%s`" % preset for preset in selector["presets"])
-        row = (selector["name"], selector["group"], cell(selector["meaning"]), presets)
-        lines.append("| `%s` | %s | %s | %s |" % row)
+        needs = needs_text(selector["needs"])
+        for preset, names in selector["needs_of_presets"].items():
+            needs += "; `%s`: %s" % (preset, needs_text(names))
+        cost = "-" if selector["group"] == "baseline" else selector["cost"]
+        row = (selector["name"], selector["group"], cell(selector["meaning"]), needs, cost, presets)
+        lines.append("| `%s` | %s | %s | %s | %s | %s |" % row)
+    return "\n".join(lines) + "\n"
+
+
+def special_cases_table(catalogue):
+    """Return a Markdown table of what the selectors return for degenerate input."""
+    titles = list(next(iter(catalogue["special_cases"].values())))
+    shown = [title.replace("least_matches", "least matches") for title in titles]
+    lines = ["| selector | %s |" % " | ".join(shown), "|---" * (len(titles) + 1) + "|"]
+    for name, results in catalogue["special_cases"].items():
+        lines.append("| `%s` | %s |" % (name, " | ".join(str(results[title]) for title in titles)))
+    return "\n".join(lines) + "\n"
+
+
+def slug(heading):
+    """Return the anchor that GitHub gives to a heading."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+def contents(catalogue, text):
+    """Return the table of contents of docs/selectors.md: chapters, and below those of a group its selectors.
+
+    The section of a selector is the one that holds its table of options. All selectors of a group are in one chapter.
+    """
+    chapters, chapter_of, section_of = [], {}, {}
+    chapter = section = None
+    for line in text.splitlines():
+        heading = re.match(r"(#{2,3}) (.*)", line)
+        marker = re.match(r"<!-- options: (\S+) -->", line)
+        if heading and heading.group(1) == "##":
+            chapter = section = heading.group(2)
+            chapters.append(chapter)
+        elif heading:
+            section = heading.group(2)
+        elif marker:
+            chapter_of[marker.group(1)], section_of[marker.group(1)] = chapter, section
+    entries, chapter_of_group = {}, {}
+    for selector in catalogue["selectors"]:
+        name, group = selector["name"], selector["group"]
+        if name not in section_of:
+            continue  # filled() reports it
+        if chapter_of_group.setdefault(group, chapter_of[name]) != chapter_of[name]:
+            problem = "docs/selectors.md: %s belongs to the group %s, and its section to the chapter '%s'"
+            raise Problem(problem % (name, group, chapter_of[name]))
+        link = "[%s](#%s)" % (name, slug(section_of[name]))
+        entries.setdefault(chapter_of[name], []).append(link)
+    lines = []
+    for chapter in chapters:
+        selectors = ": " + ", ".join(entries[chapter]) if chapter in entries else ""
+        lines.append("- [%s](#%s)%s" % (chapter, slug(chapter), selectors))
     return "\n".join(lines) + "\n"
 
 
@@ -193,6 +258,9 @@ def tables(catalogue):
     """Return the generated part of every document: {document: {name of the marker: text}}."""
     selectors = {entry["name"]: option_table(entry["options"]) for entry in catalogue["selectors"]}
     selectors["selectors"] = selector_table(catalogue)
+    document = (PACKAGE / "docs/selectors.md").read_text(encoding="utf-8")
+    selectors["special-cases"] = special_cases_table(catalogue)
+    selectors["contents"] = contents(catalogue, document)
     features = {
         entry["name"]: option_table(entry["options"]) for entry in catalogue["features"]["algorithms"]
     }

@@ -7,7 +7,7 @@
 Matches of another matcher: corrsel.select(left, right, "gms", left_size=(640, 480), right_size=(640, 480)).
 
     select, Selector, Selection        decide which matches are correct
-    selector_names, selector_presets   what there is to choose from
+    selector_names, selector_groups, selector_presets   what there is to choose from
     options, Option                    options of selectors, features and matching, with ranges and meanings
     Matches                            putative matches with all their columns
     match, match_features              putative matches of two images, or of their features
@@ -30,6 +30,7 @@ _HOMES = {
         "Selection",
         "Selector",
         "select",
+        "selector_groups",
         "selector_names",
         "selector_presets",
     ),

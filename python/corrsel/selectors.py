@@ -121,8 +121,9 @@ class Selection:
 
     mask         True where the match is selected: N, bool
     score        per match, higher is better, its meaning given by the selector; NaN = none: N, float32, or None
-    group        per match, number of the model that a selected match belongs to, -1 = none: N, int32, or None if the
-                 selector finds one model or none
+    group        per match, number of the model that a selected match belongs to, counted from 0 in the order in which
+                 the selector finds them; -1 = not selected, or selected without a model: N, int32. None if the selector
+                 finds one model or none. The matches of the second plane of "planes": matches[selection.group == 1]
     model        left to right, 3 x 3, float64, or None: x' ~ H x of a homography, x'^T F x = 0 of a fundamental matrix
     model_kind   "none", "homography" or "fundamental"
     status       "ok"; "too_few", "degenerate", "no_model", "unsupported_input" (a column or an image size is missing)
@@ -247,7 +248,8 @@ def select(
     Raises TypeError for arrays of another dtype; ValueError for arrays of another shape or length, naming the argument,
     and for an unknown selector, preset or option or an option out of its range.
 
-    Selectors with the columns that they need, their presets, and their options with defaults and ranges:
+    Selectors group by group, with the columns that they need, their presets, and their options with defaults and
+    ranges:
     """
     return Matches(
         left,
@@ -264,8 +266,20 @@ def select(
 
 
 def selector_names():
-    """Return the names of all selectors; keep_all, the baseline that selects every match, comes last."""
+    """Return the names of all selectors, group by group; keep_all, which selects every match, comes last."""
     return _core.selector_names()
+
+
+def selector_groups():
+    """Return the names of the selectors by what they do, a dict: {"paper": [...], "consensus": [...], ...}.
+
+    The groups are paper (the eight of Zhao et al.), consensus, local, graph, field, multi-structure, automatic and
+    baseline. help(corrsel.select) tells what the selectors of a group have in common.
+    """
+    groups = {}
+    for group, _, name, _ in _core.selector_list():
+        groups.setdefault(group, []).append(name)
+    return groups
 
 
 def selector_presets(name):
@@ -273,31 +287,15 @@ def selector_presets(name):
     return _core.selector_presets(name)
 
 
-def _needed_columns(selector):
-    """Return the names of the optional columns and sizes without which the selector does nothing."""
-    complete = {
-        "left": np.zeros((1, 2)),
-        "right": np.zeros((1, 2)),
-        "left_size": (1, 1),
-        "right_size": (1, 1),
-    }
-    complete.update({name: np.ones(1) for name in ("distance", "second_distance")})
-    complete.update({name: np.ones((1, 2, 3)) for name in ("left_frame", "right_frame")})
-    complete.update({name: np.zeros(1, np.uint32) for name in ("left_index", "right_index")})
-
-    def does_without(name):
-        matches = Matches(**{other: value for other, value in complete.items() if other != name})
-        return selector.select(matches).status != "unsupported_input"
-
-    return [name for name in complete if name not in ("left", "right") and not does_without(name)]
-
-
 def _selectors_text():
-    parts = []
-    for name, meaning in _core.selector_meanings().items():
+    parts, group = [], None
+    for name_of_group, meaning_of_group, name, meaning in _core.selector_list():
+        if name_of_group != group:
+            group = name_of_group
+            parts.append("\n    %s (%s)\n" % (group, meaning_of_group))
         parts.append("    %s: %s" % (name, meaning))
         presets = ["%s:%s" % (name, preset) for preset in selector_presets(name)]
-        for title, items in (("needs", _needed_columns(Selector(name))), ("presets", presets)):
+        for title, items in (("needs", _core.Selector(name, {}).needed_input()), ("presets", presets)):
             if items:
                 parts.append("        %s: %s" % (title, ", ".join(items)))
         parts.append(_options.describe(_options.options(name), " " * 8))

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include "corrsel/matching/sequence.h"
 #include "corrsel/options.h"
 #include "corrsel/selectors/factory.h"
+#include "nodes/degenerate_inputs.h"
 #include "ros/live/nodelet_parameters.h"
 
 namespace corrsel {
@@ -54,13 +56,46 @@ Json describe(const core::OptionSet& options, const core::OptionSet* live = null
 Json selectors() {
   Json list = Json::array();
   for (const core::SelectorFactory& selector : core::builtInSelectors()) {
-    Json presets = Json::object();
-    for (const auto& [name, values] : selector.presets()) presets[name] = Json(values);
+    Json presets = Json::object(), needs_of_presets = Json::object();
+    const std::vector<std::string> needs = core::neededInput(*selector.create());
+    for (const auto& [name, values] : selector.presets()) {
+      presets[name] = Json(values);
+      const std::vector<std::string> own = core::neededInput(*selector.create(name));
+      if (own != needs) needs_of_presets[name] = own;
+    }
     list.push_back({{"name", selector.name()},
                     {"group", core::toString(selector.group())},
                     {"meaning", selector.meaning()},
+                    {"cost", selector.cost()},
+                    {"needs", needs},
+                    {"needs_of_presets", needs_of_presets},
                     {"presets", presets},
                     {"options", describe(selector.create()->options())}});
+  }
+  return list;
+}
+
+/// What a selector returns for degenerate input.
+Json specialCases(const std::string& spec) {
+  const std::unique_ptr<core::Selector> selector = core::createSelector(spec);
+  Json results = {{"least_matches", leastMatches(*selector)}};
+  for (const DegenerateInput& input : degenerateInputs()) {
+    results[input.name] = describeSelection(*selector, input.matches);
+  }
+  return results;
+}
+
+/// Those of every selector, and of the presets that return something else.
+Json specialCases() {
+  Json list = Json::object();
+  for (const core::SelectorFactory& factory : core::builtInSelectors()) {
+    const std::string& name = factory.name();
+    list[name] = specialCases(name);
+    for (const auto& preset : factory.presets()) {
+      const std::string spec = name + ":" + preset.first;
+      const Json results = specialCases(spec);
+      if (results != list[name]) list[spec] = results;
+    }
   }
   return list;
 }
@@ -120,6 +155,7 @@ void print(const Json& value, const std::string& indent) {
 int main() {
   using namespace corrsel;
   const Json catalogue = {{"selectors", selectors()},
+                          {"special_cases", specialCases()},
                           {"features", features()},
                           {"matching", describe(core::MatchOptions())},
                           {"sequence", describe(core::SequenceOptions())},

@@ -135,11 +135,12 @@ py::dict evaluate(const std::string& kind, const py::object& errors, const py::o
   return result;
 }
 
-/// Names and meanings of the built-in selectors.
-py::dict selectorMeanings() {
-  py::dict result;
+/// Group, its meaning, name and meaning of every built-in selector, in the order of the factory.
+py::list selectorList() {
+  py::list result;
   for (const core::SelectorFactory& factory : core::builtInSelectors()) {
-    result[py::str(factory.name())] = factory.meaning();
+    result.append(py::make_tuple(core::toString(factory.group()), core::meaningOf(factory.group()),
+                                 factory.name(), factory.meaning()));
   }
   return result;
 }
@@ -152,7 +153,7 @@ PYBIND11_MODULE(_core, module) {
   using namespace corrsel::python;
   module.attr("__version__") = CORRSEL_VERSION;
   module.def("selector_names", &core::selectorNames);
-  module.def("selector_meanings", &selectorMeanings);
+  module.def("selector_list", &selectorList);
   module.def("selector_presets", &core::selectorPresets);
   module.def("ground_truth_errors", &groundTruthErrors);
   module.def("evaluate", &evaluate);
@@ -161,6 +162,7 @@ PYBIND11_MODULE(_core, module) {
         return core::createSelector(spec, options);
       }))
       .def("name", &core::Selector::name)
+      .def("needed_input", &core::neededInput)
       .def("options", [](const core::Selector& selector) { return toDicts(selector.options()); })
       .def("select", &selectMatches);
 }

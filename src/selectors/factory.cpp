@@ -278,6 +278,33 @@ std::vector<std::string> usualSelectorNames() {
   return names;
 }
 
+std::vector<std::string> neededInput(const Selector& selector) {
+  const AffineFrame frame = {1, 0, 0, 0, 1, 0};
+  Correspondences complete;
+  complete.add({0, 0}, {0, 0});
+  complete.distance = complete.second_distance = {1};
+  complete.left_frame = complete.right_frame = {frame};
+  complete.left_index = complete.right_index = {0};
+  complete.left_size = complete.right_size = {1, 1};
+  using Remove = void (*)(Correspondences&);
+  static constexpr std::pair<const char*, Remove> kOptional[] = {
+      {"left_size", [](Correspondences& m) { m.left_size = {}; }},
+      {"right_size", [](Correspondences& m) { m.right_size = {}; }},
+      {"distance", [](Correspondences& m) { m.distance.clear(); }},
+      {"second_distance", [](Correspondences& m) { m.second_distance.clear(); }},
+      {"left_frame", [](Correspondences& m) { m.left_frame.clear(); }},
+      {"right_frame", [](Correspondences& m) { m.right_frame.clear(); }},
+      {"left_index", [](Correspondences& m) { m.left_index.clear(); }},
+      {"right_index", [](Correspondences& m) { m.right_index.clear(); }}};
+  std::vector<std::string> needed;
+  for (const auto& [name, remove] : kOptional) {
+    Correspondences matches = complete;
+    remove(matches);
+    if (selector.select(matches).status == Status::kUnsupportedInput) needed.emplace_back(name);
+  }
+  return needed;
+}
+
 std::vector<std::string> selectorPresets(const std::string& name) {
   return namesOf(findSelector(name).presets());
 }

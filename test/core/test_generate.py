@@ -77,6 +77,30 @@ class Generate(unittest.TestCase):
         with self.assertRaisesRegex(self.generate.Problem, "nothing to put at '<!-- options: old -->'"):
             self.generate.filled("x.md", "<!-- options: old -->\n<!-- end -->\n", {})
 
+    def test_every_selector_has_a_row_of_special_cases(self):
+        """The rows hold a status for each special input, and all columns suffice for every selector."""
+        cases = self.catalogue["special_cases"]
+        names = [selector["name"] for selector in self.catalogue["selectors"]]
+        self.assertEqual([spec for spec in cases if ":" not in spec], names)
+        for spec, results in cases.items():
+            for title, text in results.items():
+                if title != "least_matches":
+                    self.assertRegex(text, r"^`[a-z_]+`(: (all|most|some|few|none))?$", (spec, title))
+            self.assertNotIn("failed", str(results), spec)
+            self.assertNotIn("unsupported", str(results), spec)
+
+    def test_sections_lie_in_the_chapter_of_their_group(self):
+        """The table of contents names the selectors below the chapter that holds their sections."""
+        document = "## One\n### a: x\n<!-- options: a -->\n## Two\n### b\n<!-- options: b -->\n"
+        selectors = [{"name": "a", "group": "first"}, {"name": "b", "group": "second"}]
+        contents = self.generate.contents({"selectors": selectors}, document)
+        self.assertEqual(contents, "- [One](#one): [a](#a-x)\n- [Two](#two): [b](#b)\n")
+        selectors[1]["group"] = "first"
+        with self.assertRaisesRegex(
+            self.generate.Problem, "b belongs to the group first, and its section to .*Two"
+        ):
+            self.generate.contents({"selectors": selectors}, document)
+
     def test_numbers_in_yaml_read_back_as_numbers(self):
         """YAML 1.1 takes 1e-05, which has no decimal point, for a text."""
         for value, text in ((1e-05, "1.0e-05"), (12.0, "12.0"), (0.25, "0.25")):

@@ -64,6 +64,32 @@ class Results(unittest.TestCase):
         presets = {"%s:%s" % (name, preset) for name in names for preset in corrsel.selector_presets(name)}
         self.assertEqual(specs, set(names) | presets)
 
+    def test_groups_hold_every_selector_once(self):
+        groups = corrsel.selector_groups()
+        self.assertEqual([name for names in groups.values() for name in names], corrsel.selector_names())
+        self.assertEqual(groups["paper"], "nnsr ransac st gtm usac vfc gms lpm".split())
+        self.assertEqual(list(groups)[-1], "baseline")
+        for group in groups:
+            self.assertEqual(corrsel.select.__doc__.count("\n    %s (" % group), 1, group)
+
+    def test_the_groups_of_matches_are_those_of_the_models(self):
+        """Two planes that move differently: each match has the number of its plane, wrong ones have -1."""
+        random = np.random.default_rng(0)
+        left = random.uniform((10, 10), (630, 470), (300, 2))
+        plane = np.where(left[:, 0] < 300, 0, 1)
+        right = np.where(plane[:, None] == 0, left + (8, 3), left @ [[1.1, 0.04], [-0.04, 1.1]] + (-60, 5))
+        right[::10] = random.uniform((10, 10), (630, 470), (30, 2))
+        selection = corrsel.select(left, right, "planes", left_size=(640, 480), right_size=(640, 480))
+        self.assertEqual((selection.status, selection.group.dtype), ("ok", np.int32))
+        self.assertEqual(set(selection.group), {-1, 0, 1})
+        self.assertFalse(np.any(selection.group[~selection.mask] >= 0))
+        right_ones = np.arange(300) % 10 != 0
+        for number in (0, 1):
+            chosen = right_ones & (selection.group == number)
+            self.assertGreater(np.sum(chosen), 80)
+            self.assertEqual(len(set(plane[chosen])), 1, "a group mixes the planes")
+        self.assertIsNone(corrsel.select(left, right, "usac").group)
+
     def test_a_selector_selects_the_same_again(self):
         matches = scene()
         for name in corrsel.selector_names():

@@ -101,6 +101,11 @@ std::vector<std::string> usualSelectorNames();
 /// Whether the name is that of a selector of another package: "package/Class".
 bool isPluginName(const std::string& spec);
 
+/// Names of the members of Correspondences beside the coordinates, e.g. "left_frame" or "right_size", without
+/// which the selector returns `unsupported_input`. It is found out by selections of one match each, in
+/// microseconds.
+std::vector<std::string> neededInput(const Selector& selector);
+
 /// Names of the presets of findSelector(name).
 std::vector<std::string> selectorPresets(const std::string& name);
 

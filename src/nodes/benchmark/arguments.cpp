@@ -155,27 +155,48 @@ void printOptions(const std::string& algorithm, const core::OptionSet& options) 
   }
 }
 
-void printSelector(const core::SelectorFactory& selector) {
-  std::cout << "  " << selector.name();
-  for (const auto& preset : selector.presets()) std::cout << "  " << selector.name() << ":" << preset.first;
-  if (!selector.meaning().empty()) std::cout << "  (" << selector.meaning() << ")";
-  std::cout << "\n";
-  printOptions(selector.name(), selector.create()->options());
+/// One line of the overview.
+void printSelectorLine(const std::string& name, const std::string& text) {
+  constexpr std::size_t kWidth = 12;
+  std::cout << "    " << name << std::string(name.size() < kWidth ? kWidth - name.size() : 0, ' ')
+            << (text.empty() ? "" : " ") << text << "\n";
 }
 
-/// Prints the selectors of other packages; those that cannot be created are printed with the reason.
-void printPlugins() {
+void printGroup(core::SelectorGroup group) {
+  std::cout << "  " << core::toString(group) << " (" << core::meaningOf(group) << ")\n";
+}
+
+/// Prints one line for each selector, below the name of its group. Selectors of other packages that cannot be
+/// created are printed with the reason.
+/// @return those that can be used
+std::vector<core::SelectorFactory> printSelectors() {
+  std::vector<core::SelectorFactory> usable = core::builtInSelectors();
+  std::cout << "selectors:\n";
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    if (i == 0 || usable[i].group() != usable[i - 1].group()) printGroup(usable[i].group());
+    printSelectorLine(usable[i].name(), usable[i].meaning());
+  }
   const std::vector<std::string> names = selectorPlugins(), problems = selectorPluginProblems();
-  if (names.empty() && problems.empty()) return;
-  std::cout << "selectors of other packages:\n";
+  if (!names.empty() || !problems.empty()) printGroup(core::SelectorGroup::kOtherPackage);
   for (const std::string& name : names) {
     try {
-      printSelector(core::findSelector(name));
+      const core::SelectorFactory selector = core::findSelector(name);
+      selector.create();
+      printSelectorLine(name, selector.meaning());
+      usable.push_back(selector);
     } catch (const std::invalid_argument& error) {
-      std::cout << "  " << name << "  cannot be used: " << error.what() << "\n";
+      printSelectorLine(name, std::string(" cannot be used: ") + error.what());
     }
   }
-  for (const std::string& problem : problems) std::cout << "  note: " << problem << "\n";
+  for (const std::string& problem : problems) std::cout << "    note: " << problem << "\n";
+  return usable;
+}
+
+void printSelectorOptions(const core::SelectorFactory& selector) {
+  std::cout << "  " << selector.name();
+  for (const auto& preset : selector.presets()) std::cout << "  " << selector.name() << ":" << preset.first;
+  std::cout << "\n";
+  printOptions(selector.name(), selector.create()->options());
 }
 
 }  // namespace
@@ -196,21 +217,16 @@ void printList() {
             << "\nfeatures:  " << core::joinList(core::extractorNames())
             << "\n  or detector+descriptor: detectors " << core::joinList(core::detectorNames())
             << "; descriptors " << core::joinList(core::descriptorNames()) << "\n";
+  const std::vector<core::SelectorFactory> selectors = printSelectors();
+  std::cout << "options of the features:\n";
   for (const auto& [name, options] : core::featureAlgorithms()) {
     std::cout << "  " << name << "\n";
     printOptions(name, *options);
   }
-  std::cout << "matching:\n";
+  std::cout << "options of matching:\n";
   printOptions("match", core::MatchOptions());
-  std::string group;
-  for (const core::SelectorFactory& selector : core::builtInSelectors()) {
-    if (core::toString(selector.group()) != group) {
-      group = core::toString(selector.group());
-      std::cout << "selectors (" << group << "):\n";
-    }
-    printSelector(selector);
-  }
-  printPlugins();
+  std::cout << "presets and options of the selectors:\n";
+  for (const core::SelectorFactory& selector : selectors) printSelectorOptions(selector);
 }
 
 }  // namespace corrsel
