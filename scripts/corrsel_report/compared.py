@@ -2,9 +2,9 @@
 from collections import OrderedDict, namedtuple
 
 from . import paper
-from .markup import best_cell, breakable, table
+from .markup import best_cell, breakable, table, transposed, with_headings
 from .scopes import is_main
-from .selectors import is_baseline, selector_key
+from .selectors import are_many, is_baseline, selector_key
 from .words import GIVEN, data_kind, esc, plural
 
 STAND_INS = {"heinly_generated": "heinly"}  # generated dataset -> the paper's dataset it stands in for
@@ -107,9 +107,14 @@ def best_selectors(values, show):
 
 
 def comparison_table(caption, blocks):
-    """Return a table with one row per block and selectors in columns, the paper's row below where there is one."""
+    """Return a table with one row per block and selectors in columns, the paper's row below where there is one.
+
+    Many selectors are rows, under the names of their groups, and the blocks columns.
+    """
     names = {s for block in blocks for s in list(block.ours) + list(block.theirs or ())}
     selectors = sorted(names, key=selector_key)
+    many = are_many(selectors)
+    line = "column" if many else "row"
     rows = []
     for block in blocks:
         best = best_selectors({s: v[0] for s, v in block.ours.items()}, percent)
@@ -129,7 +134,7 @@ def comparison_table(caption, blocks):
                 )
             )
             if s in best:
-                cells.append(best_cell(percent(value), rest))
+                cells.append(best_cell(percent(value), rest, line))
             else:
                 cells.append(('class="base"' if is_baseline(s) else "", percent(value) + rest))
         rows.append(("", cells))
@@ -138,9 +143,13 @@ def comparison_table(caption, blocks):
             cells = [block.paper_label]
             for s in selectors:
                 text = "%.2f" % block.theirs[s] if s in block.theirs else "\u2013"
-                cells.append(best_cell(text) if s in best else text)
+                cells.append(best_cell(text, of=line) if s in best else text)
             rows.append(("paper", cells))
     head = [""] + [esc(s) for s in selectors]
+    if many:
+        head, columns = transposed(head, rows)
+        rows = with_headings([(s, ("baseline" * is_baseline(s), c)) for s, c in zip(selectors, columns)])
+        return table(caption, head, rows, "results", long=True)
     return table(caption, head, rows, "results compared", long=len(rows) > 20)
 
 
@@ -161,6 +170,6 @@ def paper_label(source, dataset=None):
 def interval_text():
     """Return what the numbers of a comparison are."""
     return (
-        "In percent. Below each value of this run its 95 % interval; \u25b2 best of the row (the baseline does not"
-        " compete). Shaded rows: what the paper printed, without interval."
+        "In percent. Below each value of this run its 95 % interval; \u25b2 highest of the selectors (the baseline does"
+        " not compete). Beside it what the paper printed, without interval."
     )

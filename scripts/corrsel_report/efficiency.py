@@ -5,8 +5,8 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from . import paper
-from .figures import draw_line, new_axes, plot_text, swatch
-from .markup import group_heading, paragraph, table
+from .figures import draw_background, draw_line, line_figures, new_axes, part_ending, plot_text
+from .markup import group_heading, paragraph, table, with_headings
 from .selectors import DARK, YELLOW, is_baseline, selector_key, selector_styles
 from .timing import time_panel
 from .words import esc, milliseconds, plural
@@ -121,14 +121,17 @@ def ratio_text(ratio):
     return "%.0f" % ratio if ratio >= 9.95 else "%.1f" % ratio
 
 
-def scaling_panel(run, figures, threads, selectors):
+def scaling_panel(run, figures, threads, selectors, part):
     """Draw the median time against n on a logarithmic axis, with the quartiles of the rounds as bars."""
     figure, axes = new_axes(5.0, 3.8, 0.62, 0.15, 0.5, 0.34)
-    for selector in reversed(list(selectors)):
+    for selector in part.others + part.names[::-1]:
         rounds, style = selectors[selector], run.styles[selector]
         ns = list(rounds)
         quartiles = np.array([np.percentile(rounds[n], [25, 50, 75]) for n in ns]) * 1e3
         quartiles = np.maximum(quartiles, 1e-6)  # a time of 0 has no place on the axis
+        if selector in part.others:
+            draw_background(axes, ns, quartiles[:, 1])
+            continue
         edge = DARK if style["colour"] == YELLOW else style["colour"]
         axes.vlines(ns, quartiles[:, 0], quartiles[:, 2], color=edge, linewidth=1.2)
         draw_line(axes, ns, quartiles[:, 1], style, label=plot_text(selector))
@@ -141,7 +144,7 @@ def scaling_panel(run, figures, threads, selectors):
     axes.set_title("Selection time (ms), %s" % threads_text(threads), loc="left")
     axes.grid(True)
     label = "Selection time against the number of matches, %s, one line per selector" % threads_text(threads)
-    return figures(figure, label, "scaling_%s_threads" % threads)
+    return figures(figure, label, "scaling_%s_threads%s" % (threads, part_ending(part)))
 
 
 def scaling_table(threads, selectors):
@@ -149,8 +152,8 @@ def scaling_table(threads, selectors):
     ns = sorted({n for rounds in selectors.values() for n in rounds})
     fastest = {n: next(iter(medians_at(selectors, n).values()), None) for n in ns}
     rows = []
-    for selector, rounds in selectors.items():
-        base = is_baseline(selector)
+    for selector in sorted(selectors, key=selector_key):
+        rounds, base = selectors[selector], is_baseline(selector)
         cells = [esc(selector) + (' <span class="small">baseline</span>' if base else "")]
         for n in ns:
             cells.append(time_cell(rounds.get(n), None if base else fastest[n]))
@@ -162,7 +165,7 @@ def scaling_table(threads, selectors):
         cells.append(
             DASH if base or not last or not fastest[ns[-1]] else ratio_text(np.median(last) / fastest[ns[-1]])
         )
-        rows.append(("baseline" if base else "", cells))
+        rows.append((selector, ("baseline" if base else "", cells)))
     head = ["Selector"] + ["N = %d" % n for n in ns]
     head += ["Quartiles", "Exponent", "\u00d7 fastest"]
     count = max(len(seconds) for rounds in selectors.values() for seconds in rounds.values())
@@ -171,7 +174,7 @@ def scaling_table(threads, selectors):
         " through the medians. \u00d7 fastest: median over the lowest at N = %d. \u25bc lowest of the column."
         % (esc(threads_text(threads)), plural(count, "round"), ns[-1], ns[-1])
     )
-    return table(caption, head, rows, "results")
+    return table(caption, head, with_headings(rows), "results")
 
 
 def time_cell(seconds, best):
@@ -231,12 +234,19 @@ def scaling_html(run, figures):
         out.append('<ul class="findings"><li>%s</li></ul>' % sentence)
     for name in single:  # scaling.csv may name a selector that pairs.csv does not
         run.styles.setdefault(name, selector_styles([name])[name])
-    legend = "".join("<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in single)
-    panel = "<div>%s</div>" % scaling_panel(run, figures, threads, single)
+    caption = (
+        "Median time of select() over the rounds, bars from the lower to the upper quartile; generated matches, half of"
+        " them right. The time axis is logarithmic."
+    )
     out.append(
-        '<figure class="figure"><ul class="legend">%s</ul><div class="panels two">%s</div><figcaption>Median time of'
-        " select() over the rounds, bars from the lower to the upper quartile; generated matches, half of them right."
-        " The time axis is logarithmic.</figcaption></figure>" % (legend, panel)
+        line_figures(
+            run,
+            figures,
+            sorted(single, key=selector_key),
+            lambda part: "<div>%s</div>" % scaling_panel(run, figures, threads, single, part),
+            "panels two",
+            caption,
+        )
     )
     out.append(scaling_table(threads, single))
     for more, selectors in list(times.items())[1:]:

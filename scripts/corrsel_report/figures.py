@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402  (the 
 from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator  # noqa: E402
 
-from .selectors import DARK, YELLOW  # noqa: E402
+from .selectors import DARK, YELLOW, parts  # noqa: E402
 from .words import esc  # noqa: E402
 
 PNG_DPI = 150
@@ -149,6 +149,33 @@ class FigureWriter:
             r"<[^>]*>", lambda tag: re.sub(r"(?<=\d)(\.\d\d)\d+", lambda m: m[1].rstrip("0."), tag[0]), text
         )
         return re.sub(r"\n\s*", "\n", text)
+
+
+def line_figures(run, figures, selectors, panels, css, caption):
+    """Return figures of lines with their legends: one, or one for each part of many selectors.
+
+    panels(part) returns the HTML of the panels, with lines for part.names and, in grey, for part.others.
+    """
+    out = []
+    for part in parts(selectors):
+        legend = "".join("<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in part.names)
+        title = "<h4>%s</h4>" % esc(part.title.capitalize()) if part.title else ""
+        text = caption + (" Grey: the selectors of the other groups." if part.others else "")
+        out.append(
+            '<figure class="figure">%s<ul class="legend">%s</ul><div class="%s">%s</div><figcaption>%s</figcaption>'
+            "</figure>" % (title, legend, css, panels(part), text)
+        )
+    return "\n".join(out)
+
+
+def part_ending(part):
+    """Return the end of the name of a figure that shows a part of the selectors."""
+    return "_" + part.title if part.title else ""
+
+
+def draw_background(axes, x, y):
+    """Draw the line of a selector that the figure does not show by name."""
+    axes.plot(x, y, color="#dcdcdc", linewidth=1.0, zorder=0.5)
 
 
 def line_style(style):

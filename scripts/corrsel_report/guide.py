@@ -7,10 +7,10 @@ import numpy as np
 from . import paper
 from .efficiency import NOT_TIMED, scaling_times, threads_text
 from .inference import is_above, paired_difference
-from .markup import paragraph, table
+from .markup import paragraph, table, transposed, with_headings
 from .reading import Group
 from .robustness import SAMPLE_SEQUENCES
-from .selectors import is_baseline, selector_key
+from .selectors import BASELINE, are_many, is_baseline, selector_key
 from .words import esc, fraction, plural
 
 MIN_PAIRS = 5  # as many as one of VGG's scenes has; fewer decide nothing
@@ -513,8 +513,14 @@ def evidence_table(rows):
         base = row.measured.baseline
         cells.append(('class="base"', fraction(base.mean())) if base is not None else "\u2013")
         body.append(("", cells))
-    head = ["Scenario"] + [esc(s) for s in names] + ["keep_all"]
+    head = ["Scenario"] + [esc(s) for s in names] + [BASELINE]
     caption = "Mean F behind the verdicts, over the pairs that all selectors share. \u25b2 superior, \u25bc inferior."
+    if are_many(names):
+        head, columns = transposed(head, body)
+        selectors = names + [BASELINE]
+        return table(
+            caption, head, with_headings([(s, ("", c)) for s, c in zip(selectors, columns)]), "results"
+        )
     return table(caption, head, body, "results", long=True)
 
 

@@ -2,15 +2,18 @@
 import re
 from urllib.parse import quote
 
+from .selectors import are_many, group_of_selector, is_baseline
 from .words import data_kind, esc, features_text, preselection_text
 
+HEADING = "heading"  # class of a row that heads others
 MAX_ROWS = 200  # longest table of failures or left-out pairs; the rest stays in the CSV file
 
 
 def table(caption, head, rows, css="", long=False):
     """Return a table in a container of its own that scrolls; head cells and rows are HTML.
 
-    Rows are (class, [cells]); the first cell becomes the row's header. Cells may be (attributes, HTML).
+    Rows are (class, [cells]); the first cell becomes the row's header. Cells may be (attributes, HTML). A row of the
+    class HEADING has one cell, which heads the rows below.
     """
     out = [
         '<div class="scroll" role="region" aria-label="%s" tabindex="0">'
@@ -24,6 +27,10 @@ def table(caption, head, rows, css="", long=False):
         "<thead><tr>%s</tr></thead><tbody>" % "".join('<th scope="col">%s</th>' % cell for cell in head)
     )
     for row_css, cells in rows:
+        if row_css == HEADING:
+            cell = '<th scope="colgroup" colspan="%d">%s</th>' % (len(head), cells[0])
+            out.append('<tr class="%s">%s</tr>' % (HEADING, cell))
+            continue
         parts = ['<th scope="row">%s</th>' % cells[0]]
         for cell in cells[1:]:
             attributes, content = cell if isinstance(cell, tuple) else ("", cell)
@@ -31,6 +38,25 @@ def table(caption, head, rows, css="", long=False):
         out.append("<tr%s>%s</tr>" % (' class="%s"' % row_css if row_css else "", "".join(parts)))
     out.append("</tbody></table></div>")
     return "\n".join(out)
+
+
+def with_headings(rows):
+    """Return the rows of (selector, row), with the names of the groups above theirs if the selectors are many."""
+    if not are_many(rows):
+        return [row for _, row in rows]
+    out, group = [], None
+    for selector, row in rows:
+        if group_of_selector(selector) != group and not is_baseline(selector):
+            group = group_of_selector(selector)
+            out.append((HEADING, [esc(group)]))
+        out.append(row)
+    return out
+
+
+def transposed(head, rows):
+    """Return the head and the cells of the rows of a table whose columns become rows; classes of rows are lost."""
+    columns = [list(column) for column in zip(head, *(cells for _, cells in rows))]
+    return columns[0], columns[1:]
 
 
 def section(number_, identifier, title, body):

@@ -48,7 +48,7 @@ def html(run, figures):
     blocks = [Block(group_label(g, at_tau(run.tau(g))), measured(run, g), "", None) for g in groups]
     caption = "Mean F of every selector on every dataset, with %s. %s" % (
         features_text(main_features(run)),
-        "In percent, with its 95 % interval below; \u25b2 best of the row. The paper shows these as curves only.",
+        "In percent, with its 95 % interval below; \u25b2 highest of the selectors. The paper shows these as curves only.",
     )
     out = [comparison_table(esc(caption), blocks), sources(run, "summary.csv", "pairs.csv")]
     labelled = [g for g in groups if g.dataset == "adelaidermf" and g.features == GIVEN and run.ranking(g)]

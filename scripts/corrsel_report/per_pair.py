@@ -4,7 +4,7 @@ from collections import OrderedDict
 import numpy as np
 
 from .figures import new_axes, plot_text
-from .markup import best_cell, group_heading, paragraph, sources, table
+from .markup import best_cell, group_heading, paragraph, sources, table, with_headings
 from .scopes import figure_name, groups_of
 from .selectors import is_baseline
 from .words import at_tau, esc, fraction, group_text, interval
@@ -121,7 +121,8 @@ def pair_table(run, group, pairs, selectors, f):
             for k, (text, rest) in enumerate(zip(texts, rests), 1)
         ]
         cells.insert(2, esc(interval(row)) if row else "\u2013")
-        rows.append(("baseline" if base else "", [esc(column[0])] + cells + [str(column[7])]))
+        row = ("baseline" if base else "", [esc(column[0])] + cells + [str(column[7])])
+        rows.append((column[0], row))
     head = [
         "Selector",
         "Best on",
@@ -137,7 +138,7 @@ def pair_table(run, group, pairs, selectors, f):
         " none), mean with 95 %% interval, median, pairs with F of at least %g, lowest F. \u25b2 best of the column."
         % (group_text(group), HIGH_F)
     )
-    return table(esc(caption), head, rows, "results")
+    return table(esc(caption), head, with_headings(rows), "results")
 
 
 def html(run, figures):

@@ -3,8 +3,8 @@ from collections import OrderedDict
 
 from matplotlib.ticker import FuncFormatter
 
-from .figures import draw_line, new_axes, plot_text, swatch
-from .markup import group_heading, paragraph, sources, table
+from .figures import draw_background, draw_line, line_figures, new_axes, part_ending, plot_text
+from .markup import group_heading, paragraph, sources, table, with_headings
 from .overview import findings_in_place, sentence
 from .reading import REFERENCE_TAU
 from .scopes import figure_name, other_groups
@@ -26,16 +26,19 @@ from .words import (
 )
 
 
-def curve_panel(run, figures, group, title, column, name):
-    """Draw the mean of one measure against tau, one line per selector."""
+def curve_panel(run, figures, group, part, title, column, name):
+    """Draw the mean of one measure against tau, one line per selector of a part."""
     figure, axes = new_axes(3.9, 3.1, 0.5, 0.12, 0.48, 0.34)
     taus = run.taus(group)
-    for selector in reversed(run.selectors_of(group)):
+    for selector in part.others + part.names[::-1]:
         rows = [(tau, run.mean(group, selector, tau)) for tau in taus]
         points = [(tau, row[column]) for tau, row in rows if row and row[column] is not None]
         if points:
             x, y = zip(*points)
-            draw_line(axes, x, y, run.styles[selector], label=plot_text(selector))
+            if selector in part.others:
+                draw_background(axes, x, y)
+            else:
+                draw_line(axes, x, y, run.styles[selector], label=plot_text(selector))
     axes.set_title(title, loc="left")
     axes.set_xlabel("tolerance \u03c4 (px)")
     axes.set_ylim(-0.02, 1.02)
@@ -170,7 +173,7 @@ def group_html(run, figures, anchor, prefix, group):
     caption += " \u25b2 highest, \u25bc lowest of the column; the baseline is not marked."
     best = best_texts(run, group)
     selectors = run.selectors_of(group)
-    rows = [result_row(run, group, s, best) for s in selectors]
+    rows = with_headings([(s, result_row(run, group, s, best)) for s in selectors])
     out = ['<article class="group" id="%s"><h3>%s</h3>' % (anchor, group_heading(group))]
     if findings_in_place(run):
         out.append(paragraph(sentence(run, group, named=False)))
@@ -179,26 +182,30 @@ def group_html(run, figures, anchor, prefix, group):
     out += [paragraph(note, "small") for note in group_notes(run, group)]
     measures = (("Precision", "precision", "p"), ("Recall", "recall_paper", "r"), ("F", "f_paper", "f"))
     if run.ranking(group):
-        panel = bar_panel if tau is None else curve_panel
-        plots = "".join(
-            "<div>%s</div>" % panel(run, figures, group, title, column, figure_name(run, prefix, group, key))
-            for title, column, key in measures
-        )
-        text = "Precision, recall and F of each selector; the bars on F are 95 % intervals of the mean."
-        legend = ""
-        if tau is not None:
+        if tau is None:
+            names = [(title, column, figure_name(run, prefix, group, key)) for title, column, key in measures]
+            plots = "".join("<div>%s</div>" % bar_panel(run, figures, group, *each) for each in names)
+            text = "Precision, recall and F of each selector; the bars on F are 95 % intervals of the mean."
+            out.append(
+                '<figure class="figure"><div class="panels">%s</div><figcaption>%s</figcaption></figure>'
+                % (plots, text)
+            )
+        else:
             text = (
                 "Precision, recall and F against the tolerance; recall as in the paper, relative to the"
                 " inliers at %d px." % GROUND_TRUTH_PX
             )
+
+            def panels(part):
+                names = [
+                    (title, column, figure_name(run, prefix, group, key) + part_ending(part))
+                    for title, column, key in measures
+                ]
+                plots = (curve_panel(run, figures, group, part, *each) for each in names)
+                return "".join("<div>%s</div>" % plot for plot in plots)
+
             drawn = [s for s in selectors if any(run.mean(group, s, t) for t in run.taus(group))]
-            legend = '<ul class="legend">%s</ul>' % "".join(
-                "<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in drawn
-            )
-        out.append(
-            '<figure class="figure">%s<div class="panels">%s</div><figcaption>%s</figcaption></figure>'
-            % (legend, plots, text)
-        )
+            out.append(line_figures(run, figures, drawn, panels, "panels", text))
     out.append("</article>")
     return "\n".join(out)
 

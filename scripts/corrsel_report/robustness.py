@@ -6,7 +6,7 @@ import numpy as np
 from . import paper
 from .figures import new_axes, plot_text
 from .inference import average_ranks, is_separate, mean_interval, paired_difference, spearman
-from .markup import group_heading, paragraph, table
+from .markup import group_heading, paragraph, table, with_headings
 from .reading import Group
 from .selectors import DARK, YELLOW, is_baseline
 from .words import at_tau, esc, features_text, fraction, group_text, plural
@@ -332,7 +332,7 @@ def case_table(result, tau):
             cells.append(best_cell(fraction(printed(column[selector])), mark) if selector in column else DASH)
         if case:
             cells.append(rank_text(their_ranks.get(selector)))
-        rows.append(("baseline" if base else "", cells))
+        rows.append((selector, ("baseline" if base else "", cells)))
     head = ["Selector", "Precision", "Recall", "F", "95 % interval of F", "Rank"]
     caption = "%s, %s: means over %s at %s" % (
         esc(result.case.name),
@@ -343,7 +343,7 @@ def case_table(result, tau):
     if case:
         head += ["Paper: precision", "Recall", "F", "Rank"]
         caption += "; on the right what the paper printed (%s)" % esc(paper.ROBUSTNESS_SOURCE)
-    return table(caption + ". \u25b2 highest of the column.", head, rows, "results")
+    return table(caption + ". \u25b2 highest of the column.", head, with_headings(rows), "results")
 
 
 def name_cell(selector, f):

@@ -1,8 +1,12 @@
-"""The names of selectors: their order in the report, and one style for each in every figure."""
-from collections import Counter
+"""The names of selectors: their groups and order in the report, and one style for each in every figure."""
+from collections import Counter, OrderedDict, namedtuple
+
+from .groups import GROUPS
 
 BASELINE = "keep_all"
-SELECTOR_ORDER = ("nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms", "lpm")
+OTHER_PACKAGES = "other packages"  # the group of selectors that this package does not know
+FEW = 14  # as many selectors need no headings of groups and fit into one figure of lines
+PART = 8  # selectors whose lines one of several figures shows
 # Okabe-Ito colours; one colour, marker and line per selector in every figure of every run.
 SELECTOR_STYLES = {
     "nnsr": ("#0072B2", "o", "-"),
@@ -25,15 +29,66 @@ def is_baseline(selector):
     return selector.split(":")[0] == BASELINE
 
 
+def group_of_selector(selector):
+    """Return the name of a selector's group, "other packages" where this package does not know it."""
+    base = selector.partition(":")[0]
+    return next((group for group, names in GROUPS.items() if base in names), OTHER_PACKAGES)
+
+
 def selector_key(selector):
-    """Sort key: the order of the paper, presets after their default, others by name, the baseline last."""
+    """Sort key: the groups in the order of listings, presets after their default, the baseline last."""
     base, _, preset = selector.partition(":")
-    known = SELECTOR_ORDER.index(base) if base in SELECTOR_ORDER else len(SELECTOR_ORDER)
-    return (is_baseline(selector), known, base, preset)
+    group = group_of_selector(selector)
+    if group == OTHER_PACKAGES:
+        return (False, len(GROUPS), 0, base, preset)
+    return (is_baseline(selector), list(GROUPS).index(group), GROUPS[group].index(base), base, preset)
+
+
+def are_many(selectors):
+    """Tell whether so many selectors are shown that they are grouped."""
+    return len(selectors) > FEW
+
+
+# Selectors whose lines one figure shows, the baseline among them; the others give it a grey background.
+Part = namedtuple("Part", "title names others")
+
+
+def parts(selectors):
+    """Return the selectors, in the report's order, as Parts: one without a title, or several if they are many.
+
+    Neighbouring groups share a part as long as it has at most PART selectors; presets count.
+    """
+    if not are_many(selectors):
+        return [Part("", list(selectors), [])]
+    groups = OrderedDict()
+    for selector in selectors:
+        if not is_baseline(selector):
+            groups.setdefault(group_of_selector(selector), []).append(selector)
+    joined = []
+    for group, names in groups.items():
+        if joined and len(joined[-1][1]) + len(names) <= PART:
+            joined[-1] = (joined[-1][0] + ", " + group, joined[-1][1] + names)
+        else:
+            joined.append((group, names))
+    base = [s for s in selectors if is_baseline(s)]
+    competing = [s for s in selectors if s not in base]
+    return [Part(title, names + base, [s for s in competing if s not in names]) for title, names in joined]
 
 
 def selector_styles(selectors):
-    """Return selector -> style; presets are hollow, in the colour of their default."""
+    """Return selector -> style; presets are hollow, in the colour of their default.
+
+    Each figure of lines tells its selectors apart; selectors in different figures may share a style.
+    """
+    styles = {}
+    many = are_many(selectors)
+    for part in parts(sorted(selectors, key=selector_key)):
+        styles.update(styles_of_part(part.names, many))
+    return styles
+
+
+def styles_of_part(selectors, many):
+    """Return selector -> style within one figure; with many selectors, the paper's styles are used again."""
     styles, others, presets = {}, {}, Counter()
     for name in selectors:
         base, _, preset = name.partition(":")
@@ -42,12 +97,14 @@ def selector_styles(selectors):
             continue
         if base not in SELECTOR_STYLES and base not in others:
             i = len(others)
-            lines = PRESET_LINES[i % len(PRESET_LINES)]
-            others[base] = (
-                OTHER_COLOURS[i % len(OTHER_COLOURS)],
-                OTHER_MARKERS[i % len(OTHER_MARKERS)],
-                lines,
-            )
+            if many:
+                others[base] = list(SELECTOR_STYLES.values())[i % len(SELECTOR_STYLES)]
+            else:
+                others[base] = (
+                    OTHER_COLOURS[i % len(OTHER_COLOURS)],
+                    OTHER_MARKERS[i % len(OTHER_MARKERS)],
+                    PRESET_LINES[i % len(PRESET_LINES)],
+                )
         colour, marker, line = SELECTOR_STYLES.get(base) or others[base]
         if preset:
             line = PRESET_LINES[presets[base] % len(PRESET_LINES)]

@@ -77,6 +77,8 @@ tr.paper th { font-weight: 400; font-style: italic; }
 .compared td, .compared th { vertical-align: top; }
 .map svg.plot { max-width: 42rem; } .single svg.plot { max-width: 44rem; }
 table.findings td { min-width: 15rem; } table.findings td:last-child { min-width: 5.5rem; }
+tr.heading th, tr.heading th:first-child { text-align: left; font-size: .84em; color: #33475b; background: #eef3f8;
+  padding: .3rem .2rem; }
 tr.baseline th, tr.baseline td, td.base { color: #5c5c5c; font-style: italic; }
 tr.baseline { background: #f5f5f5; } tr.baseline th:first-child { background-color: #f5f5f5; }
 .none { color: #5c5c5c; font-style: italic; }

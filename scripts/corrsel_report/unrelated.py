@@ -3,8 +3,8 @@ from collections import OrderedDict, namedtuple
 
 import numpy as np
 
-from .figures import draw_line, new_axes, plot_text, swatch
-from .markup import best_cell, dataset_html, paragraph, sources, table
+from .figures import draw_background, draw_line, line_figures, new_axes, part_ending, plot_text
+from .markup import best_cell, dataset_html, paragraph, sources, table, with_headings
 from .selectors import is_baseline, selector_key
 from .words import UNRELATED, esc, features_text, is_unrelated, plural, preselection_text
 
@@ -131,25 +131,28 @@ def cell_table(name, cell):
             text = DASH if value is None else "%.3f" % value
             best = not base and value is not None and value == highest[dataset]
             cells.append(best_cell(text, of="column") if best else text)
-        rows.append(("baseline" if base else "", cells))
+        rows.append((selector, ("baseline" if base else "", cells)))
     caption = (
         "Pairs of different scenes, %s. A pair is accepted if more than %d matches are selected with the status ok."
         " Area: area under the ROC of the score between the pairs of the dataset and all unrelated pairs; 1 means that"
         " a threshold separates them, 0.5 that the score tells nothing." % (esc(name), MORE_THAN)
     )
-    return table(caption, head, rows, "results")
+    return table(caption, head, with_headings(rows), "results")
 
 
-def roc_panel(run, figures, name, cell, dataset):
-    """Draw the ROC of every selector between the pairs of a dataset and all unrelated pairs of the cell."""
+def roc_panel(run, figures, name, cell, dataset, part):
+    """Draw the ROC of the selectors of a part between the pairs of a dataset and all unrelated pairs of the cell."""
     figure, axes = new_axes(4.6, 3.6, 0.55, 0.15, 0.5, 0.34)
-    for selector in reversed(selectors_of(cell)):
+    for selector in part.others + part.names[::-1]:
         right = scores(cell, selector, cell[dataset].get(selector, ()))
         wrong = scores(cell, selector, unrelated_of(cell, selector))
         if len(right) == 0 or len(wrong) == 0:
             continue
         x, y = roc(right, wrong)
         x, y = np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]  # no interpolation between thresholds
+        if selector in part.others:
+            draw_background(axes, np.maximum(x, SMALLEST_SHARE), y)
+            continue
         draw_line(
             axes,
             np.maximum(x, SMALLEST_SHARE),
@@ -165,7 +168,7 @@ def roc_panel(run, figures, name, cell, dataset):
     axes.set_title("%s: share of its pairs above the threshold" % plot_text(dataset), loc="left")
     axes.grid(True)
     label = "ROC between the pairs of %s and unrelated pairs, %s" % (dataset, name)
-    return figures(figure, label, "unrelated_%s_%s" % (dataset, name))
+    return figures(figure, label, "unrelated_%s_%s%s" % (dataset, name, part_ending(part)))
 
 
 def statement(cell):
@@ -200,19 +203,17 @@ def cell_html(run, figures, key, cell):
         paragraph(statement(cell)),
         cell_table(name, cell),
     ]
-    panels = "".join("<div>%s</div>" % roc_panel(run, figures, name, cell, d) for d in related_datasets(cell))
-    if panels:
-        legend = "".join("<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in selectors_of(cell))
-        out.append(
-            '<figure class="figure"><ul class="legend">%s</ul><div class="panels">%s</div><figcaption>%s</figcaption>'
-            "</figure>"
-            % (
-                legend,
-                panels,
-                "Share of a dataset's pairs against the share of unrelated pairs whose score reaches a threshold, for"
-                " all thresholds.",
-            )
+    if related_datasets(cell):
+
+        def panels(part):
+            plots = (roc_panel(run, figures, name, cell, d, part) for d in related_datasets(cell))
+            return "".join("<div>%s</div>" % plot for plot in plots)
+
+        caption = (
+            "Share of a dataset's pairs against the share of unrelated pairs whose score reaches a threshold, for all"
+            " thresholds."
         )
+        out.append(line_figures(run, figures, selectors_of(cell), panels, "panels", caption))
     out.append("</article>")
     return "\n".join(part for part in out if part)
 

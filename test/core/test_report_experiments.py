@@ -9,6 +9,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[2] / "scripts")]
@@ -19,6 +20,7 @@ from corrsel_report import (  # noqa: E402
     paper,
     per_pair,
     reading,
+    selectors,
     stages,
     unrelated,
     visual,
@@ -475,6 +477,98 @@ class ExperimentsTest(unittest.TestCase):
         self.assertEqual(found["sections"], ["a", "b, c", 'd"e'])
         self.assertEqual((found["empty"], found["lines"], found["seed"]), ([], ["f", "g"], "7"))
         self.assertNotIn("nested", found)
+
+
+class SelectorsTest(unittest.TestCase):
+    """Order, groups and styles of selectors."""
+
+    names = [name for group in selectors.GROUPS.values() for name in group]
+
+    def test_order_is_that_of_the_groups(self):
+        mixed = ["keep_all", "package/Class", "planes", "auto", "lpm", "lpm:v2", "adalam", "usac", "acransac"]
+        self.assertEqual(
+            sorted(mixed, key=selectors.selector_key),
+            ["usac", "lpm", "lpm:v2", "acransac", "adalam", "planes", "auto", "package/Class", "keep_all"],
+        )
+        self.assertEqual(sorted(reversed(self.names), key=selectors.selector_key), self.names)
+
+    def test_few_selectors_are_one_part_without_title(self):
+        names = selectors.GROUPS["paper"] + ["auto", "keep_all"]
+        self.assertEqual(selectors.parts(names), [("", names, [])])
+
+    def test_many_selectors_are_parts_of_whole_groups(self):
+        names = self.names[:-1] + ["package/Class", "keep_all"]
+        found = selectors.parts(names)
+        shown = [name for part in found for name in part.names[:-1]]
+        self.assertEqual(shown, names[:-1])
+        for part in found:
+            competing = part.names[:-1]
+            self.assertEqual(part.names[-1], "keep_all")
+            groups = list(dict.fromkeys(map(selectors.group_of_selector, competing)))
+            self.assertEqual(part.title, ", ".join(groups))
+            self.assertTrue(len(competing) <= selectors.PART or len(groups) == 1, part.title)
+            self.assertEqual(set(part.others), set(names[:-1]) - set(competing))
+        self.assertEqual(selectors.group_of_selector("package/Class"), "other packages")
+
+    def test_selectors_of_one_figure_differ_in_style(self):
+        for names in (self.names, self.names[:8] + ["auto", "lpm:v2", "keep_all"]):
+            styles = selectors.selector_styles(names)
+            self.assertEqual(set(styles), set(names))
+            for part in selectors.parts(names):
+                shown = {tuple(sorted((k, str(v)) for k, v in styles[name].items())) for name in part.names}
+                self.assertEqual(len(shown), len(part.names), part.title)
+
+
+class ManySelectorsTest(unittest.TestCase):
+    """The report of a run with all selectors: groups head rows, and no figure of lines shows too many."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        cls.names = SelectorsTest.names
+        folder = Path(cls.temporary.name) / "run"
+        folder.mkdir()
+        levels = {name: 0.2 + 0.7 * i / len(cls.names) for i, name in enumerate(cls.names)}
+        with mock.patch.dict(SELECTORS, levels, clear=True):
+            write_run(folder)
+        cls.text = ExperimentsTest.make(folder)
+        cls.page = Page(cls.text)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.temporary.cleanup()
+
+    def first_cells(self, caption):
+        """Return the texts of the first cells of a table's rows below its head."""
+        return [row[0]["text"].replace(" baseline", "") for row in self.page.table(caption)[1:]]
+
+    def listed(self, without=()):
+        """Return names of groups and selectors as a table lists them."""
+        out = []
+        for group, names in selectors.GROUPS.items():
+            out += [group] * (group != "baseline") + [name for name in names if name not in without]
+        return out
+
+    def test_rows_are_grouped(self):
+        for caption in (
+            "Means over the pairs of vgg",
+            "F pair by pair on vgg",
+            "Selection time in ms",
+            "Mean F of every selector on every dataset",
+            "Mean F behind the verdicts",
+        ):
+            self.assertEqual(self.first_cells(caption), self.listed(), caption)
+
+    def test_selectors_are_rows_where_they_were_columns(self):
+        rows = self.page.table("Mean F of every selector on every dataset")
+        self.assertEqual([cell["text"][:3] for cell in rows[0]], ["", "vgg", "hei", "ade"])
+        row = next(row for row in rows if row[0]["text"] == "gms")
+        self.assertEqual(len(row), len(rows[0]))
+
+    def test_no_figure_of_lines_shows_too_many(self):
+        legends = re.findall(r'<ul class="legend">(.*?)</ul>', self.text, flags=re.S)
+        counts = [len(re.findall("<li>", legend)) for legend in legends]
+        self.assertTrue(counts and max(counts) <= selectors.PART + 1, counts)
 
 
 if __name__ == "__main__":
