@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Print which selectors are superior and inferior in each scenario of a benchmark run, beside the paper's table.
 
-Usage: guide.py RUN_FOLDER
+Usage: guide.py [--choices] RUN_FOLDER
 
 Reads pairs.csv (needed) and scaling.csv; writes RUN_FOLDER/guide.csv and prints the guide as plain text. The same
-folder always gives the same bytes. Exit status: 0 done, 2 unusable input.
+folder always gives the same bytes. With --choices it prints another table instead, as Markdown, and writes nothing:
+for each dataset the best of all selectors of the run, those that cannot be separated from it, and faster ones. Exit status: 0 done, 2 unusable input.
 """
 import argparse
 import csv
@@ -47,9 +48,18 @@ def main(arguments=None):
     parser.add_argument(
         "run_folder", metavar="RUN_FOLDER", help="output folder of a benchmark run; holds pairs.csv"
     )
-    folder = Path(parser.parse_args(arguments).run_folder)
+    parser.add_argument(
+        "--choices",
+        action="store_true",
+        help="print a Markdown table with the best and the fastest selectors of each dataset instead; writes nothing",
+    )
+    parsed = parser.parse_args(arguments)
+    folder = Path(parsed.run_folder)
     try:
         run = read_run(folder)
+        if parsed.choices:
+            print(guide.choices_markdown(run), end="")
+            return 0
         rows = guide.derive(run)
         write_csv(folder / "guide.csv", guide.csv_rows(rows))
     except (ReportError, ProgramError) as error:

@@ -1,4 +1,5 @@
 """The guide: superior and inferior selectors of each scenario, derived from a run, beside the paper's Table V."""
+import re
 import textwrap
 from collections import OrderedDict, namedtuple
 
@@ -6,12 +7,12 @@ import numpy as np
 
 from . import paper
 from .efficiency import NOT_TIMED, scaling_times, threads_text
-from .inference import is_above, paired_difference
+from .inference import is_above, mean_interval, paired_difference
 from .markup import paragraph, table, transposed, with_headings
 from .reading import Group
 from .robustness import SAMPLE_SEQUENCES
 from .selectors import BASELINE, are_many, is_baseline, selector_key
-from .words import esc, fraction, plural
+from .words import esc, fraction, group_text, milliseconds, plural
 
 MIN_PAIRS = 5  # as many as one of VGG's scenes has; fewer decide nothing
 MAGNITUDE = 1.0  # decades of time within which a selector still counts as fast, or as slow
@@ -116,6 +117,26 @@ def aligned(columns):
     return OrderedDict((s, np.array([c[k] for k in keys])) for s, c in columns.items()), keys
 
 
+def with_enough_pairs(columns):
+    """Return the columns with results on at least half of the pairs, and remarks on what is left out.
+
+    Selectors are compared on the pairs that all of them share, so one with few results would leave few pairs.
+    """
+    pairs = len({key for column in columns.values() for key in column})
+    enough = OrderedDict((s, c) for s, c in columns.items() if not c or 2 * len(c) >= pairs)
+    notes = [
+        "%s is left out: it has results on %d of %s" % (s, len(c), plural(pairs, "pair"))
+        for s, c in columns.items()
+        if s not in enough
+    ]
+    shared = len(aligned(enough)[1])
+    if shared < pairs:
+        some = [s for s, c in enough.items() if c and len(c) < pairs]
+        text = "compared on %d of %s, because %s has no result on the others"
+        notes.append(text % (shared, plural(pairs, "pair"), ", ".join(some)))
+    return enough, notes
+
+
 def measure_f(run, candidate):
     """Return F of a group's pairs as Measured; None where the run has no usable pair of it."""
     columns = OrderedDict()
@@ -126,12 +147,13 @@ def measure_f(run, candidate):
             for pair, v in values.items()
             if candidate.sequences is None or pair[0] in candidate.sequences
         )
+    columns, notes = with_enough_pairs(columns)
     values, keys = aligned(columns)
     baseline = next((v for s, v in values.items() if is_baseline(s)), None)
     values = OrderedDict((s, v) for s, v in values.items() if not is_baseline(s))
     if not keys or not values:
         return None
-    notes, tau = [], run.tau(candidate.group)
+    tau = run.tau(candidate.group)
     if candidate.generated:
         where = candidate.group.dataset
         where += " " + ", ".join(candidate.sequences) if candidate.sequences else ""
@@ -265,6 +287,93 @@ def derive(run):
         verdict = judge(measured.values, measured.allowance)
         rows.append(Row(key, advice, measured, verdict, compare(advice, measured), remarks_on(key, measured)))
     return rows
+
+
+# The choice of a selector for one group of a run. best: Estimate of the highest mean F; superior: selectors by falling
+# mean F; fastest: the superior one with the shortest median time; front: faster selectors by falling mean F, each
+# with a higher F than all that are faster still, and with a higher F than keep_all. times: selector -> median, s.
+Choice = namedtuple("Choice", "group count best means times superior fastest front")
+
+
+def choices(run):
+    """Return a Choice for each dataset, kind of features and preselection whose pairs separate selectors."""
+    out = []
+    for group in run.groups:
+        measured = measure_f(run, Candidate(group, None, False))
+        superior = judge(measured.values).superior if measured else []
+        if not superior:
+            continue
+        means = OrderedDict((s, v.mean()) for s, v in measured.values.items())
+        seconds = ((s, run.pair_values(group, s, "select_s")) for s in means)
+        times = {s: float(np.median(list(values.values()))) for s, values in seconds if values}
+        timed = [s for s in superior if s in times]
+        fastest = min(timed, key=times.get) if timed else None
+        front, weak = [], no_better_than_baseline(measured)
+        if fastest:
+            faster = [s for s in times if times[s] < times[fastest] and s not in weak and s not in superior]
+            for selector in sorted(faster, key=times.get):
+                if not front or means[selector] > means[front[-1]]:
+                    front.append(selector)
+        best = mean_interval(measured.values[superior[0]])
+        out.append(Choice(group, measured.count, best, means, times, superior, fastest, front[::-1]))
+    return out
+
+
+CHOICE_HEAD = (
+    "Dataset",
+    "Pairs",
+    "Highest mean F",
+    "Not separable from it",
+    "Fastest of these",
+    "Faster, with less F",
+)
+
+
+def choice_cells(choice):
+    """Return the cells of a Choice under CHOICE_HEAD as plain texts."""
+
+    def with_f(selector):
+        return "%s %s" % (selector, fraction(choice.means[selector]))
+
+    def with_time(selector):
+        return "%s (%s ms)" % (with_f(selector), milliseconds(choice.times[selector]))
+
+    first, rest = choice.superior[0], choice.superior[1:]
+    bounds = "%s%s%s" % (fraction(choice.best.low), "\u2013", fraction(choice.best.high))
+    return [
+        group_text(choice.group),
+        str(choice.count),
+        "%s (%s)" % (with_f(first), bounds),
+        ", ".join(map(with_f, rest)) or "\u2013",
+        with_time(choice.fastest) if choice.fastest else "\u2013",
+        ", ".join(map(with_time, choice.front)) or "\u2013",
+    ]
+
+
+def choices_markdown(run):
+    """Return the choices as a Markdown table, names of selectors as code."""
+    names = re.compile(
+        r"(?<![\w:/])(%s)(?= \d)" % "|".join(map(re.escape, sorted(run.selectors, reverse=True)))
+    )
+    lines = ["| %s |" % " | ".join(CHOICE_HEAD), "|---" * len(CHOICE_HEAD) + "|"]
+    for choice in choices(run):
+        cells = choice_cells(choice)
+        marked = cells[:2] + [names.sub(r"`\1`", cell) for cell in cells[2:]]
+        lines.append("| %s |" % " | ".join(cell.replace("|", "\\|") for cell in marked))
+    return "\n".join(lines) + "\n"
+
+
+def choice_table(run):
+    """Return the choices as an HTML table; '' where no pairs separate selectors."""
+    rows = [("", [esc(cell) for cell in choice_cells(choice)]) for choice in choices(run)]
+    if not rows:
+        return ""
+    caption = (
+        "The choice among all selectors of this run. Not separable: the paired 95 % interval of the difference to the"
+        " highest mean F contains 0. Faster: each has a higher mean F than every selector that is faster still, and a"
+        " significantly higher one than keep_all. Times are medians of one selection."
+    )
+    return table(esc(caption), list(CHOICE_HEAD), rows, "texts", long=True)
 
 
 def counts(rows, side, generated):
@@ -542,6 +651,7 @@ def html(run, figures):
     ]
     if remarks:
         out.append('<ul class="findings">%s</ul>' % "".join(remarks))
+    out.append(choice_table(run))
     out.append("<h3>Rule</h3>")
     out += [paragraph(esc(part)) for part in rule()]
     out.append(evidence_table(rows))

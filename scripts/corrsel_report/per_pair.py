@@ -6,7 +6,7 @@ import numpy as np
 from .figures import new_axes, plot_text
 from .markup import best_cell, group_heading, paragraph, sources, table, with_headings
 from .scopes import figure_name, groups_of
-from .selectors import is_baseline
+from .selectors import are_many, is_baseline
 from .words import at_tau, esc, fraction, group_text, interval
 
 HIGH_F = 0.8  # a pair counts as solved from here on
@@ -166,8 +166,9 @@ def html(run, figures):
             % at_tau(run.tau(group))
         )
         out.append(
-            '<figure class="figure map"><div class="scroll" role="region" aria-label="F of every pair"'
-            ' tabindex="0">%s</div><figcaption>%s</figcaption></figure>' % ("".join(maps), esc(text))
+            '<figure class="figure map%s"><div class="scroll" role="region" aria-label="F of every pair"'
+            ' tabindex="0">%s</div><figcaption>%s</figcaption></figure>'
+            % (" wide" if are_many(selectors) else "", "".join(maps), esc(text))
         )
         out += [
             pair_table(run, group, pairs, selectors, f),

@@ -75,7 +75,8 @@ td.best { position: relative; }
 tr.paper th, tr.paper td, tr.paper th:first-child { background-color: #eef3f8; color: #33475b; }
 tr.paper th { font-weight: 400; font-style: italic; }
 .compared td, .compared th { vertical-align: top; }
-.map svg.plot { max-width: 42rem; } .single svg.plot { max-width: 44rem; }
+.map svg.plot { max-width: 42rem; } .map.wide svg.plot { max-width: none; min-width: 60rem; }
+.single svg.plot { max-width: 44rem; }
 table.findings td { min-width: 15rem; } table.findings td:last-child { min-width: 5.5rem; }
 tr.heading th, tr.heading th:first-child { text-align: left; font-size: .84em; color: #33475b; background: #eef3f8;
   padding: .3rem .2rem; }

@@ -24,6 +24,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(SCRIPT.parent))
 from corrsel_report import efficiency, guide, inference, paper, robustness  # noqa: E402  (found above)
 from corrsel_report.figures import FigureWriter, set_up_figures  # noqa: E402
+from corrsel_report.groups import GROUPS  # noqa: E402
 from corrsel_report.reading import PAIRS_HEADER, SCALING_HEADER, read_run  # noqa: E402
 
 SPEC = importlib.util.spec_from_file_location("guide_command", str(SCRIPT))
@@ -321,6 +322,58 @@ class GuideTest(RunTest):
         }
         row = self.guide_of(pair_rows("symbench", "a", levels))["symbench"]
         self.assertEqual(row.verdict, (["gms"], ["st"], ["vfc"]))
+
+    def choice_of(self, rows, seconds):
+        """Return the only choice of a run whose selectors take the given times, s."""
+        (choice,) = guide.choices(self.run_of([dict(row, select_s=seconds[row["selector"]]) for row in rows]))
+        return choice
+
+    def test_choice_among_all_selectors(self):
+        """Best, those that tie with it, the fastest of these, and faster ones that are worth their time."""
+        levels = dict(SYMBENCH, nnsr=0.5, st=0.4)
+        seconds = dict(gms=4e-3, usac=2e-3, vfc=1e-3, nnsr=1e-4, st=5e-4, ransac=1e-5, lpm=1e-5, keep_all=0)
+        choice = self.choice_of(pair_rows("symbench", "a", levels), seconds)
+        self.assertEqual((choice.superior, choice.fastest, choice.count), (["gms", "usac"], "usac", 5))
+        # st is slower than nnsr and worse; ransac and lpm are no better than keep_all.
+        self.assertEqual(choice.front, ["vfc", "nnsr"])
+        self.assertTrue(choice.best.low <= choice.means["gms"] <= choice.best.high)
+        cells = guide.choice_cells(choice)
+        self.assertEqual(
+            cells[3:], ["usac 0.800", "usac 0.800 (2.00 ms)", "vfc 0.600 (1.00 ms), nnsr 0.500 (0.100 ms)"]
+        )
+
+    def test_choice_as_markdown(self):
+        self.run_of(pair_rows("symbench", "a", dict(SYMBENCH, **{"lpm:v2": 0.82})))
+        before = sorted(os.listdir(str(self.folder)))
+        status, text, _ = self.call("--choices", self.folder)
+        lines = text.splitlines()
+        self.assertEqual((status, len(lines)), (0, 3))
+        self.assertIn("| `lpm:v2` 0.820 (", lines[2])
+        self.assertEqual({line.count("|") for line in lines}, {7})
+        self.assertEqual(sorted(os.listdir(str(self.folder))), before)
+
+    def test_a_selector_with_few_results_does_not_decide_on_the_pairs(self):
+        """One with results on most pairs does; both are named."""
+        rows = pair_rows("symbench", "a", {"gms": 0.8, "st": 0.2, "vfc": 0.5, "lpm": 0.4}, pairs=12)
+        few = [row for row in rows if row["selector"] == "vfc"][2:]
+        some = [row for row in rows if row["selector"] == "lpm"][:2]
+        for row in few[3:] + some:
+            row.update(status="unsupported_input")
+        row = self.guide_of(rows)["symbench"]
+        self.assertEqual((row.measured.count, list(row.measured.values)), (10, ["st", "gms", "lpm"]))
+        self.assertIn("vfc is left out: it has results on 5 of 12 pairs", row.remarks)
+        self.assertIn("compared on 10 of 12 pairs, because lpm has no result on the others", row.remarks)
+
+    def test_all_selectors_are_recommended_alike(self):
+        """Selectors outside the paper can be superior and inferior, and ties are kept with many of them."""
+        names = [name for names in GROUPS.values() for name in names if name != "keep_all"]
+        levels = {name: 0.3 for name in names}
+        levels.update({name: SYMBENCH["usac"] for name in ("planes", "significant")}, adalam=0.8, icf=0.1)
+        row = self.guide_of(pair_rows("symbench", "a", levels))["symbench"]
+        self.assertEqual(set(row.verdict.superior), {"planes", "significant", "adalam"})
+        self.assertEqual(row.verdict.inferior, ["icf"])
+        (choice,) = guide.choices(self.run_of(pair_rows("symbench", "a", levels)))
+        self.assertEqual(set(choice.superior), set(row.verdict.superior))
 
     def test_too_few_pairs_decide_nothing(self):
         row = self.guide_of(pair_rows("symbench", "a", {"gms": 0.9, "st": 0.1}, pairs=4))["symbench"]
