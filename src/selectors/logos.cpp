@@ -7,6 +7,7 @@
 
 #include "base/coordinate_order.h"
 #include "base/workspace_scope.h"
+#include "consensus/support.h"
 #include "corrsel/selectors/neighbours.h"
 #include "geometry/frame_map.h"
 #include "selectors/parts/distinct_matches.h"
@@ -16,6 +17,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kBinsPerDifference = 3;
+constexpr double kSamePixel = 1;  // px
 
 /// The similarity part of the map between the frames of a match.
 struct Turn {
@@ -36,7 +38,10 @@ struct LogosMemory {
   std::vector<std::uint32_t> rows;  // matches with a map
   DistinctMatches distinct;
   PlanarNeighbours index;
-  std::vector<std::uint32_t> left, right;  // lists of neighbours
+  std::vector<float> right_x, right_y;     // of the distinct matches
+  PointGroups right_points;                // of the distinct matches
+  std::vector<float> point_x, point_y;     // of the distinct right points
+  std::vector<std::uint32_t> left, right;  // neighbours of every match, and of every right point
   std::vector<Turn> turns;
   std::vector<std::uint32_t> stamp, supports, histogram;
   std::vector<std::uint8_t> selected;
@@ -66,22 +71,38 @@ void findSupports(int k, const Limits& limits, LogosMemory& work) {
   work.supports.assign(n, 0);
   if (n < 2) return;
   const PairColumns m = work.distinct.columns();
-  const int listed = static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(k) + 1, n));
-  const auto length = static_cast<std::size_t>(listed);
-  work.left.resize(n * length);
-  work.right.resize(n * length);
+  const auto with_itself = static_cast<std::size_t>(k) + 1;
+  const std::size_t left_length = std::min(with_itself, n);
+  work.left.resize(n * left_length);
   // With x and y exchanged, the order of the cells is that of the matches, see PairGraph.
-  work.index.build(m.left_y, m.left_x, n, listed);
-  work.index.nearestToAll(m.left_y, m.left_x, n, listed, work.left.data());
-  work.index.build(m.right_y, m.right_x, n, listed);
-  work.index.nearestToAll(m.right_y, m.right_x, n, listed, work.right.data());
-  work.stamp.assign(n, 0);
+  work.index.build(m.left_y, m.left_x, n, static_cast<int>(left_length));
+  work.index.nearestToAll(m.left_y, m.left_x, n, static_cast<int>(left_length), work.left.data());
+  // Many wrong matches can share a right point, which is one neighbour all the same.
+  work.right_x.assign(m.right_x, m.right_x + n);
+  work.right_y.assign(m.right_y, m.right_y + n);
+  work.right_points.number(work.right_x, work.right_y, kSamePixel);
+  const std::vector<std::uint32_t>& point_of = work.right_points.of;
+  const std::size_t points = work.right_points.sizes.size();
+  work.point_x.resize(points);
+  work.point_y.resize(points);
+  for (std::size_t i = n; i-- > 0;) {
+    work.point_x[point_of[i]] = work.right_x[i];
+    work.point_y[point_of[i]] = work.right_y[i];
+  }
+  const std::size_t right_length = std::min(with_itself, points);
+  work.right.resize(points * right_length);
+  work.index.build(work.point_y.data(), work.point_x.data(), points, static_cast<int>(right_length));
+  work.index.nearestToAll(work.point_y.data(), work.point_x.data(), points, static_cast<int>(right_length),
+                          work.right.data());
+  work.stamp.assign(points, 0);
   for (std::size_t i = 0; i < n; ++i) {
     const auto stamp = static_cast<std::uint32_t>(i + 1);
-    for (std::size_t e = 0; e < length; ++e) work.stamp[work.right[i * length + e]] = stamp;
-    for (std::size_t e = 0; e < length; ++e) {
-      const std::uint32_t j = work.left[i * length + e];
-      if (j != i && work.stamp[j] == stamp && support(m, i, j, work.turns, limits)) ++work.supports[i];
+    const std::uint32_t* const near = work.right.data() + point_of[i] * right_length;
+    for (std::size_t e = 0; e < right_length; ++e) work.stamp[near[e]] = stamp;
+    for (std::size_t e = 0; e < left_length; ++e) {
+      const std::uint32_t j = work.left[i * left_length + e];
+      if (j != i && work.stamp[point_of[j]] == stamp && support(m, i, j, work.turns, limits))
+        ++work.supports[i];
     }
   }
 }

@@ -77,6 +77,26 @@ TEST(Logos, SupportComesFromNeighboursInBothImages) {
   EXPECT_EQ(without.score[43], 3.0F);
 }
 
+TEST(Logos, ACrowdAtARightPointIsOneNeighbour) {
+  // 25 matches, more than k, go to a point beside that of match 44.
+  Scene scene = similarityScene(0.5, 1.2);
+  const Selection before = createSelector("logos", {{"k", "8"}})->select(scene.matches);
+  Correspondences& m = scene.matches;
+  for (std::size_t i = 0; i < 25; ++i) {
+    m.left_x.push_back(2000 + 10 * float(i));
+    m.left_y.push_back(2000 + 7 * float(i % 5));
+    m.right_x.push_back(m.right_x[44] + 5 + 0.01F * float(i));
+    m.right_y.push_back(m.right_y[44] + 5);
+    m.distance.push_back(1);
+    m.second_distance.push_back(2);
+    m.left_frame.push_back(m.left_frame[0]);
+    m.right_frame.push_back(m.right_frame[0]);
+  }
+  const Selection s = createSelector("logos", {{"k", "9"}})->select(m);
+  EXPECT_GE(s.score[44], before.score[44]);
+  EXPECT_EQ(s.mask[44], 1);
+}
+
 TEST(Logos, GlobalKeepsTheMostFrequentRotation) {
   Scene scene = similarityScene(3.1, 1);
   const Scene other = similarityScene(1.0, 1, 7);

@@ -20,8 +20,9 @@ struct LogosOptions : ConfidenceOptions {
 /// between their points turns and grows like the frames.
 ///
 /// Algorithm: theta_i and s_i are the rotation and the scale of the map that takes the left frame of match i
-/// to the right one. Match j supports match i if it is among the `k` nearest neighbours of i in both images,
-/// and with u = x_j - x_i, v = x'_j - x'_i, neither of which is zero,
+/// to the right one. Match j supports match i if it is one of the `k` matches nearest to i in the left image,
+/// if its right point is one of the `k` distinct right points nearest to that of i, and if, with u = x_j -
+/// x_i and v = x'_j - x'_i, neither of which is zero,
 ///
 ///     |theta_i - theta_j|, |angle(u, v) - theta_i|, |ln(s_i / s_j)|, |ln(|v| / (|u| s_i))| < max_difference.
 ///
@@ -32,6 +33,10 @@ struct LogosOptions : ConfidenceOptions {
 /// Input: coordinates and the local affine frames of both features. A match is set aside if a frame is not
 /// finite, has no area or is more than 10 times longer than wide, or if one frame is a thousand times larger
 /// than the other. `global` assumes one rotation of the whole image.
+///
+/// A right point that many wrong matches share is one neighbour. Otherwise, such crowds push the right
+/// neighbours out of the lists (F on VGG with sift+sift is then 2 points lower). Points are distinct if they
+/// differ after rounding to whole px.
 ///
 /// Options: angles are compared modulo 2 pi everywhere, which the code in OpenCV's contrib modules does not
 /// do for the mode. That code has k = 5 and a difference of 0.1 (preset `opencv`). It was made for matches of
