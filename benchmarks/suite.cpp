@@ -442,6 +442,7 @@ std::vector<Comparison> comparisons(bool all) {
                                            alone("ranks", plane, 6),
                                            alone("frame_votes:hviv", plane, 20),
                                            alone("frame_votes:acc", plane, 10),
+                                           alone("gaim", plane, 20),
                                            alone("logos", plane, 8),
                                            alone("icf", plane, 40)}) {
         list.push_back(comparison);
@@ -474,6 +475,7 @@ std::vector<Comparison> comparisons(bool all) {
                            "laf",
                            "frame_votes:hviv",
                            "frame_votes:acc",
+                           "gaim",
                            "logos",
                            "icf"}) {
     list.push_back(growth(spec, SceneKind::kPlane));

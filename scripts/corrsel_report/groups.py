@@ -5,7 +5,7 @@ GROUPS = {
     "paper": ["nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms", "lpm"],
     "consensus": ["acransac"],
     "local": ["adalam", "laf", "lap", "ranks", "significant", "logos"],
-    "graph": ["frame_votes"],
+    "graph": ["frame_votes", "gaim"],
     "field": ["icf"],
     "multi-structure": ["planes", "tlinkage"],
     "automatic": ["auto"],

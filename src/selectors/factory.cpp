@@ -11,6 +11,7 @@
 #include "corrsel/selectors/adalam.h"
 #include "corrsel/selectors/auto.h"
 #include "corrsel/selectors/frame_votes.h"
+#include "corrsel/selectors/gaim.h"
 #include "corrsel/selectors/gms.h"
 #include "corrsel/selectors/gtm.h"
 #include "corrsel/selectors/icf.h"
@@ -131,6 +132,7 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<LogosSelector>(kLocal, "N log N",
                              "Local geometric support of rotations and scales; needs frames"),
       builtIn<FrameVotesSelector>(kGraph, "N log N", "Votes of neighbouring local frames: HVIV, ACC"),
+      builtIn<GaimSelector>(kGraph, "N log N", "Graph of neighbouring local frames: GAIM in a binary form"),
       builtIn<IcfSelector>(kField, "N", "Correspondence functions in both directions, reduced form"),
       builtIn<PlanesSelector>(kMultiStructure, "N log N",
                               "Planes one after another, each found by its significance"),

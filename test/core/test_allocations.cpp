@@ -131,7 +131,8 @@ INSTANTIATE_TEST_SUITE_P(All, Allocations,
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,
                          ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "acransac", "auto",
-                                           "st", "gtm", "laf", "frame_votes", "logos", "adalam", "icf"),
+                                           "st", "gtm", "laf", "frame_votes", "gaim", "logos", "adalam",
+                                           "icf"),
                          testName);
 
 }  // namespace
