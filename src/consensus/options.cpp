@@ -20,14 +20,16 @@ void ConsensusOptions::visitModel(OptionVisitor& visitor) const {
 }
 
 void ConsensusOptions::visitSampler(OptionVisitor& visitor) const {
-  visitor.choice(
-      "sampler",
-      {{Sampler::kUniform, "uniform", "All matches alike"},
-       {Sampler::kProsac, "prosac", "Best descriptor ratios first"},
-       {Sampler::kLocal, "local", "A random match and others near it"},
-       {Sampler::kFrames, "frames", "Homographies from the local affine frames of single matches"}},
-      "How samples are drawn; with frames, single matches take the place of samples",
-      &ConsensusOptions::sampler);
+  visitor.choice("sampler",
+                 {{Sampler::kUniform, "uniform", "All matches alike"},
+                  {Sampler::kProsac, "prosac", "Best descriptor ratios first"},
+                  {Sampler::kLocal, "local", "A random match and others near it"},
+                  {Sampler::kFrames, "frames", "Homographies from the local affine frames of single matches"},
+                  {Sampler::kPnapsac, "pnapsac",
+                   "Progressive NAPSAC: growing neighbourhoods of the best matches, then prosac"},
+                  {Sampler::kMultigs, "multigs", "Multi-GS: matches that agree with the same hypotheses"}},
+                 "How samples are drawn; with frames, single matches take the place of samples",
+                 &ConsensusOptions::sampler);
 }
 
 void ConsensusOptions::visitSeedAndTime(OptionVisitor& visitor) const {
@@ -51,8 +53,9 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) co
       &ConsensusOptions::confidence);
   visitor.choice("score",
                  {{Score::kMsac, "msac", "Sum of truncated squared errors"},
-                  {Score::kInlierCount, "inlier_count", "Number of inliers"}},
-                 "Sum of truncated squared errors (msac) or number of inliers", &ConsensusOptions::score);
+                  {Score::kInlierCount, "inlier_count", "Number of inliers"},
+                  {Score::kMlesac, "mlesac", "Likelihood of a mixture of right and wrong matches"}},
+                 "How models are compared", &ConsensusOptions::score);
   visitor.flag("one_to_one", "Every image point counts at most once in the score of a homography",
                &ConsensusOptions::one_to_one);
   visitSampler(visitor);

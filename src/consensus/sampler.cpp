@@ -61,6 +61,19 @@ Sampler::Sampler(const MatchNeighbourhood& near, std::size_t count,
   schedule_ = schedule;
 }
 
+Sampler::Sampler(GrowingNeighbourhoods& near, const std::vector<std::uint32_t>& order, int sample_size,
+                 std::uint64_t seed, const ProsacSchedule& schedule)
+    : Sampler(order, sample_size, seed, schedule) {
+  growing_ = &near;
+  growing_samples_ = near.samples();
+  pool_end_ += growing_samples_;  // PROSAC begins after them
+}
+
+Sampler::Sampler(HypothesisAffinity& affinity, std::size_t count, int sample_size, std::uint64_t seed)
+    : Sampler(count, sample_size, seed) {
+  affinity_ = &affinity;
+}
+
 void Sampler::drawNear(std::uint32_t* sample) {
   constexpr int kSizes[] = {8, 16, MatchNeighbourhood::kLargest};
   const auto m = static_cast<std::size_t>(sample_size_);
@@ -100,6 +113,12 @@ void Sampler::draw(std::uint32_t* sample) {
     drawNear(sample);
     return;
   }
+  if (affinity_ != nullptr) {
+    affinity_->draw(random_, m, sample);
+    return;
+  }
+  if (drawn_ <= growing_samples_ && growing_->draw(random_, static_cast<std::uint32_t>(drawn_ - 1), sample))
+    return;
   if (order_ == nullptr) {
     random_.sample(count_, m, sample);
     return;

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "consensus/multi_gs.h"
+#include "consensus/progressive_napsac.h"
 #include "corrsel/random.h"
 #include "corrsel/selectors/neighbours.h"
 #include "geometry/normalization.h"
@@ -38,8 +40,8 @@ class MatchNeighbourhood {
   PlanarNeighbours neighbours_;
 };
 
-/// Draws samples of distinct matches: uniformly, in the order of PROSAC (Chum and Matas, CVPR 2005), or near
-/// one another.
+/// Draws samples of distinct matches: uniformly, in the order of PROSAC (Chum and Matas, CVPR 2005), near one
+/// another, by Progressive NAPSAC (consensus/progressive_napsac.h) or by Multi-GS (consensus/multi_gs.h).
 ///
 /// Local samples consist of a uniform match and others among the k nearest to it, with k = 8, 16, 32 and all
 /// matches in turn. Right matches of one structure crowd, so pure samples are far more frequent than among
@@ -69,6 +71,14 @@ class Sampler {
   Sampler(const MatchNeighbourhood& near, std::size_t count, const std::vector<std::uint32_t>* best_first,
           int sample_size, std::uint64_t seed, const ProsacSchedule& schedule = {});
 
+  /// Progressive NAPSAC, followed by PROSAC.
+  /// @param near  of the matches in this order; both must outlive the sampler
+  Sampler(GrowingNeighbourhoods& near, const std::vector<std::uint32_t>& order, int sample_size,
+          std::uint64_t seed, const ProsacSchedule& schedule = {});
+
+  /// Multi-GS. @param affinity  of the matches; must outlive the sampler. The caller adds hypotheses to it
+  Sampler(HypothesisAffinity& affinity, std::size_t count, int sample_size, std::uint64_t seed);
+
   /// Writes one sample. O(m^2), and a search of neighbours for local samples.
   void draw(std::uint32_t* sample);
 
@@ -76,7 +86,7 @@ class Sampler {
   std::uint64_t drawn() const { return drawn_; }
 
   /// Number of matches, counted from the best, from which all samples so far were drawn.
-  std::uint32_t pool() const { return pool_; }
+  std::uint32_t pool() const { return growing_ != nullptr && drawn_ <= growing_samples_ ? count_ : pool_; }
 
  private:
   void growPool();
@@ -88,6 +98,9 @@ class Sampler {
   Random random_;
   const std::vector<std::uint32_t>* order_ = nullptr;
   const MatchNeighbourhood* near_ = nullptr;
+  GrowingNeighbourhoods* growing_ = nullptr;
+  std::uint64_t growing_samples_ = 0;  // the first ones
+  HypothesisAffinity* affinity_ = nullptr;
   ProsacSchedule schedule_;
   std::uint64_t drawn_ = 0;
   std::uint32_t pool_;          // n

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/deadline.h"
@@ -13,6 +14,7 @@
 #include "consensus/degensac.h"
 #include "consensus/frame_hypotheses.h"
 #include "consensus/local_optimization.h"
+#include "consensus/mlesac.h"
 #include "consensus/ordering.h"
 #include "consensus/sampler.h"
 #include "consensus/significance.h"
@@ -31,6 +33,9 @@ struct SearchMemory {
   Degensac::Scratch degensac;
   DistinctSupport distinct;
   MatchNeighbourhood near;
+  GrowingNeighbourhoods growing;
+  HypothesisAffinity affinity;
+  std::vector<double> densities;    // of the errors, for MLESAC
   std::vector<std::uint8_t> first;  // whether a match is the best one of its points by quality
   // The matches that take part, where they are not all.
   NormalizedMatches subset;
@@ -64,13 +69,13 @@ class Search {
         work_(work),
         one_to_one_(options.one_to_one && problem.kind == ModelKind::kHomography),
         verifier_(matches, problem.residual, problem.search_width * threshold * matches.scale,
-                  options.score == ConsensusOptions::Score::kMsac, one_to_one_ ? &work.distinct : nullptr),
-        most_iterations_(options.max_iterations > 0 ? options.max_iterations
-                         : best_first != nullptr    ? kOrderedIterations
-                                                    : kUniformIterations),
+                  options.score != ConsensusOptions::Score::kInlierCount,
+                  one_to_one_ ? &work.distinct : nullptr),
+        most_iterations_(options.max_iterations > 0 ? options.max_iterations : defaultIterations()),
         sampler_(makeSampler()),
         stopping_(options.confidence, countDistinct(threshold), problem.sample_size),
         degensac_(seed() + 1, work.degensac) {
+    if (options.score == ConsensusOptions::Score::kMlesac) mixture_ = mixture();
     if (options.sprt) {
       sprt_.emplace(sprtConstants(), problem.sample_size / static_cast<double>(matches.size()));
       stopping_.setLoss(sprt_->loss(), 0);
@@ -83,17 +88,19 @@ class Search {
     cv::Matx33d models[TwoViewProblem::kMostModels];
     if (frames_ != nullptr) tryFrames(iterations);
     if (options_.sampler == ConsensusOptions::Sampler::kFrames || timed_out_) return best_;
-    // Local samples that the check refuses count as hypotheses, because most of those among wrong matches
-    // are.
-    const double most_samples = options_.sampler == ConsensusOptions::Sampler::kLocal
-                                    ? most_iterations_
-                                    : samplesForLeastSignificance();
+    // Samples of crowded matches that the check refuses count as hypotheses, because most of those among
+    // wrong matches are refused.
+    const bool crowded = options_.sampler == ConsensusOptions::Sampler::kLocal || drawsByAffinity();
+    const double most_samples = crowded ? most_iterations_ : samplesForLeastSignificance();
     for (; iterations < most_iterations_ && !stopping_.enough(sampler_.drawn()); ++iterations) {
       if (static_cast<double>(sampler_.drawn()) >= most_samples || outOfTime()) break;
       no_valid_sample_ = !drawValidSample(sample);
       if (no_valid_sample_) break;
       const int count = problem_.solve(matches_, sample, models);
-      for (int k = 0; k < count; ++k) tryModel(models[k], sample);
+      for (int k = 0; k < count; ++k) {
+        tryModel(models[k], sample);
+        if (drawsByAffinity()) addToAffinity(models[k]);
+      }
     }
     if (best_.exists() && options_.refine && !optimized_) optimizeLocally(problem_, verifier_, best_);
     return best_;
@@ -108,8 +115,29 @@ class Search {
  private:
   // For max_iterations 0. With the order by quality, fewer samples find as much as uniform samples do.
   static constexpr int kOrderedIterations = 100000, kUniformIterations = 850000;
+  static constexpr int kAffinityIterations = 5000;  // every one of them takes O(N)
+
+  int defaultIterations() const {
+    if (drawsByAffinity()) return kAffinityIterations;
+    return best_first_ != nullptr ? kOrderedIterations : kUniformIterations;
+  }
+
+  bool drawsByAffinity() const { return options_.sampler == ConsensusOptions::Sampler::kMultigs; }
+
+  void addToAffinity(const cv::Matx33d& model) {
+    modelErrors(problem_.residual, model, matches_, 0, matches_.size(), work_.affinity.next());
+    work_.affinity.add();
+  }
 
   Sampler makeSampler() {
+    if (drawsByAffinity()) {
+      work_.affinity.start(matches_.size());
+      return {work_.affinity, matches_.size(), problem_.sample_size, seed()};
+    }
+    if (options_.sampler == ConsensusOptions::Sampler::kPnapsac && best_first_ != nullptr) {
+      work_.growing.build(matches_, *best_first_, problem_.sample_size);
+      return {work_.growing, *best_first_, problem_.sample_size, seed(), problem_.prosac};
+    }
     if (options_.sampler == ConsensusOptions::Sampler::kLocal) {
       work_.near.build(matches_);
       return {work_.near, matches_.size(), best_first_, problem_.sample_size, seed(), problem_.prosac};
@@ -146,10 +174,9 @@ class Search {
     constexpr double kNever = std::numeric_limits<double>::infinity();
     const std::size_t n = matches_.size(), m = static_cast<std::size_t>(problem_.sample_size);
     if (options_.confidence >= 1) return kNever;
-    const auto [left, right] = std::minmax_element(matches_.right_x.begin(), matches_.right_x.end());
-    const auto [top, bottom] = std::minmax_element(matches_.right_y.begin(), matches_.right_y.end());
-    const double width = (*right - *left) / matches_.scale, height = (*bottom - *top) / matches_.scale;
-    const double chance = std::min(1.0, problem_.chanceWithinOne(width, height));
+    const auto [width, height] = rightExtent();
+    const double chance =
+        std::min(1.0, problem_.chanceWithinOne(width / matches_.scale, height / matches_.scale));
     std::size_t support = m + 1;
     while (support < n && std::log10(kTests) + log10BinomialTail(n - m, support - m, chance) > 0) ++support;
     double all_inliers = 1;
@@ -216,11 +243,17 @@ class Search {
   }
 
   void tryModel(const cv::Matx33d& model, const std::uint32_t* sample) {
-    const ModelScore score =
-        sprt_ ? verifier_.test(model, best_.cost, *sprt_) : verifier_.score(model, best_.cost);
+    const bool mlesac = options_.score == ConsensusOptions::Score::kMlesac;
+    const std::int64_t limit = mlesac ? limitOfLikelihood() : best_.cost;
+    const ModelScore score = sprt_ ? verifier_.test(model, limit, *sprt_) : verifier_.score(model, limit);
     if (score.rejected_by_sprt && sprt_->addRejected(score))
       stopping_.setLoss(sprt_->loss(), sampler_.drawn());
     if (score.rejected) return;
+    if (mlesac) {
+      const double cost = likelihoodCost(model);
+      if (cost >= lowest_likelihood_cost_) return;
+      lowest_likelihood_cost_ = cost;
+    }
     best_ = {model, score.cost, score.inliers, score.inliers - score.surplus};
     next_look_ = 0;
     optimized_ = false;
@@ -232,12 +265,49 @@ class Search {
         best_.distinct >= kWorthwhile * static_cast<std::size_t>(problem_.sample_size)) {
       optimizeLocally(problem_, verifier_, best_);
       optimized_ = true;
+      if (mlesac) lowest_likelihood_cost_ = std::min(lowest_likelihood_cost_, likelihoodCost(best_.model));
     }
+    lowest_cost_ = std::min(lowest_cost_, best_.cost);
     // A better model has at least as many inliers that count.
     const double ratio = static_cast<double>(best_.distinct) / static_cast<double>(matches_.size());
     if (sprt_ && sprt_->addBest(ratio)) stopping_.setLoss(sprt_->loss(), sampler_.drawn());
     stopping_.setInliers(best_.distinct);
     if (best_first_ != nullptr) stopByPrefix();
+  }
+
+  /// The computation of a likelihood cannot be given up early. Only models whose MSAC cost is near the lowest
+  /// one are therefore compared by their likelihood: at most 1.5 times the cost, and at least two thirds of
+  /// what the model saves in comparison with no inliers. (Where few matches are right, 1.5 times the cost
+  /// excludes nothing.)
+  std::int64_t limitOfLikelihood() const {
+    if (!best_.exists()) return best_.cost;
+    const auto none = static_cast<std::int64_t>(matches_.size()) * ScoreRule::kOutlierCost;
+    return std::min(lowest_cost_ + lowest_cost_ / 2, none - (none - lowest_cost_) / 3 * 2);
+  }
+
+  double likelihoodCost(const cv::Matx33d& model) {
+    const std::size_t n = matches_.size();
+    work_.errors.resize(n);
+    modelErrors(problem_.residual, model, matches_, 0, n, work_.errors.data());
+    return fitMixture(work_.errors.data(), n, mixture_, work_.densities).cost;
+  }
+
+  /// The threshold is the bound within which 95 % of the errors of right matches lie. A wrong match may lie
+  /// anywhere in the box of the right points.
+  ErrorMixture mixture() const {
+    constexpr double kBoundOfDistance[] = {1.96, 2.45};  // standard deviations, in one and two dimensions
+    const bool points = problem_.kind == ModelKind::kHomography;
+    const auto [width, height] = rightExtent();
+    const double sigma = std::sqrt(double{verifier_.squaredThreshold()}) / kBoundOfDistance[points ? 1 : 0];
+    const double range = points ? width * height : std::hypot(width, height);
+    return {sigma, std::max(range, sigma * sigma), points ? 2 : 1};
+  }
+
+  /// Width and height of the box of the right points, normalised.
+  std::pair<double, double> rightExtent() const {
+    const auto [left, right] = std::minmax_element(matches_.right_x.begin(), matches_.right_x.end());
+    const auto [top, bottom] = std::minmax_element(matches_.right_y.begin(), matches_.right_y.end());
+    return {*right - *left, *bottom - *top};
   }
 
   /// Stopping condition of PROSAC. Considers the prefixes of the best matches from which all samples so far
@@ -281,12 +351,15 @@ class Search {
   SearchMemory& work_;
   bool one_to_one_;
   Verifier verifier_;
+  ErrorMixture mixture_{};  // for MLESAC
   int most_iterations_;
   Sampler sampler_;
   StoppingRule stopping_;
   Degensac degensac_;
   std::optional<Sprt> sprt_;
   Candidate best_;
+  std::int64_t lowest_cost_ = std::numeric_limits<std::int64_t>::max();  // of the best models by MLESAC
+  double lowest_likelihood_cost_ = std::numeric_limits<double>::infinity();
   std::uint64_t next_look_ = 0;  // at the clock, samples
   bool optimized_ = false, timed_out_ = false, no_valid_sample_ = false;
 };
@@ -308,6 +381,11 @@ void gather(const NormalizedMatches& from, const std::vector<std::uint32_t>& pos
   gatherColumn(from.right_y, to.right_y);
 }
 
+/// Whether the sampler begins with the best matches, and uniformly where it has no order of them.
+bool drawsByQuality(ConsensusOptions::Sampler sampler) {
+  return sampler == ConsensusOptions::Sampler::kProsac || sampler == ConsensusOptions::Sampler::kPnapsac;
+}
+
 /// Appends a remark to the message.
 void addRemark(Selection& result, const std::string& text) {
   result.message += (result.message.empty() ? "" : "; ") + text;
@@ -319,7 +397,7 @@ void fitToSelection(const NormalizedMatches& matches, const ConsensusOptions& op
                     const TwoViewProblem& problem, double threshold, Candidate& best) {
   if (!options.refine || problem.final_width == problem.search_width) return;
   const Verifier verifier(matches, problem.residual, problem.final_width * threshold * matches.scale,
-                          options.score == ConsensusOptions::Score::kMsac);
+                          options.score != ConsensusOptions::Score::kInlierCount);
   Candidate fitted;
   verifier.improve(best.model, fitted);
   optimizeLocally(problem, verifier, fitted);
@@ -378,13 +456,14 @@ const std::vector<std::uint32_t>* orderForSampler(const Correspondences& matches
                                                   const ConsensusOptions& options,
                                                   const std::vector<std::uint32_t>& rows, Ordering& ordering,
                                                   std::vector<std::uint32_t>& best_first, Selection& result) {
-  const bool prosac = options.sampler == ConsensusOptions::Sampler::kProsac;
-  if (!prosac && options.sampler != ConsensusOptions::Sampler::kLocal) return nullptr;
+  const bool local = options.sampler == ConsensusOptions::Sampler::kLocal;
+  if (!local && !drawsByQuality(options.sampler)) return nullptr;
   if (ordering.byQuality(matches, rows, best_first)) return &best_first;
-  if (prosac) {
-    addRemark(
-        result,
-        "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC");
+  if (!local) {
+    addRemark(result,
+              std::string("the matches have no descriptor distances, so samples are drawn uniformly instead "
+                          "of by ") +
+                  (options.sampler == ConsensusOptions::Sampler::kProsac ? "PROSAC" : "Progressive NAPSAC"));
   }
   return nullptr;
 }
@@ -426,8 +505,8 @@ SearchOutcome searchModel(const NormalizedMatches& matches, const ConsensusOptio
                           const std::vector<std::uint32_t>* best_first, const Deadline& deadline,
                           FrameHypotheses* frames) {
   SearchMemory& work = WorkspaceScope::part<SearchMemory>();
-  const bool ordered = options.sampler == ConsensusOptions::Sampler::kProsac ||
-                       options.sampler == ConsensusOptions::Sampler::kLocal;
+  const bool ordered =
+      drawsByQuality(options.sampler) || options.sampler == ConsensusOptions::Sampler::kLocal;
   const NormalizedMatches* taking_part = &matches;
   const std::vector<std::uint32_t>* order = best_first;
   if (best_first != nullptr && best_first->size() < matches.size()) {

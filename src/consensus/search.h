@@ -59,8 +59,8 @@ TwoViewProblem problemOf(const ConsensusOptions& options);
 /// @param options     max_seconds is ignored
 /// @param threshold   px
 /// @param best_first  positions in `matches` without repetition, best first. Only these matches take part,
-///                    with Sampler::kProsac in this order and with Sampler::kUniform all alike. nullptr: all
-///                    matches take part, all alike
+///                    with Sampler::kProsac, kLocal and kPnapsac in this order and with the others all alike.
+///                    nullptr: all matches take part, all alike
 /// @param frames      homographies that are tried before any sample, at most 60; nullptr = none. With
 ///                    Sampler::kFrames no samples are drawn
 /// @pre at least as many matches take part as a sample has (problemOf(options).sample_size)

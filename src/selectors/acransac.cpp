@@ -22,9 +22,10 @@ AcransacOptions::AcransacOptions() {
 void AcransacOptions::visit(OptionVisitor& visitor) const {
   visitModel(visitor);
   visitSampler(visitor);
-  visitor.integer({"max_iterations", 0, 10000000, "-",
-                   "Hypotheses at most; 0 = 100000, or 850000 without descriptor distances"},
-                  &AcransacOptions::max_iterations);
+  visitor.integer(
+      {"max_iterations", 0, 10000000, "-",
+       "Hypotheses at most; 0 = 100000, or 850000 without descriptor distances, or 5000 for multigs"},
+      &AcransacOptions::max_iterations);
   visitor.number({"widen", 1, 10, "-",
                   "Inlier threshold, in units of the threshold at which the model is the most significant"},
                  &AcransacOptions::widen);

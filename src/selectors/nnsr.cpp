@@ -31,6 +31,10 @@ void NnsrOptions::check() const {
   }
 }
 
+Presets NnsrSelector::presets() const {
+  return {{"lowe", {{"min_threshold", "0.8"}, {"max_threshold", "0.8"}}}};
+}
+
 std::string NnsrSelector::missingInput(const Correspondences& matches) const {
   if (matches.empty() || (!matches.distance.empty() && !matches.second_distance.empty())) return "";
   return std::string("nnsr needs the column ") + (matches.distance.empty() ? "distance" : "second_distance");

@@ -12,9 +12,14 @@ void RansacOptions::visit(OptionVisitor& visitor) const {
 }
 
 Presets RansacSelector::presets() const {
-  return {{"h", {{"model", "homography"}}},         {"f", {{"model", "fundamental"}}},
-          {"count", {{"score", "inlier_count"}}},   {"msac", {{"score", "msac"}}},
-          {"lo", {{"local_optimization", "true"}}}, {"prosac", {{"sampler", "prosac"}}}};
+  return {{"h", {{"model", "homography"}}},
+          {"f", {{"model", "fundamental"}}},
+          {"count", {{"score", "inlier_count"}}},
+          {"mlesac", {{"score", "mlesac"}}},
+          {"msac", {{"score", "msac"}}},
+          {"lo", {{"local_optimization", "true"}}},
+          {"prosac", {{"sampler", "prosac"}}},
+          {"lo_prosac", {{"local_optimization", "true"}, {"sampler", "prosac"}}}};
 }
 
 void RansacSelector::run(const Correspondences& matches, Selection& result) const {

@@ -15,11 +15,12 @@ UsacOptions::UsacOptions() {
 }
 
 void UsacOptions::visit(OptionVisitor& visitor) const {
-  visitParts(visitor,
-             {0,
-              "Inlier threshold; 0 = 5 for a homography (10 unless error is smaller_transfer), 1.5 for a "
-              "fundamental matrix",
-              0, "Hypotheses at most; 0 = 100000, or 850000 without descriptor distances"});
+  visitParts(
+      visitor,
+      {0,
+       "Inlier threshold; 0 = 5 for a homography (10 unless error is smaller_transfer), 1.5 for a "
+       "fundamental matrix",
+       0, "Hypotheses at most; 0 = 100000, or 850000 without descriptor distances, or 5000 for multigs"});
 }
 
 Presets UsacSelector::presets() const {
@@ -27,6 +28,7 @@ Presets UsacSelector::presets() const {
       {"h", {{"model", "homography"}}},
       {"f", {{"model", "fundamental"}}},
       {"uniform", {{"sampler", "uniform"}}},
+      {"frames", {{"sampler", "frames"}}},
       {"paper", {{"error", "symmetric_transfer"}, {"one_to_one", "false"}, {"max_iterations", "850000"}}}};
 }
 

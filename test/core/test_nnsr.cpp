@@ -93,6 +93,14 @@ TEST(Nnsr, LimitsTheThreshold) {
             "option min_threshold = 0.5 is larger than max_threshold = 0.25");
 }
 
+TEST(Nnsr, LowesThresholdIsFixed) {
+  Correspondences m;
+  for (int i = 0; i < 4; ++i) m.add({float(i), 2}, {3, float(i)});
+  m.distance = {1, 79, 81, 99};
+  m.second_distance = {100, 100, 100, 100};
+  EXPECT_EQ(createSelector("nnsr:lowe")->select(m).mask, (Mask{1, 1, 0, 0}));
+}
+
 TEST(Nnsr, NamesTheMissingColumn) {
   Correspondences m;
   m.add({1, 2}, {3, 4});

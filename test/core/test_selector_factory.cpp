@@ -33,12 +33,14 @@ OptionMap optionsOf(const Selector& selector) {
 TEST(SelectorFactory, KnowsPresets) {
   EXPECT_EQ(selectorPresets("gms"), (std::vector<std::string>{"rotation", "scale", "rotation_scale"}));
   EXPECT_EQ(selectorPresets("lpm"), (std::vector<std::string>{"paper", "v1", "v2", "guided"}));
-  EXPECT_EQ(selectorPresets("ransac"), (std::vector<std::string>{"h", "f", "count", "msac", "lo", "prosac"}));
+  EXPECT_EQ(selectorPresets("ransac"),
+            (std::vector<std::string>{"h", "f", "count", "mlesac", "msac", "lo", "prosac", "lo_prosac"}));
   EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert", "rrwm"}));
   EXPECT_EQ(selectorPresets("gtm"), (std::vector<std::string>{"paper", "equilibrium"}));
-  EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform", "paper"}));
+  EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform", "frames", "paper"}));
   EXPECT_EQ(selectorPresets("vfc"), (std::vector<std::string>{"sparse", "guided"}));
-  EXPECT_TRUE(selectorPresets("nnsr").empty());
+  EXPECT_EQ(selectorPresets("nnsr"), (std::vector<std::string>{"lowe"}));
+  EXPECT_TRUE(selectorPresets("keep_all").empty());
   for (const std::string& name : selectorNames()) {
     EXPECT_EQ(createSelector(name)->name(), name);
     for (const std::string& preset : selectorPresets(name)) {
@@ -55,7 +57,8 @@ TEST(SelectorFactory, ListsWhatIsValid) {
   EXPECT_EQ(errorOf<std::invalid_argument>([] { selectorPresets("gsm"); }), "unknown selector 'gsm'" + names);
   EXPECT_EQ(refusal("lpm:v3"), "unknown preset 'v3' of selector lpm; valid: paper, v1, v2, guided");
   EXPECT_EQ(refusal("lpm:"), "unknown preset '' of selector lpm; valid: paper, v1, v2, guided");
-  EXPECT_EQ(refusal("nnsr:h"), "unknown preset 'h' of selector nnsr; valid: none");
+  EXPECT_EQ(refusal("nnsr:h"), "unknown preset 'h' of selector nnsr; valid: lowe");
+  EXPECT_EQ(refusal("keep_all:h"), "unknown preset 'h' of selector keep_all; valid: none");
   EXPECT_EQ(refusal("nnsr", {{"bin", "3"}}),
             "unknown option nnsr.bin; valid: bins, fallback, min_threshold, max_threshold, min_confidence");
   EXPECT_EQ(refusal("keep_all", {{"seed", "3"}}), "unknown option keep_all.seed; valid: none");

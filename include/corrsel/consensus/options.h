@@ -12,19 +12,19 @@ namespace corrsel::core {
 /// The parts of the search for a model. RANSAC and USAC are two sets of values of these options.
 struct ConsensusOptions : ConfidenceOptions {
   enum class Error : std::uint8_t { kTransfer, kSymmetricTransfer, kSmallerTransfer };
-  enum class Score : std::uint8_t { kMsac, kInlierCount };
-  enum class Sampler : std::uint8_t { kUniform, kProsac, kLocal, kFrames };
+  enum class Score : std::uint8_t { kMsac, kInlierCount, kMlesac };
+  enum class Sampler : std::uint8_t { kUniform, kProsac, kLocal, kFrames, kPnapsac, kMultigs };
 
   ModelKind model = ModelKind::kHomography;  ///< kNone: what the matches call for
   /// Error of a homography: left to right only, both ways added up, or the smaller one of both ways. A
   /// fundamental matrix is judged by the Sampson distance.
   Error error = Error::kTransfer;
   double threshold = 10.0;     ///< inlier threshold, px
-  int max_iterations = 2000;   ///< hypotheses at most; 0 = depends on the order of the samples
+  int max_iterations = 2000;   ///< hypotheses at most; 0 = depends on the sampler
   double confidence = 0.995;   ///< probability of having drawn an all-inlier sample at which the search stops
-  Score score = Score::kMsac;  ///< sum of truncated squared errors, or number of inliers
+  Score score = Score::kMsac;  ///< sum of truncated squared errors, number of inliers, or likelihood
   bool one_to_one = false;     ///< every image point counts at most once in the score of a homography
-  /// Uniform samples, or the best descriptor ratios first, or homographies from single matches (frames).
+  /// How samples are drawn; see the table of options.
   Sampler sampler = Sampler::kUniform;
   bool sprt = false;  ///< sequential probability ratio test: wrong models are given up early
   double sprt_inlier_ratio =

@@ -31,9 +31,9 @@ struct AcransacOptions : ConsensusOptions {
 /// `max_threshold`. With `model` = `auto` both kinds of model are searched, and the more significant one is
 /// the answer.
 ///
-/// Input: coordinates. With `sampler` = `prosac` also the column `distance` (and `second_distance`); without
-/// it samples are uniform, and the message reports this. With `sampler` = `frames` also the local affine
-/// frames. The sizes of the images are used where they are known.
+/// Input: coordinates. With `sampler` = `prosac` or `pnapsac` also the column `distance` (and
+/// `second_distance`); without it samples are uniform, and the message reports this. With `sampler` =
+/// `frames` also the local affine frames. The sizes of the images are used where they are known.
 ///
 /// Presets: `h` and `f` choose the model.
 ///

@@ -26,6 +26,8 @@ struct NnsrOptions : ConfidenceOptions {
 /// Input: the columns `distance` and `second_distance`. Matches without a ratio (no second neighbour, d2 =
 /// 0, or a distance that is not finite) are rejected and take no part in finding the threshold.
 ///
+/// Presets: `lowe` is the fixed threshold 0.8.
+///
 /// Failure: without one of the columns the status is `unsupported_input`. Where Otsu's method is undefined
 /// (one match, equal ratios), the threshold is `fallback`. The score is 1 - r, and 0 without a ratio.
 ///
@@ -37,6 +39,7 @@ class NnsrSelector : public SelectorWithOptions<NnsrOptions> {
  public:
   using SelectorWithOptions::SelectorWithOptions;
   std::string name() const override { return "nnsr"; }
+  Presets presets() const override;
 
  protected:
   std::string missingInput(const Correspondences& matches) const override;

@@ -25,15 +25,18 @@ struct UsacOptions : ConsensusOptions {
 /// error d1^2 + d2^2 within twice the threshold (consensus/two_view.h). (The paper prints the Sampson
 /// distance against t_F: read t_F^2.)
 ///
-/// Input: coordinates; for PROSAC the column `distance` (and `second_distance`), without which samples are
-/// uniform and the message reports it; with `sampler` = `frames` the local affine frames.
+/// Input: coordinates; for PROSAC and Progressive NAPSAC the column `distance` (and `second_distance`),
+/// without which samples are uniform and the message reports it; with `sampler` = `frames` the local affine
+/// frames.
 ///
 /// Options: `threshold` 0 means 5 px (homography; the paper's 10 px with another `error`) and the paper's
-/// 1.5 px (fundamental matrix). `max_iterations` 0 means 100000, or 850000 if samples are uniform. There is
+/// 1.5 px (fundamental matrix). `max_iterations` 0 means 100000, or 850000 if samples are
+/// uniform, or 5000 with `sampler` = `multigs`. There is
 /// no option `threads`, because each hypothesis is judged by the best one so far.
 ///
-/// Presets: `h` and `f` choose the model; `uniform` samples uniformly; `paper` has the paper's error,
-/// threshold and number of hypotheses, and counts every match.
+/// Presets: `h` and `f` choose the model; `uniform` samples uniformly; `frames` takes homographies from
+/// single matches in place of samples; `paper` has the paper's error, threshold and number of hypotheses, and
+/// counts every match.
 ///
 /// Failure: statuses and score as for RansacSelector.
 ///
