@@ -37,8 +37,11 @@ struct Selection {
   std::vector<std::uint8_t> mask;  ///< 1 = selected, 0 = rejected; always as long as the input
   std::vector<float>
       score;  ///< optional, per match: higher is better, meaning given by the method; NaN = none
-  /// Optional, per match: the number, from 0, of the model that a selected match belongs to; -1 = not
-  /// selected, or selected without belonging to a model. Empty for selectors that find one model or none.
+  /// Optional, per match: the number of the model or cluster that a selected match belongs to; -1 = not
+  /// selected, or selected without belonging to one. Empty for methods that do not tell groups apart, and
+  /// where nothing was found. Numbers begin at 0, and the strongest group comes first: models are in the
+  /// order in which they were found, clusters begin with the largest, and equal ones are in the order of the
+  /// coordinates of their first matches.
   std::vector<std::int32_t> group;
   ModelKind model_kind = ModelKind::kNone;
   cv::Matx33d model =

@@ -4,7 +4,7 @@
 GROUPS = {
     "paper": ["nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms", "lpm"],
     "consensus": ["acransac"],
-    "local": ["adalam", "laf", "lap", "ranks", "significant", "logos"],
+    "local": ["adalam", "laf", "lap", "ranks", "significant", "rfm_scan", "logos"],
     "graph": ["frame_votes", "gaim"],
     "field": ["icf"],
     "multi-structure": ["planes", "tlinkage"],

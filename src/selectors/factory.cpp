@@ -24,6 +24,7 @@
 #include "corrsel/selectors/planes.h"
 #include "corrsel/selectors/ranks.h"
 #include "corrsel/selectors/ransac.h"
+#include "corrsel/selectors/rfm_scan.h"
 #include "corrsel/selectors/significant.h"
 #include "corrsel/selectors/st.h"
 #include "corrsel/selectors/tlinkage.h"
@@ -129,6 +130,7 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<LapSelector>(kLocal, "N log N", "Local affine preservation"),
       builtIn<RanksSelector>(kLocal, "N log N", "Multi-scale top K rank preservation"),
       builtIn<SignificantSelector>(kLocal, "N log N", "Neighbours that agree more often than by chance"),
+      builtIn<RfmScanSelector>(kLocal, "N log N", "Dense clusters of matches: RFM-SCAN"),
       builtIn<LogosSelector>(kLocal, "N log N",
                              "Local geometric support of rotations and scales; needs frames"),
       builtIn<FrameVotesSelector>(kGraph, "N log N", "Votes of neighbouring local frames: HVIV, ACC"),

@@ -91,7 +91,8 @@ TEST_P(KeptMemory, BelongsToTheWorkspaceThatIsGiven) {
   Workspace workspace;
   const Selection selection = selector->select(matches, workspace);
   const std::ptrdiff_t of_selection = static_cast<std::ptrdiff_t>(
-      selection.mask.capacity() + selection.score.capacity() * sizeof(float) + selection.message.capacity());
+      selection.mask.capacity() + selection.score.capacity() * sizeof(float) +
+      selection.group.capacity() * sizeof(std::int32_t) + selection.message.capacity());
   EXPECT_GT(live_bytes, before + of_selection + 10 * 3000);
   workspace.release();
   EXPECT_LE(live_bytes, before + of_selection + 256) << "not given back, or given to the thread";
@@ -126,13 +127,13 @@ INSTANTIATE_TEST_SUITE_P(All, Allocations,
                                            "vfc:sparse", "vfc:guided", "gms", "gms:rotation_scale", "lpm",
                                            "lpm:v1", "lpm:v2", "lpm:guided", "acransac:h", "acransac:f",
                                            "planes", "auto", "auto:f", "laf", "laf:pffm", "laf:guided",
-                                           "adalam", "icf", "significant", "lap", "ranks"),
+                                           "adalam", "icf", "significant", "lap", "ranks", "rfm_scan"),
                          testName);
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,
                          ::testing::Values("ransac:h", "usac:f", "vfc", "gms", "lpm", "acransac", "auto",
                                            "st", "gtm", "laf", "frame_votes", "gaim", "logos", "adalam",
-                                           "icf"),
+                                           "icf", "rfm_scan"),
                          testName);
 
 }  // namespace
