@@ -464,7 +464,7 @@ void VfcOptions::visit(OptionVisitor& visitor) const {
 }
 
 Presets VfcSelector::presets() const {
-  return {{"sparse", {{"control_points", "16"}}}, {"guided", {{"guided", "true"}}}};
+  return {{"sparse", {{"control_points", "16"}}}, {"guided", {{"guided", "true"}, {"lambda", "6"}}}};
 }
 
 std::string VfcSelector::missingInput(const Correspondences& matches) const {

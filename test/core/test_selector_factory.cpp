@@ -104,7 +104,7 @@ TEST(SelectorFactory, PresetsSetTheirOptions) {
       {"ransac:f", "ransac", {{"model", "fundamental"}}},
       {"lpm:guided", "lpm", {{"guided", "true"}, {"k", "6"}}},
       {"vfc:sparse", "vfc", {{"control_points", "16"}}},
-      {"vfc:guided", "vfc", {{"guided", "true"}}},
+      {"vfc:guided", "vfc", {{"guided", "true"}, {"lambda", "6"}}},
       {"gms:rotation", "gms", {{"rotation", "true"}}},
       {"gms:scale", "gms", {{"scale", "true"}}},
       {"gms:rotation_scale", "gms", {{"rotation", "true"}, {"scale", "true"}}},

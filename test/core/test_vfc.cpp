@@ -428,8 +428,8 @@ TEST_F(Vfc, GuidedFollowsTheTrustedMatches) {
 
 TEST_F(Vfc, GuidedFitsToAllWhereFewAreTrusted) {
   Correspondences m = homographyScene({400, 0.6, 0.5, 2}).matches;
-  const Selection usual = VfcSelector().select(m);
-  const auto guided = createSelector("vfc:guided");
+  const auto plain = createSelector("vfc", {{"lambda", "6"}}), guided = createSelector("vfc:guided");
+  const Selection usual = plain->select(m);
   // 9 matches are trusted.
   for (std::size_t i = 9; i < 400; ++i) m.second_distance[i] = m.distance[i];
   EXPECT_EQ(guided->select(m).mask, usual.mask);
@@ -440,7 +440,7 @@ TEST_F(Vfc, GuidedFitsToAllWhereFewAreTrusted) {
     m.left_y[i] = 200;
     m.second_distance[i] = 2 * m.distance[i];
   }
-  EXPECT_EQ(guided->select(m).mask, VfcSelector().select(m).mask);
+  EXPECT_EQ(guided->select(m).mask, plain->select(m).mask);
 }
 
 TEST_F(Vfc, GuidedNeedsRatios) {

@@ -7,7 +7,7 @@
 namespace corrsel::core {
 
 struct LogosOptions : ConfidenceOptions {
-  int k = 20;                   ///< neighbours in each image
+  int k = 40;                   ///< neighbours in each image
   double max_difference = 0.3;  ///< of angles, rad, and of logarithms of scales
   bool global = true;           ///< keep only matches whose rotation is near the most frequent one
 

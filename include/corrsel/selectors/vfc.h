@@ -56,7 +56,8 @@ struct VfcOptions : ConfidenceOptions {
 /// dozen EM steps is too short a part to be shared out.
 ///
 /// Presets: with `sparse`, 16 control points drawn by `seed` carry the field (SparseVFC). `guided` has guided
-/// = true.
+/// = true and lambda 6: where few matches are right, wrong ones among the trusted matches bend a stiffer
+/// field less.
 ///
 /// Failure: fewer than 5 matches give `too_few`; all left or all right points equal give `degenerate`. At
 /// `max_seconds` the posteriors under the last field that was fitted decide, and the status is
