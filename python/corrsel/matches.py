@@ -18,7 +18,7 @@ import collections
 
 import numpy as np
 
-__all__ = ["KeypointsAndMatches", "keypoints", "points", "selected_rows"]
+__all__ = ["KeypointsAndMatches", "groups", "keypoints", "points", "selected_rows"]
 
 #: Two lists of cv2.KeyPoint and a list of cv2.DMatch between them: queryIdx is an index into the left list.
 KeypointsAndMatches = collections.namedtuple("KeypointsAndMatches", "left right matches")
@@ -71,6 +71,20 @@ def selected_rows(msg):
     if len(mask) != msg.n_input:
         raise ValueError("Selection message: mask has %d elements, expected %d" % (len(mask), msg.n_input))
     return np.flatnonzero(mask)
+
+
+def groups(msg):
+    """Return the number of the model of each match of a Selection message, int32; None if it has no such numbers.
+
+    -1 means that the match is not selected or belongs to no model. Raises ValueError if the number of elements is not
+    that of the mask.
+    """
+    if len(msg.group) == 0:
+        return None
+    if len(msg.group) != len(msg.mask):
+        text = "Selection message: group has %d elements, expected 0 or %d"
+        raise ValueError(text % (len(msg.group), len(msg.mask)))
+    return np.asarray(msg.group, np.int32)
 
 
 def _opencv():

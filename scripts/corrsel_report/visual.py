@@ -270,8 +270,9 @@ def html(run, figures):
     )
     out = [
         paragraph(
-            "Each line joins a match in the left image to its partner in the right one. Click an image to"
-            " enlarge it."
+            "Each line joins a match in the left image to its partner in the right one. Where a selector finds"
+            " several models, such as planes, the discs at the points have one colour for each model. Click an image"
+            " to enlarge it."
         )
     ]
     out.append('<ul class="legend colours">%s</ul>' % items)

@@ -1,9 +1,11 @@
 #include "corrsel/matching/match_drawing.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace corrsel::core {
 namespace {
@@ -75,23 +77,32 @@ cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const
     }
   }
   const int thickness = std::max(1, canvas.cols / 1600);
+  const auto is_grouped = [&group](std::size_t i) { return i < group.size() && group[i] >= 0; };
+  std::vector<std::pair<std::array<cv::Point, 2>, cv::Scalar>> discs;
   const auto draw = [&](const std::vector<std::size_t>& rows, const cv::Scalar& colour) {
     const std::size_t count = std::min(rows.size(), max_lines);
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t i = rows[k * rows.size() / count];
       const cv::Point from(cvRound(matches.left_x[i]), cvRound(matches.left_y[i]));
       const cv::Point to(cvRound(matches.right_x[i]) + left.cols, cvRound(matches.right_y[i]));
-      const bool grouped = i < group.size() && group[i] >= 0;
-      const cv::Scalar of_points = grouped ? groupColour(group[i]) : colour;
-      cv::line(canvas, from, to, grouped && &rows == &unknown ? of_points : colour, thickness, cv::LINE_AA);
+      const bool line_of_group = is_grouped(i) && &rows == &unknown;
+      cv::line(canvas, from, to, line_of_group ? groupColour(group[i]) : colour, thickness, cv::LINE_AA);
+      if (is_grouped(i)) {
+        discs.push_back({{from, to}, groupColour(group[i])});
+        continue;
+      }
       for (const cv::Point& point : {from, to})
-        cv::circle(canvas, point, 2 * thickness, of_points, grouped ? cv::FILLED : thickness, cv::LINE_AA);
+        cv::circle(canvas, point, 2 * thickness, colour, thickness, cv::LINE_AA);
     }
   };
   draw(missed, colours.missed);
   draw(unknown, colours.selected);
   draw(correct, colours.correct);
   draw(wrong, colours.wrong);
+  for (const auto& [points, colour] : discs) {  // last, because lines would cover them
+    for (const cv::Point& point : points)
+      cv::circle(canvas, point, 2 * thickness + 1, colour, cv::FILLED, cv::LINE_AA);
+  }
   return canvas;
 }
 

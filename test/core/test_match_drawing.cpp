@@ -101,6 +101,15 @@ TEST(MatchDrawing, GroupsHaveTheirColours) {
   EXPECT_TRUE(near(known, 10, 30, groupColour(1)));
   EXPECT_TRUE(near(known, 10, 150, groupColour(1)));
   EXPECT_TRUE(near(known, 28, 30, groupColour(2)));
+  // A wrong match, whose line is drawn later, does not cover a point of a group.
+  Correspondences crossing;
+  crossing.add({30, 40}, {50, 40});
+  crossing.add({30, 20}, {30, 60});
+  crossing.add({10, 40}, {90, 40});
+  const cv::Mat drawing =
+      drawMatches(black(100, 80), black(100, 80), crossing, {1, 1, 1}, {0, 9, 9}, 5, 200, {0, 0, -1});
+  EXPECT_EQ(classAt(drawing, 40, 20), "wrong");
+  EXPECT_TRUE(near(drawing, 40, 30, groupColour(0)));
 }
 
 TEST(MatchDrawing, ThinsEveryClassEvenly) {

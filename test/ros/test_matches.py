@@ -80,6 +80,14 @@ class Matches(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "mask has 2 elements, expected 3"):
             matches.selected_rows(Selection(mask=[0, 1], n_input=3))
 
+    def test_groups(self):
+        """One number for each element of the mask, or none at all."""
+        numbers = matches.groups(Selection(mask=[1, 0, 1], group=[0, -1, 1]))
+        self.assertEqual((numbers.dtype, numbers.tolist()), (np.int32, [0, -1, 1]))
+        self.assertIsNone(matches.groups(Selection(mask=[1, 0, 1])))
+        with self.assertRaisesRegex(ValueError, "group has 2 elements, expected 0 or 3"):
+            matches.groups(Selection(mask=[1, 0, 1], group=[0, 1]))
+
     def test_wrong_lengths_are_named(self):
         """The error names the array and its number of elements."""
         for field, values in (("left_y", [1]), ("right_index", [1]), ("left_frame", [1]), ("distance", [1])):

@@ -26,9 +26,9 @@ cv::Scalar groupColour(std::int32_t group);
 /// @param tolerance  matches with error <= tolerance count as correct, px
 /// @param max_lines  largest number of lines of each class; others are left out evenly, so that the picture
 /// stays readable
-/// @param group     numbers as in Selection::group, or empty. The points of matches of a group are discs in
-/// the
-///                  colour of the group, as are the lines where the truth is unknown
+/// @param group     numbers as in Selection::group, or empty. The points of matches of a group are discs
+/// above
+///                  all lines in the colour of the group; lines have it where the truth is unknown
 /// @return 8-bit BGR, height of the taller image, widths added
 cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Correspondences& matches,
                     const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,
