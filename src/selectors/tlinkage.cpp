@@ -98,11 +98,14 @@ class Linkage {
     return true;
   }
 
-  /// The number of matches in the cluster of a match.
-  std::uint32_t sizeOf(std::uint32_t match) const {
+  /// The match that stands for the cluster of a match.
+  std::uint32_t rootOf(std::uint32_t match) const {
     while (parent_[match] != match) match = parent_[match];
-    return size_[match];
+    return match;
   }
+
+  /// The number of matches in the cluster of a match.
+  std::uint32_t sizeOf(std::uint32_t match) const { return size_[rootOf(match)]; }
 
  private:
   float distance(std::uint32_t i, std::uint32_t j) const { return distance_[i * n_ + j]; }
@@ -208,7 +211,8 @@ class Linkage {
 /// Memory that is kept between calls.
 struct TlinkageMemory {
   MatchNeighbours distinct;
-  std::vector<std::uint32_t> rows, near, order;
+  std::vector<std::uint32_t> rows, near, order, roots;
+  std::vector<std::int32_t> number;  ///< of the accepted cluster, by its root
   std::vector<std::uint64_t> keys;
   NormalizedMatches matches;
   std::vector<float> errors;
@@ -295,6 +299,27 @@ bool findPreferences(const TlinkageOptions& options, const Deadline& deadline, T
   return true;
 }
 
+/// Numbers the clusters of at least `min_size` matches from the largest to the smallest; equal sizes are in
+/// the order of their first matches.
+void numberClusters(std::uint32_t min_size, TlinkageMemory& work) {
+  const std::size_t n = work.distinct.size();
+  work.number.assign(n, -1);
+  work.roots.clear();
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t root = work.linkage.rootOf(i);
+    if (work.number[root] >= 0 || work.linkage.sizeOf(root) < min_size) continue;
+    work.number[root] = static_cast<std::int32_t>(work.roots.size());
+    work.roots.push_back(root);
+  }
+  std::sort(work.roots.begin(), work.roots.end(), [&work](std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t size_a = work.linkage.sizeOf(a), size_b = work.linkage.sizeOf(b);
+    return size_a != size_b ? size_a > size_b : work.number[a] < work.number[b];
+  });
+  for (std::size_t k = 0; k < work.roots.size(); ++k) {
+    work.number[work.roots[k]] = static_cast<std::int32_t>(k);
+  }
+}
+
 }  // namespace
 
 void TlinkageOptions::visit(OptionVisitor& visitor) const {
@@ -354,11 +379,14 @@ void TlinkageSelector::run(const Correspondences& matches, Selection& result) co
                      " mergers, max_seconds = " + formatNumber(options_.max_seconds);
     if (result.iterations == 0) return;
   }
+  numberClusters(static_cast<std::uint32_t>(options_.min_cluster), work);
   result.score.resize(matches.size());
+  result.group.resize(matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    const std::uint32_t size = work.linkage.sizeOf(work.distinct.ofRow(i));
-    result.score[i] = static_cast<float>(size);
-    result.mask[i] = size >= static_cast<std::uint32_t>(options_.min_cluster) ? 1 : 0;
+    const std::uint32_t root = work.linkage.rootOf(work.distinct.ofRow(i));
+    result.score[i] = static_cast<float>(work.linkage.sizeOf(root));
+    result.group[i] = work.number[root];
+    result.mask[i] = result.group[i] >= 0 ? 1 : 0;
   }
 }
 

@@ -52,6 +52,27 @@ TEST(Tlinkage, FindsTwoPlanesAsTwoClusters) {
       EXPECT_LE(size, 130.0F);
     }
     EXPECT_GT(sizes.rbegin()->first, 80.0F);
+    // The groups are the selected clusters, the largest first.
+    ASSERT_EQ(s.group.size(), s.mask.size());
+    std::map<std::int32_t, std::pair<float, std::size_t>> groups;  // size by score, and counted
+    for (std::size_t i = 0; i < s.group.size(); ++i) {
+      ASSERT_EQ(s.group[i] >= 0, s.mask[i] == 1);
+      if (s.mask[i] == 0) continue;
+      auto& group = groups[s.group[i]];
+      ++group.second;
+      if (group.second > 1) {
+        ASSERT_EQ(group.first, s.score[i]);
+      }
+      group.first = s.score[i];
+    }
+    ASSERT_GE(groups.size(), 2u);
+    EXPECT_EQ(groups.rbegin()->first, static_cast<std::int32_t>(groups.size()) - 1);
+    float before = groups[0].first;
+    for (const auto& [number, group] : groups) {
+      EXPECT_EQ(group.first, static_cast<float>(group.second)) << number;
+      EXPECT_LE(group.first, before) << number;
+      before = group.first;
+    }
   }
 }
 

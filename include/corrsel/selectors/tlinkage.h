@@ -37,7 +37,8 @@ struct TlinkageOptions : ConfidenceOptions {
 ///
 /// and a union prefers a hypothesis as much as the least of its parts does. The closest clusters are merged
 /// as long as their distance is below 1. Matches of clusters with at least `min_cluster` distinct matches are
-/// selected. Equal distances are resolved by the order of the coordinates.
+/// selected; `group` numbers these clusters from the largest to the smallest. Equal distances are resolved by
+/// the order of the coordinates.
 ///
 /// Input: coordinates. Equal matches count once.
 ///
