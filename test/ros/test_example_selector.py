@@ -78,6 +78,7 @@ class ExampleSelector(unittest.TestCase):
         self.assertEqual(code, 0, text)
         self.assertIn(f"{SELECTOR}.threshold = 2  [0, 1000]", text)
         self.assertIn(f"{SELECTOR}:strict", text)
+        self.assertIn(f"\n  other packages (loaded at run time)\n    {SELECTOR}\n", text)
 
         code, text = self.benchmark(f"--selectors gms,{SELECTOR} --options {SELECTOR}.treshold=3")
         self.assertEqual(code, 2, text)

@@ -48,6 +48,7 @@ class InstallSpace(unittest.TestCase):
         code, text = shell.output_of("rosrun corrsel benchmark --list")
         self.assertEqual(code, 0, text)
         self.assertIn("lpm:v2", text)
+        self.assertRegex(text, r"\n  local \([^\n]+\)\n    adalam {7}Adaptive[^\n]*\n    laf ")
         for program in ("report.py", "fetch_samples.sh", "make_dataset_bag"):
             self.assertTrue((prefix / "lib" / "corrsel" / program).exists(), program)
         code, text = shell.output_of(f"rosrun corrsel report.py {self.run_folder()}")
