@@ -156,11 +156,12 @@ class Search {
   }
 
   /// Returns whether the time limit has passed. Reads the clock once in kSamplesPerLook samples, which take
-  /// well below a millisecond, and after each new best model, which may take longer.
+  /// well below a millisecond, and after each new best model, which may take longer. Samples by affinity take
+  /// O(N) each.
   bool outOfTime() {
     constexpr std::uint64_t kSamplesPerLook = 100;
     if (sampler_.drawn() < next_look_) return false;
-    next_look_ = sampler_.drawn() + kSamplesPerLook;
+    next_look_ = sampler_.drawn() + (drawsByAffinity() ? 1 : kSamplesPerLook);
     timed_out_ = deadline_.passed();
     return timed_out_;
   }
@@ -214,6 +215,7 @@ class Search {
     const std::uint64_t most =
         kMostRefusals + kSamplesPerHypothesis * static_cast<std::uint64_t>(most_iterations_);
     for (int refused = 0; refused < kMostRefusals && sampler_.drawn() < most; ++refused) {
+      if (drawsByAffinity() && outOfTime()) return false;
       sampler_.draw(sample);
       if (problem_.isValidSample(matches_, sample)) return true;
     }

@@ -101,6 +101,15 @@ TEST_P(KeptMemory, BelongsToTheWorkspaceThatIsGiven) {
   EXPECT_EQ(anew.score, selection.score);
 }
 
+TEST(SamplersMemory, IsKeptFromCallToCall) {
+  const Correspondences matches = homographyScene({3000, 0.5, 1.0, 1}).matches;
+  for (const char* const sampler : {"uniform", "prosac", "local", "pnapsac", "multigs"}) {
+    const auto selector = createSelector("ransac:mlesac", {{"sampler", sampler}});
+    selector->select(matches);
+    EXPECT_LE(allocationsOf(*selector, matches), 8) << sampler;
+  }
+}
+
 TEST(LocalSupportMemory, IsKeptFromCallToCall) {
   Scene scene = homographyScene({3000, 0.5, 1.0, 1});
   addFrames(scene);

@@ -126,5 +126,14 @@ TEST(MultiGs, FindsModels) {
   }
 }
 
+TEST(MultiGs, LooksAtTheClockBeforeEverySample) {
+  const Scene scene = homographyScene({1000, 0, 0.5, 5});
+  const TickingClock clock(1);
+  const Selection found =
+      createSelector("usac", {{"sampler", "multigs"}, {"max_seconds", "20.5"}})->select(scene.matches);
+  EXPECT_EQ(found.status, Status::kTimeLimit) << found.message;
+  EXPECT_LE(found.iterations, 20);
+}
+
 }  // namespace
 }  // namespace corrsel::core

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "consensus/ordering.h"
 #include "consensus/search.h"
 #include "corrsel/selectors/usac.h"
@@ -107,6 +109,58 @@ TEST(Search, ModelAloneIsThatOfTheSelection) {
     // Only the matches that take part support the model.
     EXPECT_LE(outcome.best.inliers, rows.size());
     EXPECT_GT(outcome.best.inliers, rows.size() / 2);
+  }
+}
+
+TEST(Search, EverySamplerAndScoreIsTheSameWithEveryKernelLevelAndOrder) {
+  const LevelGuard guard;
+  const Scene scene = homographyScene({700, 0.3, 0.5, 6});
+  std::vector<std::uint32_t> rows(700);
+  std::iota(rows.begin(), rows.end(), 0U);
+  std::reverse(rows.begin(), rows.end());
+  const Correspondences reversed = scene.matches.subset(rows);
+  const OptionMap parts[] = {{{"sampler", "local"}},
+                             {{"sampler", "pnapsac"}},
+                             {{"sampler", "multigs"}},
+                             {{"sampler", "prosac"}, {"score", "mlesac"}}};
+  for (const OptionMap& options : parts) {
+    const auto selector = createSelector("ransac:lo", options);
+    const Selection expected = selector->select(scene.matches);
+    EXPECT_GT(quality(expected.mask, scene.inlier).f, 95);
+    for (const KernelLevel level : supportedKernelLevels()) {
+      setKernelLevel(level);
+      EXPECT_EQ(selector->select(scene.matches).model, expected.model);
+    }
+    EXPECT_EQ(selector->select(reversed).model, expected.model);
+  }
+}
+
+TEST(Search, EverySamplerKnowsDegenerateInput) {
+  Correspondences equal, few, line;
+  for (int i = 0; i < 50; ++i) {
+    const auto x = static_cast<float>(i);
+    equal.add({10, 10}, {20, 20});
+    line.add({x, 2 * x}, {3 * x, x});
+  }
+  few.add({0, 0}, {0, 0});
+  few.add({100, 0}, {100, 5});
+  few.add({0, 100}, {5, 100});
+  few.add({100, 110}, {103, 106});
+  for (Correspondences* const matches : {&equal, &few, &line}) {
+    matches->distance.assign(matches->size(), 1);
+    matches->second_distance.assign(matches->size(), 2);
+  }
+  for (const char* const sampler : {"local", "pnapsac", "multigs"}) {
+    for (const char* const name : {"ransac", "usac"}) {
+      const auto selector = createSelector(name, {{"sampler", sampler}});
+      SCOPED_TRACE(std::string(name) + ", " + sampler);
+      EXPECT_EQ(selector->select({}).status, Status::kTooFew);
+      for (const Correspondences* const matches : {&equal, &few, &line}) {
+        const Selection found = selector->select(*matches);
+        EXPECT_EQ(found.status, Status::kDegenerate) << found.message;
+        EXPECT_EQ(found.n_selected, 0u);
+      }
+    }
   }
 }
 
