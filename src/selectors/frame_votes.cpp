@@ -10,6 +10,7 @@
 #include "base/workspace_scope.h"
 #include "consensus/support.h"
 #include "geometry/frame_map.h"
+#include "selectors/parts/cluster_numbers.h"
 #include "selectors/parts/distinct_matches.h"
 #include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_graph.h"
@@ -32,6 +33,8 @@ struct FrameVotesMemory {
   std::vector<std::uint64_t> right_points;  // root and right point of the distinct matches
   std::vector<float> right_x, right_y;
   PointGroups right;
+  std::vector<std::uint32_t> clusters;  // accepted ones, by distinct match
+  ClusterNumbers numbers;
 };
 
 /// exp(-t), at most 3e-4 off, in a form that is vectorised and the same on every machine.
@@ -68,7 +71,8 @@ std::uint32_t rootOf(std::vector<std::uint32_t>& parent, std::uint32_t i) {
   return i;
 }
 
-/// Writes the number of distinct right points of the cluster of every match to work.value.
+/// Joins matches that err by at most `cut`, and writes the number of distinct right points of the cluster of
+/// every match to work.value.
 void findClusters(float cut, FrameVotesMemory& work) {
   const std::size_t n = work.graph.size(), degree = work.graph.degree();
   work.errors.resize(degree);
@@ -98,6 +102,18 @@ void findClusters(float cut, FrameVotesMemory& work) {
   }
   for (std::uint32_t i = 0; i < n; ++i)
     work.value[i] = static_cast<float>(work.members[rootOf(work.parent, i)]);
+}
+
+/// Writes the numbers of the clusters of findClusters() that have more members than the threshold.
+void fillGroups(double threshold, FrameVotesMemory& work, Selection& result) {
+  const auto n = static_cast<std::uint32_t>(work.distinct.size());
+  work.clusters.resize(n);
+  for (std::uint32_t i = 0; i < n; ++i)
+    work.clusters[i] = work.value[i] > threshold ? rootOf(work.parent, i) : ClusterNumbers::kNone;
+  work.numbers.assign(work.clusters, work.members);
+  result.group.assign(result.mask.size(), -1);
+  for (const std::uint32_t row : work.rows)
+    result.group[row] = work.numbers[work.clusters[work.distinct.ofRow(row)]];
 }
 
 }  // namespace
@@ -196,6 +212,7 @@ void FrameVotesSelector::run(const Correspondences& matches, Selection& result) 
     result.score[row] = value;
     result.mask[row] = any && value > threshold ? 1 : 0;
   }
+  if (any && options_.rule == FrameVotesOptions::Rule::kComponents) fillGroups(threshold, work, result);
 }
 
 }  // namespace corrsel::core

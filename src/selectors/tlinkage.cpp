@@ -10,16 +10,18 @@
 #include "base/text.h"
 #include "base/workspace_scope.h"
 #include "corrsel/random.h"
+#include "geometry/fundamental.h"
 #include "geometry/homography.h"
 #include "geometry/normalization.h"
 #include "geometry/residual.h"
+#include "selectors/parts/cluster_numbers.h"
 #include "selectors/parts/match_neighbours.h"
 
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kFewest = 5;
-constexpr std::size_t kSample = 4, kLevels = 3, kNeighbours[kLevels] = {8, 16, 32};
+constexpr std::size_t kHomographySample = 4, kFundamentalSample = 7, kMostModels = 3;  // of a sample
+constexpr std::size_t kLevels = 3, kNeighbours[kLevels] = {8, 16, 32};
 constexpr int kDraws = 10;          // samples until one is valid
 constexpr double kReach = 5;        // of soft preferences, in units of tau
 constexpr std::size_t kLook = 256;  // hypotheses between two readings of the clock
@@ -98,14 +100,14 @@ class Linkage {
     return true;
   }
 
-  /// The match that stands for the cluster of a match.
-  std::uint32_t rootOf(std::uint32_t match) const {
+  /// The cluster of a match, the number of one of its matches.
+  std::uint32_t clusterOf(std::uint32_t match) const {
     while (parent_[match] != match) match = parent_[match];
     return match;
   }
 
-  /// The number of matches in the cluster of a match.
-  std::uint32_t sizeOf(std::uint32_t match) const { return size_[rootOf(match)]; }
+  /// The number of matches in every cluster.
+  const std::vector<std::uint32_t>& sizes() const { return size_; }
 
  private:
   float distance(std::uint32_t i, std::uint32_t j) const { return distance_[i * n_ + j]; }
@@ -211,13 +213,14 @@ class Linkage {
 /// Memory that is kept between calls.
 struct TlinkageMemory {
   MatchNeighbours distinct;
-  std::vector<std::uint32_t> rows, near, order, roots;
-  std::vector<std::int32_t> number;  ///< of the accepted cluster, by its root
+  std::vector<std::uint32_t> rows, near, order;
   std::vector<std::uint64_t> keys;
   NormalizedMatches matches;
   std::vector<float> errors;
   Lists preferences;
   Linkage linkage;
+  std::vector<std::uint32_t> clusters;
+  ClusterNumbers numbers;
 };
 
 /// Finds the nearest matches of every match in the space of both points. @return how many of each; 0 where
@@ -247,18 +250,32 @@ std::size_t findNeighbours(const Deadline& deadline, TlinkageMemory& work) {
   return k;
 }
 
-/// Draws a homography from a match and its neighbours. @return false if no sample was valid
-bool drawHomography(std::size_t match, std::size_t level, std::size_t listed, Random& random,
-                    const TlinkageMemory& work, cv::Matx33d& h) {
-  const auto pool = static_cast<std::uint32_t>(std::min(kNeighbours[level], listed));
-  for (int draw = 0; draw < kDraws; ++draw) {
-    std::uint32_t sample[kSample] = {static_cast<std::uint32_t>(match)};
-    random.sample(pool, kSample - 1, sample + 1);
-    for (std::size_t k = 1; k < kSample; ++k) sample[k] = work.near[match * listed + sample[k]];
-    if (isValidHomographySample(work.matches, sample) && homographyFromFour(work.matches, sample, h))
-      return true;
+std::size_t sampleSize(ModelKind structure) {
+  return structure == ModelKind::kFundamental ? kFundamentalSample : kHomographySample;
+}
+
+/// Writes the models of a sample. @return their number
+int solve(ModelKind structure, const NormalizedMatches& matches, const std::uint32_t* sample,
+          cv::Matx33d* models) {
+  if (structure == ModelKind::kFundamental) {
+    return isValidFundamentalSample(matches, sample) ? fundamentalFromSeven(matches, sample, models) : 0;
   }
-  return false;
+  return isValidHomographySample(matches, sample) && homographyFromFour(matches, sample, models[0]) ? 1 : 0;
+}
+
+/// Draws models from a match and its neighbours. @return their number; 0 if no sample was valid
+int drawModels(ModelKind structure, std::size_t match, std::size_t level, std::size_t listed, Random& random,
+               const TlinkageMemory& work, cv::Matx33d* models) {
+  const auto pool = static_cast<std::uint32_t>(std::min(kNeighbours[level], listed));
+  const std::size_t size = sampleSize(structure);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    std::uint32_t sample[kFundamentalSample] = {static_cast<std::uint32_t>(match)};
+    random.sample(pool, static_cast<std::uint32_t>(size - 1), sample + 1);
+    for (std::size_t k = 1; k < size; ++k) sample[k] = work.near[match * listed + sample[k]];
+    const int found = solve(structure, work.matches, sample, models);
+    if (found > 0) return found;
+  }
+  return 0;
 }
 
 /// Draws the hypotheses and computes the preferences for them. @return false where the deadline has passed
@@ -271,6 +288,8 @@ bool findPreferences(const TlinkageOptions& options, const Deadline& deadline, T
   lists.begin.clear();
   lists.length.clear();
   work.errors.resize(n);
+  const Residual residual =
+      options.structure == ModelKind::kFundamental ? Residual::kSampson : Residual::kTransfer;
   const bool soft = options.preference == TlinkageOptions::Preference::kSoft;
   const double tau = options.tau * work.matches.scale, reach = (soft ? kReach : 1) * tau;
   const auto squared_reach = static_cast<float>(reach * reach);
@@ -283,55 +302,40 @@ bool findPreferences(const TlinkageOptions& options, const Deadline& deadline, T
   double pairs = 0;
   for (std::size_t k = 0; k < hypotheses && pairs < kMostPairs; ++k) {
     if (k % kLook == 0 && deadline.passed()) return false;
-    cv::Matx33d h;
-    if (!drawHomography(work.order[k % n], k / n % kLevels, listed, random, work, h)) continue;
-    modelErrors(Residual::kTransfer, h, work.matches, 0, n, work.errors.data());
-    lists.begin.push_back(lists.entries.size());
-    for (std::uint32_t i = 0; i < n; ++i) {
-      if (!(work.errors[i] < squared_reach)) continue;
-      const double preference = soft ? std::exp(-std::sqrt(double{work.errors[i]}) / tau) : 1.0;
-      lists.entries.push_back({i, static_cast<float>(preference)});
+    cv::Matx33d models[kMostModels];
+    const int found =
+        drawModels(options.structure, work.order[k % n], k / n % kLevels, listed, random, work, models);
+    for (int model = 0; model < found; ++model) {
+      modelErrors(residual, models[model], work.matches, 0, n, work.errors.data());
+      lists.begin.push_back(lists.entries.size());
+      for (std::uint32_t i = 0; i < n; ++i) {
+        if (!(work.errors[i] < squared_reach)) continue;
+        const double preference = soft ? std::exp(-std::sqrt(double{work.errors[i]}) / tau) : 1.0;
+        lists.entries.push_back({i, static_cast<float>(preference)});
+      }
+      const std::size_t length = lists.entries.size() - lists.begin.back();
+      lists.length.push_back(static_cast<std::uint32_t>(length));
+      pairs += static_cast<double>(length) * static_cast<double>(length);
     }
-    const std::size_t length = lists.entries.size() - lists.begin.back();
-    lists.length.push_back(static_cast<std::uint32_t>(length));
-    pairs += static_cast<double>(length) * static_cast<double>(length);
   }
   return true;
-}
-
-/// Numbers the clusters of at least `min_size` matches from the largest to the smallest; equal sizes are in
-/// the order of their first matches.
-void numberClusters(std::uint32_t min_size, TlinkageMemory& work) {
-  const std::size_t n = work.distinct.size();
-  work.number.assign(n, -1);
-  work.roots.clear();
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const std::uint32_t root = work.linkage.rootOf(i);
-    if (work.number[root] >= 0 || work.linkage.sizeOf(root) < min_size) continue;
-    work.number[root] = static_cast<std::int32_t>(work.roots.size());
-    work.roots.push_back(root);
-  }
-  std::sort(work.roots.begin(), work.roots.end(), [&work](std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t size_a = work.linkage.sizeOf(a), size_b = work.linkage.sizeOf(b);
-    return size_a != size_b ? size_a > size_b : work.number[a] < work.number[b];
-  });
-  for (std::size_t k = 0; k < work.roots.size(); ++k) {
-    work.number[work.roots[k]] = static_cast<std::int32_t>(k);
-  }
 }
 
 }  // namespace
 
 void TlinkageOptions::visit(OptionVisitor& visitor) const {
-  visitor.number({"tau", 0.1, 50, "px", "Scale of the errors of inliers of a homography"},
-                 &TlinkageOptions::tau);
+  visitor.choice("structure",
+                 {{ModelKind::kHomography, "homography", "Planes"},
+                  {ModelKind::kFundamental, "fundamental", "Rigid motions"}},
+                 "Model of a cluster", &TlinkageOptions::structure);
+  visitor.number({"tau", 0.1, 50, "px", "Scale of the errors of inliers of a model"}, &TlinkageOptions::tau);
   visitor.choice("preference",
                  {{Preference::kSoft, "soft", "Falls with the error: T-Linkage"},
                   {Preference::kHard, "hard", "1 or 0: J-Linkage"}},
-                 "Preference of a match for a homography", &TlinkageOptions::preference);
+                 "Preference of a match for a model", &TlinkageOptions::preference);
   visitor.integer({"min_cluster", 1, 1000000, "-", "Distinct matches of an accepted cluster at least"},
                   &TlinkageOptions::min_cluster);
-  visitor.integer({"hypotheses_per_match", 1, 100, "-", "Homographies that are drawn, per distinct match"},
+  visitor.integer({"hypotheses_per_match", 1, 100, "-", "Samples that are drawn, per distinct match"},
                   &TlinkageOptions::hypotheses_per_match);
   visitor.integer({"max_matches", 5, 20000, "-", "More distinct matches than this are too many"},
                   &TlinkageOptions::max_matches);
@@ -340,16 +344,22 @@ void TlinkageOptions::visit(OptionVisitor& visitor) const {
   visitConfidence(visitor);
 }
 
-Presets TlinkageSelector::presets() const { return {{"jlinkage", {{"preference", "hard"}}}}; }
+Presets TlinkageSelector::presets() const {
+  // Two samples of seven make a cluster, as two of four do by default.
+  return {{"jlinkage", {{"preference", "hard"}}},
+          {"motions", {{"structure", "fundamental"}, {"tau", "1"}, {"min_cluster", "14"}}}};
+}
 
 void TlinkageSelector::run(const Correspondences& matches, Selection& result) const {
   const Deadline deadline(options_.max_seconds);
   TlinkageMemory& work = WorkspaceScope::part<TlinkageMemory>();
   work.distinct.assign(matches, true);
   const std::size_t n = work.distinct.size();
-  if (n < kFewest) {
+  const bool fundamental = options_.structure == ModelKind::kFundamental;
+  const std::size_t fewest = sampleSize(options_.structure) + 1;
+  if (n < fewest) {
     result.status = Status::kTooFew;
-    result.message = std::to_string(n) + " distinct matches, tlinkage needs " + std::to_string(kFewest);
+    result.message = std::to_string(n) + " distinct matches, tlinkage needs " + std::to_string(fewest);
     return;
   }
   if (n > static_cast<std::size_t>(options_.max_matches)) {
@@ -365,7 +375,8 @@ void TlinkageSelector::run(const Correspondences& matches, Selection& result) co
   bool timed_out = !findPreferences(options_, deadline, work);
   if (!timed_out && work.preferences.begin.empty()) {
     result.status = Status::kDegenerate;
-    result.message = "no four neighbouring matches determine a homography";
+    result.message = fundamental ? "no seven neighbouring matches determine a fundamental matrix"
+                                 : "no four neighbouring matches determine a homography";
     return;
   }
   timed_out = timed_out || !work.linkage.start(n, work.preferences, deadline);
@@ -379,14 +390,21 @@ void TlinkageSelector::run(const Correspondences& matches, Selection& result) co
                      " mergers, max_seconds = " + formatNumber(options_.max_seconds);
     if (result.iterations == 0) return;
   }
-  numberClusters(static_cast<std::uint32_t>(options_.min_cluster), work);
+  const std::vector<std::uint32_t>& sizes = work.linkage.sizes();
+  work.clusters.resize(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t cluster = work.linkage.clusterOf(i);
+    const bool accepted = sizes[cluster] >= static_cast<std::uint32_t>(options_.min_cluster);
+    work.clusters[i] = accepted ? cluster : ClusterNumbers::kNone;
+  }
+  work.numbers.assign(work.clusters, sizes);
+  if (work.numbers.count() > 0) result.group.resize(matches.size());
   result.score.resize(matches.size());
-  result.group.resize(matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) {
-    const std::uint32_t root = work.linkage.rootOf(work.distinct.ofRow(i));
-    result.score[i] = static_cast<float>(work.linkage.sizeOf(root));
-    result.group[i] = work.number[root];
-    result.mask[i] = result.group[i] >= 0 ? 1 : 0;
+    const std::uint32_t match = work.distinct.ofRow(i);
+    result.score[i] = static_cast<float>(sizes[work.linkage.clusterOf(match)]);
+    result.mask[i] = work.clusters[match] != ClusterNumbers::kNone ? 1 : 0;
+    if (!result.group.empty()) result.group[i] = work.numbers[work.clusters[match]];
   }
 }
 

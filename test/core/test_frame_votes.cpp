@@ -66,6 +66,29 @@ TEST(FrameVotes, FindsTwoMotions) {
   }
 }
 
+TEST(FrameVotes, NumbersTheClusters) {
+  Scene scene = twoGroups(1);
+  // The second cluster is the smaller one.
+  std::vector<std::uint32_t> rows;
+  for (std::uint32_t i = 0; i < scene.matches.size(); ++i) {
+    if (i < 100 || i >= 140) rows.push_back(i);
+  }
+  const Selection s = createSelector("frame_votes:acc")->select(scene.matches.subset(rows));
+  ASSERT_EQ(s.group.size(), rows.size());
+  std::size_t found[2] = {};
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(s.mask[i] != 0, s.group[i] >= 0);
+    if (s.group[i] < 0 || i >= 160) continue;
+    EXPECT_EQ(s.group[i], i < 100 ? 0 : 1) << i;
+    ++found[s.group[i]];
+  }
+  EXPECT_GE(found[0], 90u);
+  EXPECT_GE(found[1], 50u);
+  EXPECT_TRUE(createSelector("frame_votes:hviv")->select(scene.matches).group.empty());
+  EXPECT_TRUE(
+      createSelector("frame_votes:acc", {{"min_members", "1000"}})->select(scene.matches).group.empty());
+}
+
 TEST(FrameVotes, ClustersNeedDistinctRightPoints) {
   // A crowd of left points that are sent to one right point agrees with itself under maps that shrink.
   Scene scene = homographyScene({30, 1.0, 0.0, 5});

@@ -47,6 +47,9 @@ struct FrameVotesOptions : ConfidenceOptions {
 /// of the right image for the rule `density`. A match is set aside if a frame is not finite, has no area or
 /// is more than 10 times longer than wide, or if one frame is a thousand times larger than the other.
 ///
+/// Output: with the rule `components`, `group` has the number of the cluster, if any cluster is selected; the
+/// largest cluster is the one with most distinct right points.
+///
 /// Presets: `hviv` is the default; `acc` has the rule `components` with 32 neighbours.
 ///
 /// Failure: a missing column or size gives `unsupported_input`. All left or all right points equal, or no
