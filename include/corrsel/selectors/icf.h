@@ -7,13 +7,13 @@
 namespace corrsel::core {
 
 struct IcfOptions : ConfidenceOptions {
-  double beta = 0.5;            ///< width of the kernel exp(-beta d^2), d in normalised units
-  double lambda = 0.01;         ///< weight of the smoothness
-  double epsilon = 2;           ///< errors below this have the same weight, px
-  double first_threshold = 40;  ///< largest error in the first round, px
-  double last_threshold = 5;    ///< largest error in the last round and of a selected match, px
-  int rounds = 5;               ///< rounds of fitting and removing
-  double max_seconds = 0;       ///< time limit, s; 0 = none
+  double beta = 0.5;             ///< width of the kernel exp(-beta d^2), d in normalised units
+  double lambda = 0.01;          ///< weight of the smoothness
+  double epsilon = 2;            ///< errors below this have the same weight, px
+  double first_threshold = 160;  ///< largest error in the first round, px
+  double last_threshold = 5;     ///< largest error in the last round and of a selected match, px
+  int rounds = 5;                ///< rounds of fitting and removing
+  double max_seconds = 0;        ///< time limit, s; 0 = none
 
   void visit(OptionVisitor& visitor) const override;
   void check() const override;
