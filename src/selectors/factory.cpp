@@ -130,7 +130,7 @@ const std::vector<SelectorFactory>& builtInSelectors() {
       builtIn<LapSelector>(kLocal, "N log N", "Local affine preservation"),
       builtIn<RanksSelector>(kLocal, "N log N", "Multi-scale top K rank preservation"),
       builtIn<SignificantSelector>(kLocal, "N log N", "Neighbours that agree more often than by chance"),
-      builtIn<RfmScanSelector>(kLocal, "N log N", "Dense clusters of matches: RFM-SCAN"),
+      builtIn<RfmScanSelector>(kLocal, "N^1.5", "Dense clusters of matches: RFM-SCAN"),
       builtIn<LogosSelector>(kLocal, "N log N",
                              "Local geometric support of rotations and scales; needs frames"),
       builtIn<FrameVotesSelector>(kGraph, "N log N", "Votes of neighbouring local frames: HVIV, ACC"),
