@@ -12,12 +12,14 @@
 #include "base/text.h"
 #include "base/workspace_scope.h"
 #include "consensus/affine_growing.h"
+#include "consensus/frame_hypotheses.h"
 #include "consensus/local_optimization.h"
 #include "consensus/ordering.h"
 #include "consensus/search.h"
 #include "consensus/significance.h"
 #include "consensus/support.h"
 #include "consensus/verifier.h"
+#include "corrsel/selectors/planes.h"
 #include "corrsel/selectors/usac.h"
 #include "geometry/normalization.h"
 #include "geometry/residual.h"
@@ -25,10 +27,9 @@
 #include "selectors/parts/local_support.h"
 #include "selectors/parts/parallax.h"
 #include "selectors/parts/plausibility.h"
+#include "selectors/parts/sequential_planes.h"
 
 namespace corrsel::core {
-
-namespace {}  // namespace
 
 AutoOptions::AutoOptions() { min_confidence = kBelievedConfidence; }
 
@@ -70,7 +71,8 @@ constexpr int kMostSeeds = 60;          // that are grown
 constexpr int kFruitlessSeeds = 3;      // in a row, after which a model with many inliers is kept
 constexpr double kWorthRefining = 0.7;  // gain of a candidate at the wide threshold, relative to the best
 constexpr std::size_t kBestSupported = 200;  // matches that join the first search
-constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000, kFundamentalHypotheses = 300;
+constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000, kFundamentalHypotheses = 300,
+              kPlaneHypotheses = 300;
 constexpr std::size_t kManyInliers = 40;  // which make the second search unnecessary, with
 constexpr double kShareOfLocal = 0.6;     // this share of the local set
 constexpr double kExplained = 0.9;        // share of the local set that makes all further search unnecessary
@@ -95,7 +97,9 @@ struct AutoMemory {
   Plausibility plausibility;
   ParallaxTest parallax;
   SignificanceTest significance;
-  Rows by_support, rank, searched;
+  FrameHypotheses frames;
+  SequentialPlanes planes;
+  Rows by_support, rank, searched, rest;
   Mask taken, plane, explained, answer, core;
   std::vector<double> plane_errors, epipolar_errors;
 };
@@ -122,6 +126,8 @@ class Stages {
   void findHomography();
   void growSeeds();
   void search(const Rows& order, int hypotheses);
+  void searchFrames();
+  void takeBest(const SearchOutcome& outcome);
   void consider(const cv::Matx33d& normalized);
   void judgeHomography();
   bool explainsLocalSet() const;
@@ -129,6 +135,7 @@ class Stages {
   void chooseModel(Selection& result);
   void selectFundamental(bool single_model, Selection& result);
   void selectHomography(Selection& result, const char* found);
+  void addMotions(Selection& result);
   void finish(const Mask& mask, Selection& result, double confidence, const std::string& found);
   void reportTimeLimit(Selection& result) const;
 
@@ -229,13 +236,25 @@ void Stages::growSeeds() {
   hypotheses_ += static_cast<std::uint64_t>(grown);
 }
 
+/// Searches by PROSAC in the given order.
 void Stages::search(const Rows& order, int hypotheses) {
   UsacOptions options;
   options.max_iterations = hypotheses;
   options.seed = options_.seed;
-  const TwoViewProblem problem = problemOf(options);
-  if (timed_out_ || order.size() < static_cast<std::size_t>(problem.sample_size)) return;
-  const SearchOutcome outcome = searchModel(work_.normalized, options, options_.threshold, &order, deadline_);
+  if (timed_out_ || order.size() < static_cast<std::size_t>(problemOf(options).sample_size)) return;
+  takeBest(searchModel(work_.normalized, options, options_.threshold, &order, deadline_));
+}
+
+/// Searches among the maps that the frames of single matches give, where there are frames.
+void Stages::searchFrames() {
+  if (timed_out_ || matches_.left_frame.empty() || matches_.right_frame.empty()) return;
+  UsacOptions options;
+  options.sampler = ConsensusOptions::Sampler::kFrames;
+  work_.frames.assign(matches_, work_.identity, &work_.by_support);
+  takeBest(searchModel(work_.normalized, options, options_.threshold, nullptr, deadline_, &work_.frames));
+}
+
+void Stages::takeBest(const SearchOutcome& outcome) {
   hypotheses_ += static_cast<std::uint64_t>(outcome.iterations);
   timed_out_ = timed_out_ || outcome.timed_out;
   if (outcome.best.exists()) consider(outcome.best.model);
@@ -293,6 +312,7 @@ void Stages::findHomography() {
       isBelieved(plane_confidence_) && plane_.distinct >= kManyInliers &&
       static_cast<double>(plane_.distinct) >= kShareOfLocal * static_cast<double>(work_.support.localSize());
   if (enough || timed_out_) return;
+  searchFrames();
   search(work_.by_support, kSecondHypotheses);
   judgeHomography();
   if (isBelieved(plane_confidence_) || options_.hard_search == 0 || timed_out_) return;
@@ -341,6 +361,31 @@ void Stages::selectHomography(Selection& result, const char* found) {
   finish(work_.plane, result, plane_confidence_, found);
 }
 
+/// Adds to the answer, which so far holds what agrees with the model, the planes of other motions and the
+/// extended local set, and numbers the motions.
+void Stages::addMotions(Selection& result) {
+  const Mask& extended = work_.support.extended();
+  work_.rest.clear();
+  for (std::uint32_t i = 0; i < n_; ++i)
+    if (work_.answer[i] == 0 && work_.explained[i] == 0) work_.rest.push_back(i);
+  work_.searched.clear();
+  for (const std::uint32_t i : work_.by_support)
+    if (extended[i] != 0) work_.searched.push_back(i);
+  PlanesOptions options;
+  options.max_iterations = kPlaneHypotheses;
+  options.seed = options_.seed;
+  Selection remarks;
+  work_.planes.find(matches_, work_.rest, &work_.searched, options, deadline_, remarks);
+  hypotheses_ += static_cast<std::uint64_t>(work_.planes.outcome().iterations);
+  timed_out_ = timed_out_ || work_.planes.outcome().timed_out;
+  result.group.resize(n_);
+  for (std::size_t i = 0; i < n_; ++i) {
+    const std::int32_t plane = work_.planes.group()[i];
+    result.group[work_.rows[i]] = work_.answer[i] != 0 ? 0 : plane >= 0 ? plane + 1 : -1;
+    work_.answer[i] |= plane >= 0 || extended[i] != 0 ? 1 : 0;
+  }
+}
+
 /// Selects what agrees with the fundamental matrix and its surroundings.
 void Stages::selectFundamental(bool single_model, Selection& result) {
   const Mask &local = work_.support.local(), &extended = work_.support.extended();
@@ -369,7 +414,7 @@ void Stages::selectFundamental(bool single_model, Selection& result) {
     finish(work_.answer, result, fundamental_confidence_, "epipolar geometry of a rigid scene");
     return;
   }
-  for (std::size_t i = 0; i < n_; ++i) work_.answer[i] |= extended[i];
+  addMotions(result);
   finish(work_.answer, result,
          std::max(fundamental_confidence_, work_.significance.local(work_.answer).confidence),
          "several motions; the fundamental matrix holds for one of them");
@@ -439,8 +484,8 @@ void Stages::chooseModel(Selection& result) {
   if (believed) {
     if (!coherent || !isBelieved(local_confidence))
       return selectHomography(result, "a plane or a camera that only turns");
-    work_.answer = work_.support.extended();
-    for (std::size_t i = 0; i < n_; ++i) work_.answer[i] |= work_.plane[i];
+    work_.answer = work_.plane;
+    addMotions(result);
     result.model_kind = ModelKind::kHomography;
     result.model = homography_;
     return finish(work_.answer, result, std::max(plane_confidence_, local_confidence),

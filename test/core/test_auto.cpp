@@ -80,6 +80,67 @@ TEST(Auto, AcceptsEveryModelWithoutALeastConfidence) {
   EXPECT_NE(selection.status, Status::kUncertain);
 }
 
+/// A camera moves past a wall that stands askew, and an object in front of it moves by itself. `inlier` is 1
+/// for the wall, 2 for the object.
+Scene movingObjectScene(std::uint64_t seed) {
+  Random random(seed);
+  Scene scene;
+  scene.matches.left_size = scene.matches.right_size = {kSceneWidth, kSceneHeight};
+  const cv::Matx33d camera(700, 0, 400, 0, 700, 300, 0, 0, 1), inverse = camera.inv();
+  const double angle = 0.05;
+  const cv::Matx33d rotation(std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0,
+                             std::cos(angle));
+  const cv::Matx33d object(1.08, -0.15, 0, 0.15, 1.08, -30, 0, 0, 1);
+  const cv::Rect2d place(250, 200, 250, 200);  // of the object
+  const auto addRight = [&](const cv::Point2d& left, const cv::Point2d& right, std::uint8_t value) {
+    const cv::Point2d noisy = right + 0.5 * normalPoint(random);
+    if (!cv::Rect2d(0, 0, kSceneWidth, kSceneHeight).contains(noisy)) return;
+    addMatch(scene, random, left, noisy, true);
+    scene.inlier.back() = value;
+  };
+  for (int i = 0; i < 600; ++i) {
+    const cv::Point2d left = uniformPoint(random, kSceneWidth, kSceneHeight);
+    if (place.contains(left)) {
+      addRight(left, projected(object, left.x, left.y), 2);
+      continue;
+    }
+    // Depths from 4 to 12, with a fold in the middle.
+    const double depth = 4 + 8 * std::abs(left.x - 400) / 400;
+    const cv::Vec3d seen =
+        camera * (rotation * (depth * (inverse * cv::Vec3d(left.x, left.y, 1))) + cv::Vec3d(-0.6, 0.1, 0.1));
+    addRight(left, {seen[0] / seen[2], seen[1] / seen[2]}, 1);
+  }
+  for (int i = 0; i < 300; ++i) {
+    const cv::Point2d left = uniformPoint(random, kSceneWidth, kSceneHeight);
+    addMatch(scene, random, left, uniformPoint(random, kSceneWidth, kSceneHeight), false);
+  }
+  return scene;
+}
+
+TEST(Auto, NumbersTheMotions) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const Scene scene = movingObjectScene(seed);
+    const Selection selection = selectWith(scene.matches);
+    EXPECT_EQ(selection.model_kind, ModelKind::kFundamental);
+    ASSERT_EQ(selection.group.size(), scene.matches.size()) << selection.message;
+    double of_kind[3] = {}, in_group[3] = {};
+    for (std::size_t i = 0; i < scene.inlier.size(); ++i) {
+      const std::int32_t group = selection.group[i];
+      EXPECT_TRUE(group < 0 || selection.mask[i] == 1) << i;
+      ++of_kind[scene.inlier[i]];
+      in_group[scene.inlier[i]] += group == scene.inlier[i] - 1 ? 1 : 0;
+    }
+    for (int kind = 0; kind < 3; ++kind)
+      EXPECT_GE(in_group[kind], 0.95 * of_kind[kind]) << "kind " << kind << ", seed " << seed;
+  }
+}
+
+TEST(Auto, OneMotionHasNoNumber) {
+  EXPECT_TRUE(selectWith(homographyScene().matches).group.empty());
+  EXPECT_TRUE(selectWith(stereoScene({1000}).matches).group.empty());
+  EXPECT_TRUE(selectWith(movingObjectScene(0).matches, {{"model", "fundamental"}}).group.empty());
+}
+
 TEST(Auto, PresetsRestrictTheModel) {
   const Scene plane = homographyScene(), space = stereoScene();
   EXPECT_EQ(selectWith(plane.matches, {{"model", "fundamental"}}).model_kind, ModelKind::kFundamental);

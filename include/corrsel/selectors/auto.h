@@ -33,20 +33,23 @@ struct AutoOptions : ConfidenceOptions {
 /// Algorithm:
 ///  1. Local support (selectors/parts/local_support.h) gives the local set L, the extended local set L2, and
 ///     a local map per match.
-///  2. The best homography is found by growing local maps (affine_growing.h), by PROSAC in the order of local
-///     support on L, and, where that found little, on all matches; where still nothing is significant, by
-///     `hard_search` hypotheses in the order of the descriptor distances. Each candidate is refined on all
-///     matches and scored with one-to-one support (consensus/support.h). Matches are on the plane if the
-///     smaller one of their transfer errors in both images is at most `threshold`.
+///  2. The best homography is found by growing local maps (affine_growing.h) and by PROSAC in the order of
+///     local support on L. Where that found little, the maps that the frames of single matches give are tried
+///     on all matches (frame_hypotheses.h), and PROSAC draws from all. Where still nothing is significant,
+///     `hard_search` hypotheses are drawn in the order of the descriptor distances. Each candidate is refined
+///     on all matches and scored with one-to-one support (consensus/support.h). Matches are on the plane if
+///     the smaller one of their transfer errors in both images is at most `threshold`.
 ///  3. If the homography is significant (consensus/significance.h) and leaves nothing sizable over
 ///     (leftover.h), and if the matches off the plane show no parallax (parallax.h), the answer is H.
 ///  4. Otherwise F is estimated from uniform samples of L and refined on all matches. Matches agree if their
 ///     Sampson distance is at most `fundamental_threshold`, or twice that for members of L2, and if their
 ///     surroundings make them plausible (plausibility.h).
 ///  5. If F is significant and leaves nothing sizable over, the answer is F. If it leaves something over,
-///     there are several motions, and the answer is what agrees with F, and L2.
-///  6. If F is not significant, the answer is H, and also L2 where H leaves a coherent group over and L2 is
-///     significant. Without a significant model, the answer is the more significant one of H and L2.
+///     there are several motions. Planes are then searched among what F leaves over (sequential_planes.h),
+///     with hypotheses from L2, and the answer is what agrees with F or with a plane, and L2.
+///  6. If F is not significant, the answer is H. If H leaves a coherent group over and L2 is significant, the
+///     answer is what agrees with H or with a plane among the others, and L2. Without a significant model,
+///     the answer is the more significant one of H and L2.
 ///
 /// Input: coordinates. Image sizes, descriptor distances and frames are used where they exist.
 ///
@@ -54,12 +57,16 @@ struct AutoOptions : ConfidenceOptions {
 /// with the status `uncertain`. The stages themselves take a model for real from a confidence of 4. With
 /// `max_seconds` the hard search is cut first. Local support uses `threads`.
 ///
+/// Output: where there are several motions, `group` is 0 for the matches that agree with the returned model,
+/// 1 and up for those of the planes that move in another way, and -1 for selected matches that only agree
+/// with their surroundings. The score is the local support, the log likelihood ratio of a Poisson count. The
+/// iterations are hypotheses, and the message names the kind of scene.
+///
 /// Presets: `h` and `f` restrict the answer to that model; `fast` does without the hard search.
 ///
 /// Failure: `too_few` (fewer than 6 matches), `uncertain` (a best guess that chance explains), `no_model`
 /// (nothing agrees with anything), `degenerate` (all points of one image are equal), `time_limit` (the best
-/// answer so far). The score is the local support, the log likelihood ratio of a Poisson count. The
-/// iterations are hypotheses, and the message names the kind of scene.
+/// answer so far).
 ///
 /// Cost: O(N) for the local support and all steps after it, with about 10^6 operations at least; the hard
 /// search adds O(hypotheses). Memory of some hundred bytes per match is kept between calls.

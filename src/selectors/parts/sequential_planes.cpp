@@ -1,0 +1,104 @@
+#include "selectors/parts/sequential_planes.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "base/gather.h"
+#include "consensus/significant_model.h"
+#include "geometry/residual.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr std::size_t kLeastMatches = 8;  // that are left, for a further plane
+constexpr std::uint32_t kNowhere = 0xffffffffU;
+
+}  // namespace
+
+/// Gives matches within the threshold of one more plane its number, and lowers the smallest errors.
+void SequentialPlanes::add(double threshold) {
+  for (std::size_t i = 0; i < errors_.size(); ++i) {
+    const double error = errors_[i];
+    const bool within = error <= threshold * threshold;
+    // A match within the threshold of a plane takes the error of that plane, even if it is nearer to another
+    // plane with a lower threshold.
+    const bool first = within && group_[i] < 0;
+    const bool nearer = error < smallest_[i] && (within || group_[i] < 0);
+    if (!first && !nearer) continue;
+    smallest_[i] = error;
+    if (within) group_[i] = planes_;
+  }
+  ++planes_;
+}
+
+/// Writes the positions in `rows` of the trusted matches that are there.
+void SequentialPlanes::takeTrusted(const std::vector<std::uint32_t>& rows,
+                                   const std::vector<std::uint32_t>& trusted) {
+  place_.assign(group_.size(), kNowhere);
+  for (std::uint32_t i = 0; i < rows.size(); ++i) place_[rows[i]] = i;
+  best_first_.clear();
+  for (const std::uint32_t row : trusted)
+    if (place_[row] != kNowhere) best_first_.push_back(place_[row]);
+}
+
+void SequentialPlanes::find(const Correspondences& matches, std::vector<std::uint32_t>& rows,
+                            const std::vector<std::uint32_t>* trusted, const PlanesOptions& options,
+                            const Deadline& deadline, Selection& remarks) {
+  const TwoViewProblem problem = problemOf(options);
+  const std::size_t n = matches.size();
+  planes_ = 0;
+  model_ = cv::Matx33d::zeros();
+  confidence_ = 0;
+  all_ = {};
+  group_.assign(n, -1);
+  smallest_.assign(n, std::numeric_limits<double>::infinity());
+  errors_.resize(n);
+  while (planes_ < options.max_planes && !all_.timed_out && (planes_ == 0 || rows.size() >= kLeastMatches)) {
+    if (trusted != nullptr) {
+      takeTrusted(rows, *trusted);
+      if (best_first_.size() < kLeastMatches) break;
+    }
+    gather(matches, rows, rest_);
+    identity_.resize(rows.size());
+    std::iota(identity_.begin(), identity_.end(), 0U);
+    normalizeMatches(rest_, identity_, normalized_);
+    significance_.assign(rest_);
+    const std::vector<std::uint32_t>* order = &best_first_;
+    FrameHypotheses* frames = nullptr;
+    if (trusted == nullptr) {
+      // Of all remarks, only the first search's.
+      Selection later;
+      order =
+          orderForSampler(rest_, options, identity_, ordering_, best_first_, planes_ == 0 ? remarks : later);
+      frames = framesForSampler(rest_, options, identity_, ordering_, best_first_);
+    }
+    const SignificantModel found =
+        searchSignificantModel(normalized_, significance_, options, order, deadline, frames);
+    all_.iterations += found.outcome.iterations;
+    all_.timed_out = found.outcome.timed_out;
+    if (planes_ == 0) {
+      all_.best = found.outcome.best;
+      all_.no_valid_sample = found.outcome.no_valid_sample;
+    }
+    const double confidence = found.significance.confidence;
+    if (!found.outcome.best.exists() || confidence < kBelievedConfidence ||
+        confidence < options.relative_cut * confidence_)
+      break;
+    if (planes_ == 0) {
+      model_ = found.model;
+      confidence_ = confidence;
+    }
+    const double threshold = std::clamp(options.widen * found.significance.threshold, options.min_threshold,
+                                        std::max(options.min_threshold, options.max_threshold));
+    pixelErrors(problem.mask_residual, found.model, matches, errors_.data());
+    add(threshold);
+    const std::size_t before = rows.size();
+    rows.erase(std::remove_if(rows.begin(), rows.end(),
+                              [&](std::uint32_t row) { return errors_[row] <= threshold * threshold; }),
+               rows.end());
+    if (rows.size() == before) break;
+  }
+}
+
+}  // namespace corrsel::core
