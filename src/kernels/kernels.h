@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kernels/affine.h"
+#include "kernels/area_ratio.h"
 #include "kernels/binary.h"
 #include "kernels/corner.h"
 #include "kernels/descriptor.h"
@@ -59,6 +60,7 @@ struct Kernels {
   HessianKernels hessian;
   ViewKernels views;
   AffineKernels affine;
+  AreaRatioKernels area_ratio;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

@@ -33,7 +33,6 @@ inline void storeFixed(std::uint16_t* p, FloatV value) {
 #endif
 }
 
-inline FloatV absolute(FloatV v) { return (FloatV)((IntV)v & 0x7fffffff); }
 inline FloatV where(IntV mask, FloatV v) { return mask ? v : FloatV{}; }
 
 /// One match on every lane.

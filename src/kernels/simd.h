@@ -78,6 +78,28 @@ inline IntV maximum(IntV a, IntV b) { return a > b ? a : b; }
 inline ShortV minimum(ShortV a, ShortV b) { return a < b ? a : b; }
 inline ShortV maximum(ShortV a, ShortV b) { return a > b ? a : b; }
 
+/// 0, 1, 2...
+inline IntV laneNumbers() {
+  constexpr std::int32_t kNumbers[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  return load(kNumbers);
+}
+
+/// table[index] in every lane.
+inline FloatV gather(const float* table, IntV index) {
+#if defined(__AVX512F__)
+  return (FloatV)_mm512_mask_i32gather_ps(_mm512_setzero_ps(), static_cast<__mmask16>(-1), (__m512i)index,
+                                          table, 4);
+#elif defined(__AVX2__)
+  return (FloatV)_mm256_i32gather_ps(table, (__m256i)index, 4);
+#else
+  FloatV v;
+  for (int k = 0; k < kWidth; ++k) v[k] = table[index[k]];
+  return v;
+#endif
+}
+
+inline FloatV absolute(FloatV v) { return (FloatV)((IntV)v & 0x7fffffff); }
+
 /// Exactly rounded square roots.
 inline FloatV squareRoot(FloatV v) {
 #if defined(__AVX512F__)

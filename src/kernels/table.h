@@ -3,6 +3,7 @@
 // The kernels of one level, as the level_*.cpp files compile them.
 
 #include "kernels/affine_kernels.h"
+#include "kernels/area_ratio_kernels.h"
 #include "kernels/binary_kernels.h"
 #include "kernels/corner_kernels.h"
 #include "kernels/descriptor_kernels.h"
@@ -52,6 +53,7 @@ constexpr Kernels kTable = {
     {hessianResponsesKernel, hessianExtremaKernel},
     {sampleLineKernel},
     {countKernel},
+    {areaRatioKernel},
 };
 
 }  // namespace

@@ -19,18 +19,26 @@ struct RanksMemory {
   std::vector<std::uint32_t> accepted;
   std::vector<float> cost;
   std::vector<std::uint8_t> mask;
+  std::vector<std::uint8_t> place;  // in the left ranking of a match, by number
 };
 
 /// One pass with neighbours among `members`, nullptr = all.
 void judge(const std::vector<std::uint32_t>* members, const std::array<RankDistance, 3>& scales,
            double lambda, RanksMemory& work) {
   MatchNeighbours& all = work.all;
-  all.find(members, scales[0].length(), MatchNeighbours::Self::kKeep);
+  const int length = scales[0].length();
+  all.find(members, length, MatchNeighbours::Self::kKeep);
   work.cost.resize(all.size());
+  work.place.assign(all.size(), RankDistance::kAbsent);
+  std::uint8_t places[RankDistance::kMost];
   for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::uint32_t *const left = all.left() + i * all.stride(), *const right =
+                                                                         all.right() + i * all.stride();
+    for (int a = 0; a < length; ++a) work.place[left[a]] = static_cast<std::uint8_t>(a);
+    for (int b = 0; b < length; ++b) places[b] = work.place[right[b]];
+    for (int a = 0; a < length; ++a) work.place[left[a]] = RankDistance::kAbsent;
     double sum = 0;
-    for (const RankDistance& scale : scales)
-      sum += scale(all.left() + i * all.stride(), all.right() + i * all.stride());
+    for (const RankDistance& scale : scales) sum += scale(places);
     work.cost[i] = static_cast<float>(sum / 3);
   }
   work.accepted.clear();

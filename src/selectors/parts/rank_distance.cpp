@@ -4,6 +4,26 @@
 #include <cstdlib>
 
 namespace corrsel::core {
+namespace {
+
+/// Differences of two ranks over the smaller one, because divisions take long.
+struct Quotients {
+  double of[RankDistance::kMost][RankDistance::kMost + 1];
+
+  Quotients() : of{} {
+    for (int difference = 0; difference < RankDistance::kMost; ++difference) {
+      for (int smaller = 1; smaller <= RankDistance::kMost; ++smaller)
+        of[difference][smaller] = static_cast<double>(difference) / smaller;
+    }
+  }
+};
+
+const Quotients& allQuotients() {
+  static const Quotients kTable;
+  return kTable;
+}
+
+}  // namespace
 
 RankDistance::RankDistance(int k) : k_(k) {
   double sum = 0;
@@ -12,18 +32,22 @@ RankDistance::RankDistance(int k) : k_(k) {
   largest_ = 2 * z - 2 * k;
 }
 
-double RankDistance::operator()(const std::uint32_t* left, const std::uint32_t* right) const {
-  int place[kMost];  // in the left list, of each common member in the order of the right list
+double RankDistance::operator()(const std::uint8_t* places) const {
+  const Quotients& quotients = allQuotients();
+  std::uint8_t common_places[kMost], rank[kMost + 1];  // the last rank is for members without a partner
+  std::fill(rank, rank + k_ + 1, std::uint8_t{0});
   int common = 0;
   for (int b = 0; b < k_; ++b) {
-    const auto a = static_cast<int>(std::find(left, left + k_, right[b]) - left);
-    if (a < k_) place[common++] = a;
+    const bool both = places[b] < k_;
+    common_places[common] = places[b];
+    common += both ? 1 : 0;
+    rank[both ? places[b] : k_] = 1;
   }
+  for (int a = 1; a < k_; ++a) rank[a] = static_cast<std::uint8_t>(rank[a] + rank[a - 1]);
   double sum = 0;
   for (int q = 1; q <= common; ++q) {
-    const int own = place[q - 1];
-    const auto p = static_cast<int>(std::count_if(place, place + common, [own](int a) { return a <= own; }));
-    sum += static_cast<double>(std::abs(p - q)) / std::min(p, q);
+    const int p = rank[common_places[q - 1]];
+    sum += quotients.of[std::abs(p - q)][std::min(p, q)];
   }
   return (sum + 2 * (k_ - common) * perStranger()) / largest_;
 }

@@ -9,6 +9,7 @@ namespace corrsel::core {
 class RankDistance {
  public:
   static constexpr int kMost = 64;
+  static constexpr std::uint8_t kAbsent = 255;
 
   /// @pre 1 <= k <= kMost
   explicit RankDistance(int k);
@@ -21,8 +22,12 @@ class RankDistance {
   /// f, the cost of one of the two members that have no partner.
   double perStranger() const { return largest_ / (2 * k_); }
 
-  /// @param left, right  `length()` numbers each, without repetitions, first rank first
-  double operator()(const std::uint32_t* left, const std::uint32_t* right) const;
+  /// @param places  for the members of the right ranking, first rank first, their places in the left one,
+  ///                counted from 0; places that are at least length(), like kAbsent, are no common members.
+  ///                No other place occurs twice.
+  /// The first entries of places in longer rankings are those of rankings that are cut off at `length()`.
+  /// O(length()).
+  double operator()(const std::uint8_t* places) const;
 
  private:
   int k_;
