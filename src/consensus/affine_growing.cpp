@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 
+#include "kernels/kernels.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -34,32 +36,26 @@ void AffineGrowing::assign(const Correspondences& matches, const std::vector<flo
 
 void AffineGrowing::findSupporters(const Round& round, double reach, const Map& p) {
   const Correspondences& m = *matches_;
-  const auto squared_radius = static_cast<float>(reach * reach);
-  const auto squared_rho = static_cast<float>(round.rho * round.rho);
-  const float x = m.left_x[seed_], y = m.left_y[seed_], right_x = m.right_x[seed_],
-              right_y = m.right_y[seed_];
-  const float *const lx = m.left_x.data(), *const ly = m.left_y.data();
-  const float *const rx = m.right_x.data(), *const ry = m.right_y.data();
-  float* const squared = squared_.data();
-  // Without branches, so that the compiler uses vectors: the squared tolerance where a match is a supporter.
-  for (std::size_t j = 0; j < m.size(); ++j) {
-    const float dx = lx[j] - x, dy = ly[j] - y;
-    const float ux = p[0] * dx + p[2] * dy + p[4], uy = p[1] * dx + p[3] * dy + p[5];
-    const float ex = rx[j] - right_x - ux, ey = ry[j] - right_y - uy;
-    const float length = ux * ux + uy * uy, scaled = squared_rho * length;
-    const float tolerance = scaled > kTolerance * kTolerance ? scaled : kTolerance * kTolerance;
-    const float near = length <= squared_radius ? tolerance : -1.0F;
-    squared[j] = ex * ex + ey * ey <= near ? tolerance : 0.0F;
-  }
-  supporters_.clear();
-  for (std::uint32_t j = 0; j < m.size(); ++j)
-    if (squared[j] > 0) supporters_.push_back(j);
+  GrowingMap map{};
+  std::copy(p.begin(), p.end(), map.p);
+  map.left_x = m.left_x[seed_];
+  map.left_y = m.left_y[seed_];
+  map.right_x = m.right_x[seed_];
+  map.right_y = m.right_y[seed_];
+  map.squared_radius = static_cast<float>(reach * reach);
+  map.squared_rho = static_cast<float>(round.rho * round.rho);
+  map.squared_floor = static_cast<float>(kTolerance * kTolerance);
+  const MatchColumns columns = {m.left_x.data(), m.left_y.data(), m.right_x.data(), m.right_y.data(),
+                                m.size()};
+  const std::size_t count = kernels().support.supporters(columns, map, found_.data(), tolerances_.data());
+  supporters_.assign(found_.begin(), found_.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
 bool AffineGrowing::grow(std::uint32_t seed, const LinearMap& linear) {
   const Correspondences& m = *matches_;
   seed_ = seed;
-  squared_.resize(m.size());
+  found_.resize(m.size() + SupportKernels::kLongestVector);
+  tolerances_.resize(m.size() + SupportKernels::kLongestVector);
   const double x = m.left_x[seed], y = m.left_y[seed], right_x = m.right_x[seed], right_y = m.right_y[seed];
   Solution a;
   a << linear[0], linear[2], linear[1], linear[3], 0, 0;
@@ -72,8 +68,9 @@ bool AffineGrowing::grow(std::uint32_t seed, const LinearMap& linear) {
     if (supporters_.size() < kLeastToGoOn) return false;
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Solution right_side = Solution::Zero();
-    for (const std::uint32_t j : supporters_) {
-      const double weight = weights_[j] / double{squared_[j]};
+    for (std::size_t k = 0; k < supporters_.size(); ++k) {
+      const std::uint32_t j = supporters_[k];
+      const double weight = weights_[j] / double{tolerances_[k]};
       const Eigen::Vector3d p(m.left_x[j] - x, m.left_y[j] - y, 1);
       normal += weight * p * p.transpose();
       right_side += weight * p * Eigen::RowVector2d(m.right_x[j] - right_x, m.right_y[j] - right_y);

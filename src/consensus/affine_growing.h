@@ -62,8 +62,8 @@ class AffineGrowing {
   double diagonal_ = 0;
   cv::Matx33d map_;
   std::uint32_t seed_ = 0;
-  std::vector<float> squared_;  // per match: its squared tolerance, 0 where it is no supporter
-  std::vector<std::uint32_t> supporters_;
+  std::vector<std::uint32_t> supporters_, found_;
+  std::vector<float> tolerances_;  // of the supporters, squared
 };
 
 }  // namespace corrsel::core

@@ -12,50 +12,77 @@ namespace {
 
 constexpr std::uint32_t kEmpty = 0xFFFFFFFFU;
 
+std::uint32_t bitsOf(float value) {
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+/// The largest magnitude in a column of finite numbers.
+float largestOf(const std::vector<float>& values) {
+  // The bits of positive numbers have the order of the numbers, and the compiler uses vectors for integers.
+  std::int32_t largest = 0;
+  for (const float value : values)
+    largest = std::max(largest, static_cast<std::int32_t>(bitsOf(std::abs(value))));
+  float result = 0;
+  std::memcpy(&result, &largest, sizeof result);
+  return result;
+}
+
 /// The number of the multiple of `cell` that is nearest to a coordinate, or, where such numbers would be too
 /// large, the bits of the coordinate.
-std::uint32_t cellOf(float value, float inverse_cell, bool exact) {
-  if (!exact) {
+template <bool exact>
+std::uint32_t cellOf(float value, float inverse_cell) {
+  if constexpr (!exact) {
     // std::floor() would be a call without SSE4.1.
     const float shifted = value * inverse_cell + 0.5F;
     const auto truncated = static_cast<std::int32_t>(shifted);
     return static_cast<std::uint32_t>(truncated - (static_cast<float>(truncated) > shifted ? 1 : 0));
   }
-  const float positive_zero = value + 0.0F;
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &positive_zero, sizeof bits);
-  return bits;
+  return bitsOf(value + 0.0F);
 }
 
 }  // namespace
 
 void PointGroups::number(const std::vector<float>& x, const std::vector<float>& y, double cell) {
   constexpr double kMostCells = 1e9;
-  const std::size_t n = x.size();
+  const double largest = std::max(largestOf(x), largestOf(y));
   const auto inverse = static_cast<float>(1.0 / cell);
-  float largest = 0;
-  for (std::size_t i = 0; i < n; ++i) largest = std::max({largest, std::abs(x[i]), std::abs(y[i])});
-  const bool exact = !(static_cast<double>(largest) / cell < kMostCells);
+  if (largest / cell < kMostCells) {
+    numberCells<false>(x, y, inverse);
+  } else {
+    numberCells<true>(x, y, inverse);
+  }
+}
+
+template <bool exact>
+void PointGroups::numberCells(const std::vector<float>& x, const std::vector<float>& y, float inverse_cell) {
+  const std::size_t n = x.size();
   unsigned bits = 4;
   while ((std::size_t{1} << bits) < 2 * n) ++bits;
   slots_.assign(std::size_t{1} << bits, kEmpty);
-  of.resize(n);
-  sizes.clear();
-  keys_.clear();
+  for (std::vector<std::uint32_t>* column : {&of, &sizes}) column->resize(n);
+  keys_.resize(n);
   // A hash table with open addressing. The groups are numbered in the order of their first appearance.
+  std::uint32_t* const slots = slots_.data();
+  std::uint64_t* const keys = keys_.data();
+  const std::size_t last = slots_.size() - 1;
+  std::uint32_t groups = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const std::uint64_t key =
-        (std::uint64_t{cellOf(x[i], inverse, exact)} << 32) | cellOf(y[i], inverse, exact);
+        (std::uint64_t{cellOf<exact>(x[i], inverse_cell)} << 32) | cellOf<exact>(y[i], inverse_cell);
     std::size_t slot = ((key ^ (key >> 29)) * 0x9E3779B97F4A7C15U) >> (64 - bits);
-    while (slots_[slot] != kEmpty && keys_[slots_[slot]] != key) slot = (slot + 1) & (slots_.size() - 1);
-    if (slots_[slot] == kEmpty) {
-      slots_[slot] = static_cast<std::uint32_t>(keys_.size());
-      keys_.push_back(key);
-      sizes.push_back(0);
+    while (slots[slot] != kEmpty && keys[slots[slot]] != key) slot = (slot + 1) & last;
+    std::uint32_t group = slots[slot];
+    if (group == kEmpty) {
+      group = slots[slot] = groups++;
+      keys[group] = key;
+      sizes[group] = 0;
     }
-    of[i] = slots_[slot];
-    ++sizes[of[i]];
+    of[i] = group;
+    ++sizes[group];
   }
+  sizes.resize(groups);
 }
 
 void DistinctSupport::group(const NormalizedMatches& m, double cell) {

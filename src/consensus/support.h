@@ -20,6 +20,9 @@ class PointGroups {
   std::vector<std::uint32_t> sizes;  ///< points in each group
 
  private:
+  template <bool exact>
+  void numberCells(const std::vector<float>& x, const std::vector<float>& y, float inverse_cell);
+
   std::vector<std::uint32_t> slots_;
   std::vector<std::uint64_t> keys_;
 };

@@ -10,8 +10,7 @@ namespace corrsel::core {
 /// 1 - exp(-z) for z >= 0, interpolated between the entries of a table.
 struct SaturationTable {
   static constexpr int kPerUnit = 100, kLargest = 16, kEntries = kPerUnit * kLargest;
-  float values[kEntries + 1];
-  float steps[kEntries];  ///< from each value to the next one
+  float values[2 * kEntries];  ///< each value, and the step to the next one
 };
 
 /// How the cost of a match follows from its list of nearest matches, see LapSelector.

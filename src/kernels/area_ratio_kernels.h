@@ -17,7 +17,9 @@ inline FloatV saturate(const SaturationTable& table, FloatV z) {
   const IntV inside = z < static_cast<float>(SaturationTable::kLargest);  // false for NaN
   const FloatV place = (inside ? z : FloatV{}) * static_cast<float>(SaturationTable::kPerUnit);
   const IntV index = truncate(place);
-  const FloatV value = gather(table.values, index) + gather(table.steps, index) * (place - toFloat(index));
+  FloatV value{}, step{};
+  gatherPairs(table.values, index, value, step);
+  value = value + step * (place - toFloat(index));
   return inside ? value : splat(1.0F);
 }
 

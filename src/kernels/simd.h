@@ -84,6 +84,48 @@ inline IntV laneNumbers() {
   return load(kNumbers);
 }
 
+/// Writes the lanes of v whose mask is set to `out`, in their order. There must be room for all lanes.
+/// @return their number
+inline std::size_t keep(IntV mask, IntV v, void* out) {
+#if defined(__AVX512F__)
+  const __mmask16 bits = _mm512_movepi32_mask((__m512i)mask);
+  const IntV kept = (IntV)_mm512_maskz_compress_epi32(bits, (__m512i)v);
+  __builtin_memcpy(out, &kept, sizeof kept);
+  return static_cast<std::size_t>(__builtin_popcount(bits));
+#else
+  std::int32_t set[kWidth], value[kWidth];
+  store(set, mask);
+  store(value, v);
+  std::size_t count = 0;
+  for (int k = 0; k < kWidth; ++k) {
+    __builtin_memcpy(static_cast<std::int32_t*>(out) + count, value + k, sizeof *value);
+    count += set[k] != 0 ? 1 : 0;
+  }
+  return count;
+#endif
+}
+
+/// pairs[2 index] and pairs[2 index + 1] in every lane.
+inline void gatherPairs(const float* pairs, IntV index, FloatV& first, FloatV& second) {
+#if defined(__AVX512F__)
+  const __m512i zero = _mm512_setzero_si512();
+  __m256i halves[2];
+  __builtin_memcpy(halves, &index, sizeof index);
+  const __m512i low = _mm512_mask_i32gather_epi64(zero, static_cast<__mmask8>(-1), halves[0], pairs, 8);
+  const __m512i high = _mm512_mask_i32gather_epi64(zero, static_cast<__mmask8>(-1), halves[1], pairs, 8);
+  const __m512i even = (__m512i)(laneNumbers() * 2);
+  first = (FloatV)_mm512_permutex2var_epi32(low, even, high);
+  second = (FloatV)_mm512_permutex2var_epi32(low, (__m512i)((IntV)even + 1), high);
+#else
+  std::int32_t at[kWidth];
+  store(at, index);
+  for (int k = 0; k < kWidth; ++k) {
+    first[k] = pairs[2 * at[k]];
+    second[k] = pairs[2 * at[k] + 1];
+  }
+#endif
+}
+
 /// table[index] in every lane.
 inline FloatV gather(const float* table, IntV index) {
 #if defined(__AVX512F__)

@@ -46,6 +46,16 @@ struct AffineMaps {
   float m[6][kMaps];
 };
 
+/// An affine map between displacements from a match in the left and in the right image: u = p[0] dx + p[2] dy
+/// + p[4], v = p[1] dx + p[3] dy + p[5].
+struct GrowingMap {
+  float p[6];
+  float left_x, left_y, right_x, right_y;  ///< of the match, px
+  float squared_radius;                    ///< of the predicted displacements, px^2
+  float squared_rho;                       ///< tolerance relative to the length of the predicted displacement
+  float squared_floor;                     ///< least tolerance, px^2
+};
+
 /// The loops of local support. Each exists for both radii and tolerances, and for the first ones alone.
 /// O(slots).
 struct SupportKernels {
@@ -65,6 +75,13 @@ struct SupportKernels {
   /// their order, for each of the maps.
   void (*affine_gains)(const AffineMaps& maps, const MatchColumns& matches, float inverse_squared_tolerance,
                        float* gains);
+
+  /// Writes the numbers of the matches that a map predicts, and their squared tolerances. Both have room for
+  /// kLongestVector more.
+  /// @return how many were written
+  std::size_t (*supporters)(const MatchColumns& matches, const GrowingMap& map, std::uint32_t* numbers,
+                            float* tolerances);
+  static constexpr std::size_t kLongestVector = 16;
 };
 
 }  // namespace corrsel::core

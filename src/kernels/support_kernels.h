@@ -74,5 +74,33 @@ inline void affineGainsKernel(const AffineMaps& maps, const MatchColumns& matche
   }
 }
 
+std::size_t supportersKernel(const MatchColumns& m, const GrowingMap& map, std::uint32_t* numbers,
+                             float* tolerances) {
+  std::size_t count = 0;
+  const float* const p = map.p;
+  IntV number = laneNumbers();
+  for (std::size_t j = 0; j < m.size; j += kWidth, number += kWidth) {
+    const float* columns[] = {m.left_x + j, m.left_y + j, m.right_x + j, m.right_y + j};
+    float rest[4][kWidth] = {};
+    if (m.size - j < kWidth) {
+      for (int c = 0; c < 4; ++c) {
+        __builtin_memcpy(rest[c], columns[c], (m.size - j) * sizeof(float));
+        columns[c] = rest[c];
+      }
+    }
+    const FloatV dx = load(columns[0]) - map.left_x, dy = load(columns[1]) - map.left_y;
+    const FloatV ux = p[0] * dx + p[2] * dy + p[4], uy = p[1] * dx + p[3] * dy + p[5];
+    const FloatV ex = load(columns[2]) - map.right_x - ux, ey = load(columns[3]) - map.right_y - uy;
+    const FloatV length = ux * ux + uy * uy;
+    const FloatV tolerance = maximum(length * map.squared_rho, splat(map.squared_floor));
+    const IntV predicted = (length <= map.squared_radius) & (ex * ex + ey * ey <= tolerance) &
+                           (number < static_cast<std::int32_t>(m.size));
+    if (!anyTrue(predicted)) continue;
+    keep(predicted, (IntV)tolerance, tolerances + count);
+    count += keep(predicted, number, numbers + count);
+  }
+  return count;
+}
+
 }  // namespace
 }  // namespace corrsel::core

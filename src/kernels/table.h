@@ -42,7 +42,8 @@ constexpr Kernels kTable = {
      pairRowKernel<Payoff>,
      pairProductKernel},
     kDescriptorKernels,
-    {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>, affineGainsKernel},
+    {supportKernel<2>, supportKernel<1>, aroundKernel<2>, aroundKernel<1>, affineGainsKernel,
+     supportersKernel},
     {filterColumnsKernel, filterRowKernel, doubleRowKernel, subtractRowsKernel, extremaKernel},
     {orientationKernel},
     {samplePatchKernel, sampleClampedKernel, blurRowsKernel, blurColumnsKernel, momentsKernel,
@@ -52,7 +53,7 @@ constexpr Kernels kTable = {
     {centroidKernel, binaryTestsKernel},
     {hessianResponsesKernel, hessianExtremaKernel},
     {sampleLineKernel},
-    {countKernel},
+    {countKernel, aroundSeedKernel},
     {areaRatioKernel},
 };
 

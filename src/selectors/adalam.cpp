@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -46,7 +47,6 @@ using Map = std::array<float, 4>;
 /// Which matches belong to the neighbourhood of a seed.
 struct Reach {
   double left, right;  // rho, px
-  bool frames;
   float least_cosine, largest_log_scale;
 };
 
@@ -75,11 +75,12 @@ struct AdalamMemory {
   double cell = 1;
   std::vector<std::uint32_t> cell_of, start, next;
   std::vector<Member> members;                         // cell by cell, the best of a cell first
+  std::vector<float> framed[7];                        // of the members, as in FramedMatches
   std::vector<std::uint32_t> left_group, right_group;  // of the members
   std::vector<std::uint32_t> seeds;                    // members
 
   // One seed.
-  std::vector<std::uint32_t> around;
+  std::vector<std::uint32_t> around, found;
   std::vector<std::uint64_t> best_left, best_right;  // per group: stamp and rank
   std::vector<Vote> votes;
   std::vector<float> left_x, left_y, right_x, right_y;  // of the votes, relative to the seed
@@ -121,6 +122,13 @@ void layOut(const Correspondences& m, double cell, bool frames, AdalamMemory& wo
     work.left_group[place] = work.left_groups.of[row];
     work.right_group[place] = work.right_groups.of[row];
   }
+  for (std::vector<float>& column : work.framed) column.resize(n + FramedMatches::kMultiple);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Member& o = work.members[i];
+    const float values[] = {o.left_x, o.left_y, o.right_x, o.right_y, o.cosine, o.sine, o.scale};
+    for (std::size_t c = 0; c < std::size(values); ++c) work.framed[c][i] = values[c];
+  }
+  work.found.resize(n + FramedMatches::kMultiple);
 }
 
 /// Calls a function with the first and the last-but-one member of every run of cells that may hold points
@@ -169,21 +177,28 @@ void findSeeds(const Correspondences& m, double radius, double ratio, AdalamMemo
 /// Finds the matches around a seed, without itself.
 void findNeighbourhood(std::uint32_t seed, const Reach& reach, AdalamMemory& work) {
   const Member& s = work.members[seed];
-  const auto left = static_cast<float>(reach.left * reach.left),
-             right = static_cast<float>(reach.right * reach.right);
-  work.around.clear();
+  const auto& c = work.framed;
+  const FramedMatches matches = {c[0].data(), c[1].data(), c[2].data(), c[3].data(),
+                                 c[4].data(), c[5].data(), c[6].data()};
+  // Without frames, all maps are equal.
+  const FramedReach limits = {s.left_x,
+                              s.left_y,
+                              s.right_x,
+                              s.right_y,
+                              s.cosine,
+                              s.sine,
+                              s.scale,
+                              static_cast<float>(reach.left * reach.left),
+                              static_cast<float>(reach.right * reach.right),
+                              reach.least_cosine,
+                              reach.largest_log_scale};
+  const auto around = kernels().affine.around;
+  std::uint32_t* const found = work.found.data();
+  std::size_t count = 0;
   forRuns(work, s, reach.left, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t j = begin; j < end; ++j) {
-      const Member& o = work.members[j];
-      if (!(squaredDistance(o.right_x, o.right_y, s.right_x, s.right_y) < right)) continue;
-      if (!(squaredDistance(o.left_x, o.left_y, s.left_x, s.left_y) < left)) continue;
-      // Comparisons with NaN are false.
-      if (reach.frames && !(o.cosine * s.cosine + o.sine * s.sine >= reach.least_cosine &&
-                            std::abs(o.scale - s.scale) <= reach.largest_log_scale))
-        continue;
-      if (j != seed) work.around.push_back(j);
-    }
+    count += around(matches, begin, end, limits, found + count);
   });
+  work.around.assign(found, std::remove(found, found + count, seed));
 }
 
 /// Chooses the votes: the best one of every point, and none at the points of the seed.
@@ -470,7 +485,7 @@ void AdalamSelector::run(const Correspondences& matches, Selection& result) cons
   const double radius = radiusOf(matches.left_size, options_.area_ratio);
   const Reach reach{
       radius * options_.search_expansion,
-      radiusOf(matches.right_size, options_.area_ratio) * options_.search_expansion, frames,
+      radiusOf(matches.right_size, options_.area_ratio) * options_.search_expansion,
       options_.max_rotation < kAnyRotation ? static_cast<float>(std::cos(options_.max_rotation * kPi / 180))
                                            : -2.0F,
       options_.max_scale_change < kAnyScaleChange ? static_cast<float>(std::log(options_.max_scale_change))

@@ -19,10 +19,13 @@ constexpr int kMostNeighbours = AreaRatioRule::kMostNeighbours;
 const SaturationTable& saturation() {
   static const SaturationTable kTable = [] {
     SaturationTable table{};
-    for (int i = 0; i <= SaturationTable::kEntries; ++i)
-      table.values[i] = static_cast<float>(-std::expm1(-i / double{SaturationTable::kPerUnit}));
-    for (int i = 0; i < SaturationTable::kEntries; ++i)
-      table.steps[i] = table.values[i + 1] - table.values[i];
+    const auto value = [](int i) {
+      return static_cast<float>(-std::expm1(-i / double{SaturationTable::kPerUnit}));
+    };
+    for (int i = 0; i < SaturationTable::kEntries; ++i) {
+      table.values[2 * i] = value(i);
+      table.values[2 * i + 1] = value(i + 1) - value(i);
+    }
     return table;
   }();
   return kTable;
