@@ -1,7 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <limits>
+#include <utility>
+#include <vector>
 
+#include "corrsel/random.h"
 #include "geometry/residual.h"
 #include "kernels/kernels.h"
 #include "test_support.h"
@@ -344,6 +350,132 @@ TEST_F(Kernels, AffineCountsAreTheSameAtEveryLevel) {
       for (int k = 0; k < 2; ++k)
         EXPECT_EQ(kernels().affine.count(relative, a, limits[k]), expected[k])
             << toString(level) << " " << slots;
+    }
+  }
+}
+
+TEST_F(Kernels, MatchesAroundASeedAreTheSameAtEveryLevel) {
+  const Correspondences m = homographyScene({1000, 0.5, 2.0, 9}).matches;
+  constexpr std::size_t kBehind = FramedMatches::kMultiple;
+  std::vector<float> values[7];
+  Random random(4);
+  for (std::size_t i = 0; i < m.size() + kBehind; ++i) {
+    const bool inside = i < m.size();
+    const double angle = random.uniform(-0.6, 0.6), scale = random.uniform(-0.6, 0.6);
+    const float no_map = std::numeric_limits<float>::quiet_NaN();
+    values[0].push_back(inside ? m.left_x[i] : 0);
+    values[1].push_back(inside ? m.left_y[i] : 0);
+    values[2].push_back(inside ? m.right_x[i] : 0);
+    values[3].push_back(inside ? m.right_y[i] : 0);
+    values[4].push_back(i % 11 == 0 ? no_map : float(std::cos(angle)));
+    values[5].push_back(float(std::sin(angle)));
+    values[6].push_back(float(scale));
+  }
+  const FramedMatches matches = {values[0].data(), values[1].data(), values[2].data(), values[3].data(),
+                                 values[4].data(), values[5].data(), values[6].data()};
+  const FramedReach reach = {400, 300, 400, 300, 1, 0, 0, 250 * 250, 350 * 350, 0.9F, 0.4F};
+  for (const auto& [begin, end] :
+       {std::pair<std::uint32_t, std::uint32_t>{0, 1000}, {5, 5}, {7, 20}, {3, 998}}) {
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const double left = std::hypot(values[0][i] - 400, values[1][i] - 300);
+      const double right = std::hypot(values[2][i] - 400, values[3][i] - 300);
+      if (left < 250 && right < 350 && values[4][i] >= 0.9F && std::abs(values[6][i]) <= 0.4F)
+        expected.push_back(i);
+    }
+    if (end - begin > 900) {
+      EXPECT_GT(expected.size(), 20U);
+      EXPECT_LT(expected.size(), 500U);
+    }
+    for (const KernelLevel level : supportedKernelLevels()) {
+      setKernelLevel(level);
+      std::vector<std::uint32_t> found(end - begin + kBehind);
+      found.resize(kernels().affine.around(matches, begin, end, reach, found.data()));
+      EXPECT_EQ(found, expected) << toString(level) << " " << begin << " " << end;
+    }
+  }
+}
+
+TEST_F(Kernels, SupportersOfAMapAreTheSameAtEveryLevel) {
+  for (const std::size_t n : {1, 15, 16, 17, 1003}) {
+    const Correspondences m = homographyScene({n, 0.6, 2.0, 9}).matches;
+    GrowingMap map{};
+    const float p[] = {0.98F, 0.1F, -0.1F, 0.97F, 1, -2};
+    std::copy(std::begin(p), std::end(p), map.p);
+    map.left_x = m.left_x[0];
+    map.left_y = m.left_y[0];
+    map.right_x = m.right_x[0];
+    map.right_y = m.right_y[0];
+    map.squared_radius = 400 * 400;
+    map.squared_rho = 0.25F;
+    map.squared_floor = 16;
+    std::vector<std::uint32_t> expected;
+    std::vector<float> tolerances;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const float dx = m.left_x[i] - m.left_x[0], dy = m.left_y[i] - m.left_y[0];
+      const float ux = p[0] * dx + p[2] * dy + p[4], uy = p[1] * dx + p[3] * dy + p[5];
+      const float ex = m.right_x[i] - m.right_x[0] - ux, ey = m.right_y[i] - m.right_y[0] - uy;
+      const float length = ux * ux + uy * uy, tolerance = std::max(16.0F, 0.25F * length);
+      if (!(length <= 400 * 400 && ex * ex + ey * ey <= tolerance)) continue;
+      expected.push_back(i);
+      tolerances.push_back(tolerance);
+    }
+    if (n > 1000) {
+      EXPECT_GT(expected.size(), 50U);
+      EXPECT_LT(expected.size(), 800U);
+    }
+    for (const KernelLevel level : supportedKernelLevels()) {
+      SCOPED_TRACE(toString(level) + " " + std::to_string(n));
+      setKernelLevel(level);
+      std::vector<std::uint32_t> found(n + SupportKernels::kLongestVector);
+      std::vector<float> found_tolerances(found.size());
+      const std::size_t count =
+          kernels().support.supporters(columns(m, n), map, found.data(), found_tolerances.data());
+      found.resize(count);
+      found_tolerances.resize(count);
+      EXPECT_EQ(found, expected);
+      EXPECT_EQ(found_tolerances, tolerances);
+    }
+  }
+}
+
+/// test_lap compares the costs with their definition.
+TEST_F(Kernels, CostsOfAreaRatiosAreTheSameAtEveryLevel) {
+  constexpr std::uint32_t kMatches = 77;
+  Correspondences m = homographyScene({kMatches, 0.6, 1.0, 9}).matches;
+  // Triangles without an area, and equal motions.
+  for (std::size_t i = 0; i < 8; ++i) {
+    m.left_y[i] = m.left_x[i];
+    m.right_x[i] = m.left_x[i] + 20;
+    m.right_y[i] = m.left_y[i];
+  }
+  static SaturationTable table{};
+  for (int i = 0; i < SaturationTable::kEntries; ++i) {
+    const auto value = [](int k) { return float(1 - std::exp(-k / double{SaturationTable::kPerUnit})); };
+    table.values[2 * i] = value(i);
+    table.values[2 * i + 1] = value(i + 1) - value(i);
+  }
+  for (const auto& [candidates, neighbours] : {std::pair<int, int>{25, 10}, {4, 3}, {60, 20}}) {
+    const int triples = neighbours * (neighbours - 1) * (neighbours - 2) / 6;
+    for (const int kept : {1, (triples + 1) / 2, triples}) {
+      const AreaRatioRule rule = {candidates, neighbours, kept, 25, &table};
+      std::vector<std::uint32_t> lists;
+      for (std::uint32_t i = 0; i < kMatches; ++i) {
+        for (std::uint32_t k = 1; k <= std::uint32_t(candidates); ++k) lists.push_back((i + k) % kMatches);
+      }
+      std::vector<float> expected, scratch(rule.scratchSize());
+      for (const KernelLevel level : supportedKernelLevels()) {
+        setKernelLevel(level);
+        std::vector<float> costs(kMatches);
+        kernels().area_ratio.costs(columns(m, kMatches), lists.data(), std::size_t(candidates), rule,
+                                   scratch.data(), costs.data());
+        if (expected.empty()) expected = costs;
+        EXPECT_EQ(costs, expected) << toString(level) << " " << candidates << " " << kept;
+        EXPECT_GE(*std::min_element(costs.begin(), costs.end()), 0);
+        EXPECT_LE(*std::max_element(costs.begin(), costs.end()), 3);
+        EXPECT_LT(*std::min_element(costs.begin(), costs.end()),
+                  *std::max_element(costs.begin(), costs.end()));
+      }
     }
   }
 }

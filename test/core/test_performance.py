@@ -26,8 +26,8 @@ class Performance(unittest.TestCase):
             self.assertIn(done.returncode, (0, 1), done.stderr)
             rows = list(csv.DictReader(table.read_text().splitlines()))
             text = document.read_text()
-        self.assertEqual([row["comparison"] for row in rows], ["gms/N:1000/eps:0.5", "growth/nnsr"])
-        gms, growth = rows
+        self.assertEqual([row["comparison"] for row in rows], ["gms/N:1000/eps:0.5"] + 5 * ["growth/nnsr"])
+        gms, *growth = rows
         self.assertEqual(gms["identical_masks"], "yes")
         self.assertEqual(gms["ours_f"], gms["peer_f"])
         self.assertGreater(float(gms["ours_f"]), 60)
@@ -35,7 +35,10 @@ class Performance(unittest.TestCase):
         ratio = float(gms["peer_ms"]) / float(gms["ours_ms"])
         self.assertAlmostEqual(float(gms["ratio"]), ratio, places=6)
         self.assertGreater(ratio, 1)
-        self.assertLess(0.5, float(growth["exponent"]))
+        self.assertEqual([row["n"] for row in growth], ["500", "2000", "5000", "20000", "100000"])
+        self.assertEqual([row["exponent"] == "" for row in growth], 4 * [True] + [False])
+        self.assertLess(0.5, float(growth[-1]["exponent"]))
+        self.assertLess(float(growth[0]["ours_ms"]), float(growth[-1]["ours_ms"]))
         for row in rows:
             self.assertEqual(None, row.get(None))
             self.assertTrue(row["cpu"] and row["compiler"] and row["kernels"] and row["corrsel_commit"])
