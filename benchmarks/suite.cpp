@@ -35,6 +35,8 @@ constexpr double kLargestExponent = 1.15;
 // The same for methods that compare all pairs. Their matrices do not fit into the caches at the largest size,
 // which costs up to N^0.4.
 constexpr double kLargestExponentOfPairs = 2.6;
+// Its wrong matches have more candidates the more matches there are.
+constexpr double kLargestExponentOfRfmScan = 1.6;
 constexpr std::size_t kGrowthSizes[] = {500, 2000, kTargetSize, 20000, kLargeSize};
 // More matches need an option of tlinkage, and seconds.
 constexpr std::size_t kMostTlinkage = 2000;
@@ -382,7 +384,9 @@ double exponentOf(const Comparison& comparison, const Measurements& m) {
 Comparison growth(const std::string& spec, SceneKind kind, std::size_t most = kLargeSize,
                   const OptionMap& options = {}) {
   const bool pairs = most < kLargeSize;
-  const double asked = pairs ? kLargestExponentOfPairs : kLargestExponent;
+  const double asked = pairs                ? kLargestExponentOfPairs
+                       : spec == "rfm_scan" ? kLargestExponentOfRfmScan
+                                            : kLargestExponent;
   const std::string name = nameOf(spec, options);
   Comparison result{"growth/" + name, {}, {}, ComparisonKind::kGrowth};
   for (const std::size_t n : kGrowthSizes) {
@@ -424,6 +428,9 @@ std::vector<Comparison> comparisons(bool all) {
                                            beside("planes", "usac:h", corner, 8),
                                            beside("usac:h", "usac:h", plane, 3, {{"sampler", "frames"}}),
                                            beside("usac:h", "usac:h", plane, 2, {{"sampler", "local"}}),
+                                           beside("usac:h", "usac:h", plane, 2, {{"sampler", "pnapsac"}}),
+                                           beside("usac:h", "usac:h", plane, 4, {{"sampler", "multigs"}}),
+                                           beside("ransac:mlesac", "ransac:h", plane, 4),
                                            nnsr(plane),
                                            ransac(plane),
                                            usac(plane),
@@ -440,6 +447,7 @@ std::vector<Comparison> comparisons(bool all) {
                                            alone("significant", plane, 2),
                                            alone("lap", plane, 6),
                                            alone("ranks", plane, 6),
+                                           alone("rfm_scan", plane, 60),
                                            alone("frame_votes:hviv", plane, 20),
                                            alone("frame_votes:acc", plane, 10),
                                            alone("gaim", plane, 20),
@@ -460,6 +468,7 @@ std::vector<Comparison> comparisons(bool all) {
                            "planes",
                            "nnsr",
                            "ransac:h",
+                           "ransac:mlesac",
                            "usac:h",
                            "gms",
                            "gms:rotation_scale",
@@ -471,6 +480,7 @@ std::vector<Comparison> comparisons(bool all) {
                            "significant",
                            "lap",
                            "ranks",
+                           "rfm_scan",
                            "adalam",
                            "laf",
                            "frame_votes:hviv",
@@ -480,7 +490,7 @@ std::vector<Comparison> comparisons(bool all) {
                            "icf"}) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
-  for (const char* sampler : {"frames", "local"})
+  for (const char* sampler : {"frames", "local", "pnapsac", "multigs"})
     list.push_back(growth("usac:h", SceneKind::kPlane, kLargeSize, {{"sampler", sampler}}));
   for (const char* spec : {"ransac:f", "usac:f", "acransac:f"})
     list.push_back(growth(spec, SceneKind::kSpace));
