@@ -68,19 +68,33 @@ void PointGroups::numberCells(const std::vector<float>& x, const std::vector<flo
   std::uint64_t* const keys = keys_.data();
   const std::size_t last = slots_.size() - 1;
   std::uint32_t groups = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::uint64_t key =
-        (std::uint64_t{cellOf<exact>(x[i], inverse_cell)} << 32) | cellOf<exact>(y[i], inverse_cell);
-    std::size_t slot = ((key ^ (key >> 29)) * 0x9E3779B97F4A7C15U) >> (64 - bits);
-    while (slots[slot] != kEmpty && keys[slots[slot]] != key) slot = (slot + 1) & last;
-    std::uint32_t group = slots[slot];
-    if (group == kEmpty) {
-      group = slots[slot] = groups++;
-      keys[group] = key;
-      sizes[group] = 0;
+  // The slots of a block of points are fetched before the first of them is needed.
+  constexpr std::size_t kBlock = 32;
+  std::uint64_t block_keys[kBlock];
+  std::size_t block_slots[kBlock];
+  for (std::size_t begin = 0; begin < n; begin += kBlock) {
+    const std::size_t count = std::min(kBlock, n - begin);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = begin + k;
+      const std::uint64_t key =
+          (std::uint64_t{cellOf<exact>(x[i], inverse_cell)} << 32) | cellOf<exact>(y[i], inverse_cell);
+      block_keys[k] = key;
+      block_slots[k] = ((key ^ (key >> 29)) * 0x9E3779B97F4A7C15U) >> (64 - bits);
+      __builtin_prefetch(slots + block_slots[k]);
     }
-    of[i] = group;
-    ++sizes[group];
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint64_t key = block_keys[k];
+      std::size_t slot = block_slots[k];
+      while (slots[slot] != kEmpty && keys[slots[slot]] != key) slot = (slot + 1) & last;
+      std::uint32_t group = slots[slot];
+      if (group == kEmpty) {
+        group = slots[slot] = groups++;
+        keys[group] = key;
+        sizes[group] = 0;
+      }
+      of[begin + k] = group;
+      ++sizes[group];
+    }
   }
   sizes.resize(groups);
 }
