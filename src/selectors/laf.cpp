@@ -129,8 +129,21 @@ class MotionField {
         for (std::size_t k = 0; k < width_; ++k) both[k] = a == 0 ? above[k] : above[k] + below[k];
         const double* const weight = weight_.data() + a * (reach + 1);
         const double* const centre = both + reach;
-        for (std::size_t k = 0; k < cells; ++k) out[k] += weight[0] * centre[k];
         std::size_t b = 1;
+        if (reach >= 4) {
+          // The sums of the loops below in one pass, for the usual size of the kernel.
+          const double w0 = weight[0], w1 = weight[1], w2 = weight[2], w3 = weight[3], w4 = weight[4];
+          for (std::size_t k = 0; k < cells; ++k) {
+            const double* const c = centre + k;
+            double sum = out[k] + w0 * c[0];
+            sum += w1 * (c[-1] + c[1]) + w2 * (c[-2] + c[2]);
+            sum += w3 * (c[-3] + c[3]) + w4 * (c[-4] + c[4]);
+            out[k] = sum;
+          }
+          b = 5;
+        } else {
+          for (std::size_t k = 0; k < cells; ++k) out[k] += weight[0] * centre[k];
+        }
         for (; b + 1 <= reach; b += 2) {
           const double *const left = centre - b, *const right = centre + b;
           for (std::size_t k = 0; k < cells; ++k)
