@@ -200,6 +200,16 @@ OptionMap BenchmarkConfig::optionsOf(const std::string& spec) const {
   return found == options.end() ? OptionMap{} : found->second;
 }
 
+OptionMap BenchmarkConfig::offeredTo(const std::string& spec, bool homography, int repetition) const {
+  OptionMap offered = {{"seed", std::to_string(seed + repetition)}};
+  const std::unique_ptr<Selector> selector = createSelector(spec);
+  for (const OptionField& field : optionFields(selector->options())) {
+    if (field.name == "model" && field.text(selector->options()) != "auto")
+      offered["model"] = homography ? "homography" : "fundamental";
+  }
+  return offered;
+}
+
 std::vector<Cell> BenchmarkConfig::grid() const {
   if (!cells.empty()) return cells;
   std::vector<Cell> product;

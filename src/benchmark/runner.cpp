@@ -34,7 +34,7 @@ constexpr std::size_t kExamplesPerDataset = 3;
 // Keeps the first image of a sequence between its pairs even where every image has 15000 features.
 constexpr std::size_t kFeatureCacheBytes = std::size_t{256} << 20U;
 
-/// A selector of the grid. RANSAC and USAC estimate the model that the ground truth is of.
+/// A selector of the grid, with the models that BenchmarkConfig::offeredTo() gives it.
 struct GridSelector {
   std::string spec;
   std::vector<std::unique_ptr<Selector>> homography, fundamental;  // one per repetition
@@ -95,11 +95,10 @@ BenchmarkRunner::BenchmarkRunner(const BenchmarkConfig& config, RunFolder& folde
     selector.spec = spec;
     for (int repetition = 0; repetition < config.repetitions; ++repetition) {
       // Selectors keep their one thread, so that their times can be compared.
-      OptionMap common = {{"seed", std::to_string(config.seed + repetition)}};
-      common["model"] = "homography";
-      selector.homography.push_back(createSelector(spec, config.optionsOf(spec), common));
-      common["model"] = "fundamental";
-      selector.fundamental.push_back(createSelector(spec, config.optionsOf(spec), common));
+      selector.homography.push_back(
+          createSelector(spec, config.optionsOf(spec), config.offeredTo(spec, true, repetition)));
+      selector.fundamental.push_back(
+          createSelector(spec, config.optionsOf(spec), config.offeredTo(spec, false, repetition)));
     }
     tools_->selectors.push_back(std::move(selector));
   }

@@ -89,6 +89,14 @@ TEST(Config, MatchingHasOptions) {
                        "match: option second_distance_radius = -1 is outside [0, 1000]"));
 }
 
+TEST(Config, OnlySelectorsThatDoNotFindTheModelThemselvesAreToldWhichItIs) {
+  BenchmarkConfig config;
+  config.seed = 3;
+  EXPECT_EQ(config.offeredTo("usac", true, 2), (OptionMap{{"seed", "5"}, {"model", "homography"}}));
+  EXPECT_EQ(config.offeredTo("acransac", false, 0), (OptionMap{{"seed", "3"}, {"model", "fundamental"}}));
+  EXPECT_EQ(config.offeredTo("auto", false, 0), (OptionMap{{"seed", "3"}}));
+}
+
 TEST(Config, OptionAssignments) {
   std::map<std::string, OptionMap> options;
   parseOptionAssignments("gms.alpha=6, ransac.threshold=1.5,gms.grid=10", options);

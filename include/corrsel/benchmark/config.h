@@ -53,6 +53,11 @@ struct BenchmarkConfig {
   /// Options given by the user for the algorithm of "name", "name:preset" or "name+name".
   OptionMap optionsOf(const std::string& spec) const;
 
+  /// What the benchmark offers a selector beside optionsOf(): the seed of the repetition, and the kind of
+  /// model that the ground truth is of. A selector whose own default is to find the kind of model, such as
+  /// `auto`, is not told.
+  OptionMap offeredTo(const std::string& spec, bool homography, int repetition) const;
+
   /// The columns of the grid.
   std::vector<Cell> grid() const;
 
