@@ -150,6 +150,7 @@ def write_plots(run_folder, folder):
     from corrsel_report.figures import FigureWriter, set_up_figures
     from corrsel_report.reading import ReportError, read_run
     from corrsel_report.results import curve_panel
+    from corrsel_report.selectors import parts
     from corrsel_report.timing import time_panel
 
     set_up_figures()
@@ -163,7 +164,8 @@ def write_plots(run_folder, folder):
             raise ImageError(str(error))
         group = run.groups[0]
         writer = FigureWriter(work / "figures")
-        curve_panel(run, writer, group, "F", "f_paper", "vgg_f")
+        part = parts(run.selectors_of(group))[0]  # of many selectors, the paper's; the others are grey
+        curve_panel(run, writer, group, part, "F", "f_paper", "vgg_f")
         if not time_panel(run, writer, group):
             raise ImageError("%s: holds no times. Remedy: give the folder of a complete run." % run_folder)
         for made, name in (("vgg_f.svg", "vgg_f.svg"), ("time_vgg.svg", "vgg_time.svg")):
