@@ -426,7 +426,7 @@ std::vector<Comparison> comparisons(bool all) {
                                            beside("acransac:f", "usac:f", space, 3),
                                            beside("planes", "usac:h", plane, 8),
                                            beside("planes", "usac:h", corner, 8),
-                                           beside("usac:h", "usac:h", plane, 3, {{"sampler", "frames"}}),
+                                           beside("usac:frames", "usac:h", plane, 3),
                                            beside("usac:h", "usac:h", plane, 2, {{"sampler", "local"}}),
                                            beside("usac:h", "usac:h", plane, 2, {{"sampler", "pnapsac"}}),
                                            beside("usac:h", "usac:h", plane, 4, {{"sampler", "multigs"}}),
@@ -477,6 +477,7 @@ std::vector<Comparison> comparisons(bool all) {
                            "lpm:paper",
                            "lpm:v2",
                            "lpm:guided",
+                           "usac:frames",
                            "significant",
                            "lap",
                            "ranks",
@@ -490,7 +491,7 @@ std::vector<Comparison> comparisons(bool all) {
                            "icf"}) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
-  for (const char* sampler : {"frames", "local", "pnapsac", "multigs"})
+  for (const char* sampler : {"local", "pnapsac", "multigs"})
     list.push_back(growth("usac:h", SceneKind::kPlane, kLargeSize, {{"sampler", sampler}}));
   for (const char* spec : {"ransac:f", "usac:f", "acransac:f"})
     list.push_back(growth(spec, SceneKind::kSpace));
