@@ -8,13 +8,13 @@
 #include <limits>
 #include <vector>
 
-#include "base/coordinate_order.h"
 #include "base/deadline.h"
 #include "base/text.h"
 #include "base/workspace_scope.h"
 #include "consensus/ordering.h"
 #include "consensus/support.h"
 #include "kernels/kernels.h"
+#include "selectors/parts/degenerate_input.h"
 
 namespace corrsel::core {
 namespace {
@@ -462,11 +462,7 @@ void AdalamSelector::run(const Correspondences& matches, Selection& result) cons
     result.message = std::to_string(n) + " matches, adalam needs " + std::to_string(kFewest);
     return;
   }
-  if (allEqual(matches.left_x, matches.left_y) || allEqual(matches.right_x, matches.right_y)) {
-    result.status = Status::kDegenerate;
-    result.message = "all points of an image are equal";
-    return;
-  }
+  if (endsAtEqualPoints(matches, result)) return;
   const Deadline deadline(options_.max_seconds);
   AdalamMemory& work = WorkspaceScope::part<AdalamMemory>();
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options_.seed), work.shuffled);

@@ -6,11 +6,11 @@
 #include <numeric>
 #include <vector>
 
-#include "base/coordinate_order.h"
 #include "base/workspace_scope.h"
 #include "consensus/support.h"
 #include "geometry/frame_map.h"
 #include "selectors/parts/cluster_numbers.h"
+#include "selectors/parts/degenerate_input.h"
 #include "selectors/parts/distinct_matches.h"
 #include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_graph.h"
@@ -150,8 +150,8 @@ Presets FrameVotesSelector::presets() const {
 std::string FrameVotesSelector::missingInput(const Correspondences& matches) const {
   if (matches.empty()) return "";
   if (options_.maps == FrameVotesOptions::Maps::kFrames) {
-    if (matches.left_frame.empty()) return "frame_votes needs the local affine frames of the left features";
-    if (matches.right_frame.empty()) return "frame_votes needs the local affine frames of the right features";
+    const std::string frames = missingFrames(matches, "frame_votes");
+    if (!frames.empty()) return frames;
   }
   if (options_.rule == FrameVotesOptions::Rule::kDensity &&
       (matches.right_size.width <= 0 || matches.right_size.height <= 0))
@@ -170,18 +170,7 @@ void FrameVotesSelector::run(const Correspondences& matches, Selection& result) 
     work.rows.resize(n);
     std::iota(work.rows.begin(), work.rows.end(), 0U);
   }
-  if (work.rows.empty()) {
-    result.status = Status::kDegenerate;
-    result.message = "no match has usable frames";
-    return;
-  }
-  if (n > 1 && (allEqual(matches.left_x, matches.left_y) || allEqual(matches.right_x, matches.right_y))) {
-    result.status = Status::kDegenerate;
-    result.message = "all points of an image are equal";
-    return;
-  }
-  if (work.rows.size() < n)
-    result.message = std::to_string(n - work.rows.size()) + " matches have no usable frames";
+  if (endsAtFrames(matches, work.rows.size(), result)) return;
   work.distinct.assign(matches, work.maps, work.rows);
   work.graph.build(work.distinct.columns(), work.distinct.size(), options_.k);
   work.value.assign(work.distinct.size(), 0);

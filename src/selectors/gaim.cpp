@@ -6,10 +6,10 @@
 #include <limits>
 #include <vector>
 
-#include "base/coordinate_order.h"
 #include "base/workspace_scope.h"
 #include "consensus/support.h"
 #include "geometry/frame_map.h"
+#include "selectors/parts/degenerate_input.h"
 #include "selectors/parts/distinct_matches.h"
 #include "selectors/parts/pair_graph.h"
 
@@ -152,10 +152,7 @@ void GaimOptions::visit(OptionVisitor& visitor) const {
 }
 
 std::string GaimSelector::missingInput(const Correspondences& matches) const {
-  if (matches.empty()) return "";
-  if (matches.left_frame.empty()) return "gaim needs the local affine frames of the left features";
-  if (matches.right_frame.empty()) return "gaim needs the local affine frames of the right features";
-  return "";
+  return missingFrames(matches, "gaim");
 }
 
 void GaimSelector::run(const Correspondences& matches, Selection& result) const {
@@ -163,18 +160,7 @@ void GaimSelector::run(const Correspondences& matches, Selection& result) const 
   if (n == 0) return;
   GaimMemory& work = WorkspaceScope::part<GaimMemory>();
   findFrameMaps(matches, work.maps, work.rows);
-  if (work.rows.empty()) {
-    result.status = Status::kDegenerate;
-    result.message = "no match has usable frames";
-    return;
-  }
-  if (n > 1 && (allEqual(matches.left_x, matches.left_y) || allEqual(matches.right_x, matches.right_y))) {
-    result.status = Status::kDegenerate;
-    result.message = "all points of an image are equal";
-    return;
-  }
-  if (work.rows.size() < n)
-    result.message = std::to_string(n - work.rows.size()) + " matches have no usable frames";
+  if (endsAtFrames(matches, work.rows.size(), result)) return;
   work.distinct.assign(matches, work.maps, work.rows);
   const std::size_t distinct = work.distinct.size();
   const PairColumns columns = work.distinct.columns();

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "base/workspace_scope.h"
 #include "geometry/frame_map.h"
+#include "selectors/parts/degenerate_input.h"
 #include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_matrix.h"
 
@@ -219,8 +220,8 @@ Presets GtmSelector::presets() const {
 
 std::string GtmSelector::missingInput(const Correspondences& matches) const {
   if (matches.empty()) return "";
-  if (matches.left_frame.empty()) return "gtm needs the local affine frames of the left features";
-  if (matches.right_frame.empty()) return "gtm needs the local affine frames of the right features";
+  const std::string frames = missingFrames(matches, "gtm");
+  if (!frames.empty()) return frames;
   if (options_.normalize_lambda && (matches.right_size.width <= 0 || matches.right_size.height <= 0))
     return "gtm needs the size of the right image";
   return "";

@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "base/workspace_scope.h"
 #include "kernels/kernels.h"
+#include "selectors/parts/degenerate_input.h"
 
 namespace corrsel::core {
 namespace {
@@ -204,11 +205,7 @@ void IcfSelector::run(const Correspondences& matches, Selection& result) const {
     result.message = std::to_string(n) + " matches, icf needs " + std::to_string(kFewest);
     return;
   }
-  if (allEqual(matches.left_x, matches.left_y) || allEqual(matches.right_x, matches.right_y)) {
-    result.status = Status::kDegenerate;
-    result.message = "all points of an image are equal";
-    return;
-  }
+  if (endsAtEqualPoints(matches, result)) return;
   const Deadline deadline(options_.max_seconds);
   IcfMemory& work = WorkspaceScope::part<IcfMemory>();
   sortByCoordinates(matches, work.rows, work.scratch);

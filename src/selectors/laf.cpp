@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "base/coordinate_order.h"
 #include "base/workspace_scope.h"
 #include "consensus/support.h"
 #include "kernels/kernels.h"
+#include "selectors/parts/degenerate_input.h"
 #include "selectors/parts/trusted_set.h"
 
 namespace corrsel::core {
@@ -326,11 +326,7 @@ void LafSelector::run(const Correspondences& matches, Selection& result) const {
     result.message = std::to_string(n) + " matches, laf needs " + std::to_string(kFewest);
     return;
   }
-  if (allEqual(matches.left_x, matches.left_y) || allEqual(matches.right_x, matches.right_y)) {
-    result.status = Status::kDegenerate;
-    result.message = "all points of an image are equal";
-    return;
-  }
+  if (endsAtEqualPoints(matches, result)) return;
   LafMemory& work = WorkspaceScope::part<LafMemory>();
   const double least_variance = std::max(kLeastVariance, scale(matches, options_.noise_floor, work));
   markUnique(matches, work);

@@ -5,11 +5,11 @@
 #include <limits>
 #include <vector>
 
-#include "base/coordinate_order.h"
 #include "base/workspace_scope.h"
 #include "consensus/support.h"
 #include "corrsel/selectors/neighbours.h"
 #include "geometry/frame_map.h"
+#include "selectors/parts/degenerate_input.h"
 #include "selectors/parts/distinct_matches.h"
 
 namespace corrsel::core {
@@ -156,10 +156,7 @@ void LogosOptions::visit(OptionVisitor& visitor) const {
 Presets LogosSelector::presets() const { return {{"opencv", {{"k", "5"}, {"max_difference", "0.1"}}}}; }
 
 std::string LogosSelector::missingInput(const Correspondences& matches) const {
-  if (matches.empty()) return "";
-  if (matches.left_frame.empty()) return "logos needs the local affine frames of the left features";
-  if (matches.right_frame.empty()) return "logos needs the local affine frames of the right features";
-  return "";
+  return missingFrames(matches, "logos");
 }
 
 void LogosSelector::run(const Correspondences& matches, Selection& result) const {
@@ -167,18 +164,7 @@ void LogosSelector::run(const Correspondences& matches, Selection& result) const
   if (n == 0) return;
   LogosMemory& work = WorkspaceScope::part<LogosMemory>();
   findFrameMaps(matches, work.maps, work.rows);
-  if (work.rows.empty()) {
-    result.status = Status::kDegenerate;
-    result.message = "no match has usable frames";
-    return;
-  }
-  if (n > 1 && (allEqual(matches.left_x, matches.left_y) || allEqual(matches.right_x, matches.right_y))) {
-    result.status = Status::kDegenerate;
-    result.message = "all points of an image are equal";
-    return;
-  }
-  if (work.rows.size() < n)
-    result.message = std::to_string(n - work.rows.size()) + " matches have no usable frames";
+  if (endsAtFrames(matches, work.rows.size(), result)) return;
   work.distinct.assign(matches, work.maps, work.rows);
   const PairColumns m = work.distinct.columns();
   work.turns.clear();

@@ -12,6 +12,7 @@
 #include "base/coordinate_order.h"
 #include "base/workspace_scope.h"
 #include "selectors/parts/cluster_numbers.h"
+#include "selectors/parts/degenerate_input.h"
 
 namespace corrsel::core {
 namespace {
@@ -483,11 +484,7 @@ void RfmScanSelector::run(const Correspondences& matches, Selection& result) con
     result.message = std::to_string(n) + " matches, rfm_scan needs " + std::to_string(kFewest);
     return;
   }
-  if (allEqual(matches.left_x, matches.left_y) || allEqual(matches.right_x, matches.right_y)) {
-    result.status = Status::kDegenerate;
-    result.message = "all points of an image are equal";
-    return;
-  }
+  if (endsAtEqualPoints(matches, result)) return;
   RfmScanMemory& work = WorkspaceScope::part<RfmScanMemory>();
   sortByCoordinates(matches, work.rows, work.scratch);
   scale(matches, work);
