@@ -24,9 +24,9 @@ struct RanksOptions : ConfidenceOptions {
 ///   (sum |p - q| / min(p, q) + 2 (K - c) f) / F,   F = 2 z - 2 K,   f = F / (2 K),
 ///   z = K - 4 floor(K / 2) + 2 (K + 1) sum of 1 / t over t = 1 .. floor(K / 2).
 /// F is that of lists without a common member and twice that of reversed lists, f that of a member without a
-/// partner. A match is accepted if its cost
-/// is at most lambda. There are three passes; from the second one on, the neighbours are the survivors of the
-/// pass before. A pass is left out when too few survive to form a list.
+/// partner. A match is accepted if its cost is at most lambda. There are three passes; from the second one
+/// on, the neighbours are the survivors of the pass before. A pass is left out when too few survive to form a
+/// list.
 ///
 /// Input: coordinates. Equal matches are decided once.
 ///
