@@ -9,15 +9,13 @@
 # CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/root_file_system.sh"
 
 case ${1:-} in
   -h | --help) sed -n '2,9s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;;
   -*) echo "test_without_ros.sh: unknown argument '$1'; valid: a folder, --help" >&2 && exit 2 ;;
 esac
-if [ "$(id -u)" -ne 0 ]; then
-  echo "test_without_ros.sh needs root, for debootstrap and chroot: run it with sudo" >&2
-  exit 1
-fi
+require_root_user
 folder=${1:-$cache_dir/without_ros}
 mirror=${CORRSEL_DEBIAN_MIRROR:-http://deb.debian.org/debian}
 core_packages=(build-essential cmake libeigen3-dev libopencv-dev)
@@ -26,74 +24,26 @@ other_packages=(
   pybind11-dev python3-dev python3-numpy
 )
 
-install_packages debootstrap
+install_packages debootstrap iproute2
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 
-# In a chroot, with its own settings only. The command is read from the standard input.
-in_root() {
-  chroot "$1" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-    bash -euo pipefail -s
-}
-
-# install_in ROOT NAME...: installs the Debian packages that are missing in a root file system.
-install_in() {
-  local root=$1
-  shift
-  in_root "$root" <<EOF
-missing=()
-for name in $*; do
-  [ "\$(dpkg-query -W -f='\${db:Status-Status}' "\$name" 2>/dev/null)" = installed ] || missing+=("\$name")
-done
-if [ \${#missing[@]} -gt 0 ]; then
-  echo "installing in $root: \${missing[*]}"
-  apt-get update -qq
-  apt-get install -y -qq --no-install-recommends "\${missing[@]}" >/tmp/apt.log 2>&1 || { tail -n 20 /tmp/apt.log; exit 1; }
-  apt-get clean
-fi
-EOF
-}
-
-# A root file system gets its name only once it is complete, so that an interrupted run leaves nothing half-made.
-if [ ! -d "$folder/core" ]; then
-  say "debootstrap of Debian 12 in $folder/core"
-  rm -rf "$folder/core.new"
-  debootstrap --variant=minbase bookworm "$folder/core.new" "$mirror" >"$folder/debootstrap.log" 2>&1 || {
-    tail -n 20 "$folder/debootstrap.log" >&2
-    echo "debootstrap failed: the lines above are the end of $folder/debootstrap.log" >&2
-    exit 1
-  }
-  mv "$folder/core.new" "$folder/core"
-fi
+make_root "$folder/core" bookworm "$mirror"
 install_in "$folder/core" "${core_packages[@]}"
 if [ ! -d "$folder/all" ]; then
-  rm -rf "$folder/all.new"
+  remove_folder "$folder/all.new"
   cp -a "$folder/core" "$folder/all.new"
   mv "$folder/all.new" "$folder/all"
 fi
 install_in "$folder/all" "${core_packages[@]}" "${other_packages[@]}"
 
-mounted=()
-unmount() {
-  local path
-  for path in "${mounted[@]}"; do umount "$path"; done
-}
-trap unmount EXIT
 for root in "$folder/core" "$folder/all"; do
   if [ -e "$root/opt/ros" ] || [ -e "$root/usr/share/catkin" ]; then
     echo "$root contains ROS: remove the folder and run this script again" >&2
     exit 1
   fi
-  mountpoint -q "$root/proc" || { mount -t proc proc "$root/proc" && mounted+=("$root/proc"); }
-  # The sources as git sees them, with uncommitted changes.
-  rm -rf "$root/srv/corrsel" "$root/srv/prefix" "$root/srv/use"
-  mkdir -p "$root/srv/corrsel"
-  (
-    cd "$package_dir"
-    git ls-files -z --cached --others --exclude-standard |
-      while IFS= read -r -d '' file; do [ ! -e "$file" ] || printf '%s\0' "$file"; done |
-      tar --create --no-recursion --null --files-from=-
-  ) | tar --extract --directory "$root/srv/corrsel"
+  rm -rf "$root/srv/prefix" "$root/srv/use"
+  copy_sources "$root/srv/corrsel"
 done
 
 use='cmake -S corrsel/test/consumer -B use -DCMAKE_PREFIX_PATH=/srv/prefix >/dev/null
