@@ -2,7 +2,6 @@
 
 #include <cstring>
 #include <memory>
-#include <opencv2/core/version.hpp>
 #include <opencv2/features2d.hpp>
 #include <stdexcept>
 #include <utility>
@@ -14,10 +13,8 @@
 #include "features/detectors/hessian_affine.h"
 #include "features/detectors/orb.h"
 #include "features/detectors/sift.h"
+#include "opencv_version.h"
 #include "pictures.h"
-
-#define CORRSEL_OPENCV_AT_LEAST(major, minor) \
-  (CV_VERSION_MAJOR > (major) || (CV_VERSION_MAJOR == (major) && CV_VERSION_MINOR >= (minor)))
 
 namespace corrsel::performance {
 namespace {

@@ -11,6 +11,7 @@
 #include "base/stopwatch.h"
 #include "corrsel/evaluation/statistics.h"
 #include "corrsel/selectors/factory.h"
+#include "opencv_version.h"
 
 namespace corrsel::performance {
 namespace {
@@ -150,7 +151,8 @@ Method openCv(const std::string& name, const SceneSpec& scene, std::size_t scene
               const OpenCvOptions& options) {
   const bool plane = scene.kind == SceneKind::kPlane;
   return {name, scene, scenes, [options, plane](const std::vector<Scene>& inputs) -> Call {
-            if (options.method == cv::USAC_ACCURATE && inputs[0].left.size() > kMostAccurate) {
+            if (options.method < 0) throw std::runtime_error("not run, needs OpenCV 4.5");
+            if (options.method == CORRSEL_USAC(ACCURATE) && inputs[0].left.size() > kMostAccurate) {
               throw std::runtime_error("not run, crashes in OpenCV 4.6");
             }
             return [options, plane, &inputs](std::size_t k) {
@@ -160,8 +162,13 @@ Method openCv(const std::string& name, const SceneSpec& scene, std::size_t scene
                 cv::findHomography(scene.left, scene.right, options.method, options.threshold, mask,
                                    options.max_iterations, options.confidence);
               } else {
+#if CORRSEL_OPENCV_AT_LEAST(4, 5)
                 cv::findFundamentalMat(scene.left, scene.right, options.method, options.threshold,
                                        options.confidence, options.max_iterations, mask);
+#else  // there the number of iterations is fixed
+                cv::findFundamentalMat(scene.left, scene.right, options.method, options.threshold,
+                                       options.confidence, mask);
+#endif
               }
               return bytes(mask, scene.left.size());
             };

@@ -70,7 +70,7 @@ Method function(const std::string& name, const SceneSpec& scene, std::size_t sce
 
 /// cv::findHomography or cv::findFundamentalMat.
 struct OpenCvOptions {
-  int method = 0;  ///< cv::RANSAC, cv::USAC_DEFAULT...
+  int method = 0;  ///< cv::RANSAC, CORRSEL_USAC(DEFAULT)...
   double threshold = 3;
   int max_iterations = 10000;
   double confidence = 0.99;

@@ -10,6 +10,7 @@
 #include "descriptors.h"
 #include "extraction.h"
 #include "kernels/kernels.h"
+#include "opencv_version.h"
 
 namespace corrsel::performance {
 namespace {
@@ -196,13 +197,13 @@ Comparison usac(const SceneSpec& scene) {
   result.methods[0].name += " " + px + " px";
   SceneSpec sorted = scene;
   sorted.sorted = true;
-  for (const auto& [name, flag] : {std::pair<const char*, int>{"cv USAC_DEFAULT", cv::USAC_DEFAULT},
-                                   {"cv USAC_FAST", cv::USAC_FAST},
-                                   {"cv USAC_ACCURATE", cv::USAC_ACCURATE},
-                                   {"cv USAC_MAGSAC", cv::USAC_MAGSAC}}) {
+  for (const auto& [name, flag] : {std::pair<const char*, int>{"cv USAC_DEFAULT", CORRSEL_USAC(DEFAULT)},
+                                   {"cv USAC_FAST", CORRSEL_USAC(FAST)},
+                                   {"cv USAC_ACCURATE", CORRSEL_USAC(ACCURATE)},
+                                   {"cv USAC_MAGSAC", CORRSEL_USAC(MAGSAC)}}) {
     result.methods.push_back(openCv(name, scene, count, {flag, threshold}));
   }
-  result.methods.push_back(openCv("cv USAC_PROSAC", sorted, count, {cv::USAC_PROSAC, threshold}));
+  result.methods.push_back(openCv("cv USAC_PROSAC", sorted, count, {CORRSEL_USAC(PROSAC), threshold}));
   if (isTarget(scene)) result.targets = {fasterThanEquals(spec + " " + px + " px", plane ? 3 : 2)};
   return result;
 }

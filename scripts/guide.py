@@ -29,7 +29,8 @@ def write_csv(path, rows):
     writer.writerows(rows)
     temporary = path.with_name(".guide-%d.tmp" % os.getpid())
     try:
-        temporary.write_text(stream.getvalue(), encoding="utf-8", errors="replace", newline="\n")
+        with open(temporary, "w", encoding="utf-8", errors="replace", newline="\n") as file:
+            file.write(stream.getvalue())
         os.replace(str(temporary), str(path))
     except OSError as error:
         if temporary.exists():

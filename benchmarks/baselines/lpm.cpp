@@ -33,8 +33,12 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<do
 /// points at the largest distance are kept.
 class NearestByDistanceAndNumber {
  public:
+  using DistanceType = double;
+  using IndexType = std::size_t;
   explicit NearestByDistanceAndNumber(std::size_t k) : k_(k) {}
   bool full() const { return true; }
+  bool empty() const { return found_.empty(); }
+  void sort() {}  // they are always sorted
   bool addPoint(double distance, std::size_t number) {
     const std::pair<double, std::size_t> entry(distance, number);
     found_.insert(std::upper_bound(found_.begin(), found_.end(), entry), entry);
@@ -85,6 +89,10 @@ std::vector<double> costs(const std::vector<Match>& matches, const std::vector<s
                           const Rule& rule) {
   const Points left_points{matches, members, 0}, right_points{matches, members, 2};
   Tree left_tree(2, left_points), right_tree(2, right_points);
+#if NANOFLANN_VERSION < 0x140  // later versions build the tree in its constructor
+  left_tree.buildIndex();
+  right_tree.buildIndex();
+#endif
   NearestByDistanceAndNumber left(std::size_t(rule.listed) + 1), right(left);
   std::vector<double> result(matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) {

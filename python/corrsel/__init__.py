@@ -12,7 +12,7 @@ Matches of another matcher: corrsel.select(left, right, "gms", left_size=(640, 4
     Matches                            putative matches with all their columns
     match, match_features              putative matches of two images, or of their features
     extract, Extractor, Features       keypoints, affine frames and descriptors
-    extractor_names, detector_names, descriptor_names
+    extractor_names, detector_names, descriptor_names, missing_algorithms
     ground_truth_errors, evaluate, Evaluation   precision, recall and F against ground truth
 
 The module corrsel.matches serves programs that use the ROS messages of corrsel.msg; nothing else needs ROS.
@@ -44,6 +44,7 @@ _HOMES = {
         "extractor_names",
         "match",
         "match_features",
+        "missing_algorithms",
     ),
     ("_core", "_core"): ("__version__",),
 }

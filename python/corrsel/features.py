@@ -273,6 +273,12 @@ def descriptor_names():
     return _features.descriptor_names()
 
 
+def missing_algorithms():
+    """Return the detectors that this version of OpenCV lacks, as a dict from the name to the reason that extract()
+    gives in its error."""
+    return dict(_features.missing_algorithms())
+
+
 if match.__doc__:  # there is none under python3 -OO
     match.__doc__ = "%s\n%s\n    " % (
         match.__doc__.rstrip(),

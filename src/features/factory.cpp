@@ -167,6 +167,19 @@ std::vector<std::string> descriptorNames() {
   return names;
 }
 
+std::vector<std::pair<std::string, std::string>> missingAlgorithms() {
+  std::vector<std::pair<std::string, std::string>> result;
+  for (const Algorithm& algorithm : algorithms()) {
+    if (algorithm.detector == nullptr) continue;
+    try {
+      algorithm.detector(algorithm.name, {});
+    } catch (const std::invalid_argument& error) {
+      result.emplace_back(algorithm.name, error.what());
+    }
+  }
+  return result;
+}
+
 std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> featureAlgorithms() {
   std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> result;
   for (const Algorithm& algorithm : algorithms()) result.emplace_back(algorithm.name, algorithm.options());

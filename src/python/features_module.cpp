@@ -192,6 +192,7 @@ PYBIND11_MODULE(_features, module) {
   module.def("extractor_names", &core::extractorNames);
   module.def("detector_names", &core::detectorNames);
   module.def("descriptor_names", &core::descriptorNames);
+  module.def("missing_algorithms", &core::missingAlgorithms);
   module.def("algorithms_of", &core::algorithmsOf);
   module.def("algorithm_options", &algorithmOptions);
   module.def("match_features", &matchFeatures);

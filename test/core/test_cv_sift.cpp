@@ -39,6 +39,15 @@ TEST(CvSift, IsListedWithEveryVersionAndCreatedWhereOpenCvHasIt) {
   }
 }
 
+TEST(CvSift, IsMissingWhereItCannotBeCreated) {
+  const auto missing = missingAlgorithms();
+  ASSERT_EQ(missing.size(), kHasSift ? 0 : 1);
+  for (const auto& [name, reason] : missing) {
+    EXPECT_EQ(name, "cv_sift");
+    EXPECT_EQ(reason, errorOf<std::invalid_argument>([] { createExtractor("cv_sift+cv_sift"); }));
+  }
+}
+
 TEST(CvSift, IsThatOfOpenCv) {
 #if CV_VERSION_MAJOR > 4 || (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 4)
   const cv::Mat image = shapes();

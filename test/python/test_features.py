@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Extraction and matching: the results of C++, arguments of every kind, features of another source."""
 
+import re
 import unittest
 
 import corrsel
@@ -77,6 +78,17 @@ class Results(FeaturesCase):
         self.assertIn("sift+sift", corrsel.extractor_names())
         self.assertIn("blob", corrsel.detector_names())
         self.assertIn("freak", corrsel.descriptor_names())
+
+    def test_missing_algorithms_have_the_reason_of_the_error(self):
+        missing = corrsel.missing_algorithms()
+        for name in corrsel.detector_names():
+            pairing = name + "+" + (name if name in corrsel.descriptor_names() else "sift")
+            with self.subTest(features=pairing):
+                if name in missing:
+                    with self.assertRaisesRegex(ValueError, re.escape(missing[name])):
+                        corrsel.Extractor(pairing)
+                else:
+                    self.assertEqual(corrsel.Extractor(pairing).name, pairing)
 
 
 class Images(FeaturesCase):

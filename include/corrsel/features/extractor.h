@@ -80,6 +80,9 @@ const std::vector<FeatureCombination>& featureCombinations();
 std::vector<std::string> detectorNames();
 std::vector<std::string> descriptorNames();
 
+/// The algorithms that this version of OpenCV lacks, and why createExtractor() throws for them.
+std::vector<std::pair<std::string, std::string>> missingAlgorithms();
+
 /// Every algorithm (detector, descriptor or both) with its default options.
 std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> featureAlgorithms();
 

@@ -217,6 +217,7 @@ void printList() {
             << "\nfeatures:  " << core::joinList(core::extractorNames())
             << "\n  or detector+descriptor: detectors " << core::joinList(core::detectorNames())
             << "; descriptors " << core::joinList(core::descriptorNames()) << "\n";
+  for (const auto& [name, reason] : core::missingAlgorithms()) std::cout << "  missing: " << reason << "\n";
   const std::vector<core::SelectorFactory> selectors = printSelectors();
   std::cout << "options of the features:\n";
   for (const auto& [name, options] : core::featureAlgorithms()) {
