@@ -18,11 +18,12 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/root_file_system.sh"
 
-# Name, suite, C++ compiler, its package, further arguments of CMake.
+# Name, suite, C++ compiler, its package, further arguments of the compiler. bullseye-as-focal stands for Ubuntu 20.04, see
+# the header that it includes.
 platforms=(
   "bullseye-gcc-9 bullseye g++-9 g++-9"
   "bullseye-gcc-10 bullseye g++-10 g++-10"
-  "bullseye-opencv-4.2 bullseye g++-9 g++-9 -DCMAKE_CXX_FLAGS=-include\ /srv/corrsel/test/opencv_4_2/opencv_4_2.h"
+  "bullseye-as-focal bullseye g++-9 g++-9 -include /srv/corrsel/test/ubuntu_20_04/ubuntu_20_04.h"
   "bookworm-gcc-12 bookworm g++-12 g++-12"
   "bookworm-clang-14 bookworm clang++-14 clang-14"
   "trixie-gcc-14 trixie g++-14 g++-14"

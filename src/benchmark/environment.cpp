@@ -5,13 +5,13 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/version.hpp>
 #include <thread>
 
 #include "base/text.h"
 #include "benchmark/files.h"
+#include "benchmark/ordered_json.h"
 #include "corrsel/benchmark/results.h"
 #include "kernels/kernels.h"
 
@@ -41,8 +41,8 @@ std::string firstValue(const char* file, const std::string& key) {
 }
 
 /// What this program runs on, as a flat object.
-nlohmann::ordered_json environment(int threads) {
-  nlohmann::ordered_json json;
+OrderedJson environment(int threads) {
+  OrderedJson json;
   json["corrsel_version"] = CORRSEL_VERSION;
   json["corrsel_commit"] = CORRSEL_COMMIT;
   json["build_type"] = CORRSEL_BUILD_TYPE;
@@ -72,8 +72,7 @@ nlohmann::ordered_json environment(int threads) {
   }
   std::ifstream governor("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
   std::string text;
-  json["cpu_governor"] =
-      std::getline(governor, text) ? nlohmann::ordered_json(text) : nlohmann::ordered_json(nullptr);
+  json["cpu_governor"] = std::getline(governor, text) ? OrderedJson(text) : OrderedJson(nullptr);
   return json;
 }
 
@@ -86,18 +85,18 @@ std::string fileIn(const std::string& folder) {
 std::string environmentJson(int threads) { return environment(threads).dump(2) + "\n"; }
 
 void writeEnvironment(const std::string& folder, int threads) {
-  nlohmann::ordered_json json = environment(threads);
-  const auto before = nlohmann::ordered_json::parse(readTextFile(fileIn(folder)), nullptr, false);
+  OrderedJson json = environment(threads);
+  const auto before = OrderedJson::parse(readTextFile(fileIn(folder)), nullptr, false);
   if (before.is_object() && before.contains("merged_from")) json["merged_from"] = before["merged_from"];
   writeFile(fileIn(folder), json.dump(2) + "\n");
 }
 
 void addMergedEnvironment(const std::string& folder, const std::string& from, std::size_t pairs) {
-  nlohmann::ordered_json json, other;
+  OrderedJson json, other;
   try {
-    json = nlohmann::ordered_json::parse(readTextFile(fileIn(folder)));
-    other = nlohmann::ordered_json::parse(readTextFile(fileIn(from)));
-  } catch (const nlohmann::json::exception& problem) {
+    json = OrderedJson::parse(readTextFile(fileIn(folder)));
+    other = OrderedJson::parse(readTextFile(fileIn(from)));
+  } catch (const OrderedJson::exception& problem) {
     throw RunFolderError("cannot merge " + from + ": environment.json is damaged (" + problem.what() + ")");
   }
   other["pairs"] = pairs;

@@ -3,12 +3,12 @@
 #include <filesystem>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
 
 #include "base/text.h"
 #include "benchmark/files.h"
+#include "benchmark/ordered_json.h"
 #include "benchmark/tables.h"
 #include "corrsel/benchmark/results.h"
 #include "corrsel/benchmark/run_folder.h"
@@ -18,7 +18,7 @@ namespace corrsel::core {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
+using Json = OrderedJson;
 
 /// Undefined numbers are null.
 Json jsonOf(const CellValue& cell) {

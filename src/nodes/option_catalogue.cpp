@@ -5,9 +5,9 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
+#include "benchmark/ordered_json.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
@@ -19,7 +19,7 @@
 namespace corrsel {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = core::OrderedJson;
 
 Json toJson(const core::OptionValue& option) {
   return std::visit([](const auto& value) { return Json(value); }, option);

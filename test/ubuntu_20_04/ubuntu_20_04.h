@@ -1,9 +1,9 @@
-// Makes the installed OpenCV look like OpenCV 4.2.0, the one of Ubuntu 20.04, where that cannot be had: the
-// platform bullseye-opencv-4.2 of scripts/test_platforms.sh includes this header before everything else. It
-// reports version 4.2.0, and a name that OpenCV got later is a compile error. What OpenCV 4.2's libraries
-// compute differently is not seen.
+// Makes the installed libraries look like those of Ubuntu 20.04, where that cannot be had: OpenCV 4.2.0 and
+// nlohmann-json 3.7.3. The platform bullseye-as-focal of scripts/test_platforms.sh includes this header
+// before everything else. The libraries report these versions, and a name that they got later is a compile
+// error. What the old libraries compute differently is not seen.
 //
-// The names are those of OpenCV's list of changes from 4.3 to 4.12, of the modules that corrsel uses.
+// The names of OpenCV are those of its list of changes from 4.3 to 4.12, of the modules that corrsel uses.
 #pragma once
 
 #if __has_include(<opencv2/core.hpp>)
@@ -40,8 +40,7 @@ inline Mat findFundamentalMatOf42(InputArray left, InputArray right, int method 
 #pragma GCC poison solvePnPRefineLM undistortImagePoints SOLVEPNP_SQPNP recoverPose3D \
     estimateChessboardSharpness
 // core
-#pragma GCC poison reduceArgMax reduceArgMin hasNonZero flipND transposeND copyAt REDUCE_SUM2 \
-    AlgorithmHint
+#pragma GCC poison reduceArgMax reduceArgMin hasNonZero flipND transposeND copyAt REDUCE_SUM2 AlgorithmHint
 // imgcodecs
 #pragma GCC poison imcount ImageCollection imdecodemulti imencodemulti IMREAD_COLOR_RGB \
     IMWRITE_JPEG_SAMPLING_FACTOR
@@ -49,4 +48,14 @@ inline Mat findFundamentalMatOf42(InputArray left, InputArray right, int method 
 // imgproc
 #pragma GCC poison INTER_NEAREST_EXACT stackBlur COLORMAP_DEEPGREEN THRESH_DRYRUN approxPolyN \
     findContoursLinkRuns
+#endif
+
+#if __has_include(<nlohmann/json.hpp>)
+#include <nlohmann/json.hpp>
+
+#undef NLOHMANN_JSON_VERSION_MINOR
+#undef NLOHMANN_JSON_VERSION_PATCH
+#define NLOHMANN_JSON_VERSION_MINOR 7
+#define NLOHMANN_JSON_VERSION_PATCH 3
+#pragma GCC poison ordered_json ordered_map
 #endif
