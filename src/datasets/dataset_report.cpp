@@ -97,7 +97,7 @@ std::string DatasetReport::text() const {
   return text;
 }
 
-DatasetReport describe(const DatasetReader& reader) {
+DatasetReport describe(const DatasetReader& reader, CheckDepth depth) {
   DatasetReport report;
   std::set<std::string> sequences;
   for (std::size_t i = 0; i < reader.size(); ++i) {
@@ -105,7 +105,11 @@ DatasetReport describe(const DatasetReader& reader) {
     report.dataset = id.dataset;
     sequences.insert(id.sequence);
     try {
-      reader.check(i);
+      if (depth == CheckDepth::kPixels) {
+        reader.read(i);
+      } else {
+        reader.check(i);
+      }
     } catch (const DatasetError& error) {
       report.problems.push_back(id.text() + ": " + error.what());
     }

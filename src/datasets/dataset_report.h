@@ -21,8 +21,14 @@ struct DatasetReport {
   std::string text() const;
 };
 
-/// Checks the files of every pair with DatasetReader::check(). A broken pair is listed and does not end the
-/// check. Missing sequences are known for vgg, symbench and adelaidermf.
-DatasetReport describe(const DatasetReader& reader);
+/// How thoroughly describe() looks at a dataset.
+enum class CheckDepth {
+  kFiles,   ///< DatasetReader::check(): images need only exist
+  kPixels,  ///< DatasetReader::read(): images are decoded, too
+};
+
+/// Checks the files of every pair. A broken pair is listed and does not end the check. Missing sequences are
+/// known for vgg, symbench and adelaidermf.
+DatasetReport describe(const DatasetReader& reader, CheckDepth depth);
 
 }  // namespace corrsel::core

@@ -1,7 +1,9 @@
 #include "datasets/files.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -11,18 +13,32 @@
 
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
+#include "datasets/image_bytes.h"
 
 namespace corrsel::core {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kImageExtensions[] = {".ppm", ".pgm", ".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff",
-                                            ".PPM", ".PGM", ".PNG", ".JPG", ".JPEG", ".BMP", ".TIF", ".TIFF"};
+constexpr const char* kImageExtensions[] = {".ppm", ".pgm", ".png",  ".jpg", ".jpeg",
+                                            ".bmp", ".tif", ".tiff", ".webp"};
 
 bool isFile(const std::string& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored);
+}
+
+/// Files `stem` plus any extension, in byte order.
+std::vector<std::string> filesOf(const std::string& stem) {
+  const fs::path path(stem);
+  std::vector<std::string> paths;
+  for (const std::string& name : fileNames(path.parent_path().string())) {
+    const fs::path file(name);
+    if (file.has_extension() && file.stem() == path.filename()) {
+      paths.push_back((path.parent_path() / file).string());
+    }
+  }
+  return paths;
 }
 
 [[noreturn]] void fail(const std::string& path, const std::string& fault, const std::string& remedy) {
@@ -35,35 +51,52 @@ void requireImageFile(const std::string& path, const std::string& remedy) {
   if (!isFile(path)) fail(path, "the image is missing", remedy);
 }
 
-std::string findImage(const std::string& stem) {
-  for (const char* extension : kImageExtensions) {
-    if (isFile(stem + extension)) return stem + extension;
+std::string imageExtensions() { return joinList({std::begin(kImageExtensions), std::end(kImageExtensions)}); }
+
+bool isImageExtension(const std::string& extension) {
+  std::string lower = extension;
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return std::find(std::begin(kImageExtensions), std::end(kImageExtensions), lower) !=
+         std::end(kImageExtensions);
+}
+
+std::vector<std::string> imagesOf(const std::string& stem) {
+  std::vector<std::string> paths;
+  for (const std::string& path : filesOf(stem)) {
+    if (isImageExtension(fs::path(path).extension().string())) paths.push_back(path);
   }
-  return "";
+  return paths;
 }
 
 std::string requireImage(const std::string& stem, const std::string& remedy) {
-  const std::string path = findImage(stem);
-  if (path.empty()) {
-    fail(stem, "the image is missing (tried .ppm, .pgm, .png, .jpg, .jpeg, .bmp, .tif, .tiff)", remedy);
+  const std::vector<std::string> paths = imagesOf(stem);
+  if (paths.size() == 1) return paths.front();
+  if (!paths.empty()) {
+    std::vector<std::string> names;
+    for (const std::string& path : paths) names.push_back(fs::path(path).filename().string());
+    fail(stem, joinList(names, " and ") + " are several files for one image",
+         "keep the one to which the ground truth belongs");
   }
-  return path;
-}
-
-bool isImageExtension(const std::string& extension) {
-  return std::find(std::begin(kImageExtensions), std::end(kImageExtensions), extension) !=
-         std::end(kImageExtensions);
+  const std::vector<std::string> others = filesOf(stem);
+  if (others.empty()) fail(stem, "the image is missing (tried " + imageExtensions() + ")", remedy);
+  fail(others.front(), "files of this type are not read as images; " + imageExtensions() + " are",
+       "convert the image to PNG");
 }
 
 cv::Mat readImageFile(const std::string& path, const std::string& remedy) {
   requireImageFile(path, remedy);
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) fail(path, "the image cannot be opened", "check the permissions of the file");
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(stream), {}};
+  const std::string fault = "the image cannot be decoded: ";
+  if (bytes.empty() || isCutOff(bytes)) throw DatasetError(path + ": " + fault + undecodableCause(bytes));
   cv::Mat image;
   try {
-    image = cv::imread(path, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    image = cv::imdecode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& error) {
-    fail(path, "the image cannot be decoded (" + error.err + ")", remedy);
+    fail(path, fault + error.err, remedy);
   }
-  if (image.empty()) fail(path, "the image cannot be decoded", remedy);
+  if (image.empty()) throw DatasetError(path + ": " + fault + undecodableCause(bytes));
   return image;
 }
 

@@ -9,22 +9,25 @@ namespace corrsel::core {
 
 /// Reads an image as it is stored: 8 bit, one channel or three (BGR); deeper images are scaled to 8 bit, an
 /// alpha channel is dropped and an Exif orientation is not applied, since ground truth counts stored pixels.
-/// Throws DatasetError naming the file when it is missing or cannot be decoded.
-/// @param remedy  the last part of the error: what the user can do
+/// Throws DatasetError naming the file when it is missing, and with the cause when it cannot be decoded.
+/// @param remedy  the last part of the error: what the user can do about a missing file
 cv::Mat readImageFile(const std::string& path, const std::string& remedy);
 
 /// Throws DatasetError naming the file when it is missing. It is not opened.
 void requireImageFile(const std::string& path, const std::string& remedy);
 
-/// The image file `stem` plus an extension: the first that exists of .ppm, .pgm, .png, .jpg, .jpeg, .bmp,
-/// .tif and .tiff in lower case, then in upper case. Empty where none does.
+/// The image files `stem` plus an extension that isImageExtension() accepts, in byte order.
 /// @param stem  path without extension
-std::string findImage(const std::string& stem);
+std::vector<std::string> imagesOf(const std::string& stem);
 
-/// The same, but throws DatasetError naming the stem and the extensions tried where there is none.
+/// The only one of them. Throws DatasetError naming the stem and the extensions tried where there is none,
+/// the file where one of another type is there instead, and the files where there are several.
 std::string requireImage(const std::string& stem, const std::string& remedy);
 
-/// Whether `extension` (with its dot) is one of those that findImage() tries.
+/// The extensions of images that are read, for texts: ".ppm, .pgm, ...".
+std::string imageExtensions();
+
+/// Whether `extension` (with its dot, in lower or upper case) is one of them.
 bool isImageExtension(const std::string& extension);
 
 /// Reads a homography from a text file of nine numbers, row by row, separated by white space. The matrix is

@@ -146,11 +146,14 @@ std::vector<std::string> HomographyPairReader::files() const {
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     const PairFiles files = pairFiles(layoutOf(layout_), folderOf(i), pairs_[i].right);
     const bool first_of_sequence = i == 0 || pairs_[i].sequence != pairs_[i - 1].sequence;
-    if (first_of_sequence) paths.push_back(findImage(files.left));
-    paths.push_back(findImage(files.right));
-    paths.push_back(files.homography);
+    const auto add = [&paths](const std::vector<std::string>& more) {
+      paths.insert(paths.end(), more.begin(), more.end());
+    };
+    if (first_of_sequence) add(imagesOf(files.left));
+    add(imagesOf(files.right));
+    add(existingFiles({files.homography}));
   }
-  return existingFiles(paths);
+  return paths;
 }
 
 bool HomographyPairReader::recognises(const std::string& root, HomographyLayout layout_id) {
@@ -160,8 +163,8 @@ bool HomographyPairReader::recognises(const std::string& root, HomographyLayout 
     const int highest = highestNumber(layout, folder);
     for (int number = 2; number <= highest; ++number) {
       const PairFiles files = pairFiles(layout, folder, number);
-      if (!existingFiles({files.homography}).empty() && !findImage(files.left).empty() &&
-          !findImage(files.right).empty()) {
+      if (!existingFiles({files.homography}).empty() && !imagesOf(files.left).empty() &&
+          !imagesOf(files.right).empty()) {
         return true;
       }
     }

@@ -25,24 +25,26 @@ struct Arguments {
 
 corrsel::CommandLineTable argumentTable() {
   const corrsel::DatasetBagOptions defaults;
-  return {"make_dataset_bag",
-          "Writes a dataset as a bag that the benchmark and the nodelets read, or checks it with --check.",
-          {},
-          {
-              {"dataset", "NAME", "",
-               corrsel::core::joinList(corrsel::core::datasetNames()) +
-                   "; or any other name: the layout is then recognised from the files"},
-              {"path", "FOLDER", "", "folder of the dataset"},
-              {"output", "FILE.bag", "", "the bag to write; an existing file is replaced"},
-              {"check", "", "",
-               "only report what the folder holds, what it lacks and which pairs are broken; write no bag"},
-              {"compressed", "", "", "write the images as PNG (smaller, slower) instead of raw"},
-              {"period", "S", corrsel::core::formatNumber(defaults.period), "time between two pairs, s"},
-              {"seed", "N", "0", "seed of datasets that generate pairs"},
-          },
-          "exit code: 0 = all pairs written (--check: no pair is broken), 1 = problems, which are listed, 2 "
-          "= wrong\n"
-          "arguments\n"};
+  return {
+      "make_dataset_bag",
+      "Writes a dataset as a bag that the benchmark and the nodelets read, or checks it with --check.",
+      {},
+      {
+          {"dataset", "NAME", "",
+           corrsel::core::joinList(corrsel::core::datasetNames()) +
+               "; or any other name: the layout is then recognised from the files"},
+          {"path", "FOLDER", "", "folder of the dataset"},
+          {"output", "FILE.bag", "", "the bag to write; an existing file is replaced"},
+          {"check", "", "",
+           "decode everything and report what the folder holds, what it lacks and which pairs are broken; "
+           "write no bag"},
+          {"compressed", "", "", "write the images as PNG (smaller, slower) instead of raw"},
+          {"period", "S", corrsel::core::formatNumber(defaults.period), "time between two pairs, s"},
+          {"seed", "N", "0", "seed of datasets that generate pairs"},
+      },
+      "exit code: 0 = all pairs written (--check: no pair is broken), 1 = problems, which are listed, 2 "
+      "= wrong\n"
+      "arguments\n"};
 }
 
 /// Throws corrsel::UsageError.
@@ -65,7 +67,9 @@ Arguments argumentsOf(const corrsel::ArgumentValues& values) {
 int run(const Arguments& arguments) {
   const std::unique_ptr<corrsel::core::DatasetReader> reader =
       corrsel::core::openDataset(arguments.dataset, arguments.path, arguments.seed);
-  const corrsel::core::DatasetReport report = corrsel::core::describe(*reader);
+  // The images are decoded once: here, or when they are written.
+  const auto depth = arguments.check ? corrsel::core::CheckDepth::kPixels : corrsel::core::CheckDepth::kFiles;
+  const corrsel::core::DatasetReport report = corrsel::core::describe(*reader, depth);
   std::cout << report.text() << std::flush;
   if (arguments.check) return report.problems.empty() ? kOk : kProblems;
   std::vector<std::string> problems;

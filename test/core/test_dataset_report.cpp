@@ -28,9 +28,8 @@ TEST_F(Report, TellsWhatIsFoundMissingAndBroken) {
   fs::remove(path("bark/img3.ppm"));
   fs::remove(path("graf/H1to2p"));
   write("graf/H1to6p", "1 0 0 0 1 0 0 0 word");
-  write("graf/img4.ppm", "no image");  // found out when it is read
 
-  const DatasetReport report = describe(*openDataset("vgg", path()));
+  const DatasetReport report = describe(*openDataset("vgg", path()), CheckDepth::kFiles);
   EXPECT_EQ(report.dataset, "vgg");
   EXPECT_EQ(report.sequences, 2u);
   EXPECT_EQ(report.pairs, 10u);
@@ -48,18 +47,39 @@ TEST_F(Report, TellsWhatIsFoundMissingAndBroken) {
   EXPECT_TRUE(contains(text, "broken: " + report.problems[1] + "\n")) << text;
 }
 
+TEST_F(Report, ImagesAreDecodedWherePixelsAreChecked) {
+  for (const char* pair : {"cut_off", "empty", "text", "whole"}) {
+    writeImage(fs::path(pair) / "left.png", 7);
+    writeImage(fs::path(pair) / "right.png", 9);
+    write(fs::path(pair) / "H.txt", "1 0 0 0 1 0 0 0 1");
+  }
+  fs::resize_file(path("cut_off/right.png"), 60);
+  write("empty/left.png", "");
+  write("text/right.png", "no image");
+  EXPECT_TRUE(describe(*openDataset("mine", path()), CheckDepth::kFiles).problems.empty());
+  const std::string fault = ": the image cannot be decoded: ";
+  EXPECT_EQ(describe(*openDataset("mine", path()), CheckDepth::kPixels).problems,
+            (std::vector<std::string>{
+                "mine/cut_off/1-2: " + path("cut_off/right.png") + fault +
+                    "the PNG data are cut off after 60 bytes; copy or download the file again",
+                "mine/empty/1-2: " + path("empty/left.png") + fault +
+                    "the file is empty (0 bytes); copy or download the file again",
+                "mine/text/1-2: " + path("text/right.png") + fault +
+                    "the file is not an image, it begins with 'no image'; replace it by the image"}));
+}
+
 TEST_F(Report, WholeDatasetsHaveOneLine) {
   writeImage("s/left.png");
   writeImage("s/right.png");
   write("s/H.txt", "1 0 0 0 1 0 0 0 1");
-  EXPECT_EQ(describe(*openDataset("mine", path())).text(),
+  EXPECT_EQ(describe(*openDataset("mine", path()), CheckDepth::kPixels).text(),
             "mine: found 1 sequence, 1 pair, none of them broken\n");
 }
 
 TEST_F(Report, BrokenMatFilesDoNotEndIt) {
   write("barrsmith.mat", "no MATLAB file");
   write("sene.mat", "");
-  const DatasetReport report = describe(*openDataset("adelaidermf", path()));
+  const DatasetReport report = describe(*openDataset("adelaidermf", path()), CheckDepth::kFiles);
   EXPECT_EQ(report.problems.size(), 2u);
   EXPECT_EQ(report.missing.size(), 36u);
 }
@@ -78,7 +98,7 @@ TEST(ReportOfRealData, VggSymbenchAndAdelaideRmf) {
     const std::string folder = sharedData(c.name);
     if (folder.empty()) continue;
     ++seen;
-    const DatasetReport report = describe(*openDataset(c.name, folder));
+    const DatasetReport report = describe(*openDataset(c.name, folder), CheckDepth::kFiles);
     EXPECT_EQ(report.sequences, c.sequences) << c.name;
     EXPECT_EQ(report.pairs, c.pairs) << c.name;
     EXPECT_EQ(report.missing, c.missing) << c.name;

@@ -107,7 +107,7 @@ TEST_F(HomographyPairs, ReadsHpatches) {
 }
 
 TEST_F(HomographyPairs, ReadsPlainPairsInEveryFormat) {
-  const char* const extensions[] = {".png", ".jpg", ".jpeg", ".ppm", ".pgm", ".bmp", ".tif", ".JPG"};
+  const char* const extensions[] = {".png", ".jpg", ".jpeg", ".ppm", ".pgm", ".bmp", ".tif", ".webp", ".JPG"};
   for (const char* extension : extensions) {
     const std::string name = std::string("pair") + extension;
     writeImage(name + "/left" + extension, 40);
@@ -122,6 +122,42 @@ TEST_F(HomographyPairs, ReadsPlainPairsInEveryFormat) {
     EXPECT_NEAR(pair.right.data[0], 80, 1) << pair.id.text();
     EXPECT_EQ(pair.truth.matrix(0, 2), 5);
   }
+}
+
+TEST_F(HomographyPairs, TwoFilesForOneImageAreRefused) {
+  const struct {
+    HomographyLayout layout;
+    const char *left, *right, *homography;
+  } layouts[] = {{HomographyLayout::kVgg, "img1", "img2", "H1to2p"},
+                 {HomographyLayout::kNumbered, "img1", "img2", "H1to2p"},
+                 {HomographyLayout::kHpatches, "1", "2", "H_1_2"},
+                 {HomographyLayout::kSymbench, "01", "02", "H1to2"},
+                 {HomographyLayout::kPairs, "left", "right", "H.txt"}};
+  for (const auto& layout : layouts) {
+    fs::remove_all(root_);
+    const fs::path scene = "s";
+    const std::string left = layout.left, right = layout.right;
+    for (const std::string& image : {left + ".png", left + ".JPG", right + ".png"}) writeImage(scene / image);
+    write(scene / layout.homography, "1 0 0 0 1 0 0 0 1");
+    const HomographyPairReader reader("mine", path(), layout.layout);
+    const std::string error = errorOf<DatasetError>([&] { reader.read(0); });
+    EXPECT_EQ(error,
+              path(scene / left) + ": " + left + ".JPG and " + left +
+                  ".png are several files for one image; keep the one to which the ground truth belongs");
+    EXPECT_EQ(errorOf<DatasetError>([&] { reader.check(0); }), error);
+    EXPECT_EQ(reader.files().size(), 4u);
+  }
+}
+
+TEST_F(HomographyPairs, TypesThatAreNotReadAreNamed) {
+  writeImage("s/left.png");
+  write("s/right.heic", "");
+  write("s/H.txt", "1 0 0 0 1 0 0 0 1");
+  const HomographyPairReader reader("pairs", path(), HomographyLayout::kPairs);
+  EXPECT_EQ(errorOf<DatasetError>([&] { reader.read(0); }),
+            path("s/right.heic") +
+                ": files of this type are not read as images; .ppm, .pgm, .png, .jpg, .jpeg, "
+                ".bmp, .tif, .tiff, .webp are; convert the image to PNG");
 }
 
 TEST_F(HomographyPairs, BadHomographiesAreNamed) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "datasets/image_bytes.h"
 #include "features/parts/grey_image.h"
 
 namespace corrsel {
@@ -127,16 +128,6 @@ sensor_msgs::ImageConstPtr checked(const sensor_msgs::ImageConstPtr& image) {
   const int depth = enc::bitDepth(image->encoding);
   requirePixels(*image, static_cast<std::size_t>(enc::numChannels(image->encoding) * depth / 8));
   return inNativeOrder(image, depth);
-}
-
-/// Whether a JPEG has no end-of-image marker behind its last start-of-scan marker; inside a scan neither can
-/// occur (ITU-T T.81, B.1.1.2 and F.1.2.3). OpenCV decodes such data without an error.
-bool isCutOffJpeg(const std::vector<std::uint8_t>& data) {
-  constexpr std::uint8_t kStartOfImage[] = {0xff, 0xd8}, kStartOfScan[] = {0xff, 0xda},
-                         kEndOfImage[] = {0xff, 0xd9};
-  if (data.size() < 2 || !std::equal(kStartOfImage, kStartOfImage + 2, data.begin())) return false;
-  const auto scan = std::find_end(data.begin(), data.end(), kStartOfScan, kStartOfScan + 2);
-  return std::search(scan, data.end(), kEndOfImage, kEndOfImage + 2) == data.end();
 }
 
 }  // namespace
@@ -417,7 +408,7 @@ cv_bridge::CvImageConstPtr fromMsgForFeatures(const sensor_msgs::ImageConstPtr& 
 
 cv::Mat fromMsg(const sensor_msgs::CompressedImage& msg) {
   cv::Mat image;
-  if (isCutOffJpeg(msg.data)) {
+  if (core::isCutOff(msg.data)) {
     throw std::invalid_argument("compressed image of format '" + msg.format + "', " +
                                 std::to_string(msg.data.size()) + " bytes, is cut off");
   }
