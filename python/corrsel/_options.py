@@ -35,12 +35,12 @@ def options(name):
     algorithms = _feature_options()
     if name in algorithms:
         return algorithms[name]
-    try:
-        return options_from(_core.Selector(name, {}).options())
-    except ValueError as error:
-        if not algorithms:
-            raise
-        raise ValueError("%s; of features: %s" % (error, ", ".join(algorithms))) from None
+    names = _core.selector_names() + list(algorithms)
+    if "/" not in name and name.split(":")[0] not in names:
+        raise ValueError(
+            "unknown selector or algorithm of features '%s'%s" % (name, _core.valid_names(name, names))
+        )
+    return options_from(_core.Selector(name, {}).options())
 
 
 def to_text(context, values):

@@ -37,7 +37,8 @@ OptionValue parse(const OptionField& field, const std::string& text, const std::
       return parseFlag(text, label);
     default:
       if (valid(field, text)) return text;
-      throw std::invalid_argument(label + ": '" + text + "' is not one of " + field.range());
+      throw std::invalid_argument(label + ": '" + text + "' is not one of " + field.range() +
+                                  didYouMean(text, choiceNames(field)));
   }
 }
 
@@ -116,8 +117,7 @@ void setOptions(OptionSet& options, const OptionMap& values, const std::string& 
   for (const OptionField& field : optionFields(options)) known.push_back(field.name);
   for (const auto& [name, value] : values) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      throw std::invalid_argument("unknown option " + context + "." + name +
-                                  "; valid: " + (known.empty() ? "none" : joinList(known)));
+      throw std::invalid_argument("unknown option " + context + "." + name + validNames(name, known));
     }
   }
 }

@@ -1,7 +1,11 @@
 #include "corrsel/selection.h"
 
 #include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
+
+#include "base/text.h"
 
 namespace corrsel::core {
 namespace {
@@ -28,12 +32,12 @@ std::string toString(Status status) {
 }
 
 Status statusFromString(const std::string& text) {
-  std::string valid;
+  std::vector<std::string> valid;
   for (const auto& [value, name] : kStatusTexts) {
     if (text == name) return value;
-    valid += std::string(valid.empty() ? "" : ", ") + name;
+    valid.emplace_back(name);
   }
-  throw std::invalid_argument("unknown status '" + text + "'; valid: " + valid);
+  throw std::invalid_argument("unknown status '" + text + "'" + validNames(text, valid));
 }
 
 std::string toString(ModelKind kind) {

@@ -1,5 +1,7 @@
 #include "base/text.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +10,7 @@
 #include <iterator>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace corrsel::core {
 namespace {
@@ -17,6 +20,45 @@ std::string trim(const std::string& text) {
   const std::size_t first = text.find_first_not_of(blanks);
   if (first == std::string::npos) return "";
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+/// A name without what people confuse: case and separators.
+std::string folded(const std::string& name) {
+  std::string result;
+  for (const char c : name) {
+    if (c != '_' && c != '-' && c != ' ') {
+      result += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+  }
+  return result;
+}
+
+/// What typing errors cost. Swapped neighbours are the likeliest ones.
+constexpr std::size_t kEditCost = 4, kSwapCost = 3;
+
+/// Cost of the insertions, deletions, replacements and swaps of neighbours between two texts, where no part
+/// is edited twice.
+std::size_t editCost(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = kEditCost * j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    before.swap(last);
+    last.swap(row);
+    row[0] = kEditCost * i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : kEditCost);
+      row[j] = std::min({last[j] + kEditCost, row[j - 1] + kEditCost, replaced});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        row[j] = std::min(row[j], before[j - 2] + kSwapCost);
+      }
+    }
+  }
+  return row.back();
+}
+
+/// Cost up to which one name may be the other one misspelt.
+std::size_t largestEditCost(const std::string& a, const std::string& b) {
+  return kEditCost * (std::max(a.size(), b.size()) / 3);
 }
 
 }  // namespace
@@ -78,6 +120,39 @@ std::string joinList(const std::vector<std::string>& items, const std::string& s
   std::string text;
   for (std::size_t i = 0; i < items.size(); ++i) text += (i ? separator : "") + items[i];
   return text;
+}
+
+std::string nearestName(const std::string& word, const std::vector<std::string>& names) {
+  constexpr std::size_t kShortestBeginning = 3;
+  const std::string wanted = folded(word);
+  // Misspelt names come before those that begin with `word`.
+  std::pair<bool, std::size_t> best;
+  const std::string* nearest = nullptr;
+  for (const std::string& name : names) {
+    const std::string candidate = folded(name);
+    const std::size_t cost = editCost(wanted, candidate);
+    const bool misspelt = cost <= largestEditCost(wanted, candidate);
+    const bool beginning =
+        wanted.size() >= kShortestBeginning && candidate.compare(0, wanted.size(), wanted) == 0;
+    const std::pair<bool, std::size_t> rank = {!misspelt, cost};
+    if ((misspelt || beginning) && (nearest == nullptr || rank < best)) {
+      best = rank;
+      nearest = &name;
+    }
+  }
+  return nearest == nullptr ? "" : *nearest;
+}
+
+std::string didYouMean(const std::string& word, const std::vector<std::string>& names) {
+  const std::string name = nearestName(word, names);
+  return name.empty() ? "" : "; did you mean '" + name + "'?";
+}
+
+std::string validNames(const std::string& word, const std::vector<std::string>& names,
+                       const std::string& heading) {
+  const std::string question = didYouMean(word, names);
+  return (question.empty() ? ";" : question) + " " + heading + ": " +
+         (names.empty() ? "none" : joinList(names));
 }
 
 std::string csvField(const std::string& text) {

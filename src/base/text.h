@@ -18,6 +18,21 @@ std::vector<std::string> splitList(const std::string& text, char separator = ','
 
 std::string joinList(const std::vector<std::string>& items, const std::string& separator = ", ");
 
+/// The name that `word` probably means: the one with the fewest edits (a character inserted, left out,
+/// replaced, or, likeliest, swapped with its neighbour), or else the shortest one that begins with `word`.
+/// Case is ignored, and so are '_', '-' and blanks. Of several equally near names the first one is returned.
+/// The text is empty where every name differs in more than a third of its characters, and begins otherwise.
+std::string nearestName(const std::string& word, const std::vector<std::string>& names);
+
+/// "; did you mean 'gms'?" with the nearest name, or an empty text where no name is near.
+std::string didYouMean(const std::string& word, const std::vector<std::string>& names);
+
+/// The end of a message about an unknown name: "; did you mean 'gms'? valid: gms, lpm", without the question
+/// where no name is near.
+/// @param heading  of the list
+std::string validNames(const std::string& word, const std::vector<std::string>& names,
+                       const std::string& heading = "valid");
+
 /// A CSV field (RFC 4180): quoted if it contains a comma, a quote or a line break. Line breaks become blanks,
 /// so that every record stays on one line.
 std::string csvField(const std::string& text);

@@ -29,7 +29,7 @@ double Metrics::*metricNamed(const std::string& name) {
   for (const auto& [known, member] : kMetrics) {
     if (name == known) return member;
   }
-  throw std::invalid_argument("unknown metric '" + name + "'; valid: " + joinList(comparisonMetrics()));
+  throw std::invalid_argument("unknown metric '" + name + "'" + validNames(name, comparisonMetrics()));
 }
 
 /// Dataset, features, preselection, selector.

@@ -117,9 +117,10 @@ void BenchmarkConfig::resolve() {
   requireSome("features", features);
   requireSome("preselection", preselection);
   if (datasets.empty() && bags.empty()) throw std::invalid_argument("neither a dataset nor a bag is given");
+  const std::vector<std::string> preselections = {"none", "nnsr"};
   for (const std::string& name : preselection) {
-    if (name != "none" && name != "nnsr") {
-      throw std::invalid_argument("unknown preselection '" + name + "'; valid: none, nnsr");
+    if (std::find(preselections.begin(), preselections.end(), name) == preselections.end()) {
+      throw std::invalid_argument("unknown preselection '" + name + "'" + validNames(name, preselections));
     }
   }
   if (tolerances.empty()) throw std::invalid_argument("tolerances is empty: name at least one, in px");
@@ -147,11 +148,11 @@ void BenchmarkConfig::resolve() {
     createSelector(spec, options[algorithmOf(spec)]);
     known.insert(algorithmOf(spec));
   }
+  const std::vector<std::string> used(known.begin(), known.end());
   for (const auto& [algorithm, values] : options) {
     if (!values.empty() && known.count(algorithm) == 0) {
-      throw std::invalid_argument(
-          "options are given for '" + algorithm +
-          "', which this run does not use; used: " + joinList({known.begin(), known.end()}));
+      throw std::invalid_argument("options are given for '" + algorithm + "', which this run does not use" +
+                                  validNames(algorithm, used, "used"));
     }
   }
 }

@@ -55,7 +55,7 @@ const Experiment& find(const std::string& name) {
   for (const Experiment& experiment : experiments()) {
     if (experiment.name == name) return experiment;
   }
-  throw std::invalid_argument("unknown experiment '" + name + "'; valid: " + joinList(experimentNames()));
+  throw std::invalid_argument("unknown experiment '" + name + "'" + validNames(name, experimentNames()));
 }
 
 }  // namespace

@@ -103,6 +103,46 @@ const Algorithm* find(const std::string& name) {
   return nullptr;
 }
 
+/// The descriptors that describe the keypoints of a detector; none for a name that is not a detector's.
+std::vector<std::string> descriptorsFor(const std::string& detector) {
+  const Algorithm* const algorithm = find(detector);
+  if (algorithm == nullptr || algorithm->detector == nullptr) return {};
+  std::vector<std::string> names = generalDescriptors();
+  if (algorithm->self_describing && algorithm->descriptor == nullptr) names.push_back(detector);
+  return names;
+}
+
+bool isOneOf(const std::vector<std::string>& names, const std::string& wanted) {
+  return std::find(names.begin(), names.end(), wanted) != names.end();
+}
+
+/// The combination that is usual for one algorithm, e.g. blob+freak for blob and for freak; empty if none is.
+std::string usualCombination(const std::string& name) {
+  const std::string beginning = name + "+", end = "+" + name;
+  for (const std::string& combination : extractorNames()) {
+    if (combination.compare(0, beginning.size(), beginning) == 0) return combination;
+  }
+  for (const std::string& combination : extractorNames()) {
+    const bool longer = combination.size() > end.size();
+    if (longer && combination.compare(combination.size() - end.size(), end.size(), end) == 0) {
+      return combination;
+    }
+  }
+  return isOneOf(descriptorsFor(name), name) ? name + "+" + name : "";
+}
+
+/// The combination that is probably meant by `first`+`second` or, with an empty `second`, by `first` alone;
+/// empty if none is near.
+std::string nearestCombination(const std::string& first, const std::string& second) {
+  std::vector<std::string> all;
+  for (const Algorithm& algorithm : algorithms()) all.push_back(algorithm.name);
+  if (second.empty()) return usualCombination(nearestName(first, all));
+  const std::string detector = nearestName(first, detectorNames());
+  const std::string descriptor = nearestName(second, descriptorsFor(detector));
+  if (!descriptor.empty()) return detector + "+" + descriptor;
+  return isOneOf(descriptorsFor(second), first) ? second + "+" + first : "";
+}
+
 }  // namespace
 
 std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const AlgorithmOptions& options) {
@@ -111,13 +151,12 @@ std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const
   const std::string second = plus == std::string::npos ? "" : name.substr(plus + 1);
   const Algorithm *detector = find(first), *descriptor = find(second);
   const std::vector<std::string> detectors = detectorNames(), descriptors = descriptorNames();
-  const auto among = [](const std::vector<std::string>& names, const std::string& wanted) {
-    return std::find(names.begin(), names.end(), wanted) != names.end();
-  };
-  if (!among(detectors, first) || !among(descriptors, second)) {
-    throw std::invalid_argument("unknown features '" + name + "'; valid: detector+descriptor, e.g. " +
-                                joinList(extractorNames()) + "; detectors: " + joinList(detectors) +
-                                "; descriptors: " + joinList(descriptors));
+  if (!isOneOf(detectors, first) || !isOneOf(descriptors, second)) {
+    const std::string near = nearestCombination(first, second);
+    throw std::invalid_argument(
+        "unknown features '" + name + "';" + (near.empty() ? "" : " did you mean '" + near + "'?") +
+        " valid: detector+descriptor, e.g. " + joinList(extractorNames()) +
+        "; detectors: " + joinList(detectors) + "; descriptors: " + joinList(descriptors));
   }
   if (detector == descriptor && detector->self_describing) {
     return std::make_unique<FeatureExtractor>(name, detector->detector(first, options), nullptr);

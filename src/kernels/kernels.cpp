@@ -41,7 +41,7 @@ KernelLevel initialLevel() {
     valid.push_back(toString(level));
   }
   throw std::invalid_argument(std::string("environment variable CORRSEL_KERNELS = '") + wanted +
-                              "' is not a kernel level of this machine; valid: " + joinList(valid));
+                              "' is not a kernel level of this machine" + validNames(wanted, valid));
 }
 
 std::atomic<KernelLevel>& currentLevel() {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/selectors/factory.h"
@@ -153,6 +154,9 @@ PYBIND11_MODULE(_core, module) {
   using namespace corrsel::python;
   module.attr("__version__") = CORRSEL_VERSION;
   module.def("selector_names", &core::selectorNames);
+  module.def("valid_names", [](const std::string& word, const std::vector<std::string>& names) {
+    return core::validNames(word, names);
+  });
   module.def("selector_list", &selectorList);
   module.def("selector_presets", &core::selectorPresets);
   module.def("ground_truth_errors", &groundTruthErrors);

@@ -93,8 +93,7 @@ OptionMap mergedOptions(const Selector& selector, const std::string& name, const
   }
   for (const auto& [option, value] : values) {
     if (std::find(known.begin(), known.end(), option) == known.end()) {
-      throw std::invalid_argument("unknown option " + name + "." + option +
-                                  "; valid: " + (known.empty() ? "none" : joinList(known)));
+      throw std::invalid_argument("unknown option " + name + "." + option + validNames(option, known));
     }
   }
   return values;
@@ -222,7 +221,7 @@ std::unique_ptr<Selector> SelectorFactory::create(const std::optional<std::strin
       });
       if (found == presets.end()) {
         throw std::invalid_argument("unknown preset '" + *preset + "' of selector " + name_ +
-                                    "; valid: " + (presets.empty() ? "none" : joinList(namesOf(presets))));
+                                    validNames(*preset, namesOf(presets)));
       }
       preset_options = found->second;
     }
@@ -245,7 +244,7 @@ SelectorFactory findSelector(const std::string& name) {
         "packages; valid: " +
         joinList(selectorNames()));
   }
-  throw std::invalid_argument("unknown selector '" + name + "'; valid: " + joinList(selectorNames()) +
+  throw std::invalid_argument("unknown selector '" + name + "'" + validNames(name, selectorNames()) +
                               (load ? ", package/Class of another package" : ""));
 }
 

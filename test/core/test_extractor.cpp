@@ -261,9 +261,35 @@ TEST(Extractor, NamesWhatIsValid) {
                             "; detectors: " + joinList(detectorNames()) +
                             "; descriptors: " + joinList(descriptorNames());
   for (const std::string name :
-       {"surf+surf", "sift", "", "+", "sift+", "+sift", "sift+sift+sift", "freak+freak"}) {
+       {"surf+surf", "xyz", "", "+", "+sift", "sift+sift+sift", "sift+xyz", "xyz+sift", "freak+freak"}) {
     EXPECT_EQ(errorOf<std::invalid_argument>([&] { createExtractor(name); }),
               "unknown features '" + name + "'" + valid);
+  }
+  const std::pair<std::string, std::string> misspelt[] = {
+      // One algorithm where two are needed: the usual combination with it.
+      {"sift", "sift+sift"},
+      {"orb", "orb+orb"},
+      {"sift+", "sift+sift"},
+      {"hessian_affine", "hessian_affine+sift"},
+      {"freak", "blob+freak"},
+      {"cv_sift", "cv_sift+cv_sift"},
+      {"SIFT", "sift+sift"},
+      {"sfit", "sift+sift"},
+      {"hessian", "hessian_affine+sift"},
+      // Two algorithms, of which one is misspelt or both are.
+      {"sift+sfit", "sift+sift"},
+      {"hesian_afine+sift", "hessian_affine+sift"},
+      {"obr+obr", "orb+orb"},
+      {"orb+freek", "orb+freak"},
+      {"akaze+akase", "akaze+akaze"},
+      // The descriptor comes first.
+      {"sift+hessian_affine", "hessian_affine+sift"},
+      {"freak+blob", "blob+freak"},
+  };
+  for (const auto& [name, meant] : misspelt) {
+    EXPECT_EQ(errorOf<std::invalid_argument>([name = name] { createExtractor(name); }),
+              "unknown features '" + name + "'; did you mean '" + meant + "'?" + valid.substr(1));
+    EXPECT_EQ(createExtractor(meant)->name(), meant);
   }
   EXPECT_EQ(errorOf<std::invalid_argument>([] {
               createExtractor("orb+orb", {{"orb", {{"sigma", "1"}}}});

@@ -51,16 +51,20 @@ TEST(SelectorFactory, KnowsPresets) {
 
 TEST(SelectorFactory, ListsWhatIsValid) {
   const std::string names = "; valid: " + joinList(selectorNames());
-  EXPECT_EQ(refusal("ransack"), "unknown selector 'ransack'" + names);
+  EXPECT_EQ(refusal("ransack"), "unknown selector 'ransack'; did you mean 'ransac'?" + names.substr(1));
   EXPECT_EQ(refusal(""), "unknown selector ''" + names);
-  EXPECT_EQ(refusal("GMS:scale"), "unknown selector 'GMS'" + names);
-  EXPECT_EQ(errorOf<std::invalid_argument>([] { selectorPresets("gsm"); }), "unknown selector 'gsm'" + names);
+  EXPECT_EQ(refusal("GMS:scale"), "unknown selector 'GMS'; did you mean 'gms'?" + names.substr(1));
+  EXPECT_EQ(errorOf<std::invalid_argument>([] { selectorPresets("gsm"); }),
+            "unknown selector 'gsm'; did you mean 'gms'?" + names.substr(1));
   EXPECT_EQ(refusal("lpm:v3"), "unknown preset 'v3' of selector lpm; valid: paper, v1, v2, guided");
+  EXPECT_EQ(refusal("lpm:guide"),
+            "unknown preset 'guide' of selector lpm; did you mean 'guided'? valid: paper, v1, v2, guided");
   EXPECT_EQ(refusal("lpm:"), "unknown preset '' of selector lpm; valid: paper, v1, v2, guided");
   EXPECT_EQ(refusal("nnsr:h"), "unknown preset 'h' of selector nnsr; valid: lowe");
   EXPECT_EQ(refusal("keep_all:h"), "unknown preset 'h' of selector keep_all; valid: none");
   EXPECT_EQ(refusal("nnsr", {{"bin", "3"}}),
-            "unknown option nnsr.bin; valid: bins, fallback, min_threshold, max_threshold, min_confidence");
+            "unknown option nnsr.bin; did you mean 'bins'? valid: bins, fallback, min_threshold, "
+            "max_threshold, min_confidence");
   EXPECT_EQ(refusal("keep_all", {{"seed", "3"}}), "unknown option keep_all.seed; valid: none");
 }
 
@@ -222,7 +226,8 @@ TEST(SelectorFactory, GivesOptionsToSelectorsOfOtherPackages) {
   EXPECT_EQ(optionsOf(*createSelector("a/B")), (OptionMap{{"threshold", "1"}, {"seed", "5"}}));
   EXPECT_EQ(optionsOf(*createSelector("a/B", {{"threshold", "3"}}, common)),
             (OptionMap{{"threshold", "3"}, {"seed", "7"}}));
-  EXPECT_EQ(refusal("a/B", {{"treshold", "3"}}), "unknown option a/B.treshold; valid: threshold, seed");
+  EXPECT_EQ(refusal("a/B", {{"treshold", "3"}}),
+            "unknown option a/B.treshold; did you mean 'threshold'? valid: threshold, seed");
   EXPECT_EQ(refusal("a/B", {{"threshold", "x"}}), "option a/B.threshold: 'x' is not a number");
   EXPECT_EQ(refusal("a/B", {{"threshold", "11"}}), "a/B: option threshold = 11 is outside [0, 10]");
   EXPECT_EQ(refusal("a/Unchecked", {{"threshold", "11"}}),

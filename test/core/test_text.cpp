@@ -85,6 +85,47 @@ TEST(Text, SplitsAndJoinsLists) {
   EXPECT_EQ(joinList({}), "");
 }
 
+TEST(Text, FindsTheNearestName) {
+  const Texts selectors = {"nnsr", "ransac", "st",  "gtm",      "usac",
+                           "vfc",  "gms",    "lpm", "acransac", "keep_all"};
+  const std::pair<const char*, const char*> cases[] = {
+      {"gsm", "gms"},           // two neighbours swapped; gtm has one letter replaced
+      {"ransack", "ransac"},    // one too many
+      {"ranac", "ransac"},      // one left out
+      {"lpn", "lpm"},           // one replaced
+      {"RANSAC", "ransac"},     // case
+      {"keepall", "keep_all"},  // separators
+      {"Keep-All", "keep_all"},
+      {"acra", "acransac"},  // a beginning
+      {"gts", "gtm"},        // gms is equally near and comes later
+      {"magic", ""},
+      {"homography", ""},
+      {"xyz", ""},
+      {"", ""},
+      {"s", ""},
+      {"t", ""},
+      {"ke", ""},
+  };
+  for (const auto& [word, name] : cases) EXPECT_EQ(nearestName(word, selectors), name) << word;
+  EXPECT_EQ(nearestName("gms", {}), "");
+  EXPECT_EQ(nearestName("v3", {"v1", "v2"}), "");
+  // An edit is nearer than a beginning, and the shortest continuation nearer than longer ones.
+  EXPECT_EQ(nearestName("lefts", {"lefts_info_topic", "left"}), "left");
+  EXPECT_EQ(nearestName("max", {"max_stamp_difference", "max_pairs"}), "max_pairs");
+  // A third of the characters may differ, and no more.
+  EXPECT_EQ(nearestName("abcdefghi", {"abcdefxyz"}), "abcdefxyz");
+  EXPECT_EQ(nearestName("abcdefghi", {"abcdewxyz"}), "");
+}
+
+TEST(Text, UnknownNamesAreToldWithTheNearestOne) {
+  EXPECT_EQ(didYouMean("gsm", {"lpm", "gms"}), "; did you mean 'gms'?");
+  EXPECT_EQ(didYouMean("magic", {"lpm", "gms"}), "");
+  EXPECT_EQ(validNames("gsm", {"lpm", "gms"}), "; did you mean 'gms'? valid: lpm, gms");
+  EXPECT_EQ(validNames("magic", {"lpm", "gms"}), "; valid: lpm, gms");
+  EXPECT_EQ(validNames("v2", {}), "; valid: none");
+  EXPECT_EQ(validNames("gsm", {"gms"}, "used"), "; did you mean 'gms'? used: gms");
+}
+
 TEST(Text, QuotesCsvFieldsWhereNeeded) {
   EXPECT_EQ(csvField("plain text; 'x'"), "plain text; 'x'");
   EXPECT_EQ(csvField(""), "");

@@ -195,6 +195,14 @@ class Options(FeaturesCase):
         left, right = images()
         extract, match = corrsel.extract, corrsel.match
         self.assert_raises(ValueError, "foo", extract, left, "foo+sift")
+        self.assert_raises(
+            ValueError,
+            "unknown features 'sift'; did you mean 'sift+sift'",
+            match,
+            left,
+            right,
+            features="sift",
+        )
         self.assert_raises(ValueError, "unknown option orb.levle", extract, left, orb={"levle": 1})
         self.assert_raises(ValueError, "max_features = -1", extract, left, orb={"max_features": -1})
         self.assert_raises(
@@ -207,7 +215,7 @@ class Options(FeaturesCase):
         self.assert_raises(TypeError, "sift is 7; needed: a dictionary", extract, left, "sift+sift", sift=7)
         self.assert_raises(
             ValueError,
-            "unknown option match.mutal; valid: mutual, second_distance_radius",
+            "unknown option match.mutal; did you mean 'mutual'? valid: mutual, second_distance_radius",
             match,
             left,
             right,

@@ -327,7 +327,8 @@ class Errors(unittest.TestCase):
         )
         self.assert_raises(
             ValueError,
-            "unknown option gms.alfa; valid: " + ", ".join(option.name for option in corrsel.options("gms")),
+            "unknown option gms.alfa; did you mean 'alpha'? valid: "
+            + ", ".join(option.name for option in corrsel.options("gms")),
             selector="gms",
             alfa=1,
         )
@@ -340,7 +341,7 @@ class Errors(unittest.TestCase):
                 {"model": "affine"},
                 "option ransac.model: 'affine' is not one of homography, fundamental",
             ),
-            ("gsm", {}, "unknown selector 'gsm'; valid: "),
+            ("gsm", {}, "unknown selector 'gsm'; did you mean 'gms'? valid: "),
             ("lpm:v9", {}, "unknown preset 'v9' of selector lpm; valid: "),
             ("other/Selector", {}, "other/Selector"),
         ):
@@ -418,7 +419,7 @@ class Options(unittest.TestCase):
     def test_features_have_options_too(self):
         self.assertIn("max_features", {option.name for option in corrsel.options("orb")})
         self.assertIn("mutual", {option.name for option in corrsel.options("match")})
-        with self.assertRaisesRegex(ValueError, "unknown selector 'sfit'; valid: .*; of features: .*sift"):
+        with self.assertRaisesRegex(ValueError, "'sfit'; did you mean 'sift'. valid: nnsr, .*, sift"):
             corrsel.options("sfit")
 
     def test_the_help_has_every_option_with_its_range(self):

@@ -82,7 +82,10 @@ class ExampleSelector(unittest.TestCase):
 
         code, text = self.benchmark(f"--selectors gms,{SELECTOR} --options {SELECTOR}.treshold=3")
         self.assertEqual(code, 2, text)
-        self.assertIn(f"unknown option {SELECTOR}.treshold; valid: neighbours, threshold, noise", text)
+        self.assertIn(
+            f"unknown option {SELECTOR}.treshold; did you mean 'threshold'? valid: neighbours, threshold, noise",
+            text,
+        )
 
         # As if no workspace had been sourced.
         code, text = self.shell.output_of(

@@ -95,7 +95,7 @@ TEST_F(SelectorPlugins, FindsMakesAndListsThem) {
     EXPECT_EQ(selector->select(matches).n_selected, 1u);
   }
   EXPECT_EQ(refusal("test_selectors/All", {{"sead", "7"}}),
-            "unknown option test_selectors/All.sead; valid: seed");
+            "unknown option test_selectors/All.sead; did you mean 'seed'? valid: seed");
 }
 
 TEST_F(SelectorPlugins, BadOnesAreErrorsOnly) {
@@ -106,7 +106,7 @@ TEST_F(SelectorPlugins, BadOnesAreErrorsOnly) {
 
 TEST_F(SelectorPlugins, UnknownOnesListTheKnown) {
   EXPECT_EQ(refusal("test_selectors/Al"),
-            "unknown selector 'test_selectors/Al'; selectors of other packages: test_selectors/All, "
+            "unknown selector 'test_selectors/Al'; did you mean 'test_selectors/All'? selectors of other packages: test_selectors/All, "
             "test_selectors/ThrowsError, test_selectors/ThrowsNumber, test_selectors/Wrapping");
 }
 

@@ -153,8 +153,8 @@ class Registry {
   using Loader = pluginlib::ClassLoader<core::Selector>;
 
   std::string unknown(const std::string& name) const {
-    std::string text = "unknown selector '" + name + "'; selectors of other packages: " +
-                       (files_.empty() ? "none" : core::joinList(names()));
+    std::string text =
+        "unknown selector '" + name + "'" + core::validNames(name, names(), "selectors of other packages");
     for (const std::string& problem : problems_) text += "; " + problem;
     return text;
   }
