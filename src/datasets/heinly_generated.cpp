@@ -81,9 +81,10 @@ ImagePair HeinlyGeneratedReader::read(std::size_t index) const {
   const Place place = placeOf(index);
   ImagePair pair;
   pair.id = id(index);
-  pair.left = readImageFile(photographPath(root_, place.scene), kSampleRemedy);
+  const cv::Mat photograph = readImageFile(photographPath(root_, place.scene), kSampleRemedy);
   pair.truth.kind = TruthKind::kHomography;
-  pair.truth.matrix = homographyOf(place, pair.left.size());
+  pair.truth.matrix = homographyOf(place, photograph.size());
+  pair.left = antialiased(photograph, pair.truth.matrix);
   pair.right = warp(pair.left, pair.truth.matrix);
   Random random = engineOf(seed_, place.scene.name, place.strength);
   addNoise(pair.right, random);

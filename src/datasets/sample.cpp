@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/persistence.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "corrsel/random.h"
 #include "datasets/files.h"
@@ -89,6 +89,40 @@ cv::Matx33d tilt(double degrees, double axis_radians, const cv::Size& size) {
   return aboutCentre(cv::Matx33d::diag(cv::Vec3d(focal_length, focal_length, 1.0)) * pose, size);
 }
 
+/// The homography that maps four points to four others, by Gaussian elimination with partial pivoting.
+/// OpenCV's solver fuses multiplications with additions on some processors. The products of coordinates are
+/// of single precision, like those of cv::getPerspectiveTransform, with which the sample set was defined.
+cv::Matx33d homographyThrough(const cv::Point2f (&from)[4], const cv::Point2f (&to)[4]) {
+  // u (h20 x + h21 y + 1) = h00 x + h01 y + h02, and likewise v with the second row of H.
+  double rows[8][9] = {};
+  for (int i = 0; i < 4; ++i) {
+    const float x = from[i].x, y = from[i].y, u = to[i].x, v = to[i].y;
+    const double of_u[9] = {x, y, 1, 0, 0, 0, -x * u, -y * u, u};
+    const double of_v[9] = {0, 0, 0, x, y, 1, -x * v, -y * v, v};
+    std::copy_n(of_u, 9, rows[i]);
+    std::copy_n(of_v, 9, rows[i + 4]);
+  }
+  for (int i = 0; i < 8; ++i) {
+    int pivot = i;
+    for (int j = i + 1; j < 8; ++j) {
+      if (std::abs(rows[j][i]) > std::abs(rows[pivot][i])) pivot = j;
+    }
+    std::swap(rows[i], rows[pivot]);
+    const double inverse = 1 / rows[i][i];
+    for (int j = i + 1; j < 8; ++j) {
+      const double factor = rows[j][i] * inverse;
+      for (int k = i + 1; k < 9; ++k) rows[j][k] -= factor * rows[i][k];
+    }
+  }
+  cv::Matx33d homography = cv::Matx33d::eye();
+  for (int i = 7; i >= 0; --i) {
+    double rest = rows[i][8];
+    for (int k = i + 1; k < 8; ++k) rest -= rows[i][k] * homography.val[k];
+    homography.val[i] = rest / rows[i][i];
+  }
+  return homography;
+}
+
 /// Moves each corner a little, so that the identity is not a correct model of the blur, light and JPEG pairs.
 cv::Matx33d jitter(Random& random, const cv::Size& size) {
   const float right = static_cast<float>(size.width - 1);
@@ -100,7 +134,7 @@ cv::Matx33d jitter(Random& random, const cv::Size& size) {
     const double dy = random.uniform(-kJitter, kJitter) * size.width;
     to[i] = from[i] + cv::Point2f(static_cast<float>(dx), static_cast<float>(dy));
   }
-  return cv::getPerspectiveTransform(from, to);
+  return homographyThrough(from, to);
 }
 
 cv::Matx33d drawHomography(Nuisance nuisance, int strength, const cv::Size& size, Random& random) {
@@ -140,7 +174,7 @@ cv::Mat compress(const cv::Mat& image, int quality) {
 
 /// The order is that of a camera: optics and light, then the sensor's noise, then the file.
 cv::Mat applyNuisance(cv::Mat image, Nuisance nuisance, int strength, Random& random) {
-  if (nuisance == Nuisance::kBlur) cv::GaussianBlur(image, image, cv::Size(), kBlurSigma[strength]);
+  if (nuisance == Nuisance::kBlur) image = blur(image, kBlurSigma[strength], cv::BORDER_REFLECT_101);
   if (nuisance == Nuisance::kLight) darken(image, kLightGain[strength], kLightGamma[strength]);
   addNoise(image, random);
   return nuisance == Nuisance::kJpeg ? compress(image, kJpegQuality[strength]) : image;
@@ -222,9 +256,10 @@ ImagePair SampleReader::read(std::size_t index) const {
   const Sequence& sequence = sequenceOf(index);
   const int strength = strengthOf(index);
   Random random = engineOf(seed_, sequence.name, strength);
-  pair.left = readImageFile(path(sequence.photograph), kSampleRemedy);
+  const cv::Mat photograph = readImageFile(path(sequence.photograph), kSampleRemedy);
   pair.truth.kind = TruthKind::kHomography;
-  pair.truth.matrix = drawHomography(sequence.nuisance, strength, pair.left.size(), random);
+  pair.truth.matrix = drawHomography(sequence.nuisance, strength, photograph.size(), random);
+  pair.left = antialiased(photograph, pair.truth.matrix);
   pair.right = applyNuisance(warp(pair.left, pair.truth.matrix), sequence.nuisance, strength, random);
   return pair;
 }

@@ -21,7 +21,8 @@ cv::Mat picture(cv::Size size = {500, 400}, std::uint64_t seed = 1) {
   Random random(seed);
   cv::Mat image(size, CV_8U, cv::Scalar(128));
   for (int i = 0; i < size.area() / 250; ++i) {
-    const cv::Point centre(int(random.uniform(0, size.width)), int(random.uniform(0, size.height)));
+    const int y = int(random.uniform(0, size.height)), x = int(random.uniform(0, size.width));
+    const cv::Point centre(x, y);
     const int radius = int(random.uniform(2, 16));
     const cv::Scalar grey(random.uniform(10, 200));
     if (i % 2) {

@@ -107,7 +107,8 @@ cv::Matx33d forwardTruth() {
 
 /// A point seen by both cameras at a depth, in units of the focal length.
 void addForward(Correspondences& c, Random& random, double depth, double noise) {
-  const cv::Vec3d p = cv::Vec3d(random.uniform(-0.7, 0.7), random.uniform(-0.7, 0.7), 1) * depth;
+  const double y = random.uniform(-0.7, 0.7), x = random.uniform(-0.7, 0.7);
+  const cv::Vec3d p = cv::Vec3d(x, y, 1) * depth;
   const cv::Vec3d q = p + kForward;
   c.add({float(p[0] / p[2]), float(p[1] / p[2])},
         {float(q[0] / q[2] + noise * random.normal()), float(q[1] / q[2] + noise * random.normal())});
@@ -274,7 +275,7 @@ TEST(Fundamental, RefinementRefusesWhatCannotBeFitted) {
   Correspondences same;
   Random random(1);
   for (int i = 0; i < 20; ++i) {
-    const cv::Point2f p(float(random.uniform(0, 800)), float(random.uniform(0, 600)));
+    const cv::Point2f p = uniformPoint(random, 800, 600);
     same.add(p, p);
   }
   const cv::Matx33d skew(0, -0.5, 0.5, 0.5, 0, -0.5, -0.5, 0.5, 0);

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <iostream>
+
+#include "base/checksum.h"
 #include "corrsel/datasets/scene.h"
 #include "geometry/homography.h"
 #include "test_support.h"
@@ -173,6 +176,34 @@ TEST(Scene, ColumnsLeftOutDoNotChangeTheOthers) {
     EXPECT_EQ(bare.matches.left_size, cv::Size());
     EXPECT_EQ(bare.matches.right_size, cv::Size());
     EXPECT_EQ(full.matches.left_frame.size(), 200u);
+  }
+}
+
+/// The same values come from all compilers and processors, see docs/evaluation.md.
+TEST(Scene, IsTheSameOnAllMachines) {
+  const char* const expected[] = {
+      "f8565898c491c10d", "43e7429e07e2401d", "537985269122423d", "f180c2ecd968d461", "d2fe9a17ef369a85",
+      "9c5cbbf261c2cf01", "4231a1072d356c51", "1d6e0fc6415bbaf9", "93c4052426d00529", "816bb1ca8034e7e9"};
+  for (std::size_t kind = 0; kind < std::size(kAllKinds); ++kind) {
+    SceneSpec spec{kAllKinds[kind], 500, 0.5, 11};
+    Checksum checksum;
+    for (const bool sorted : {false, true}) {
+      spec.sorted = sorted;
+      const MatchScene scene = makeScene(spec);
+      const auto add = [&checksum](const auto& column) {
+        checksum.add(column.data(), column.size() * sizeof(column[0]));
+      };
+      const Correspondences& m = scene.matches;
+      for (const auto* column :
+           {&m.left_x, &m.left_y, &m.right_x, &m.right_y, &m.distance, &m.second_distance})
+        add(*column);
+      add(m.left_frame);
+      add(m.right_frame);
+      add(scene.inlier);
+      add(scene.structure);
+    }
+    std::cout << checksum.text() << " scene of kind " << kind << "\n";
+    EXPECT_EQ(checksum.text(), expected[kind]) << kind;
   }
 }
 

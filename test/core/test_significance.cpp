@@ -99,8 +99,10 @@ TEST(SignificanceTest, SqueezingTheImageIntoOnePointIsNoEvidence) {
   Correspondences hub;
   hub.left_size = hub.right_size = {640, 480};
   Random random(1);
-  for (std::size_t i = 0; i < 400; ++i)
-    hub.add(uniformPoint(random, 640, 480), cv::Point2d(300, 200) + 2 * normalPoint(random));
+  for (std::size_t i = 0; i < 400; ++i) {
+    const cv::Point2d right = cv::Point2d(300, 200) + 2 * normalPoint(random);
+    hub.add(uniformPoint(random, 640, 480), right);
+  }
   SignificanceTest test;
   test.assign(hub);
   EXPECT_LT(test.homography({1e-3, 0, 300, 0, 1e-3, 200, 0, 0, 1}, 0).confidence, 0.01);
@@ -110,9 +112,10 @@ TEST(SignificanceTest, CrowdedPointsAgreeByChance) {
   // Two crowds of matches in any order: the crowds correspond, the matches do not.
   Correspondences crowds = identityMatches(300, 0, 0);
   Random random(1);
-  for (std::size_t i = 0; i < 60; ++i)
-    crowds.add(cv::Point2d(100, 100) + uniformPoint(random, 60, 60),
-               cv::Point2d(100, 100) + uniformPoint(random, 60, 60));
+  for (std::size_t i = 0; i < 60; ++i) {
+    const cv::Point2d right = cv::Point2d(100, 100) + uniformPoint(random, 60, 60);
+    crowds.add(cv::Point2d(100, 100) + uniformPoint(random, 60, 60), right);
+  }
   EXPECT_LT(ofIdentity(crowds).confidence, 0.01);
 }
 
@@ -136,8 +139,10 @@ Correspondences randomMatches(std::size_t places, int copies, std::uint64_t seed
   Random random(seed);
   for (std::size_t i = 0; i < places; ++i) {
     const cv::Point2d left = uniformPoint(random, 640, 480), right = uniformPoint(random, 640, 480);
-    for (int copy = 0; copy < copies; ++copy)
-      matches.add(left + normalPoint(random), right + normalPoint(random));
+    for (int copy = 0; copy < copies; ++copy) {
+      const cv::Point2d noisy_right = right + normalPoint(random);
+      matches.add(left + normalPoint(random), noisy_right);
+    }
   }
   return matches;
 }

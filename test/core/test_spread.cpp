@@ -12,8 +12,9 @@ std::vector<cv::Point2f> randomPoints(int n, const cv::Rect2f& area, std::uint64
   Random random(seed);
   std::vector<cv::Point2f> points;
   for (int i = 0; i < n; ++i) {
-    points.emplace_back(float(random.uniform(area.x, area.x + area.width)),
-                        float(random.uniform(area.y, area.y + area.height)));
+    const auto y = float(random.uniform(area.y, area.y + area.height));
+    const auto x = float(random.uniform(area.x, area.x + area.width));
+    points.emplace_back(x, y);
   }
   return points;
 }

@@ -213,11 +213,14 @@ inline void addFrames(Scene& scene, double noise = 0.05, std::uint64_t seed = 1)
     if (!scene.inlier[i]) {
       const double scale = std::exp2(random.uniform(-1, 1)), stretch = random.uniform(1, 1.5);
       const cv::Matx22d axes(scale * stretch, 0, 0, scale / stretch);
-      map = rotation(random.uniform(0, 2 * CV_PI)) * axes * rotation(random.uniform(0, 2 * CV_PI));
+      const cv::Matx22d first = rotation(random.uniform(0, 2 * CV_PI));
+      const cv::Matx22d last = rotation(random.uniform(0, 2 * CV_PI));
+      map = last * axes * first;
     }
     for (double& value : map.val) value += noise * random.normal();
     // The choice of the left frame does not matter.
-    const cv::Matx22d left = random.uniform(2, 10) * rotation(random.uniform(0, 2 * CV_PI));
+    const cv::Matx22d turn = rotation(random.uniform(0, 2 * CV_PI));
+    const cv::Matx22d left = random.uniform(2, 10) * turn;
     const cv::Matx22d right = map * left;
     m.left_frame.push_back({float(left(0, 0)), float(left(0, 1)), m.left_x[i], float(left(1, 0)),
                             float(left(1, 1)), m.left_y[i]});

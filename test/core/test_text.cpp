@@ -34,8 +34,10 @@ TEST(Text, NumbersSurviveTheRoundTrip) {
   std::vector<double> values = {
       Limits::max(), Limits::lowest(), Limits::min(), Limits::denorm_min(), Limits::epsilon(), 1e22, -0.0};
   Random random(5);
-  for (int i = 0; i < 1000; ++i)
-    values.push_back(std::ldexp(random.uniform(-1, 1), int(random.index(600)) - 300));
+  for (int i = 0; i < 1000; ++i) {
+    const int exponent = int(random.index(600)) - 300;
+    values.push_back(std::ldexp(random.uniform(-1, 1), exponent));
+  }
   for (const double value : values) {
     const double back = parseNumber(formatNumber(value), "x");
     EXPECT_EQ(back, value) << formatNumber(value);

@@ -27,8 +27,9 @@ Scene twoPlanes(std::uint64_t seed) {
     }
   }
   for (int i = 0; i < 120; ++i) {
-    addMatch(scene, random, uniformPoint(random, kSceneWidth, kSceneHeight),
-             uniformPoint(random, kSceneWidth, kSceneHeight), false);
+    const cv::Point2d right = uniformPoint(random, kSceneWidth, kSceneHeight);
+    const cv::Point2d left = uniformPoint(random, kSceneWidth, kSceneHeight);
+    addMatch(scene, random, left, right, false);
   }
   return scene;
 }
@@ -183,7 +184,7 @@ TEST(Tlinkage, MergesAsDefined) {
   Correspondences m;
   Random random(3);
   for (int i = 0; i < 30; ++i) {
-    const cv::Point2f left(float(random.uniform(0, 200)), float(random.uniform(0, 200)));
+    const cv::Point2f left = uniformPoint(random, 200, 200);
     const bool second = i >= 18;
     m.add(second ? left + cv::Point2f(5000, 0) : left,
           left + (second ? cv::Point2f(-4000, 3000) : cv::Point2f(7, 9)));

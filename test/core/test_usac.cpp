@@ -221,7 +221,10 @@ TEST(Usac, EndsInTimeWhereHardlyAnySampleIsValid) {
     const float t = float(random.uniform(0, 500));
     m.add({t, t}, {2 * t, 3 * t});
   }
-  for (int i = 0; i < 3; ++i) m.add({float(random.uniform(0, 500)), 0}, {0, float(random.uniform(0, 500))});
+  for (int i = 0; i < 3; ++i) {
+    const float y = float(random.uniform(0, 500)), x = float(random.uniform(0, 500));
+    m.add({x, 0}, {0, y});
+  }
   const Selection s = UsacSelector().select(m);
   EXPECT_LT(s.seconds, 60);
   EXPECT_EQ(s.mask.size(), 3003u);

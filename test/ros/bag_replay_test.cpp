@@ -68,10 +68,11 @@ std::vector<core::ImagePair> makePairs() {
     core::Random random(options.seed);
     pair.left = cv::Mat(core::testing::kSceneHeight, core::testing::kSceneWidth, CV_8U, cv::Scalar(40));
     for (int blob = 0; blob < 400; ++blob) {
-      const cv::Point centre(static_cast<int>(random.index(core::testing::kSceneWidth)),
-                             static_cast<int>(random.index(core::testing::kSceneHeight)));
-      cv::circle(pair.left, centre, 3 + static_cast<int>(random.index(12)),
-                 cv::Scalar(random.uniform(60, 255)), -1);
+      const auto y = static_cast<int>(random.index(core::testing::kSceneHeight));
+      const auto x = static_cast<int>(random.index(core::testing::kSceneWidth));
+      const cv::Scalar grey(random.uniform(60, 255));
+      const int radius = 3 + static_cast<int>(random.index(12));
+      cv::circle(pair.left, {x, y}, radius, grey, -1);
     }
     cv::warpPerspective(pair.left, pair.right, scene.model, pair.left.size());
     pair.truth.kind = core::TruthKind::kLabels;

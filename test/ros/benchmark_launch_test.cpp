@@ -73,9 +73,11 @@ class BenchmarkLaunch : public ::testing::Test {
     core::Random random(seed);
     cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(40));
     for (int k = 0; k < 200; ++k) {
-      const cv::Point centre(static_cast<int>(random.index(320)), static_cast<int>(random.index(240)));
-      cv::circle(image, centre, 2 + static_cast<int>(random.index(9)),
-                 cv::Scalar(random.uniform(60, 255), random.uniform(60, 255), random.uniform(60, 255)), -1);
+      const auto y = static_cast<int>(random.index(240)), x = static_cast<int>(random.index(320));
+      const double red = random.uniform(60, 255), green = random.uniform(60, 255),
+                   blue = random.uniform(60, 255);
+      const int radius = 2 + static_cast<int>(random.index(9));
+      cv::circle(image, {x, y}, radius, cv::Scalar(blue, green, red), -1);
     }
     cv::imwrite((folder / "img1.ppm").string(), image);
     for (int k = 2; k <= 6; ++k) {

@@ -63,18 +63,20 @@ core::Correspondences exampleMatches(std::uint64_t seed) {
     matches.right_frame.push_back({frame(0, 0), frame(0, 1), right.x, frame(1, 0), frame(1, 1), right.y});
   };
   for (int i = 0; i < 3000; ++i) {
-    const cv::Point2f left(static_cast<float>(random.uniform(0, 640)),
-                           static_cast<float>(random.uniform(0, 480)));
+    const auto y = static_cast<float>(random.uniform(0, 480)), x = static_cast<float>(random.uniform(0, 640));
+    const cv::Point2f left(x, y);
     if (i % 3 == 0) {
+      const double ratio = random.uniform(0.7, 1.0);
       add(left, {static_cast<float>(random.uniform(0, 700)), static_cast<float>(random.uniform(0, 520))},
-          random.uniform(0.7, 1.0));
+          ratio);
       continue;
     }
     const cv::Vec3d right = h * cv::Vec3d(left.x, left.y, 1.0);
+    const double ratio = random.uniform(0.2, 0.75);
     add(left,
         {static_cast<float>(right[0] / right[2] + random.normal()),
          static_cast<float>(right[1] / right[2] + random.normal())},
-        random.uniform(0.2, 0.75));
+        ratio);
   }
   add({std::nanf(""), 5.0F}, {6.0F, 7.0F}, 0.1);
   return matches;

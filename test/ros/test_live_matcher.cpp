@@ -19,8 +19,9 @@ cv::Mat strip() {
   core::Random random(3);
   cv::Mat image(kHeight, 4 * kWidth, CV_8UC1, cv::Scalar(128));
   for (int i = 0; i < 900; ++i) {
-    const cv::Point corner(static_cast<int>(random.index(4 * kWidth)),
-                           static_cast<int>(random.index(kHeight)));
+    const auto y = static_cast<int>(random.index(kHeight));
+    const auto x = static_cast<int>(random.index(4 * kWidth));
+    const cv::Point corner(x, y);
     const int size = 4 + static_cast<int>(random.index(20));
     cv::rectangle(image, cv::Rect(corner, cv::Size(size, size)), cv::Scalar(random.index(256)), cv::FILLED);
   }

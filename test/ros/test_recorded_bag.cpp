@@ -111,7 +111,9 @@ core::Correspondences sceneMatches(bool is_rectified, std::size_t n = 60) {
   const auto project = is_rectified ? rectifiedBy : seenBy;
   for (std::size_t i = 0; i < n; ++i) {
     const double depth = random.uniform(2, 6);
-    const cv::Vec3d point(random.uniform(-0.45, 0.45) * depth, random.uniform(-0.35, 0.35) * depth, depth);
+    const double y = random.uniform(-0.35, 0.35) * depth;
+    const double x = random.uniform(-0.45, 0.45) * depth;
+    const cv::Vec3d point(x, y, depth);
     matches.add(project(cameraInfo(false), point), project(cameraInfo(true), point));
   }
   return matches;
