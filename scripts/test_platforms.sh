@@ -150,19 +150,17 @@ test_platform() {
 
 failed=0
 tested=()
+running=
+trap '[ -z "$running" ] || kill "$running" 2>/dev/null || true' EXIT
 for platform in "${platforms[@]}"; do
   read -r -a fields <<<"$platform"
   is_wanted "${fields[0]}" || continue
   tested+=("${fields[0]}")
-  # A platform that fails does not keep the others from being tested. Not `||`, which would make bash go on after errors.
-  set +e
-  (
-    set -e
-    test_platform "${fields[@]}"
-  )
-  code=$?
-  set -e
-  [ "$code" -eq 0 ] || failed=1
+  # A process of its own, so that a platform that fails does not keep the others from being tested.
+  test_platform "${fields[@]}" &
+  running=$!
+  wait "$running" || failed=1
+  running=
 done
 
 say "results"
