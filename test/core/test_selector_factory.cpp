@@ -378,7 +378,7 @@ bool isListed(const std::string& name) {
 }
 
 /// Those, and all other selectors of the factory.
-std::vector<std::string> allSpecs() {
+std::vector<std::string> specsUnderTest() {
   std::vector<std::string> specs = kSpecs;
   for (const std::string& name : selectorNames()) {
     if (!isListed(name)) specs.push_back(name);
@@ -861,7 +861,7 @@ std::string testName(const ::testing::TestParamInfo<std::string>& info) {
   return name;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, EverySelector, ::testing::ValuesIn(allSpecs()), testName);
+INSTANTIATE_TEST_SUITE_P(All, EverySelector, ::testing::ValuesIn(specsUnderTest()), testName);
 INSTANTIATE_TEST_SUITE_P(All, ListedSelector, ::testing::ValuesIn(kSpecs), testName);
 
 TEST(ContractViolation, IsNoticed) {

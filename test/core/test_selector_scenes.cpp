@@ -6,17 +6,8 @@
 namespace corrsel::core {
 namespace {
 
+using testing::allSpecs;
 using testing::quality;
-
-/// Every selector and every preset: "name" or "name:preset".
-std::vector<std::string> allSpecs() {
-  std::vector<std::string> specs;
-  for (const std::string& name : selectorNames()) {
-    specs.push_back(name);
-    for (const std::string& preset : selectorPresets(name)) specs.push_back(name + ":" + preset);
-  }
-  return specs;
-}
 
 /// The same matches with the right image shifted to the right.
 MatchScene shifted(MatchScene scene, int shift) {

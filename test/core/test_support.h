@@ -37,6 +37,16 @@ std::string errorOf(const Action& action) {
   return "";
 }
 
+/// Every selector and every preset: "name" or "name:preset".
+inline std::vector<std::string> allSpecs() {
+  std::vector<std::string> specs;
+  for (const std::string& name : selectorNames()) {
+    specs.push_back(name);
+    for (const std::string& preset : selectorPresets(name)) specs.push_back(name + ":" + preset);
+  }
+  return specs;
+}
+
 /// True in a build with AddressSanitizer, in which the longest tests would take minutes.
 #if defined __SANITIZE_ADDRESS__  // GCC
 #define CORRSEL_ADDRESS_SANITIZER 1
