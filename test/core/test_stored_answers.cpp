@@ -85,7 +85,7 @@ TEST(StoredAnswers, HoldOnAllMachines) {
           << "the selectors are others than those stored in " << storedFile();
       EXPECT_EQ(answers.selected, selected);
       EXPECT_EQ(answers.masks.text(), masks);
-      EXPECT_LT(difference(answers.model, model), 1e-6);
+      EXPECT_LT(difference(answers.model, model), 1e-8);
     }
   }
 }
