@@ -4,10 +4,11 @@
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
 #include "datasets/adelaide_rmf.h"
-#include "datasets/files.h"
 #include "datasets/heinly_generated.h"
 #include "datasets/homography_pairs.h"
+#include "datasets/pair_folders.h"
 #include "datasets/sample.h"
+#include "datasets/unreadable.h"
 #include "datasets/unrelated.h"
 
 namespace corrsel::core {
@@ -20,6 +21,10 @@ using Open = Reader (*)(const std::string& name, const std::string& path, int se
 template <HomographyLayout layout>
 Reader openHomographies(const std::string& name, const std::string& path, int) {
   return std::make_unique<HomographyPairReader>(name, path, layout);
+}
+
+Reader openPairFolders(const std::string& name, const std::string& path, int) {
+  return std::make_unique<PairFolderReader>(name, path);
 }
 
 Reader openAdelaideRmf(const std::string& name, const std::string& path, int) {
@@ -42,59 +47,83 @@ constexpr Entry kDatasets[] = {
     {"heinly", openHomographies<HomographyLayout::kNumbered>},
     {"heinly_generated", openGenerated<HeinlyGeneratedReader>},
     {"hpatches", openHomographies<HomographyLayout::kHpatches>},
-    {"pairs", openHomographies<HomographyLayout::kPairs>},
+    {"pairs", openPairFolders},
     {"sample", openGenerated<SampleReader>},
     {"symbench", openHomographies<HomographyLayout::kSymbench>},
     {"vgg", openHomographies<HomographyLayout::kVgg>},
 };
 
 struct Layout {
-  std::string description;
-  bool (*recognises)(const std::string& root);
+  FolderLayout folders;
   Open open;
 };
 
 template <HomographyLayout layout>
-Layout homographyLayout() {
-  return {std::string("folders with ") + HomographyPairReader::describe(layout),
-          [](const std::string& root) { return HomographyPairReader::recognises(root, layout); },
+Layout homographyLayout(const char* dataset) {
+  return {{dataset, HomographyPairReader::describe(layout),
+           [](const std::vector<std::string>& names) { return HomographyPairReader::fit(layout, names); }},
           openHomographies<layout>};
 }
 
-bool hasMatFile(const std::string& root) {
-  for (const std::string& name : fileNames(root)) {
-    if (fs::path(name).extension() == ".mat") return true;
-  }
-  return false;
+/// Layouts with a folder for each pair or scene that a dataset with an unknown name may have. That of VGG is
+/// a case of the numbered one.
+std::vector<Layout> layouts() {
+  return {homographyLayout<HomographyLayout::kNumbered>("heinly"),
+          homographyLayout<HomographyLayout::kHpatches>("hpatches"),
+          homographyLayout<HomographyLayout::kSymbench>("symbench"),
+          {{"pairs", PairFolderReader::describe(), PairFolderReader::fit}, openPairFolders}};
 }
 
-/// Layouts that a folder with an unknown name may have. The layout of VGG is a case of the numbered one.
-std::vector<Layout> layouts() {
-  return {homographyLayout<HomographyLayout::kNumbered>(),
-          homographyLayout<HomographyLayout::kHpatches>(),
-          homographyLayout<HomographyLayout::kSymbench>(),
-          homographyLayout<HomographyLayout::kPairs>(),
-          {"NAME.mat files with img1, img2, data and label", hasMatFile, openAdelaideRmf}};
+std::vector<FolderLayout> folderLayouts() {
+  std::vector<FolderLayout> result;
+  for (const Layout& layout : layouts()) result.push_back(layout.folders);
+  return result;
+}
+
+[[noreturn]] void failUnreadable(const std::string& name, const std::string& path,
+                                 const SearchedLayouts& searched) {
+  throw DatasetError("dataset '" + name + "': " + explainUnreadable(path, searched, folderLayouts()));
+}
+
+/// Opens a dataset of datasetNames().
+Reader openKnown(const Entry& entry, const std::string& path, int seed) {
+  std::error_code ignored;
+  if (entry.open == openAdelaideRmf && fs::is_directory(path, ignored) && !hasMatFile(path)) {
+    failUnreadable(entry.name, path, {{}, true});
+  }
+  Reader reader = entry.open(entry.name, path, seed);
+  if (reader->size() > 0) return reader;
+  std::vector<Layout> expected = layouts();
+  expected.push_back(homographyLayout<HomographyLayout::kVgg>("vgg"));
+  for (const Layout& layout : expected) {
+    if (layout.folders.dataset == entry.name) failUnreadable(entry.name, path, {{layout.folders}, false});
+  }
+  return reader;
+}
+
+/// Throws where `path` is missing because the folder of all datasets is given wrongly.
+void requireNotMisplaced(const std::string& name, const std::string& path) {
+  const std::string fault = explainMissing(path, folderLayouts());
+  if (!fault.empty()) throw DatasetError("dataset '" + name + "': '" + path + "' is not a folder. " + fault);
 }
 
 Reader openUnknown(const std::string& name, const std::string& path, int seed) {
-  std::vector<std::string> tried, recognised;
+  std::vector<std::string> recognised;
   Open open = nullptr;
   for (const Layout& layout : layouts()) {
-    tried.push_back(layout.description);
-    if (!layout.recognises(path)) continue;
-    recognised.push_back(layout.description);
+    if (!hasPairOf(layout.folders, path)) continue;
+    recognised.push_back("folders with " + layout.folders.files);
     open = layout.open;
+  }
+  if (hasMatFile(path)) {
+    recognised.emplace_back("NAME.mat files with img1, img2, data and label");
+    open = openAdelaideRmf;
   }
   if (recognised.size() > 1) {
     throw DatasetError("dataset '" + name + "': '" + path + "' holds several layouts (" +
                        joinList(recognised, "; ") + "); give each a folder of its own");
   }
-  if (!open) {
-    throw DatasetError("dataset '" + name + "': '" + path +
-                       "' has no complete pair in a known layout; tried: " + joinList(tried, "; ") +
-                       " (docs/datasets.md)");
-  }
+  if (!open) failUnreadable(name, path, {folderLayouts(), true});
   return open(name, path, seed);
 }
 
@@ -113,8 +142,9 @@ std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::s
   if (isUnrelated(name)) {
     return std::make_unique<UnrelatedReader>(openDataset(imageDataset(name), path, seed), seed);
   }
+  requireNotMisplaced(name, path);
   for (const Entry& entry : kDatasets) {
-    if (name == entry.name) return entry.open(name, path, seed);
+    if (name == entry.name) return openKnown(entry, path, seed);
   }
   std::error_code ignored;
   if (!fs::is_directory(path, ignored)) {

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -22,6 +23,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* kImageExtensions[] = {".ppm", ".pgm", ".png",  ".jpg", ".jpeg",
                                             ".bmp", ".tif", ".tiff", ".webp"};
+
+// Of the ratio of singular values. A matrix written with four digits passes; one with fewer moves its
+// epipolar lines by more than a pixel in an image of 1000 px.
+constexpr double kRankTolerance = 1e-3;
 
 bool isFile(const std::string& path) {
   std::error_code ignored;
@@ -45,6 +50,43 @@ std::vector<std::string> filesOf(const std::string& stem) {
   throw DatasetError(path + ": " + fault + "; " + remedy);
 }
 
+/// Reads nine finite numbers, row by row.
+/// @param what  what the matrix is, for the error text
+cv::Matx33d readMatrix(const std::string& path, const std::string& what, const std::string& remedy) {
+  if (!isFile(path)) fail(path, "the " + what + " is missing", remedy);
+  std::ifstream stream(path);
+  cv::Matx33d matrix;
+  int count = 0;
+  for (std::string word; stream >> word; ++count) {
+    if (count == 9) fail(path, "holds more than the 9 numbers of a " + what, remedy);
+    try {
+      matrix.val[count] = parseNumber(word, "entry " + std::to_string(count + 1));
+    } catch (const std::invalid_argument& error) {
+      fail(path, error.what(), remedy);
+    }
+    if (!std::isfinite(matrix.val[count])) {
+      fail(path, "the " + what + " has an entry that is not finite", remedy);
+    }
+  }
+  if (count < 9) fail(path, "holds " + std::to_string(count) + " numbers where a " + what + " has 9", remedy);
+  return matrix;
+}
+
+/// A number with three digits, for error texts.
+std::string roughText(double value) {
+  char text[16];
+  std::snprintf(text, sizeof(text), "%.3g", value);
+  return text;
+}
+
+/// Singular values of the matrix for coordinates in units of `unit` px.
+cv::Matx31d singularValues(const cv::Matx33d& fundamental, double unit) {
+  const cv::Matx33d to_pixels = cv::Matx33d::diag(cv::Vec3d(unit, unit, 1.0));
+  cv::Matx31d values;
+  cv::SVD::compute(to_pixels * fundamental * to_pixels, values);
+  return values;
+}
+
 }  // namespace
 
 void requireImageFile(const std::string& path, const std::string& remedy) {
@@ -58,6 +100,11 @@ bool isImageExtension(const std::string& extension) {
   for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return std::find(std::begin(kImageExtensions), std::end(kImageExtensions), lower) !=
          std::end(kImageExtensions);
+}
+
+bool isImageOf(const std::string& name, const std::string& stem) {
+  const fs::path file(name);
+  return file.stem() == stem && isImageExtension(file.extension().string());
 }
 
 std::vector<std::string> imagesOf(const std::string& stem) {
@@ -101,23 +148,26 @@ cv::Mat readImageFile(const std::string& path, const std::string& remedy) {
 }
 
 cv::Matx33d readHomographyFile(const std::string& path, const std::string& remedy) {
-  if (!isFile(path)) fail(path, "the homography is missing", remedy);
-  std::ifstream stream(path);
-  cv::Matx33d homography;
-  int count = 0;
-  for (std::string word; stream >> word; ++count) {
-    if (count == 9) fail(path, "holds more than the 9 numbers of a homography", remedy);
-    try {
-      homography.val[count] = parseNumber(word, "entry " + std::to_string(count + 1));
-    } catch (const std::invalid_argument& error) {
-      fail(path, error.what(), remedy);
-    }
-  }
-  if (count < 9) {
-    fail(path, "holds " + std::to_string(count) + " numbers where a homography has 9", remedy);
-  }
+  const cv::Matx33d homography = readMatrix(path, "homography", remedy);
   checkHomography(homography, path, remedy);
   return homography;
+}
+
+cv::Matx33d readFundamentalFile(const std::string& path, const std::string& remedy) {
+  const cv::Matx33d fundamental = readMatrix(path, "fundamental matrix", remedy);
+  // In kilopixels the entries of a valid matrix are of similar size. In pixels a homography, whose last
+  // singular value in kilopixels is as small, is told apart.
+  const cv::Matx31d values = singularValues(fundamental, 1e3), in_pixels = singularValues(fundamental, 1);
+  if (!(values(1) > 1e-8 * values(0))) fail(path, "the fundamental matrix has a rank below 2", remedy);
+  const double ratio = std::max(values(2) / values(1), in_pixels(2) / in_pixels(1));
+  if (ratio > kRankTolerance) {
+    fail(path,
+         "the fundamental matrix does not have rank 2: its third singular value is " + roughText(ratio) +
+             " of the second, at most " + formatNumber(kRankTolerance) + " is allowed",
+         "write all digits of the matrix, or set its smallest singular value to zero; a homography is called "
+         "H.txt");
+  }
+  return fundamental;
 }
 
 void checkHomography(const cv::Matx33d& homography, const std::string& path, const std::string& remedy) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/matx.hpp>
 #include <string>
@@ -35,6 +36,11 @@ bool isImageExtension(const std::string& extension);
 /// numbers of a regular matrix.
 cv::Matx33d readHomographyFile(const std::string& path, const std::string& remedy);
 
+/// Reads a fundamental matrix (x'^T F x = 0, px) in the same form. Throws DatasetError naming the file when
+/// it is missing, or holds anything but nine finite numbers of a matrix of rank 2. The third singular value
+/// may be a thousandth of the second.
+cv::Matx33d readFundamentalFile(const std::string& path, const std::string& remedy);
+
 /// Throws DatasetError naming `path` when the matrix has an entry that is not finite or is singular as a map
 /// between images of the usual size (hundreds to thousands of px).
 void checkHomography(const cv::Matx33d& homography, const std::string& path, const std::string& remedy);
@@ -42,6 +48,16 @@ void checkHomography(const cv::Matx33d& homography, const std::string& path, con
 /// Throws DatasetError when `path` is not a folder.
 /// @param what  the dataset, for the error text, e.g. "VGG dataset"
 void requireFolder(const std::string& path, const std::string& what, const std::string& remedy);
+
+/// Whether a file name is `stem` plus one of these extensions.
+bool isImageOf(const std::string& name, const std::string& stem);
+
+/// What the files of a folder lack to be a pair in a layout.
+struct FolderFit {
+  std::size_t present = 0;           ///< files of the layout
+  std::vector<std::string> lacking;  ///< of the pair that is nearest to complete, in words
+  bool whole() const { return present > 0 && lacking.empty(); }
+};
 
 /// Names of the folders in `root`, in byte order, without those whose names begin with a dot. Throws
 /// DatasetError when `root` cannot be listed.

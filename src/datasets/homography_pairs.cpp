@@ -40,9 +40,6 @@ constexpr Layout kLayouts[] = {
      [](int number) { return "H1to" + std::to_string(number); }, "01.png, 02.png and H1to2",
      "unpack the pair again: a folder of SymBench (Hauagge and Snavely, CVPR 2012) holds 01.png, 02.png and "
      "H1to2"},
-    {HomographyLayout::kPairs, 2, [](int number) { return std::string(number == 1 ? "left" : "right"); },
-     [](int) { return std::string("H.txt"); }, "left.png, right.png and H.txt",
-     "a pair's folder holds left and right (.png, .jpg, ...) and H.txt"},
 };
 
 const Layout& layoutOf(HomographyLayout id) {
@@ -51,10 +48,8 @@ const Layout& layoutOf(HomographyLayout id) {
 }
 
 /// Whether the file is the layout's image or homography of that number.
-bool isFileOf(const Layout& layout, const fs::path& name, int number) {
-  const bool image = name.stem().string() == layout.image(number);
-  return (image && isImageExtension(name.extension().string())) ||
-         (number > 1 && name.string() == layout.homography(number));
+bool isFileOf(const Layout& layout, const std::string& name, int number) {
+  return isImageOf(name, layout.image(number)) || (number > 1 && name == layout.homography(number));
 }
 
 /// The last number in a file's name; 0 where it has none, a long one or one that begins with 0.
@@ -67,17 +62,21 @@ int lastNumber(const std::string& name) {
   return digits.empty() || digits.size() > kMaxDigits || digits[0] == '0' ? 0 : std::stoi(digits);
 }
 
-/// Highest number of the layout's files in a folder; 0 where it has none of them.
-int highestNumber(const Layout& layout, const std::string& folder) {
+/// Number of the image or homography that a file is in the layout; 0 where it is neither.
+int numberOf(const Layout& layout, const std::string& name) {
   const int images = layout.images;
-  int highest = 0;
-  for (const std::string& name : fileNames(folder)) {
-    const int found = lastNumber(fs::path(name).stem().string());
-    const int first = images > 0 ? 1 : std::max(1, found), last = images > 0 ? images : found;
-    for (int number = first; number <= last; ++number) {
-      if (isFileOf(layout, name, number)) highest = std::max(highest, number);
-    }
+  const int found = lastNumber(fs::path(name).stem().string());
+  const int first = images > 0 ? 1 : std::max(1, found), last = images > 0 ? images : found;
+  for (int number = last; number >= first; --number) {
+    if (isFileOf(layout, name, number)) return number;
   }
+  return 0;
+}
+
+/// Highest number of the layout's files in a folder; 0 where it has none of them.
+int highestNumber(const Layout& layout, const std::vector<std::string>& names) {
+  int highest = 0;
+  for (const std::string& name : names) highest = std::max(highest, numberOf(layout, name));
   return highest;
 }
 
@@ -102,17 +101,13 @@ HomographyPairReader::HomographyPairReader(const std::string& name, const std::s
                              std::string(layout.images == 2 ? "pairs" : "scenes");
   requireFolder(root, "dataset '" + name + "'", remedy);
   for (const std::string& sequence : subfolders(root)) {
-    const int highest = highestNumber(layout, (fs::path(root) / sequence).string());
+    const int highest = highestNumber(layout, fileNames((fs::path(root) / sequence).string()));
     if (highest == 0) {
       ignored_.push_back(sequence);
       continue;
     }
     const int images = layout.images > 0 ? layout.images : std::max(2, highest);
     for (int number = 2; number <= images; ++number) pairs_.push_back({sequence, number});
-  }
-  if (pairs_.empty()) {
-    throw DatasetError("dataset '" + name + "': '" + root + "' has no folder with " + layout.description +
-                       "; " + remedy);
   }
 }
 
@@ -156,20 +151,27 @@ std::vector<std::string> HomographyPairReader::files() const {
   return paths;
 }
 
-bool HomographyPairReader::recognises(const std::string& root, HomographyLayout layout_id) {
+FolderFit HomographyPairReader::fit(HomographyLayout layout_id, const std::vector<std::string>& names) {
   const Layout& layout = layoutOf(layout_id);
-  for (const std::string& sequence : subfolders(root)) {
-    const std::string folder = (fs::path(root) / sequence).string();
-    const int highest = highestNumber(layout, folder);
-    for (int number = 2; number <= highest; ++number) {
-      const PairFiles files = pairFiles(layout, folder, number);
-      if (!existingFiles({files.homography}).empty() && !imagesOf(files.left).empty() &&
-          !imagesOf(files.right).empty()) {
-        return true;
-      }
+  const auto lackingFor = [&](int number) {
+    std::vector<std::string> lacking;
+    for (const std::string& image : {layout.image(1), layout.image(number)}) {
+      const auto isImage = [&image](const std::string& name) { return isImageOf(name, image); };
+      if (std::none_of(names.begin(), names.end(), isImage)) lacking.push_back(image);
     }
+    const std::string homography = layout.homography(number);
+    if (std::find(names.begin(), names.end(), homography) == names.end()) lacking.push_back(homography);
+    return lacking;
+  };
+  FolderFit result;
+  for (const std::string& name : names) result.present += numberOf(layout, name) > 0 ? 1 : 0;
+  result.lacking = lackingFor(2);
+  const int highest = highestNumber(layout, names);
+  for (int number = 3; number <= highest && !result.lacking.empty(); ++number) {
+    std::vector<std::string> lacking = lackingFor(number);
+    if (lacking.size() < result.lacking.size()) result.lacking = std::move(lacking);
   }
-  return false;
+  return result;
 }
 
 const char* HomographyPairReader::describe(HomographyLayout layout) { return layoutOf(layout).description; }

@@ -5,13 +5,14 @@
 #include <vector>
 
 #include "corrsel/datasets/reader.h"
+#include "datasets/files.h"
 
 namespace corrsel::core {
 
-/// Layout of a dataset of image pairs with homographies. Images are .ppm, .pgm, .png, .jpg, .jpeg, .bmp, .tif
-/// or .tiff; where an image exists with several extensions, the first of these is taken. A homography file
-/// has nine numbers, row by row, which map the pixel coordinates of the left image (x to the right, y down,
-/// px) to those of the right image.
+/// Layout of a dataset of image pairs with homographies. Images are of any type that isImageExtension()
+/// accepts; an image that exists with several extensions is broken. A homography file has nine numbers, row
+/// by row, which map the pixel coordinates of the left image (x to the right, y down, px) to those of the
+/// right image.
 enum class HomographyLayout {
   /// `<scene>/img1..img6`, `<scene>/H1to2p..H1to6p`: the Oxford affine covariant regions (Mikolajczyk et al.,
   /// IJCV 2005). A scene has five pairs, "1-2" to "1-6", whether or not their files exist.
@@ -24,9 +25,6 @@ enum class HomographyLayout {
   /// `<name>/01`, `<name>/02`, `<name>/H1to2`: SymBench (Hauagge and Snavely, CVPR 2012). Each folder
   /// has one pair, "1-2".
   kSymbench,
-  /// `<name>/left`, `<name>/right`, `<name>/H.txt`: a simple layout for pairs of your own. Each folder has
-  /// one pair, "1-2".
-  kPairs,
 };
 
 /// Reads image pairs with homographies. A folder below the root is a sequence, named like the folder, when it
@@ -35,7 +33,7 @@ enum class HomographyLayout {
 class HomographyPairReader : public DatasetReader {
  public:
   /// @param name  the dataset's name in the pairs' ids
-  /// Throws DatasetError when `root` is not a folder or no folder in it has a file of the layout.
+  /// Throws DatasetError when `root` is not a folder.
   HomographyPairReader(const std::string& name, const std::string& root, HomographyLayout layout);
 
   std::size_t size() const override { return pairs_.size(); }
@@ -52,8 +50,8 @@ class HomographyPairReader : public DatasetReader {
 
   std::vector<std::string> files() const override;
 
-  /// Whether `root` is a folder with at least one pair of which all three files exist.
-  static bool recognises(const std::string& root, HomographyLayout layout);
+  /// How well the names of a folder's files fit the layout.
+  static FolderFit fit(HomographyLayout layout, const std::vector<std::string>& names);
 
   /// The files of a sequence's folder in words, e.g. "img1..img6 and H1to2p..H1to6p".
   static const char* describe(HomographyLayout layout);

@@ -109,6 +109,13 @@ ImagePair UnrelatedReader::read(std::size_t index) const {
   result.id = id(index);
   result.left = scenes_->read(pair.left).left;
   result.right = scenes_->read(pair.right).right;
+  for (const auto& [image, scene] :
+       {std::pair(&result.left, pair.left), std::pair(&result.right, pair.right)}) {
+    if (image->empty()) {
+      throw DatasetError(scenes_->id(scene).text() +
+                         " has no images, and matches alone make no pair of different scenes");
+    }
+  }
   return result;
 }
 

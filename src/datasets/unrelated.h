@@ -26,6 +26,7 @@ class UnrelatedReader : public DatasetReader {
 
   std::size_t size() const override { return pairs_.size(); }
   PairId id(std::size_t index) const override;
+  /// Throws DatasetError, too, where the pair of the dataset has matches only.
   ImagePair read(std::size_t index) const override;
   void check(std::size_t index) const override;
   std::vector<std::string> ignored() const override { return scenes_->ignored(); }

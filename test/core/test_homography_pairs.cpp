@@ -106,24 +106,6 @@ TEST_F(HomographyPairs, ReadsHpatches) {
   EXPECT_EQ(pair.truth.matrix(0, 2), 6);
 }
 
-TEST_F(HomographyPairs, ReadsPlainPairsInEveryFormat) {
-  const char* const extensions[] = {".png", ".jpg", ".jpeg", ".ppm", ".pgm", ".bmp", ".tif", ".webp", ".JPG"};
-  for (const char* extension : extensions) {
-    const std::string name = std::string("pair") + extension;
-    writeImage(name + "/left" + extension, 40);
-    writeImage(name + "/right" + extension, 80);
-    write(name + "/H.txt", "1 0 5\n0 1 0\n0 0 1\n");
-  }
-  const HomographyPairReader reader("pairs", path(), HomographyLayout::kPairs);
-  ASSERT_EQ(reader.size(), std::size(extensions));
-  for (std::size_t i = 0; i < reader.size(); ++i) {
-    const ImagePair pair = reader.read(i);
-    EXPECT_NEAR(pair.left.data[0], 40, 1) << pair.id.text();
-    EXPECT_NEAR(pair.right.data[0], 80, 1) << pair.id.text();
-    EXPECT_EQ(pair.truth.matrix(0, 2), 5);
-  }
-}
-
 TEST_F(HomographyPairs, TwoFilesForOneImageAreRefused) {
   const struct {
     HomographyLayout layout;
@@ -131,8 +113,7 @@ TEST_F(HomographyPairs, TwoFilesForOneImageAreRefused) {
   } layouts[] = {{HomographyLayout::kVgg, "img1", "img2", "H1to2p"},
                  {HomographyLayout::kNumbered, "img1", "img2", "H1to2p"},
                  {HomographyLayout::kHpatches, "1", "2", "H_1_2"},
-                 {HomographyLayout::kSymbench, "01", "02", "H1to2"},
-                 {HomographyLayout::kPairs, "left", "right", "H.txt"}};
+                 {HomographyLayout::kSymbench, "01", "02", "H1to2"}};
   for (const auto& layout : layouts) {
     fs::remove_all(root_);
     const fs::path scene = "s";
@@ -147,66 +128,6 @@ TEST_F(HomographyPairs, TwoFilesForOneImageAreRefused) {
     EXPECT_EQ(errorOf<DatasetError>([&] { reader.check(0); }), error);
     EXPECT_EQ(reader.files().size(), 4u);
   }
-}
-
-TEST_F(HomographyPairs, TypesThatAreNotReadAreNamed) {
-  writeImage("s/left.png");
-  write("s/right.heic", "");
-  write("s/H.txt", "1 0 0 0 1 0 0 0 1");
-  const HomographyPairReader reader("pairs", path(), HomographyLayout::kPairs);
-  EXPECT_EQ(errorOf<DatasetError>([&] { reader.read(0); }),
-            path("s/right.heic") +
-                ": files of this type are not read as images; .ppm, .pgm, .png, .jpg, .jpeg, "
-                ".bmp, .tif, .tiff, .webp are; convert the image to PNG");
-}
-
-TEST_F(HomographyPairs, BadHomographiesAreNamed) {
-  const struct {
-    const char* text;
-    const char* expected;
-  } cases[] = {
-      {"1 0 0\n0 1 0\n0\n", "holds 7 numbers where a homography has 9"},
-      {"1 0 0 0 one 0 0 0 1", "'one' is not a number"},
-      {"1 2 300 2 4 600 0 0 1", "singular"},
-      {"1,0,0,0,1,0,0,0,1", "'1,0,0,0,1,0,0,0,1' is not a number"},
-  };
-  writeImage("a/left.png");
-  writeImage("a/right.png");
-  for (const auto& c : cases) {
-    write("a/H.txt", c.text);
-    const HomographyPairReader reader("pairs", path(), HomographyLayout::kPairs);
-    const std::string error = errorOf<DatasetError>([&] { reader.read(0); });
-    EXPECT_TRUE(contains(error, path("a/H.txt") + ": ")) << error;
-    EXPECT_TRUE(contains(error, c.expected)) << error;
-    EXPECT_EQ(errorOf<DatasetError>([&] { reader.check(0); }), error);
-  }
-}
-
-TEST_F(HomographyPairs, FoldersOfOtherThingsAreTold) {
-  writeImage("pair/left.png");
-  write("notes/todo.txt", "");
-  write(".git/config", "");
-  const HomographyPairReader reader("pairs", path(), HomographyLayout::kPairs);
-  EXPECT_EQ(reader.size(), 1u);
-  EXPECT_EQ(reader.ignored(), std::vector<std::string>{"notes"});
-}
-
-TEST_F(HomographyPairs, OddNamesOfScenesComeThroughUnharmed) {
-  const std::vector<std::string> names = {"a b", "a,b", "\"a\"", "<b>a", "a\nb", "a\\b", "..a", "\xc3\xa4"};
-  std::vector<std::string> seen, expected;
-  for (const std::string& name : names) {
-    if (name[0] != '.') expected.push_back(name);
-    writeImage(name + "/left.png");
-    writeImage(name + "/right.png");
-    write(name + "/H.txt", "1 0 0 0 1 0 0 0 1");
-  }
-  const HomographyPairReader reader("pairs", path(), HomographyLayout::kPairs);
-  for (std::size_t i = 0; i < reader.size(); ++i) {
-    EXPECT_NO_THROW(reader.read(i)) << reader.id(i).text();
-    seen.push_back(reader.id(i).sequence);
-  }
-  std::sort(expected.begin(), expected.end());
-  EXPECT_EQ(seen, expected);
 }
 
 }  // namespace

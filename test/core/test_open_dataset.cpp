@@ -57,7 +57,7 @@ TEST_F(OpenDataset, OpensKnownNamesInTheirLayout) {
     EXPECT_EQ(reader->id(0).text(), std::string(name) + "/s/1-2");
     EXPECT_NO_THROW(reader->read(0));
     const std::string error = errorOf<DatasetError>([&] { openDataset(name, path()); });
-    EXPECT_TRUE(contains(error, "has no folder with")) << error;
+    EXPECT_TRUE(contains(error, "The pairs lie one folder deeper")) << error;
   }
 }
 
@@ -65,23 +65,43 @@ TEST_F(OpenDataset, RecognisesTheLayoutOfOtherNames) {
   const struct {
     const char* left;
     const char* right;
-    const char* homography;
+    const char* truth;
   } layouts[] = {{"img1.png", "img2.png", "H1to2p"},
                  {"1.ppm", "2.png", "H_1_2"},
                  {"01.png", "02.png", "H1to2"},
-                 {"left.jpg", "right.png", "H.txt"}};
+                 {"left.jpg", "right.png", "H.txt"},
+                 {"left.webp", "right.png", "F.txt"}};
   for (const auto& layout : layouts) {
     fs::remove_all(root_);
-    writePair("scene", layout.left, layout.right, layout.homography);
+    const bool fundamental = layout.truth == std::string("F.txt");
+    writePair("scene", layout.left, layout.right, layout.truth,
+              fundamental ? "0 0 0 0 0 -1 0 1 0" : kIdentity);
     write("other/readme", "");
     const auto reader = openDataset("mine", path());
     ASSERT_EQ(reader->size(), 1u);
     EXPECT_EQ(reader->id(0).text(), "mine/scene/1-2");
     EXPECT_NO_THROW(reader->read(0));
-    // A bad homography is the pair's fault, not the layout's.
-    write(fs::path("scene") / layout.homography, "seven");
+    // A bad matrix is the pair's fault, not the layout's.
+    write(fs::path("scene") / layout.truth, "seven");
     EXPECT_THROW(openDataset("mine", path())->read(0), DatasetError);
   }
+}
+
+TEST_F(OpenDataset, RecognisesMatchLists) {
+  write("scene/matches.csv", "x_left,y_left,x_right,y_right,label\n1,2,3,4,1\n");
+  const auto reader = openDataset("mine", path());
+  ASSERT_EQ(reader->size(), 1u);
+  EXPECT_EQ(reader->read(0).given->size(), 1u);
+  EXPECT_EQ(reader->read(0).truth.kind, TruthKind::kLabels);
+}
+
+TEST_F(OpenDataset, UnrelatedPairsNeedImages) {
+  for (const std::string scene : {"desk", "wall"}) {
+    write(scene + "/matches.csv", "x_left,y_left,x_right,y_right,label\n1,2,3,4,1\n");
+  }
+  const auto reader = openDataset("unrelated_mine", path());
+  const std::string error = errorOf<DatasetError>([&] { reader->read(0); });
+  EXPECT_TRUE(contains(error, "mine/desk/1-2 has no images")) << error;
 }
 
 TEST_F(OpenDataset, MakesUnrelatedPairsOfAnyDataset) {
@@ -98,15 +118,6 @@ TEST_F(OpenDataset, MakesUnrelatedPairsOfAnyDataset) {
   EXPECT_EQ(imageDataset("vgg"), "vgg");
   const std::string error = errorOf<std::invalid_argument>([&] { openDataset("unrelated_", path("pairs")); });
   EXPECT_TRUE(contains(error, "dataset name ''")) << error;
-}
-
-TEST_F(OpenDataset, ListsTheLayoutsTried) {
-  writeImage("scene/a.png");
-  writeImage("scene/left.png");
-  const std::string error = errorFor("mine");
-  for (const char* part : {"dataset 'mine'", "H1to2p..H1toNp", "H_1_2..H_1_N", "01.png", "H.txt", ".mat"})
-    EXPECT_TRUE(contains(error, part)) << error;
-  EXPECT_TRUE(contains(error, path())) << error;
 }
 
 TEST_F(OpenDataset, RefusesToGuessBetweenLayouts) {

@@ -42,8 +42,9 @@ class DatasetReader {
 
 /// Opens dataset `name` from folder `path`. A name of datasetNames() means that dataset and its layout.
 /// Under any other name the folder's layout is recognised from its files: numbered images with homographies
-/// as in VGG or as in HPatches, a folder per pair as in SymBench or as in `pairs`, or .mat files as in
-/// AdelaideRMF (docs/datasets.md). The ids of the pairs contain the name as given.
+/// as in VGG or as in HPatches, a folder per pair as in SymBench or as in `pairs` (which may hold a
+/// homography, a fundamental matrix or a list of matches), or .mat files as in AdelaideRMF
+/// (docs/datasets.md). The ids of the pairs contain the name as given.
 ///
 /// A name that begins with kUnrelatedPrefix means pairs of different scenes, made from the images of the
 /// dataset that the rest of the name means; `path` is the folder of that dataset.
@@ -51,7 +52,7 @@ class DatasetReader {
 /// Throws std::invalid_argument for a name that is empty, "." or ".." or has a path separator, and for an
 /// unknown name whose folder does not exist (listing the known ones). Throws DatasetError where a known
 /// dataset's folder is missing or has none of its files, and where no layout, or more than one, is
-/// recognised.
+/// recognised. The error tells what was looked for, what the first folders hold and what they lack.
 /// @param seed  used by datasets that generate or draw pairs (sample, heinly_generated, unrelated ones)
 std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::string& path, int seed = 0);
 
