@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <stdexcept>
 
 #include "base/text.h"
@@ -127,6 +129,32 @@ Reader openUnknown(const std::string& name, const std::string& path, int seed) {
   return open(name, path, seed);
 }
 
+/// Why there is no dataset in `path`, and which one is probably meant.
+std::string whatIsThere(const std::string& name, const std::string& path) {
+  const fs::path folder = (fs::absolute(path) / "").lexically_normal().parent_path();
+  const fs::path root = folder.parent_path();
+  const std::string missing = "'" + path + "' is not a folder; ";
+  std::error_code ignored;
+  if (fs::is_directory(root, ignored) && root.filename() == name) {
+    return missing + "'" + root.string() +
+           "' seems to be a dataset itself: give the folder that holds it, '" + root.parent_path().string() +
+           "'";
+  }
+  const std::string contents = describeDataRoot(root.string());
+  if (!fs::is_directory(root, ignored)) {
+    return missing + contents + ": give the folder that holds one folder per dataset";
+  }
+  std::vector<std::string> names = subfolders(root.string());
+  const std::vector<std::string> known = datasetNames();
+  const bool is_known = std::find(known.begin(), known.end(), name) != known.end();
+  if (!is_known) names.insert(names.end(), known.begin(), known.end());
+  const std::string near = nearestName(name, names);
+  return missing + (near.empty() ? "" : "did you mean '" + near + "'? ") + contents +
+         (is_known ? ""
+                   : "; known datasets: " + joinList(known) +
+                         "; any other folder must have one of the layouts that docs/datasets.md describes");
+}
+
 void requirePlainName(const std::string& name) {
   if (name.empty() || name == "." || name == ".." || name.find_first_of("/\\") != std::string::npos) {
     throw std::invalid_argument("dataset name '" + name +
@@ -143,16 +171,15 @@ std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::s
     return std::make_unique<UnrelatedReader>(openDataset(imageDataset(name), path, seed), seed);
   }
   requireNotMisplaced(name, path);
-  for (const Entry& entry : kDatasets) {
-    if (name == entry.name) return openKnown(entry, path, seed);
-  }
+  const auto* const entry = std::find_if(std::begin(kDatasets), std::end(kDatasets),
+                                         [&name](const Entry& known) { return name == known.name; });
+  const bool is_known = entry != std::end(kDatasets);
   std::error_code ignored;
-  if (!fs::is_directory(path, ignored)) {
-    throw std::invalid_argument("unknown dataset '" + name + "', and '" + path +
-                                "' is not a folder; known: " + joinList(datasetNames()) +
-                                "; any other folder must exist and have one of the layouts that "
-                                "docs/datasets.md describes");
+  if (!fs::is_directory(path, ignored) && !needsSamplePhotographs(name)) {
+    if (is_known) throw DatasetError("dataset '" + name + "': " + whatIsThere(name, path));
+    throw std::invalid_argument("unknown dataset '" + name + "': " + whatIsThere(name, path));
   }
+  if (is_known) return openKnown(*entry, path, seed);
   return openUnknown(name, path, seed);
 }
 

@@ -204,6 +204,19 @@ std::vector<std::string> subfolders(const std::string& root) {
   return names;
 }
 
+std::string describeDataRoot(const std::string& root) {
+  constexpr std::size_t kShown = 20;
+  std::error_code ignored;
+  if (!fs::exists(root, ignored)) return "'" + root + "' does not exist";
+  if (!fs::is_directory(root, ignored)) return "'" + root + "' is a file";
+  std::vector<std::string> names = subfolders(root);
+  if (names.empty()) return "'" + root + "' holds no folder";
+  const std::size_t more = names.size() - std::min(names.size(), kShown);
+  names.resize(names.size() - more);
+  return "'" + root + "' holds the folders " + joinList(names) +
+         (more > 0 ? " and " + std::to_string(more) + " more" : "");
+}
+
 std::vector<std::string> fileNames(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error, ignored;

@@ -63,6 +63,10 @@ struct FolderFit {
 /// DatasetError when `root` cannot be listed.
 std::vector<std::string> subfolders(const std::string& root);
 
+/// What a folder is that should hold one folder per dataset, for messages: "'/d' does not exist", "'/d' is a
+/// file", "'/d' holds no folder" or "'/d' holds the folders a, b" (at most twenty of them).
+std::string describeDataRoot(const std::string& root);
+
 /// Names of the regular files in `folder`, in byte order; none where it cannot be listed.
 std::vector<std::string> fileNames(const std::string& folder);
 

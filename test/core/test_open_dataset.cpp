@@ -129,11 +129,59 @@ TEST_F(OpenDataset, RefusesToGuessBetweenLayouts) {
 TEST_F(OpenDataset, UnknownNameWithoutFolderListsTheKnownOnes) {
   const std::string error = errorOf<std::invalid_argument>([&] { openDataset("vg", path("vg")); });
   EXPECT_TRUE(contains(error, "unknown dataset 'vg'")) << error;
-  EXPECT_TRUE(contains(error, "known: adelaidermf, adelaidermf_reconstructed, heinly")) << error;
+  EXPECT_TRUE(contains(error, "known datasets: adelaidermf, adelaidermf_reconstructed, heinly")) << error;
   EXPECT_TRUE(contains(error, "any other folder must exist")) << error;
   write("file", "");
   EXPECT_TRUE(contains(errorOf<std::invalid_argument>([&] { openDataset("file", path("file")); }),
                        "'" + path("file") + "' is not a folder"));
+}
+
+TEST_F(OpenDataset, MisspeltNamesAreToldWithTheFoldersThereAre) {
+  for (const char* folder : {"vgg/graf", "my_pairs/s", "VFC"}) fs::create_directories(path(folder));
+  const auto errorOfName = [&](const std::string& name) {
+    return errorOf([&] { openDataset(name, path(name)); });
+  };
+  const std::string holds = "'" + path() + "' holds the folders VFC, my_pairs, vgg";
+  EXPECT_EQ(
+      errorOfName("vgf").find("unknown dataset 'vgf': '" + path("vgf") +
+                              "' is not a folder; did you mean 'vgg'? " + holds + "; known datasets: adel"),
+      0U)
+      << errorOfName("vgf");
+  // Of the folders first, then of the known names.
+  EXPECT_TRUE(contains(errorOfName("mypairs"), "did you mean 'my_pairs'?")) << errorOfName("mypairs");
+  EXPECT_TRUE(contains(errorOfName("sampel"), "did you mean 'sample'?")) << errorOfName("sampel");
+  EXPECT_FALSE(contains(errorOfName("nonsense"), "did you mean")) << errorOfName("nonsense");
+  // A known name has no folder: only folders can be meant.
+  EXPECT_EQ(errorOfName("hpatches"),
+            "dataset 'hpatches': '" + path("hpatches") + "' is not a folder; " + holds);
+  EXPECT_TRUE(contains(errorOfName("unrelated_vgf"), "dataset 'vgf'")) << errorOfName("unrelated_vgf");
+  for (int k = 10; k < 40; ++k) fs::create_directories(path("a" + std::to_string(k)));
+  EXPECT_TRUE(contains(errorOfName("vgf"), "VFC, a10, ")) << errorOfName("vgf");
+  EXPECT_TRUE(contains(errorOfName("vgf"), "a28 and 13 more; known")) << errorOfName("vgf");
+}
+
+TEST_F(OpenDataset, FoldersThatCannotHoldDatasetsAreNamed) {
+  const auto errorAt = [](const std::string& name, const std::string& folder) {
+    return errorOf([&] { openDataset(name, folder); });
+  };
+  EXPECT_EQ(errorAt("vgg", path("dta/vgg")), "dataset 'vgg': '" + path("dta/vgg") + "' is not a folder; '" +
+                                                 path("dta") +
+                                                 "' does not exist: give the folder that holds one folder "
+                                                 "per dataset");
+  write("file", "");
+  EXPECT_TRUE(contains(errorAt("vgg", path("file/vgg")), "'" + path("file") + "' is a file: give the folder"))
+      << errorAt("vgg", path("file/vgg"));
+  fs::create_directories(path("empty"));
+  EXPECT_TRUE(contains(errorAt("mine", path("empty/mine")), "'" + path("empty") + "' holds no folder; known"))
+      << errorAt("mine", path("empty/mine"));
+  // The folder of the dataset in place of the folder that holds it, told by its name.
+  fs::create_directories(path("vgg"));
+  const std::string by_name = errorAt("vgg", path("vgg/vgg"));
+  EXPECT_TRUE(contains(by_name, "'" + path("vgg") +
+                                    "' seems to be a dataset itself: give the folder that holds "
+                                    "it, '" +
+                                    path() + "'"))
+      << by_name;
 }
 
 TEST_F(OpenDataset, NamesMustStayInsideTheDataRoot) {
