@@ -106,9 +106,12 @@ def convert(folder, output, rate=10.0, every=1):
     """Write the bag; return the number of frames. It gets its name when it is complete."""
     if not 0.01 <= rate <= 1000:
         raise InputError("rate = %g is outside [0.01, 1000] Hz" % rate)
-    if every < 1:
-        raise InputError("every = %d is not at least 1" % every)
-    frames = find_frames(folder)[::every]
+    frames = find_frames(folder)
+    if not 1 <= every <= len(frames):
+        raise InputError(
+            "every = %d is outside [1, %d]: %s has %d frames" % (every, len(frames), folder, len(frames))
+        )
+    frames = frames[::every]
     path = folder / CALIBRATION
     calibration = read_calibration(path)
     infos = [camera_info(calibration, path, camera, side) for side, camera in SIDES]

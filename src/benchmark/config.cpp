@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 #include <stdexcept>
+#include <thread>
 
 #include "base/text.h"
 #include "corrsel/features/extractor.h"
@@ -15,7 +16,9 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kTableTolerance = 5.0;  // px, of the paper's tables
+constexpr double kTableTolerance = 5.0;       // px, of the paper's tables
+constexpr double kLargestTolerance = 1000.0;  // px
+constexpr int kMostThreads = 1024;
 
 std::string algorithmOf(const std::string& spec) { return spec.substr(0, spec.find_first_of(":+")); }
 
@@ -23,6 +26,22 @@ void requireRange(const std::string& name, double value, double min, double max)
   if (!(value >= min && value <= max)) {
     throw std::invalid_argument(name + " = " + formatNumber(value) + " is outside [" + formatNumber(min) +
                                 ", " + formatNumber(max) + "]");
+  }
+}
+
+void requireAscending(const std::vector<double>& tolerances) {
+  if (tolerances.empty()) throw std::invalid_argument("tolerances is empty: name at least one, in px");
+  for (std::size_t i = 0; i < tolerances.size(); ++i) {
+    const std::string tau = "tolerances: " + formatNumber(tolerances[i]) + " px ";
+    // Written so that NaN fails.
+    if (!(tolerances[i] > 0 && tolerances[i] <= kLargestTolerance)) {
+      throw std::invalid_argument(tau + "is outside (0, " + formatNumber(kLargestTolerance) +
+                                  "] px; each must be above 0");
+    }
+    if (i == 0 || tolerances[i] > tolerances[i - 1]) continue;
+    if (tolerances[i] == tolerances[i - 1]) throw std::invalid_argument(tau + "is given twice; give it once");
+    throw std::invalid_argument(tau + "comes after " + formatNumber(tolerances[i - 1]) +
+                                " px; give them in ascending order");
   }
 }
 
@@ -116,6 +135,8 @@ void BenchmarkConfig::resolve() {
   preselection = withoutRepeats(preselection);
   requireSome("features", features);
   requireSome("preselection", preselection);
+  datasets = withoutRepeats(datasets);
+  bags = withoutRepeats(bags);
   if (datasets.empty() && bags.empty()) throw std::invalid_argument("neither a dataset nor a bag is given");
   const std::vector<std::string> preselections = {"none", "nnsr"};
   for (const std::string& name : preselection) {
@@ -123,10 +144,9 @@ void BenchmarkConfig::resolve() {
       throw std::invalid_argument("unknown preselection '" + name + "'" + validNames(name, preselections));
     }
   }
-  if (tolerances.empty()) throw std::invalid_argument("tolerances is empty: name at least one, in px");
-  for (const double tau : tolerances) requireRange("tolerances", tau, 0, 1000);
-  requireRange("ground_truth_tolerance", ground_truth_tolerance, 0, 1000);
-  const double largest = *std::max_element(tolerances.begin(), tolerances.end());
+  requireAscending(tolerances);
+  requireRange("ground_truth_tolerance", ground_truth_tolerance, 0, kLargestTolerance);
+  const double largest = tolerances.back();
   if (largest > ground_truth_tolerance) {
     throw std::invalid_argument(
         "tolerances: " + formatNumber(largest) +
@@ -134,7 +154,10 @@ void BenchmarkConfig::resolve() {
         " px, so that recall could exceed 1; lower the one or raise the other");
   }
   requireRange("repetitions", repetitions, 1, 1000);
-  requireRange("threads", threads, 1, 1024);
+  requireRange("threads", threads, 0, kMostThreads);
+  if (threads == 0) {
+    threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMostThreads);
+  }
   requireRange("seed", seed, 0, 2147483647 - 1000);
   requireRange("max_pairs", max_pairs, 0, 2147483647);
 
@@ -251,7 +274,13 @@ void parseOptionAssignments(const std::string& text, std::map<std::string, Optio
       throw std::invalid_argument("options: '" + piece +
                                   "' does not read as algorithm.option=value, e.g. gms.alpha=6");
     }
-    options[piece.substr(0, dot)][piece.substr(dot + 1, equals - dot - 1)] = piece.substr(equals + 1);
+    const std::string value = piece.substr(equals + 1);
+    OptionMap& values = options[piece.substr(0, dot)];
+    const auto [before, inserted] = values.emplace(piece.substr(dot + 1, equals - dot - 1), value);
+    if (!inserted) {
+      throw std::invalid_argument("options: " + piece.substr(0, equals) + " is given twice, as '" +
+                                  before->second + "' and as '" + value + "'; give it once");
+    }
   }
 }
 

@@ -25,11 +25,23 @@ const Argument* find(const CommandLineTable& table, const std::string& name) {
   return found == table.arguments.end() ? nullptr : &*found;
 }
 
+/// The name in a word that reads `--name`, `--name=value` or `name:=value`; any other word as it is.
+std::string nameIn(const std::string& word) {
+  if (word.compare(0, 1, "-") == 0) return word.substr(0, word.find('='));
+  return word.substr(0, word.find(":="));
+}
+
 UsageError unknown(const CommandLineTable& table, const std::string& word) {
   std::vector<std::string> names;
   for (const Argument& argument : table.arguments) names.push_back(typed(argument.name));
   names.push_back(typed(kHelp));
-  return UsageError("unknown argument '" + word + "'; valid: " + core::joinList(names));
+  return UsageError("unknown argument '" + word + "'" + core::validNames(nameIn(word), names));
+}
+
+UsageError givenTwice(const Argument& argument, const std::string& first, const std::string& second) {
+  return UsageError(typed(argument.name) + " is given twice" +
+                    (argument.value.empty() ? "" : ", as '" + first + "' and as '" + second + "'") +
+                    "; give it once");
 }
 
 /// Runs a parser of base/text.h, whose errors are errors of usage here.
@@ -84,13 +96,21 @@ int ArgumentValues::integer(const std::string& name) const {
   return parsed([&] { return core::parseInteger(text(name), typed(name)); });
 }
 
+int ArgumentValues::integer(const std::string& name, int low, int high) const {
+  const int value = integer(name);
+  if (value >= low && value <= high) return value;
+  throw UsageError(typed(name) + " must be between " + std::to_string(low) + " and " + std::to_string(high) +
+                   ", not " + text(name));
+}
+
 bool ArgumentValues::flag(const std::string& name) const {
   return parsed([&] { return core::parseFlag(text(name), typed(name)); });
 }
 
 std::string ArgumentValues::choice(const std::string& name, const std::vector<std::string>& choices) const {
   if (std::find(choices.begin(), choices.end(), text(name)) != choices.end()) return text(name);
-  throw UsageError(typed(name) + " must be one of " + core::joinList(choices) + ", not '" + text(name) + "'");
+  throw UsageError(typed(name) + " must be one of " + core::joinList(choices) + ", not '" + text(name) + "'" +
+                   core::didYouMean(text(name), choices));
 }
 
 std::vector<std::string> ArgumentValues::list(const std::string& name) const {
@@ -133,6 +153,8 @@ ArgumentValues parseCommandLine(const CommandLineTable& table, const std::vector
       continue;
     }
     std::string& value = result.values_[argument->name];
+    const std::string before = value;
+    const bool twice = result.given(argument->name);
     result.given_.push_back(argument->name);
     const bool joined = assigned || equals != std::string::npos;
     if (argument->value.empty()) {
@@ -145,6 +167,7 @@ ArgumentValues parseCommandLine(const CommandLineTable& table, const std::vector
     } else {
       throw UsageError(typed(argument->name) + " needs a value: " + argument->meaning);
     }
+    if (twice) throw givenTwice(*argument, before, value);
   }
   if (positional.size() != table.positional.size()) {
     throw UsageError(core::joinList(table.positional) + ": " + std::to_string(table.positional.size()) +

@@ -46,6 +46,7 @@ class ArgumentValues {
   double number(const std::string& name) const;
   double number(const std::string& name, double low, double high) const;
   int integer(const std::string& name) const;
+  int integer(const std::string& name, int low, int high) const;
   bool flag(const std::string& name) const;  ///< "true" or "false"
   std::string choice(const std::string& name, const std::vector<std::string>& choices) const;
   std::vector<std::string> list(const std::string& name) const;  ///< comma-separated
@@ -59,13 +60,13 @@ class ArgumentValues {
   std::vector<std::string> given_;
 };
 
-/// Reads `--name value`, `--name=value`, `name:=value`, `--switch` and positional arguments, in any order; of
-/// an argument that is given twice the last value counts. Where `--help` or `-h` is given, nothing else is
+/// Reads `--name value`, `--name=value`, `name:=value`, `--switch` and positional arguments, in any order.
+/// Where `--help` or `-h` is given, nothing else is
 /// checked. Names that roslaunch adds (`__name:=x`, `_parameter:=x`) are skipped.
 /// @param words  without the program's name
 /// @param rest   takes the words that the table does not know; without it they are an error
-/// Throws UsageError for an unknown name (with the valid ones), a missing value and a wrong number of
-/// positional arguments.
+/// Throws UsageError for an unknown name (with the nearest and all valid ones), an argument that is given
+/// twice, a missing value and a wrong number of positional arguments.
 ArgumentValues parseCommandLine(const CommandLineTable& table, const std::vector<std::string>& words,
                                 std::vector<std::string>* rest = nullptr);
 

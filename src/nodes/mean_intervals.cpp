@@ -1,6 +1,7 @@
 // Prints means with their bootstrap intervals. The report calls this program, so that the interval is
 // defined in the library only.
 
+#include <cmath>
 #include <exception>
 #include <iostream>
 #include <sstream>
@@ -31,7 +32,13 @@ std::vector<double> numbersOf(const std::string& line, int number) {
   const std::string where = "line " + std::to_string(number);
   std::istringstream words(line);
   std::vector<double> values;
-  for (std::string word; words >> word;) values.push_back(core::parseNumber(word, where));
+  for (std::string word; words >> word;) {
+    values.push_back(core::parseNumber(word, where));
+    if (!std::isfinite(values.back())) {
+      throw std::invalid_argument(where + ": '" + word +
+                                  "' has no finite mean with other numbers; leave it out");
+    }
+  }
   if (values.empty()) throw std::invalid_argument(where + " has no numbers: give at least one");
   return values;
 }

@@ -31,7 +31,7 @@ TEST(CommandLine, ReadsEveryForm) {
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"--data_root", "/d", "--rate", "2.5", "--max-ratio", "-0.5", "--strict"},
         std::vector<std::string>{"--strict", "--data-root=/d", "--rate=2.5", "--max_ratio=-0.5"},
-        std::vector<std::string>{"data_root:=/d", "rate:=7", "rate:=2.5", "max_ratio:=-0.5", "--strict"}}) {
+        std::vector<std::string>{"data_root:=/d", "rate:=2.5", "max_ratio:=-0.5", "--strict"}}) {
     const ArgumentValues values = parseCommandLine(kTable, words);
     EXPECT_EQ(values.text("data_root"), "/d");
     EXPECT_EQ(values.number("rate"), 2.5);
@@ -51,8 +51,8 @@ TEST(CommandLine, DefaultsAreThoseOfTheTable) {
 }
 
 TEST(CommandLine, ValuesMayHoldSeparators) {
-  const ArgumentValues values = parseCommandLine(kTable, {"data_root:=a=b:=c", "--data_root=x=y:=z"});
-  EXPECT_EQ(values.text("data_root"), "x=y:=z");
+  EXPECT_EQ(parseCommandLine(kTable, {"data_root:=a=b:=c"}).text("data_root"), "a=b:=c");
+  EXPECT_EQ(parseCommandLine(kTable, {"--data_root=x=y:=z"}).text("data_root"), "x=y:=z");
   EXPECT_EQ(parseCommandLine(kTable, {"data_root:=a, b,"}).list("data_root"),
             (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(parseCommandLine(kTable, {"--data_root="}).text("data_root"), "");
@@ -72,6 +72,40 @@ TEST(CommandLine, UnknownArgumentsAreNamedWithTheValidOnes) {
   EXPECT_EQ(rest, (std::vector<std::string>{"--other=1", "-x"}));
 }
 
+TEST(CommandLine, TheNearestNameIsNamed) {
+  const std::string valid = " valid: --data_root, --rate, --max-ratio, --resume, --strict, --help";
+  const std::pair<const char*, const char*> cases[] = {
+      {"dataroot:=/d", "--data_root"},   {"--dataroot", "--data_root"}, {"--dataroot=/d", "--data_root"},
+      {"--max_ration=1", "--max-ratio"}, {"-rate", "--rate"},           {"--hepl", "--help"},
+      {"--max", "--max-ratio"},
+  };
+  for (const auto& [word, name] : cases) {
+    EXPECT_EQ(errorOf<UsageError>([word = word] { parseCommandLine(kTable, {word}); }),
+              std::string("unknown argument '") + word + "'; did you mean '" + name + "'?" + valid);
+  }
+  EXPECT_EQ(errorOf<UsageError>([] { parseCommandLine(kTable, {"nonsense:=1"}); }),
+            "unknown argument 'nonsense:=1';" + valid);
+}
+
+TEST(CommandLine, ArgumentsAreGivenOnce) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--rate", "1", "--rate", "2"},
+        std::vector<std::string>{"rate:=1", "--rate=2"},
+        std::vector<std::string>{"--rate=1", "--strict", "rate:=2"}}) {
+    EXPECT_EQ(errorOf<UsageError>([&] { parseCommandLine(kTable, words); }),
+              "--rate is given twice, as '1' and as '2'; give it once");
+  }
+  // The same value twice is probably a mistake of a script, and '-' is '_'.
+  EXPECT_EQ(errorOf<UsageError>([] {
+              parseCommandLine(kTable, {"max_ratio:=1", "--max-ratio=1"});
+            }),
+            "--max-ratio is given twice, as '1' and as '1'; give it once");
+  EXPECT_EQ(errorOf<UsageError>([] {
+              parseCommandLine(kTable, {"--strict", "--strict"});
+            }),
+            "--strict is given twice; give it once");
+}
+
 TEST(CommandLine, WrongValuesAreNamed) {
   EXPECT_TRUE(
       contains(errorOf<UsageError>([] { parseCommandLine(kTable, {"--rate"}); }), "--rate needs a value"));
@@ -85,6 +119,13 @@ TEST(CommandLine, WrongValuesAreNamed) {
   EXPECT_TRUE(contains(range, "--max-ratio must be between 0 and 1, not 3")) << range;
   EXPECT_TRUE(contains(errorOf<UsageError>([&] { values.flag("resume"); }), "--resume: 'maybe'"));
   EXPECT_TRUE(contains(errorOf<UsageError>([&] { values.integer("rate"); }), "--rate: 'fast'"));
+  const std::string whole = errorOf<UsageError>([&] { values.integer("max-ratio", 4, 7); });
+  EXPECT_EQ(whole, "--max-ratio must be between 4 and 7, not 3");
+  EXPECT_EQ(values.integer("max-ratio", 3, 3), 3);
+  EXPECT_TRUE(contains(errorOf<UsageError>([&] {
+                         values.choice("rate", {"slow", "fst"});
+                       }),
+                       "not 'fast'; did you mean 'fst'?"));
   EXPECT_TRUE(contains(errorOf<UsageError>([&] {
                          values.choice("rate", {"a", "b"});
                        }),

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <thread>
+
 #include "corrsel/benchmark/config.h"
 #include "corrsel/selectors/factory.h"
 #include "test_support.h"
@@ -55,10 +58,52 @@ TEST(Config, ResolveNamesWhatIsWrongAndWhatIsValid) {
   EXPECT_TRUE(contains(error, "repetitions = 0") && contains(error, "[1, 1000]")) << error;
   error = errorWith([](BenchmarkConfig& c) { c.tolerances = {}; });
   EXPECT_TRUE(contains(error, "tolerances")) << error;
+  const std::pair<std::vector<double>, const char*> wrong_tolerances[] = {
+      {{0}, "tolerances: 0 px is outside (0, 1000] px; each must be above 0"},
+      {{0, 1}, "tolerances: 0 px is outside"},
+      {{-1, 1}, "tolerances: -1 px is outside"},
+      {{std::nan("")}, "is outside (0, 1000] px"},
+      {{1, INFINITY}, "tolerances: inf px is outside"},
+      {{1, 1001}, "tolerances: 1001 px is outside"},
+      {{1, 2, 2}, "tolerances: 2 px is given twice; give it once"},
+      {{1, 5, 3}, "tolerances: 3 px comes after 5 px; give them in ascending order"},
+  };
+  for (const auto& [tolerances, words] : wrong_tolerances) {
+    error = errorWith([values = tolerances](BenchmarkConfig& c) { c.tolerances = values; });
+    EXPECT_TRUE(contains(error, words)) << error;
+  }
+  for (const int threads : {-1, 1025}) {
+    error = errorWith([threads](BenchmarkConfig& c) { c.threads = threads; });
+    EXPECT_EQ(error, "threads = " + std::to_string(threads) + " is outside [0, 1024]");
+  }
+  error = errorWith([](BenchmarkConfig& c) { c.seed = -1; });
+  EXPECT_TRUE(contains(error, "seed = -1 is outside [0, ")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.max_pairs = -1; });
+  EXPECT_TRUE(contains(error, "max_pairs = -1 is outside [0, ")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.options["gmz"]["alpha"] = "1"; });
+  EXPECT_TRUE(contains(error, "'gmz', which this run does not use; did you mean 'gms'? used: ")) << error;
+  error = errorWith([](BenchmarkConfig& c) { c.preselection = {"nsnr"}; });
+  EXPECT_EQ(error, "unknown preselection 'nsnr'; did you mean 'nnsr'? valid: none, nnsr");
   error = errorWith([](BenchmarkConfig& c) { c.ground_truth_tolerance = 3; });
   EXPECT_TRUE(contains(error, "10 px") && contains(error, "ground_truth_tolerance = 3")) << error;
   error = errorWith([](BenchmarkConfig& c) { c.datasets = {}; });
   EXPECT_TRUE(contains(error, "dataset")) << error;
+}
+
+TEST(Config, NoThreadsMeansAllCores) {
+  BenchmarkConfig config = sampleConfig();
+  config.threads = 0;
+  config.resolve();
+  EXPECT_EQ(config.threads, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+TEST(Config, RepeatedDatasetsAndBagsAreTakenOnce) {
+  BenchmarkConfig config = sampleConfig();
+  config.datasets = {"vgg", "sample", "vgg"};
+  config.bags = {"/a.bag", "/a.bag"};
+  config.resolve();
+  EXPECT_EQ(config.datasets, (std::vector<std::string>{"vgg", "sample"}));
+  EXPECT_EQ(config.bags, std::vector<std::string>{"/a.bag"});
 }
 
 TEST(Config, OptionsBelongToDetectorOrDescriptor) {
@@ -102,6 +147,11 @@ TEST(Config, OptionAssignments) {
   parseOptionAssignments("gms.alpha=6, ransac.threshold=1.5,gms.grid=10", options);
   EXPECT_EQ(options["gms"], (OptionMap{{"alpha", "6"}, {"grid", "10"}}));
   EXPECT_EQ(options["ransac"], (OptionMap{{"threshold", "1.5"}}));
+  EXPECT_EQ(errorOf([] {
+              std::map<std::string, OptionMap> twice;
+              parseOptionAssignments("lpm.k=4,gms.alpha=6,lpm.k=5", twice);
+            }),
+            "options: lpm.k is given twice, as '4' and as '5'; give it once");
   for (const char* wrong : {"gms", "gms.alpha", "gms=3", ".alpha=3", "gms.=3"}) {
     EXPECT_TRUE(contains(errorOf([&] { parseOptionAssignments(wrong, options); }), wrong)) << wrong;
   }

@@ -8,6 +8,7 @@
 #include <unistd.h>
 #include <xmlrpcpp/XmlRpc.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
@@ -68,8 +69,10 @@ std::string loadTestProgram() { return fs::read_symlink("/proc/self/exe").replac
 
 /// load_test with the images of the test.
 std::vector<std::string> loadTest(const std::string& images, const std::vector<std::string>& arguments) {
-  std::vector<std::string> words = {loadTestProgram(), "--images", images, "--wait", "60"};
+  std::vector<std::string> words = {loadTestProgram(), "--images", images};
   words.insert(words.end(), arguments.begin(), arguments.end());
+  if (std::find(words.begin(), words.end(), "--wait") == words.end())
+    words.insert(words.end(), {"--wait", "60"});
   return words;
 }
 

@@ -128,7 +128,7 @@ class KittiToBag(unittest.TestCase):
         images = [entry for entry in self.messages() if "left/image_raw" in entry[0]]
         self.assertEqual([time.to_nsec() for _, _, time in images], [10**9, 12 * 10**8])
         self.assertEqual(images[1][1].data, png(20))
-        for arguments in (("--rate", "0"), ("--rate", "nan"), ("--every", "0")):
+        for arguments in (("--rate", "0"), ("--rate", "nan"), ("--every", "0"), ("--every", "1" * 20)):
             code, text = self.convert(*arguments)
             self.assertEqual(code, 2, text)
             self.assertIn("=", text)

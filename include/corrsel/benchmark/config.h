@@ -34,10 +34,10 @@ struct BenchmarkConfig {
   std::vector<Cell> cells;  ///< if not empty, replaces the grid of features and preselection
   std::vector<std::string> selectors = {
       "all"};  ///< names for createSelector(); "all" = usualSelectorNames(), "every" = selectorNames()
-  std::vector<double> tolerances = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< tau, px
+  std::vector<double> tolerances = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};  ///< tau, px, above 0, ascending
   double ground_truth_tolerance = 10.0;                              ///< t_gt, px
   int repetitions = 1;  ///< runs of every selector on every pair, with seeds seed, seed + 1...
-  int threads = 1;
+  int threads = 1;      ///< 0 = all cores
   int seed = 0;
   int max_pairs = 0;                         ///< first pairs of every dataset or bag; 0 = all
   std::map<std::string, OptionMap> options;  ///< per algorithm ("gms", "sift"): options given by the user
@@ -78,7 +78,7 @@ struct BenchmarkConfig {
 bool isNnsr(const std::string& spec);
 
 /// Reads "gms.alpha=3,lpm.k=6" (comma-separated "algorithm.option=value") into config.options.
-/// Throws std::invalid_argument where an assignment has another form.
+/// Throws std::invalid_argument where an assignment has another form or an option is given twice.
 void parseOptionAssignments(const std::string& text, std::map<std::string, OptionMap>& options);
 
 /// Keys whose values differ between two YAML documents, as "key: old -> new" (nested keys joined by '.').

@@ -6,7 +6,6 @@
 #include <ctime>
 #include <filesystem>
 #include <iostream>
-#include <thread>
 
 #include "base/text.h"
 #include "corrsel/benchmark/experiments.h"
@@ -15,6 +14,7 @@
 #include "corrsel/matching/matcher.h"
 #include "corrsel/ros/selector_plugins.h"
 #include "corrsel/selectors/factory.h"
+#include "datasets/files.h"
 #include "nodes/benchmark/argument_table.h"
 
 namespace corrsel {
@@ -75,7 +75,8 @@ std::vector<std::string> datasetsOf(const std::string& experiment, const std::st
   if (data_root.empty()) return {"sample"};
   if (real) return found;
   throw UsageError("none of the datasets of experiment '" + experiment + "' (" + core::joinList(wanted) +
-                   ") is a folder below data_root " + data_root + "; see docs/datasets.md");
+                   ") is a folder below data_root: " + core::describeDataRoot(data_root) +
+                   "; see docs/datasets.md");
 }
 
 BagTopics bagTopics(const Values& values, core::BenchmarkConfig& config) {
@@ -130,8 +131,6 @@ void readValues(const Values& values, Arguments& arguments) {
   config.ground_truth_tolerance = values.number("ground_truth_tolerance");
   config.repetitions = values.integer("repetitions");
   config.threads = values.integer("threads");
-  if (config.threads == 0)
-    config.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   config.seed = values.integer("seed");
   config.max_pairs = values.integer("max_pairs");
   core::parseOptionAssignments(text("options"), config.options);

@@ -1,6 +1,7 @@
 #include "nodes/load_test/arguments.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "base/text.h"
@@ -30,7 +31,7 @@ std::vector<std::string> selectorsOf(const std::vector<std::string>& names) {
   const std::vector<std::string> known = core::selectorNames();
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    throw UsageError("--selectors must be some of " + core::joinList(known) + ", not '" + name + "'");
+    throw UsageError("--selectors: unknown selector '" + name + "'" + core::validNames(name, known));
   }
   return names;
 }
@@ -96,7 +97,7 @@ Arguments argumentsOf(const ArgumentValues& values) {
   arguments.selectors = selectorsOf(values.list("selectors"));
   arguments.matcher_node = values.text("matcher-node");
   arguments.selector_node = values.text("selector-node");
-  arguments.seed = values.integer("seed");
+  arguments.seed = values.integer("seed", 0, std::numeric_limits<int>::max());
   arguments.csv = values.text("csv");
   arguments.interval = values.number("interval", 1, kLong);
   arguments.wait = values.number("wait", 0.1, kLong);
