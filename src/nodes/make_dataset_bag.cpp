@@ -1,5 +1,6 @@
 #include <exception>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -60,7 +61,7 @@ Arguments argumentsOf(const corrsel::ArgumentValues& values) {
   }
   arguments.bag.compressed = values.isOn("compressed");
   arguments.bag.period = values.number("period");
-  arguments.seed = values.integer("seed");
+  arguments.seed = values.integer("seed", 0, std::numeric_limits<int>::max());
   return arguments;
 }
 
@@ -72,13 +73,15 @@ int run(const Arguments& arguments) {
   const corrsel::core::DatasetReport report = corrsel::core::describe(*reader, depth);
   std::cout << report.text() << std::flush;
   if (arguments.check) return report.problems.empty() ? kOk : kProblems;
-  std::vector<std::string> problems;
+  std::vector<corrsel::UnreadablePair> problems;
   const auto progress = [](std::size_t done, std::size_t total, const corrsel::core::PairId& id) {
     std::cout << done << "/" << total << " " << id.text() << std::endl;
   };
   const std::size_t written =
       corrsel::writeDatasetBag(*reader, arguments.output, arguments.bag, progress, &problems);
-  for (const std::string& problem : problems) std::cerr << "problem: " << problem << "\n";
+  for (const corrsel::UnreadablePair& problem : problems) {
+    std::cerr << "problem: " << problem.text() << "\n";
+  }
   std::cout << written << " of " << reader->size() << " pairs written"
             << (written > 0 ? " to " + arguments.output : ", no bag made") << std::endl;
   return problems.empty() && written > 0 ? kOk : kProblems;

@@ -90,9 +90,13 @@ class BenchmarkLaunch : public ::testing::Test {
     }
   }
 
+  /// The benchmark on the scene of the test, unless the arguments name other data.
   static std::string benchmark(const std::string& arguments) {
-    return "rosrun corrsel benchmark --dataset vgg --data_root " + (root_ / "data").string() + " " +
-           arguments;
+    const auto unless = [&arguments](const std::string& name, const std::string& value) {
+      return arguments.find(name) == std::string::npos ? name + " " + value + " " : "";
+    };
+    return "rosrun corrsel benchmark " + unless("--dataset", "vgg") +
+           unless("--data_root", (root_ / "data").string()) + arguments;
   }
 
   static fs::path root_;
@@ -131,6 +135,81 @@ TEST_F(BenchmarkLaunch, LaunchWritesACompleteFolderAndPublishes) {
   EXPECT_EQ(timelessRows(run).size(), 1U + 5 * 2 * selections() * 10);
   EXPECT_EQ(scores, static_cast<int>(5 * 2 * selections()));
   EXPECT_TRUE(finished);
+}
+
+TEST_F(BenchmarkLaunch, LaunchFilesRefuseWhatTheyDoNotDeclare) {
+  struct Case {
+    std::string arguments, error;
+  };
+  const std::vector<Case> cases = {
+      {"benchmark.launch dataroot:=/x",
+       "benchmark.launch: unknown argument 'dataroot:=/x'; did you mean 'data_root'?"},
+      {"benchmark.launch seed:=1 seed:=2",
+       "benchmark.launch: seed is given twice, as '1' and as '2'; give it once"},
+      {"live.launch left_imge:=/cam/left",
+       "live.launch: unknown argument 'left_imge:=/cam/left'; did you mean 'left_image'?"},
+      {"sequence.launch imag:=/cam", "sequence.launch: unknown argument 'imag:=/cam'; did you mean 'image'?"},
+      {"replay.launch bga:=/x.bag", "replay.launch: unknown argument 'bga:=/x.bag'; did you mean 'bag'?"},
+      {"view.launch titel:=x", "view.launch: unknown argument 'titel:=x'; did you mean 'title'?"},
+  };
+  for (const Case& c : cases) {
+    const Output output = shell("roslaunch corrsel " + c.arguments);
+    EXPECT_EQ(output.code, 1) << output.text;
+    EXPECT_NE(output.text.find(c.error), std::string::npos) << output.text;
+    EXPECT_EQ(output.text.find("started with pid"), std::string::npos) << output.text;
+  }
+  // Where another file includes one of these, the arguments of the command line are its own.
+  std::ofstream(root_ / "view.launch")
+      << "<launch>\n  <arg name=\"camera\"/>\n  <include file=\"$(find corrsel)/launch/"
+         "view.launch\" pass_all_args=\"true\"/>\n</launch>\n";
+  const Output included = shell("roslaunch --nodes " + (root_ / "view.launch").string() + " camera:=/cam");
+  EXPECT_EQ(included.code, 0) << included.text;
+  EXPECT_NE(included.text.find("/match_view"), std::string::npos) << included.text;
+}
+
+TEST_F(BenchmarkLaunch, TheSecondOneUnderAMasterTakesAnotherName) {
+  const std::string common = "--report false --features orb+orb --selectors gms --output_dir ";
+  // Started at the same time, by hand and by roslaunch, which names both of them benchmark.
+  const auto folder = [](int k) { return (root_ / ("named" + std::to_string(k))).string(); };
+  const std::string launch =
+      "roslaunch corrsel benchmark.launch dataset:=vgg report:=false features:=orb+orb "
+      "selectors:=gms data_root:=" +
+      (root_ / "data").string() + " output_dir:=";
+  const Output output = shell("(" + benchmark(common + folder(0)) + " & " + benchmark(common + folder(1)) +
+                              " & " + launch + folder(2) + " & " + launch + folder(3) + " & wait) 2>&1");
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_NE(readAll(fs::path(folder(k)) / "summary.json").find("\"complete\": true"), std::string::npos)
+        << output.text;
+  }
+  for (const char* note :
+       {"another node is called /benchmark, so this one is called /benchmark_2 and publishes "
+        "/benchmark_2/progress and /benchmark_2/score",
+        "so this one is called /benchmark_3", "so this one is called /benchmark_4"}) {
+    EXPECT_NE(output.text.find(note), std::string::npos) << output.text;
+  }
+  // A name that the user chose stays, and so does the usual one as soon as it is free.
+  const Output chosen = shell(benchmark(common + folder(4) + " __name:=mine --verbose true & sleep 1; wait"));
+  EXPECT_EQ(chosen.text.find("this one is called"), std::string::npos) << chosen.text;
+  const Output again = shell(benchmark(common + folder(5)));
+  EXPECT_EQ(again.text.find("this one is called"), std::string::npos) << again.text;
+}
+
+TEST_F(BenchmarkLaunch, ACrashedOneLeavesItsNameFree) {
+  const std::string run = (root_ / "crashed").string();
+  std::thread killer([&run] {
+    for (int k = 0; k < 3000 && timelessRows(run).size() < 2; ++k) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    shell("pkill -KILL -f -- '--output_dir " + run + "'");
+  });
+  EXPECT_NE(shell("exec " + benchmark("--report false --output_dir " + run)).code, 0);
+  killer.join();
+  const Output nodes = shell("rosnode list");
+  ASSERT_NE(nodes.text.find("/benchmark\n"), std::string::npos) << nodes.text;
+  const Output next =
+      shell(benchmark("--report false --features orb+orb --selectors gms --output_dir " + run + "_next"));
+  EXPECT_EQ(next.code, 0) << next.text;
+  EXPECT_EQ(next.text.find("this one is called"), std::string::npos) << next.text;
 }
 
 TEST_F(BenchmarkLaunch, WithoutMasterDeterministicForAnyThreads) {
@@ -188,13 +267,36 @@ TEST_F(BenchmarkLaunch, BadArgumentsAreNamed) {
   };
   const std::vector<Case> cases = {
       {"--selectors magic", {"'magic'", "gms", "lpm"}},
+      {"--selectors gsm", {"unknown selector 'gsm'; did you mean 'gms'?"}},
       {"--selectors lpm:v9", {"'v9'", "v2"}},
+      {"--features sift", {"unknown features 'sift'; did you mean 'sift+sift'?"}},
+      {"--experiment papre", {"unknown experiment 'papre'; did you mean 'paper'?"}},
       {"--features surf+surf", {"'surf+surf'", "orb+orb"}},
       {"--dataset imagenet", {"'imagenet'", "adelaidermf"}},
       {"--options gms.alpha=-3", {"alpha = -3", "[0, 100]"}},
-      {"--options gms.alpa=3", {"gms.alpa", "alpha"}},
+      {"--options gms.alpa=3", {"unknown option gms.alpa; did you mean 'alpha'?"}},
+      {"--options gms.alpha=3,gms.alpha=4", {"gms.alpha is given twice, as '3' and as '4'; give it once"}},
       {"--tolerances 1,x", {"tolerances", "'x'"}},
+      {"--tolerances 0", {"tolerances: 0 px is outside (0, 1000] px; each must be above 0"}},
+      {"--tolerances nan", {"tolerances: 'nan' is not a number"}},
+      {"--tolerances 2,2", {"tolerances: 2 px is given twice; give it once"}},
+      {"--tolerances 2,1", {"tolerances: 1 px comes after 2 px; give them in ascending order"}},
+      {"--tolerances ,", {"tolerances is empty"}},
+      {"--threads -1", {"threads = -1 is outside [0, 1024]"}},
+      {"--threads 1e10", {"--threads: '1e10' is not a whole number in the range of int"}},
+      {"--repetitions 0", {"repetitions = 0 is outside [1, 1000]"}},
+      {"--ground_truth_tolerance inf", {"ground_truth_tolerance = inf is outside [0, 1000]"}},
+      {"--max_pairs -1", {"max_pairs = -1 is outside"}},
+      {"--seed ''", {"--seed: '' is not a number"}},
+      {"--seed 1 --seed 2", {"--seed is given twice, as '1' and as '2'; give it once"}},
+      {"seed:=1 --seed 2", {"--seed is given twice, as '1' and as '2'; give it once"}},
       {"--nonsense 1", {"'--nonsense'", "--data_root", "--help"}},
+      {"dataroot:=/x", {"unknown argument 'dataroot:=/x'; did you mean '--data_root'?"}},
+      {"--dataset vgf", {"unknown dataset 'vgf'", "did you mean 'vgg'?", "holds the folders vgg; known"}},
+      {"--dataset hpatches", {"dataset 'hpatches'", "holds the folders vgg"}},
+      {"--data_root " + (root_ / "data" / "vgg").string(), {"seems to be a dataset itself"}},
+      {"--experiment overall --dataset '' --data_root " + (root_ / "data" / "vgg").string(),
+       {"none of the datasets of experiment 'overall'", "holds the folders one"}},
       {"--resume true", {"output_dir"}},
       {"--data_root /does/not/exist", {"/does/not/exist/vgg"}},
       {"--output_dir /proc/none", {"/proc/none", "output_dir"}},
@@ -227,7 +329,9 @@ TEST_F(BenchmarkLaunch, HoleInTheDatasetIsNamedAndTheRestIsRun) {
                                         " --report false --features orb+orb --output_dir " + run.string()));
   EXPECT_EQ(output.code, 1) << output.text;
   EXPECT_NE(output.text.find("img4"), std::string::npos) << output.text;
-  EXPECT_NE(readAll(run / "failures.csv").find("img4"), std::string::npos);
+  const std::string failures = readAll(run / "failures.csv");
+  EXPECT_NE(failures.find("img4"), std::string::npos);
+  EXPECT_NE(failures.find("vgg,one,1-4,"), std::string::npos) << failures;
   EXPECT_EQ(timelessRows(run).size(), 1U + 4 * selections() * 10);
 
   const fs::path bag = root_ / "holed.bag";

@@ -119,7 +119,7 @@ TEST_F(BagCache, ProblemsAreReportedEveryTime) {
     const CachedBag bag = cachedDatasetBag(bags_folder, "tiny", reader, 0);
     EXPECT_FALSE(bag.reused);
     ASSERT_EQ(bag.problems.size(), 1U);
-    EXPECT_NE(bag.problems[0].find("picture b is broken"), std::string::npos);
+    EXPECT_NE(bag.problems[0].error.find("picture b is broken"), std::string::npos);
     EXPECT_EQ(openBag(bag.path)->size(), 1U);
   }
   reader.broken = false;

@@ -230,7 +230,8 @@ TEST_F(DatasetBag, WriterRefusesNonsense) {
 }
 
 TEST_F(DatasetBag, ConversionSkipsBrokenPairs) {
-  std::vector<std::string> problems, seen;
+  std::vector<UnreadablePair> problems;
+  std::vector<std::string> seen;
   const auto progress = [&](std::size_t done, std::size_t total, const core::PairId& id) {
     seen.push_back(std::to_string(done) + "/" + std::to_string(total) + " " + id.text());
   };
@@ -238,8 +239,10 @@ TEST_F(DatasetBag, ConversionSkipsBrokenPairs) {
   EXPECT_EQ(seen, (std::vector<std::string>{"1/3 made_up/scene/1-2", "2/3 made_up/broken/x",
                                             "3/3 made_up/scene/1-3"}));
   ASSERT_EQ(problems.size(), 1u);
-  EXPECT_NE(problems[0].find("made_up/broken/x"), std::string::npos);
-  EXPECT_NE(problems[0].find("img7.ppm is missing"), std::string::npos);
+  EXPECT_EQ(problems[0].id.sequence, "broken");
+  EXPECT_EQ(problems[0].id.pair, "x");
+  EXPECT_EQ(problems[0].text(), "made_up/broken/x: " + problems[0].error);
+  EXPECT_NE(problems[0].error.find("img7.ppm is missing"), std::string::npos);
   EXPECT_EQ(openBag(path_)->size(), 2u);
 }
 

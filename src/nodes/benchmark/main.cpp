@@ -16,6 +16,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,7 @@
 #include "datasets/sample.h"
 #include "nodes/benchmark/argument_table.h"
 #include "nodes/benchmark/arguments.h"
+#include "nodes/benchmark/node_name.h"
 #include "nodes/benchmark/reporter.h"
 #include "ros/bags/bag_cache.h"
 #include "ros/bags/open_bag.h"
@@ -130,8 +132,8 @@ std::vector<std::string> datasetBags(const core::BenchmarkConfig& config, const 
     reporter.endLine();
     std::cout << (bag.reused ? "using " : "made ") << bag.path << std::endl;
     if (!bag.reused) folder.appendStage({"bag", watch.seconds()}, name);
-    for (const std::string& problem : bag.problems) {
-      const core::Failure failure{{name, "", ""}, "", "read", problem};
+    for (const UnreadablePair& problem : bag.problems) {
+      const core::Failure failure{problem.id, "", "read", problem.error};
       folder.appendFailure(failure);
       reporter.failed(failure);
       ++*broken;
@@ -202,22 +204,30 @@ bool writeReport(const core::BenchmarkConfig& config, const std::string& output_
   return written;
 }
 
-/// The parts of a run may run at the same time, so each of them has its own node name.
-void initRos(int argc, char** argv, const core::Shard& shard) {
+/// Names the node and, where there is a master, registers it.
+/// @return keeps the node registered
+std::optional<ros::NodeHandle> initRos(int argc, char** argv, const core::Shard& shard) {
+  // The parts of a run may run at the same time, so each of them has its own node name.
+  const std::string usual = shard.count == 1 ? "benchmark" : "benchmark_" + std::to_string(shard.index + 1);
+  const NodeName name({argv + 1, argv + argc}, usual);
   // ROS removes its remappings from this copy; names like dataset:=vgg are arguments of this program.
-  std::vector<char*> ros_argv;
-  for (int i = 0; i < argc; ++i) {
-    if (i == 0 || std::string(argv[i]).compare(0, 2, "__") == 0) ros_argv.push_back(argv[i]);
+  std::vector<char*> ros_argv = {argv[0]};
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool replaced = name.chosen() && word.compare(0, 8, "__name:=") == 0;
+    if (word.compare(0, 2, "__") == 0 && !replaced) ros_argv.push_back(argv[i]);
   }
   int ros_argc = static_cast<int>(ros_argv.size());
-  const std::string name = shard.count == 1 ? "benchmark" : "benchmark_" + std::to_string(shard.index + 1);
-  ros::init(ros_argc, ros_argv.data(), name, ros::init_options::NoSigintHandler);
+  ros::init(ros_argc, ros_argv.data(), name.chosen().value_or(usual), ros::init_options::NoSigintHandler);
+  if (!name.note().empty()) std::cout << "note: " << name.note() << std::endl;
+  std::optional<ros::NodeHandle> node;
+  if (ros::master::check()) node.emplace("~");
+  return node;
 }
 
 int run(int argc, char** argv) {
   enableSelectorPlugins();
   const Arguments arguments = parseArguments(argc, argv);
-  initRos(argc, argv, arguments.shard);
   if (arguments.help) {
     std::cout << helpText(benchmarkArguments());
     return kExitComplete;
@@ -231,6 +241,7 @@ int run(int argc, char** argv) {
   const Readers readers = openDatasets(config);
   if (arguments.dry_run) return dryRun(arguments, readers);
 
+  const std::optional<ros::NodeHandle> node = initRos(argc, argv, arguments.shard);
   // All input is checked before the folder is made, so that a run that cannot start leaves no folder.
   Sources sources = openBags(config.bags, arguments.bag_topics, true);
   for (const std::string& other : arguments.merge) core::requireMergeable(other, config);
@@ -244,7 +255,7 @@ int run(int argc, char** argv) {
   }
   std::signal(SIGINT, requestStop);
   std::signal(SIGTERM, requestStop);
-  Reporter reporter(arguments.verbose, output_dir);
+  Reporter reporter(arguments.verbose, output_dir, node);
   std::size_t broken = 0;
   std::vector<std::string> bags = config.bags;
   if (bags.empty()) {

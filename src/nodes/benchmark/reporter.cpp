@@ -49,10 +49,12 @@ void waitForKnownSubscribers(const ros::Publisher& publisher) {
 
 }  // namespace
 
-Reporter::Reporter(bool verbose, const std::string& output_dir)
-    : printer_(std::cout, isatty(STDOUT_FILENO) != 0), verbose_(verbose), output_dir_(output_dir) {
-  if (!ros::isInitialized() || !ros::master::check()) return;
-  node_.emplace("~");
+Reporter::Reporter(bool verbose, const std::string& output_dir, const std::optional<ros::NodeHandle>& node)
+    : printer_(std::cout, isatty(STDOUT_FILENO) != 0),
+      verbose_(verbose),
+      output_dir_(output_dir),
+      node_(node) {
+  if (!node_) return;
   progress_publisher_ = node_->advertise<Progress>("progress", 10, true);
   score_publisher_ = node_->advertise<Score>("score", 1000);
   waitForKnownSubscribers(score_publisher_);

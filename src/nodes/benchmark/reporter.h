@@ -17,7 +17,8 @@ namespace corrsel {
 class Reporter : public core::RunObserver {
  public:
   /// @param verbose  print every judged selection
-  Reporter(bool verbose, const std::string& output_dir);
+  /// @param node     private namespace; none without a ROS master
+  Reporter(bool verbose, const std::string& output_dir, const std::optional<ros::NodeHandle>& node);
 
   void progress(const core::Progress& progress) override;
   void judged(const std::vector<core::ResultRow>& rows) override;

@@ -4,13 +4,14 @@
 #include <ros/network.h>
 #include <ros/this_node.h>
 #include <unistd.h>
-#include <xmlrpcpp/XmlRpc.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <sstream>
 
 #include "base/text.h"
+#include "nodes/xml_rpc.h"
 
 namespace corrsel::load_test {
 namespace {
@@ -40,12 +41,10 @@ int pidOf(const std::string& node) {
     return -1;
   }
   if (host != ros::network::getHost() && host != "localhost" && host.compare(0, 4, "127.") != 0) return 0;
-  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port));
-  XmlRpc::XmlRpcValue caller, answer;
+  XmlRpc::XmlRpcValue caller;
   caller[0] = ros::this_node::getName();
-  const bool answered = client.execute("getPid", caller, answer) && answer.size() == 3;
-  client.close();
-  return answered ? static_cast<int>(answer[2]) : -1;
+  std::optional<XmlRpc::XmlRpcValue> pid = callXmlRpc(uri, "getPid", caller);
+  return pid ? static_cast<int>(*pid) : -1;
 }
 
 }  // namespace

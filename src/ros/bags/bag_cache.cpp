@@ -70,7 +70,9 @@ CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset
   const std::string written = bag.path + "-" + std::to_string(::getpid());
   if (writeDatasetBag(reader, written, {}, progress, &bag.problems) > 0) fs::rename(written, bag.path);
   fs::remove(incomplete, error);
-  if (!bag.problems.empty()) std::ofstream(incomplete) << core::joinList(bag.problems, "\n") << "\n";
+  if (bag.problems.empty()) return bag;
+  std::ofstream list(incomplete);
+  for (const UnreadablePair& problem : bag.problems) list << problem.text() << "\n";
   return bag;
 }
 

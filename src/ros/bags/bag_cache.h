@@ -14,7 +14,7 @@ std::string cacheFolder();
 /// A bag that was made from a dataset and is kept, so that the next run does not have to make it again.
 struct CachedBag {
   std::string path;
-  std::vector<std::string> problems;  ///< pairs that could not be read, one sentence each
+  std::vector<UnreadablePair> problems;
   bool reused = false;
 };
 

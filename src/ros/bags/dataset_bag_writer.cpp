@@ -121,7 +121,7 @@ void DatasetBagWriter::close() {
 
 std::size_t writeDatasetBag(const core::DatasetReader& reader, const std::string& path,
                             const DatasetBagOptions& options, const BagProgress& progress,
-                            std::vector<std::string>* problems) {
+                            std::vector<UnreadablePair>* problems) {
   DatasetBagWriter writer(path, options);
   std::size_t written = 0;
   for (std::size_t i = 0; i < reader.size(); ++i) {
@@ -129,7 +129,7 @@ std::size_t writeDatasetBag(const core::DatasetReader& reader, const std::string
     try {
       pair = reader.read(i);
     } catch (const core::DatasetError& error) {
-      if (problems != nullptr) problems->push_back(reader.id(i).text() + ": " + error.what());
+      if (problems != nullptr) problems->push_back({reader.id(i), error.what()});
     }
     if (pair) {
       writer.write(*pair);

@@ -46,11 +46,19 @@ class DatasetBagWriter {
 /// Called after every pair, whether it was written or not.
 using BagProgress = std::function<void(std::size_t done, std::size_t total, const core::PairId& pair)>;
 
-/// Converts a dataset to a bag. Pairs that cannot be read are left out and described in `problems` (may be
+/// A pair of a dataset that cannot be read.
+struct UnreadablePair {
+  core::PairId id;
+  std::string error;  ///< one sentence: file, fault and remedy
+
+  std::string text() const { return id.text() + ": " + error; }
+};
+
+/// Converts a dataset to a bag. Pairs that cannot be read are left out and appended to `problems` (may be
 /// null). Throws core::DatasetError if writing fails.
 /// @return number of pairs written; if it is 0, no file is created
 std::size_t writeDatasetBag(const core::DatasetReader& reader, const std::string& path,
                             const DatasetBagOptions& options, const BagProgress& progress = nullptr,
-                            std::vector<std::string>* problems = nullptr);
+                            std::vector<UnreadablePair>* problems = nullptr);
 
 }  // namespace corrsel
