@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
 #include "datasets/adelaide_rmf.h"
+#include "datasets/files.h"
 #include "datasets/heinly_generated.h"
 #include "datasets/homography_pairs.h"
 #include "datasets/pair_folders.h"

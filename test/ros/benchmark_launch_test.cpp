@@ -294,7 +294,7 @@ TEST_F(BenchmarkLaunch, BadArgumentsAreNamed) {
       {"dataroot:=/x", {"unknown argument 'dataroot:=/x'; did you mean '--data_root'?"}},
       {"--dataset vgf", {"unknown dataset 'vgf'", "did you mean 'vgg'?", "holds the folders vgg; known"}},
       {"--dataset hpatches", {"dataset 'hpatches'", "holds the folders vgg"}},
-      {"--data_root " + (root_ / "data" / "vgg").string(), {"seems to be a dataset itself"}},
+      {"--data_root " + (root_ / "data" / "vgg").string(), {"is a dataset itself"}},
       {"--experiment overall --dataset '' --data_root " + (root_ / "data" / "vgg").string(),
        {"none of the datasets of experiment 'overall'", "holds the folders one"}},
       {"--resume true", {"output_dir"}},
