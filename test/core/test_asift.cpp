@@ -23,7 +23,8 @@ cv::Mat picture(const cv::Size& size = {420, 360}) {
   cv::Mat image(size, CV_8U, cv::Scalar(128));
   const auto below = [&random](int bound) { return int(random.index(std::uint32_t(bound))); };
   for (int i = 0; i < 500; ++i) {
-    const cv::Point centre(below(size.width), below(size.height));
+    const int y = below(size.height), x = below(size.width);
+    const cv::Point centre(x, y);
     const int radius = 3 + below(14);
     if (i % 2) {
       cv::circle(image, centre, radius, below(256), cv::FILLED);

@@ -19,8 +19,9 @@ Features numbered() {
   cv::RNG random(3);
   features.descriptors.create(kCount, 2, CV_32F);
   for (int i = 0; i < kCount; ++i) {
-    features.keypoints.emplace_back(float(random.uniform(0, kSize.width)), float(random.uniform(0, 4) * 20),
-                                    3.0F, 0.0F, float(random.uniform(0, 6)));
+    const auto response = float(random.uniform(0, 6)), y = float(random.uniform(0, 4) * 20);
+    const auto x = float(random.uniform(0, kSize.width));
+    features.keypoints.emplace_back(x, y, 3.0F, 0.0F, response);
     if (i % 50 == 0) features.keypoints.back() = {5, 6, 7, 0, 3};
     features.frames.push_back({1, 0, float(i), 0, 1, 0});
     features.descriptors.row(i).setTo(i);

@@ -158,7 +158,7 @@ TEST(Lpm, RestingMatchesAgreeWithEachOther) {
   Correspondences m;
   Random random(2);
   for (int i = 0; i < 40; ++i) {
-    const cv::Point2f p(float(random.uniform(0, 100)), float(random.uniform(0, 100)));
+    const cv::Point2f p = uniformPoint(random, 100, 100);
     m.add(p, p);
   }
   const Selection s = LpmSelector(options).select(m);
@@ -196,7 +196,7 @@ TEST(Lpm, MotionsThatDifferByLocalisationNoiseAgree) {
   Random random(4);
   Correspondences m;
   for (int i = 0; i < 200; ++i) {
-    const cv::Point2f p(float(random.uniform(0, 800)), float(random.uniform(0, 600)));
+    const cv::Point2f p = uniformPoint(random, 800, 600);
     const double angle = random.uniform(0, 2 * CV_PI);
     m.add(p, p + cv::Point2f(float(3.4 * std::cos(angle)), float(3.4 * std::sin(angle))));
   }

@@ -465,8 +465,10 @@ TEST(Matcher, NaNAndInfinityMatchTheNaiveLoop) {
     Random random(3);
     for (const float value : {kNaN, INFINITY, -INFINITY, 1e30f}) {
       for (int k = 0; k < 10; ++k) {
-        left.at<float>(int(random.index(70)), int(random.index(5))) = value;
-        right.at<float>(int(random.index(80)), int(random.index(5))) = value;
+        const int left_column = int(random.index(5)), left_row = int(random.index(70));
+        left.at<float>(left_row, left_column) = value;
+        const int right_column = int(random.index(5)), right_row = int(random.index(80));
+        right.at<float>(right_row, right_column) = value;
       }
       ASSERT_NO_FATAL_FAILURE(expectNaive(left, right));
     }

@@ -91,7 +91,7 @@ Points scattered(std::size_t n, std::uint64_t seed, double width = 800, double h
   Random random(seed);
   Points points;
   for (std::size_t i = 0; i < n; ++i) {
-    points.emplace_back(float(random.uniform(0, width)), float(random.uniform(0, height)));
+    points.emplace_back(testing::uniformPoint(random, width, height));
   }
   return points;
 }

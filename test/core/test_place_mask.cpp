@@ -69,11 +69,15 @@ TEST(PlaceMask, NoPlaceOfARefusedRectangleIsAllowed) {
   for (const auto& [seen, area] : std::vector<std::pair<cv::Size, cv::Rect>>{
            {{90, 70}, {0, 0, 90, 70}}, {{50, 30}, {10, 20, 50, 30}}, {{31, 17}, {7, 9, 80, 45}}}) {
     cv::Mat pixels(70, 90, CV_8U, cv::Scalar(0));
-    for (int i = 0; i < 4; ++i) pixels.at<std::uint8_t>(random.uniform(0, 70), random.uniform(0, 90)) = 1;
+    for (int i = 0; i < 4; ++i) {
+      const int x = random.uniform(0, 90), y = random.uniform(0, 70);
+      pixels.at<std::uint8_t>(y, x) = 1;
+    }
     const PlaceMask mask(pixels, AreaTransform(seen, area));
     for (int i = 0; i < 400; ++i) {
-      const cv::Rect rectangle(random.uniform(-3, seen.width), random.uniform(-3, seen.height),
-                               random.uniform(1, 12), random.uniform(1, 12));
+      const int height = random.uniform(1, 12), width = random.uniform(1, 12);
+      const int top = random.uniform(-3, seen.height), left = random.uniform(-3, seen.width);
+      const cv::Rect rectangle(left, top, width, height);
       bool allowed = false;
       for (float y = 0; y <= 1; y += 1.0F / 32) {
         for (float x = 0; x <= 1; x += 1.0F / 32) {

@@ -321,7 +321,7 @@ TEST(Ransac, FlagsPointsWithoutAValidSample) {
       equal.add({10, 20}, {30, 40});
       line.add({float(i), float(2 * i)}, {float(3 * i + 1), 7});
       slanted.add({t, 0.3f * t + 11}, {0.7f * t + 3, 200 - 0.9f * t});
-      const cv::Point2f free(float(random.uniform(0, 500)), float(random.uniform(0, 500)));
+      const cv::Point2f free = uniformPoint(random, 500, 500);
       left_line.add({t, 0.3f * t + 11}, free);
       right_line.add(free, {2900 + 0.1f * t, 3100 - 0.17f * t});
     }

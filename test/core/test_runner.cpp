@@ -41,9 +41,10 @@ class MemorySource : public PairSource {
     Random random(number);
     pair.left = cv::Mat(240, 320, CV_8U, cv::Scalar(40));
     for (int k = 0; k < 150; ++k) {
-      const cv::Point centre(static_cast<int>(random.index(320)), static_cast<int>(random.index(240)));
-      cv::circle(pair.left, centre, 2 + static_cast<int>(random.index(9)),
-                 cv::Scalar(random.uniform(60, 255)), -1);
+      const auto y = static_cast<int>(random.index(240)), x = static_cast<int>(random.index(320));
+      const cv::Scalar grey(random.uniform(60, 255));
+      const int radius = 2 + static_cast<int>(random.index(9));
+      cv::circle(pair.left, {x, y}, radius, grey, -1);
     }
     pair.truth.kind = TruthKind::kHomography;
     pair.truth.matrix = cv::Matx33d(0.95, 0.05, 6, -0.04, 0.97, 9, 1e-5, 0, 1);

@@ -108,8 +108,10 @@ TEST_F(TiltedViewTest, KernelsInterpolateAsAPlainLoopDoes) {
   Random random(9);
   constexpr int kSide = 40;
   std::vector<std::uint32_t> quads;
-  for (int k = 0; k < kSide * kSide; ++k)
-    quads.push_back(std::uint32_t(random.index(1u << 31)) * 2 + random.index(2));
+  for (int k = 0; k < kSide * kSide; ++k) {
+    const std::uint32_t high = random.index(1u << 31);
+    quads.push_back(high * 2 + random.index(2));
+  }
   for (const int n : {1, 5, 16, 17, 35}) {
     for (int round = 0; round < 20; ++round) {
       // Both ends of the line are inside.
