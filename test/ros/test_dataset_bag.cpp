@@ -161,6 +161,47 @@ TEST_F(DatasetBag, RoundTripRawAndCompressed) {
   }
 }
 
+TEST_F(DatasetBag, PairsOfMatchesNeedNoImages) {
+  core::ImagePair matches = labelledPair();
+  matches.id.pair = "matches";
+  matches.left = matches.right = cv::Mat();
+  core::ImagePair fundamental = matches;
+  fundamental.id.pair = "fundamental";
+  fundamental.truth = {};
+  fundamental.truth.kind = core::TruthKind::kFundamental;
+  fundamental.truth.matrix = cv::Matx33d(0, 0, 0, 0, 0, -1, 0, 1, 0);
+  // Alone they are read as recorded matches, beside others as pairs of a dataset bag.
+  for (const bool alone : {true, false}) {
+    SCOPED_TRACE(alone);
+    std::vector<core::ImagePair> pairs = {matches, fundamental};
+    if (!alone) pairs.insert(pairs.begin() + 1, {homographyPair(), labelledPair()});
+    write(pairs);
+    const auto source = openBag(path_);
+    ASSERT_EQ(source->size(), pairs.size());
+    for (const core::ImagePair& expected : pairs) {
+      core::ImagePair pair;
+      ASSERT_TRUE(source->next(pair));
+      EXPECT_EQ(pair.id, expected.id);
+      EXPECT_EQ(pair.left.empty(), expected.left.empty());
+      EXPECT_EQ(pair.right.empty(), expected.right.empty());
+      EXPECT_EQ(pair.truth.kind, expected.truth.kind);
+      EXPECT_EQ(pair.truth.labels, expected.truth.labels);
+      EXPECT_EQ(pair.truth.matrix, expected.truth.matrix);
+      ASSERT_EQ(pair.given.has_value(), expected.given.has_value());
+      if (pair.given) {
+        EXPECT_EQ(pair.given->right_x, expected.given->right_x);
+        EXPECT_EQ(pair.given->left_size, expected.given->left_size);
+      }
+    }
+    core::ImagePair none;
+    EXPECT_FALSE(source->next(none));
+  }
+  DatasetBagWriter writer(path_);
+  core::ImagePair half = matches;
+  half.left = labelledPair().left;
+  EXPECT_NE(errorOf([&] { writer.write(half); }).find("right"), std::string::npos);
+}
+
 TEST_F(DatasetBag, DisparityAndUnknownTruthSurvive) {
   core::ImagePair unknown = homographyPair();
   unknown.truth = {};

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Must be raised whenever the content of the bags changes.
-constexpr char kFormat[] = "4";
+constexpr char kFormat[] = "5";
 
 /// Whether a file name is prefix + fingerprint + ".bag", with or without a further ending. The bags of
 /// "set-2" must not be taken for those of "set".

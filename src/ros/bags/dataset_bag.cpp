@@ -143,6 +143,8 @@ void DatasetBagSource::Impl::build(const ros::Time& stamp, const Group& group, c
   } catch (const std::invalid_argument& error) {
     fail(pair.id.text() + ": " + topic + ": " + error.what());
   }
+  const bool images = group.count(left_topic) != 0 || group.count(right_topic) != 0;
+  if (pair.given && !images) return;
   pair.left = image(group, left_topic, pair.id);
   pair.right = image(group, right_topic, pair.id);
 }

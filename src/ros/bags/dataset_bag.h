@@ -9,9 +9,9 @@
 namespace corrsel {
 
 /// Reads a dataset bag: messages with equal header stamps form a pair, which ends where the next stamp
-/// begins. Images are raw or compressed, in any mixture of encodings. A pair without ground truth has
-/// TruthKind::kNone and, unless it has given matches, is named {bag's name, "bag", stamp}. There are no
-/// notes: next() reports incomplete pairs.
+/// begins. Images are raw or compressed, in any mixture of encodings; a pair with given matches may have
+/// none. A pair without ground truth has TruthKind::kNone and, unless it has given matches, is named {bag's
+/// name, "bag", stamp}. There are no notes: next() reports incomplete pairs.
 class DatasetBagSource : public BagSource {
  public:
   /// Throws core::DatasetError that lists the bag's topics if it has no left or no right images.

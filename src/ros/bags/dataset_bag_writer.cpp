@@ -26,6 +26,7 @@ constexpr std::uint32_t kChunkBytes = 16u << 20;  // large chunks keep opening f
 [[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
 
 std::string imageEncoding(const core::ImagePair& pair, const cv::Mat& image, const char* side) {
+  if (image.empty()) fail(pair.id.text() + ": the " + side + " image is missing");
   if (image.type() == CV_8UC1) return sensor_msgs::image_encodings::MONO8;
   if (image.type() == CV_8UC3) return sensor_msgs::image_encodings::BGR8;
   fail(pair.id.text() + ": the " + side + " image is neither 8-bit grey nor 8-bit BGR");
@@ -93,11 +94,17 @@ void DatasetBagWriter::write(const core::ImagePair& pair) {
 
   std_msgs::Header right_header = info.header;
   right_header.frame_id = kRightFrame;
-  const cv_bridge::CvImage left(info.header, imageEncoding(pair, pair.left, "left"), pair.left);
-  const cv_bridge::CvImage right(right_header, imageEncoding(pair, pair.right, "right"), pair.right);
+  const bool images = !pair.given || !pair.left.empty() || !pair.right.empty();
+  cv_bridge::CvImage left, right;
+  if (images) {
+    left = {info.header, imageEncoding(pair, pair.left, "left"), pair.left};
+    right = {right_header, imageEncoding(pair, pair.right, "right"), pair.right};
+  }
 
   impl_->write(bag_topics::kGroundTruth, stamp, toMsg(pair.truth, info));
   if (pair.given) impl_->write(bag_topics::kCorrespondences, stamp, toMsg(*pair.given, info));
+  ++impl_->pairs;
+  if (!images) return;
   if (impl_->options.compressed) {
     impl_->write(bag_topics::kLeftCompressed, stamp, *left.toCompressedImageMsg(cv_bridge::PNG));
     impl_->write(bag_topics::kRightCompressed, stamp, *right.toCompressedImageMsg(cv_bridge::PNG));
@@ -105,7 +112,6 @@ void DatasetBagWriter::write(const core::ImagePair& pair) {
     impl_->write(bag_topics::kLeft, stamp, *left.toImageMsg());
     impl_->write(bag_topics::kRight, stamp, *right.toImageMsg());
   }
-  ++impl_->pairs;
 }
 
 void DatasetBagWriter::close() {

@@ -31,8 +31,8 @@ class DatasetBagWriter {
   DatasetBagWriter(const DatasetBagWriter&) = delete;
   DatasetBagWriter& operator=(const DatasetBagWriter&) = delete;
 
-  /// Appends one pair. Throws core::DatasetError for images that are not 8-bit grey or BGR (nothing of the
-  /// pair is written then) and if writing fails.
+  /// Appends one pair. One with given matches may have no images. Throws core::DatasetError for images that
+  /// are not 8-bit grey or BGR (nothing of the pair is written then) and if writing fails.
   void write(const core::ImagePair& pair);
 
   /// Completes the file under its final name. An existing file of that name is replaced.
