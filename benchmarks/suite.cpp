@@ -290,7 +290,7 @@ std::vector<Comparison> matching() {
 
 /// Targets for kernels with AVX2 or better, and for the baseline.
 double target(double avx2, double baseline) {
-  return core::kernelLevel() == core::KernelLevel::kBaseline ? baseline : avx2;
+  return core::kernelLevel() <= core::KernelLevel::kBaseline ? baseline : avx2;
 }
 
 std::string sizeText(const cv::Size& size) {

@@ -14,13 +14,6 @@ case ${1:-} in
   --sanitize) sanitize=1 && shift ;;
 esac
 
-# run_tests CTEST_ARGUMENT...: runs tests of $build_dir. The results stay there for summary.py.
-run_tests() {
-  rm -rf "$build_dir/test_results"
-  say "running the tests in $build_dir (log: $build_dir/tests.log)"
-  (cd "$build_dir" && ctest --verbose --parallel "$(nproc)" "$@") >"$build_dir/tests.log" 2>&1 || true
-}
-
 install_packages "${build_packages[@]}" "${test_packages[@]}" "${performance_packages[@]}"
 "$package_dir/scripts/fetch_samples.sh" || say "no sample photographs: the tests that need them will be skipped"
 build all tests -- "$@"

@@ -46,7 +46,8 @@ void GrowingNeighbourhoods::build(const NormalizedMatches& matches,
     const float width = std::max(*largest - *least, 1e-30F);
     for (std::size_t rank = 0; rank < n; ++rank) {
       const float part = ((*column)[best_first[rank]] - *least) / width;
-      const auto cell = static_cast<std::uint32_t>(std::min(part * kCells, kCells - 1));
+      // NaN where the width is infinite.
+      const auto cell = part > 0 ? static_cast<std::uint32_t>(std::min(part * kCells, kCells - 1)) : 0U;
       cell_[rank] = static_cast<std::uint16_t>(cell_[rank] << 4 | cell);
     }
   }

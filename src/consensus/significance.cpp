@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/saturated.h"
 #include "base/workspace_scope.h"
 #include "corrsel/random.h"
 #include "geometry/fundamental.h"
@@ -74,17 +75,16 @@ void SignificanceTest::Places::clear(std::size_t most, float radius) {
   points_.clear();
 }
 
-std::size_t SignificanceTest::Places::slot(std::int32_t cell_x, std::int32_t cell_y) const {
+std::size_t SignificanceTest::Places::slot(std::int64_t cell_x, std::int64_t cell_y) const {
   const std::uint64_t cell = static_cast<std::uint64_t>(static_cast<std::uint32_t>(cell_x)) << 32 |
                              static_cast<std::uint32_t>(cell_y);
   return static_cast<std::size_t>(cell * 0x9E3779B97F4A7C15U >> 32) & (first_.size() - 1);
 }
 
 std::uint32_t SignificanceTest::Places::find(float x, float y) const {
-  const auto cell_x = static_cast<std::int32_t>(std::floor(x / radius_));
-  const auto cell_y = static_cast<std::int32_t>(std::floor(y / radius_));
-  for (std::int32_t cy = cell_y - 1; cy <= cell_y + 1; ++cy) {
-    for (std::int32_t cx = cell_x - 1; cx <= cell_x + 1; ++cx) {
+  const std::int64_t cell_x = saturated(std::floor(x / radius_)), cell_y = saturated(std::floor(y / radius_));
+  for (std::int64_t cy = cell_y - 1; cy <= cell_y + 1; ++cy) {
+    for (std::int64_t cx = cell_x - 1; cx <= cell_x + 1; ++cx) {
       for (std::uint32_t i = first_[slot(cx, cy)]; i != 0; i = points_[i - 1].next) {
         const Point& point = points_[i - 1];
         const float dx = point.x - x, dy = point.y - y;
@@ -96,9 +96,7 @@ std::uint32_t SignificanceTest::Places::find(float x, float y) const {
 }
 
 void SignificanceTest::Places::add(float x, float y) {
-  const auto cell_x = static_cast<std::int32_t>(std::floor(x / radius_));
-  const auto cell_y = static_cast<std::int32_t>(std::floor(y / radius_));
-  std::uint32_t& first = first_[slot(cell_x, cell_y)];
+  std::uint32_t& first = first_[slot(saturated(std::floor(x / radius_)), saturated(std::floor(y / radius_)))];
   points_.push_back({x, y, first});
   first = static_cast<std::uint32_t>(points_.size());
 }

@@ -112,7 +112,7 @@ class SignificanceTest {
       float x, y;
       std::uint32_t next;  // in the list of the cell, counted from 1
     };
-    std::size_t slot(std::int32_t cell_x, std::int32_t cell_y) const;
+    std::size_t slot(std::int64_t cell_x, std::int64_t cell_y) const;
     float radius_ = 1;
     std::vector<std::uint32_t> first_;  // by hashed cell: first point, counted from 1
     std::vector<Point> points_;

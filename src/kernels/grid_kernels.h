@@ -9,19 +9,19 @@
 namespace corrsel::core {
 namespace {
 
-inline std::int32_t clampTo(std::int32_t value, std::int32_t low, std::int32_t high) {
-  value = value < low ? low : value;
-  return value > high ? high : value;
+/// Towards zero, and at most `last`; 0 for NaN.
+inline std::int32_t cellAt(double place, double last) {
+  place = place > 0 ? place : 0;
+  return static_cast<std::int32_t>(place < last ? place : last);
 }
 
 void imageCellsKernel(const float* __restrict x, const float* __restrict y, std::size_t n,
                       const ImageGrid& grid, std::uint16_t* __restrict out) {
   const ImageGrid g = grid;
+  const double last = g.side - 1;
   for (std::size_t i = 0; i < n; ++i) {
-    const std::int32_t column =
-        clampTo(static_cast<std::int32_t>(static_cast<double>(x[i]) * g.columns_per_px), 0, g.side - 1);
-    const std::int32_t row =
-        clampTo(static_cast<std::int32_t>(static_cast<double>(y[i]) * g.rows_per_px), 0, g.side - 1);
+    const std::int32_t column = cellAt(static_cast<double>(x[i]) * g.columns_per_px, last);
+    const std::int32_t row = cellAt(static_cast<double>(y[i]) * g.rows_per_px, last);
     // Without a branch, which would keep the loop from being vectorized.
     const std::int32_t inside = -static_cast<std::int32_t>((x[i] >= -1.0F) & (x[i] <= g.width) &
                                                            (y[i] >= -1.0F) & (y[i] <= g.height));

@@ -12,7 +12,7 @@ namespace corrsel::core {
 #if defined(__x86_64__)
 extern const Kernels kAvx2Kernels, kAvx512Kernels, kAvx512VnniKernels;
 #endif
-extern const Kernels kBaselineKernels;
+extern const Kernels kPlainKernels, kBaselineKernels;
 
 namespace {
 
@@ -22,8 +22,7 @@ const Kernels& tableOf(KernelLevel level) {
   if (level == KernelLevel::kAvx512) return kAvx512Kernels;
   if (level == KernelLevel::kAvx2) return kAvx2Kernels;
 #endif
-  static_cast<void>(level);
-  return kBaselineKernels;
+  return level == KernelLevel::kPlain ? kPlainKernels : kBaselineKernels;
 }
 
 bool isSupported(KernelLevel level) {
@@ -60,13 +59,15 @@ std::string toString(KernelLevel level) {
     case KernelLevel::kAvx2:
       return "avx2";
     case KernelLevel::kBaseline:
+      return "baseline";
+    case KernelLevel::kPlain:
       break;
   }
-  return "baseline";
+  return "plain";
 }
 
 std::vector<KernelLevel> supportedKernelLevels() {
-  std::vector<KernelLevel> levels = {KernelLevel::kBaseline};
+  std::vector<KernelLevel> levels = {KernelLevel::kPlain, KernelLevel::kBaseline};
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2")) levels.push_back(KernelLevel::kAvx2);
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&

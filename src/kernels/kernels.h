@@ -23,19 +23,19 @@
 
 namespace corrsel::core {
 
-/// Instruction sets that the kernels are compiled for: the baseline is SSE2 on x86-64 and NEON on ARM;
-/// kAvx512 is F, BW, DQ and VL, kAvx512Vnni that with VNNI, VPOPCNTDQ and VBMI,
-/// which came together with Ice Lake and Zen 4.
-enum class KernelLevel : std::uint8_t { kBaseline, kAvx2, kAvx512, kAvx512Vnni };
+/// Instruction sets that the kernels are compiled for: kPlain is the portable form, with which tests compare
+/// the others; kBaseline is SSE2 on x86-64 and NEON on ARM; kAvx512 is F, BW, DQ and VL, kAvx512Vnni that
+/// with VNNI, VPOPCNTDQ and VBMI, which came together with Ice Lake and Zen 4.
+enum class KernelLevel : std::uint8_t { kPlain, kBaseline, kAvx2, kAvx512, kAvx512Vnni };
 
 std::string toString(KernelLevel level);
 
 /// The levels that this build and this processor offer, lowest first.
 std::vector<KernelLevel> supportedKernelLevels();
 
-/// The level in use: the highest supported one, unless the environment variable CORRSEL_KERNELS (baseline,
-/// avx2, avx512 or avx512vnni) or setKernelLevel() selects another one. Throws std::invalid_argument if the
-/// variable names a level that does not exist or that the processor lacks.
+/// The level in use: the highest supported one, unless the environment variable CORRSEL_KERNELS (plain,
+/// baseline, avx2, avx512 or avx512vnni) or setKernelLevel() selects another one. Throws
+/// std::invalid_argument if the variable names a level that does not exist or that the processor lacks.
 KernelLevel kernelLevel();
 
 /// For tests and measurements. Throws std::invalid_argument for a level that is not supported.

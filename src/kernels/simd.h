@@ -216,7 +216,7 @@ inline ShortV interleaveLow(ShortV a, ShortV b) {
 #elif defined(__ARM_NEON) && defined(__aarch64__)
   return (ShortV)vzip1q_s16((int16x8_t)a, (int16x8_t)b);
 #else
-  ShortV result;
+  ShortV result{};
   for (int k = 0; k < 4; ++k) {
     result[2 * k] = a[k];
     result[2 * k + 1] = b[k];
@@ -234,7 +234,7 @@ inline ShortV interleaveHigh(ShortV a, ShortV b) {
 #elif defined(__ARM_NEON) && defined(__aarch64__)
   return (ShortV)vzip2q_s16((int16x8_t)a, (int16x8_t)b);
 #else
-  ShortV result;
+  ShortV result{};
   for (int k = 0; k < 4; ++k) {
     result[2 * k] = a[4 + k];
     result[2 * k + 1] = b[4 + k];
@@ -252,7 +252,7 @@ inline IntV interleaveLow(IntV a, IntV b) {
 #elif defined(__ARM_NEON) && defined(__aarch64__)
   return (IntV)vzip1q_s32((int32x4_t)a, (int32x4_t)b);
 #else
-  IntV result;
+  IntV result{};
   for (int k = 0; k < 2; ++k) {
     result[2 * k] = a[k];
     result[2 * k + 1] = b[k];
@@ -270,7 +270,7 @@ inline IntV interleaveHigh(IntV a, IntV b) {
 #elif defined(__ARM_NEON) && defined(__aarch64__)
   return (IntV)vzip2q_s32((int32x4_t)a, (int32x4_t)b);
 #else
-  IntV result;
+  IntV result{};
   for (int k = 0; k < 2; ++k) {
     result[2 * k] = a[2 + k];
     result[2 * k + 1] = b[2 + k];
@@ -291,7 +291,7 @@ inline ShortV narrow(IntV low, IntV high) {
 #elif defined(__ARM_NEON) && defined(__aarch64__)
   return (ShortV)vcombine_s16(vmovn_s32((int32x4_t)low), vmovn_s32((int32x4_t)high));
 #else
-  ShortV result;
+  ShortV result{};
   for (int k = 0; k < 4; ++k) {
     result[k] = static_cast<std::int16_t>(low[k]);
     result[4 + k] = static_cast<std::int16_t>(high[k]);

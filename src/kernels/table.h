@@ -23,7 +23,7 @@
 
 namespace corrsel::core {
 
-extern const Kernels kBaselineKernels, kAvx2Kernels, kAvx512Kernels, kAvx512VnniKernels;
+extern const Kernels kPlainKernels, kBaselineKernels, kAvx2Kernels, kAvx512Kernels, kAvx512VnniKernels;
 
 namespace {
 

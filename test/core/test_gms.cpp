@@ -138,7 +138,7 @@ TEST(Gms, EveryKernelLevelSelectsTheSame) {
     Correspondences m = clumps(n, n);
     m.left_x[0] = -2;  // outside
     for (const char* spec : {"gms", "gms:scale", "gms:rotation", "gms:rotation_scale"}) {
-      setKernelLevel(KernelLevel::kBaseline);
+      setKernelLevel(KernelLevel::kPlain);
       const auto selector = createSelector(spec);
       const Selection expected = selector->select(m);
       for (const KernelLevel level : supportedKernelLevels()) {

@@ -77,7 +77,7 @@ TEST_F(ImagePyramidTest, BlurIsAGaussian) {
 TEST_F(ImagePyramidTest, IsTheSameAtEveryLevelOfTheKernels) {
   for (const double factor : {1.2, 1.7, 2.6}) {
     const cv::Mat image = shapes(1, {333, 250});
-    setKernelLevel(KernelLevel::kBaseline);
+    setKernelLevel(KernelLevel::kPlain);
     const cv::Mat small = reduced(image, factor, 3), soft = blurred(image);
     for (const KernelLevel level : supportedKernelLevels()) {
       setKernelLevel(level);

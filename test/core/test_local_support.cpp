@@ -328,7 +328,7 @@ TEST(LocalSupport, IsTheSameAtEveryKernelLevel) {
   LevelGuard guard;
   Scene scene = homographyScene({1777, 0.3, 1.0, 11});
   addFrames(scene);
-  setKernelLevel(KernelLevel::kBaseline);
+  setKernelLevel(KernelLevel::kPlain);
   const LocalSupport expected = supportOf(scene.matches);
   for (const KernelLevel level : supportedKernelLevels()) {
     setKernelLevel(level);

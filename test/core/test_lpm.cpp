@@ -134,7 +134,7 @@ TEST(Lpm, EveryKernelLevelSelectsTheSame) {
         options.k = k;
         options.lambda_first = count ? 6 : 0.8;
         options.lambda_second = count ? 2 * k - 4 : 0.5;
-        setKernelLevel(KernelLevel::kBaseline);
+        setKernelLevel(KernelLevel::kPlain);
         const Selection expected = LpmSelector(options).select(m);
         EXPECT_TRUE(expected.n_selected > 200 && expected.n_selected < 1200) << expected.n_selected;
         for (const KernelLevel level : supportedKernelLevels()) {

@@ -31,5 +31,13 @@ TEST(OccupiedCells, TellsNegativeCoordinatesApart) {
   EXPECT_EQ(cells.count(m, {1, 1, 1}), 3U);
 }
 
+TEST(OccupiedCells, TellsTheEndsOfTheRangeApart) {
+  Correspondences m;
+  m.add({-1e30F, 1e30F}, {-1e30F, 1e30F});
+  m.add({1e30F, 1e30F}, {1e30F, 1e30F});
+  OccupiedCells cells;
+  EXPECT_EQ(cells.count(m, {1, 1}), 2U);
+}
+
 }  // namespace
 }  // namespace corrsel::core

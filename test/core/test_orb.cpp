@@ -110,7 +110,7 @@ TEST(Orb, DoesNotDependOnThreadsNorKernels) {
     for (const bool spread : {false, true}) {
       OrbOptions options = withLimit(most);
       options.spread = spread;
-      setKernelLevel(KernelLevel::kBaseline);
+      setKernelLevel(KernelLevel::kPlain);
       const Features expected = detect(image, options);
       ASSERT_GT(expected.keypoints.size(), 400u);
       for (const KernelLevel level : supportedKernelLevels()) {

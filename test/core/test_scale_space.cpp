@@ -91,7 +91,7 @@ TEST_F(ScaleSpaces, AreTheSameAtEveryKernelLevelAndForAnyNumberOfThreads) {
     for (ScaleSpaceOptions options : kGeometries) {
       options.smallest_side = 4;
       const cv::Mat image = noise(size);
-      setKernelLevel(KernelLevel::kBaseline);
+      setKernelLevel(KernelLevel::kPlain);
       const std::vector<cv::Mat> expected = computed(image, options);
       ASSERT_FALSE(expected.empty());
       for (const KernelLevel level : supportedKernelLevels()) {

@@ -186,7 +186,7 @@ TEST_F(Sift, IsTheSameAtEveryKernelLevelAndForAnyNumberOfThreads) {
       SiftOptions options;
       options.first_octave = first_octave;
       options.max_features = most;
-      setKernelLevel(KernelLevel::kBaseline);
+      setKernelLevel(KernelLevel::kPlain);
       const Features expected = detected(image, options);
       ASSERT_GT(expected.keypoints.size(), 50u);
       for (const KernelLevel level : supportedKernelLevels()) {

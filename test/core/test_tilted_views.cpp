@@ -77,7 +77,7 @@ TEST_F(TiltedViewTest, IsTheSameAtEveryKernelLevel) {
   for (const cv::Size size : {cv::Size(150, 110), cv::Size(33, 90)}) {
     const cv::Mat image = noise(size);
     for (const double degrees : {0.0, 30.0, 90.0, 161.0}) {
-      setKernelLevel(KernelLevel::kBaseline);
+      setKernelLevel(KernelLevel::kPlain);
       const cv::Mat expected = pixelsOf(image, 2.8, degrees * CV_PI / 180);
       for (const KernelLevel level : supportedKernelLevels()) {
         setKernelLevel(level);

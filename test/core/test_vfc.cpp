@@ -161,7 +161,7 @@ TEST_F(Vfc, AnswersAlikeAtEveryKernelLevel) {
   for (const std::size_t n : {5, 8, 31, 130, 777}) {
     const Correspondences m = homographyScene({n, 0.6, 1.0, 3}).matches;
     for (const char* spec : {"vfc", "vfc:sparse"}) {
-      setKernelLevel(KernelLevel::kBaseline);
+      setKernelLevel(KernelLevel::kPlain);
       const Selection expected = createSelector(spec)->select(m);
       for (const KernelLevel level : supportedKernelLevels()) {
         setKernelLevel(level);

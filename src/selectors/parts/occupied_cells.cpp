@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/saturated.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -15,8 +17,8 @@ std::size_t OccupiedCells::count(const std::vector<float>& x, const std::vector<
   cells_.clear();
   for (std::size_t i = 0; i < mask.size(); ++i) {
     if (mask[i] == 0) continue;
-    const auto column = static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(x[i] / kCell)));
-    const auto row = static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(y[i] / kCell)));
+    const auto column = static_cast<std::uint32_t>(saturated(std::floor(x[i] / kCell)));
+    const auto row = static_cast<std::uint32_t>(saturated(std::floor(y[i] / kCell)));
     cells_.push_back(static_cast<std::uint64_t>(column) << 32 | row);
   }
   std::sort(cells_.begin(), cells_.end());

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/coordinate_order.h"
+#include "base/saturated.h"
 
 namespace corrsel::core {
 
@@ -21,8 +22,8 @@ void TrustedSet::find(const Correspondences& matches, double max_ratio) {
     const double first = matches.distance[i], second = matches.second_distance[i];
     // Comparisons with NaN are false.
     if (!(first >= 0 && second > 0 && std::isfinite(second) && first < max_ratio * second)) continue;
-    const auto column = static_cast<std::uint32_t>(std::lround(matches.right_x[i]));
-    const auto row = static_cast<std::uint32_t>(std::lround(matches.right_y[i]));
+    const auto column = static_cast<std::uint32_t>(saturated(std::round(matches.right_x[i])));
+    const auto row = static_cast<std::uint32_t>(saturated(std::round(matches.right_y[i])));
     items_.push_back({std::uint64_t{column} << 32 | row, sortKey(static_cast<float>(first / second)), i});
   }
   std::sort(items_.begin(), items_.end(), [&matches](const Item& a, const Item& b) {

@@ -1,0 +1,7 @@
+#include "kernels/table.h"
+
+namespace corrsel::core {
+
+const Kernels kPlainKernels = kTable;
+
+}  // namespace corrsel::core
