@@ -23,6 +23,8 @@ if(NOT Python3_FOUND)
   return()
 endif()
 set(PYTHON_EXECUTABLE ${Python3_EXECUTABLE})  # for versions of pybind11 that do not know Python3_EXECUTABLE
+# catkin of Debian 13 has found Python, of which it needs the interpreter alone. pybind11 would take that instead of Python3.
+unset(Python_FOUND)
 find_package(pybind11 2.4 QUIET)
 if(NOT pybind11_FOUND)
   set(${PROJECT_NAME}_PYTHON OFF)
