@@ -63,6 +63,7 @@ if(${PROJECT_NAME}_ROS AND NOT "${${PROJECT_NAME}_ROS}" STREQUAL "AUTO" AND NOT 
 endif()
 set(ros_components
   cv_bridge
+  diagnostic_msgs
   diagnostic_updater
   dynamic_reconfigure
   image_geometry
@@ -77,9 +78,11 @@ set(ros_components
   roslib
   sensor_msgs
   std_msgs
+  xmlrpcpp
 )
 set(ros_debian_packages
   libcv-bridge-dev
+  libdiagnostic-msgs-dev
   libdiagnostic-updater-dev
   libdynamic-reconfigure-config-init-mutex-dev
   libimage-geometry-dev
@@ -94,6 +97,7 @@ set(ros_debian_packages
   libroslib-dev
   libsensor-msgs-dev
   libstd-msgs-dev
+  libxmlrpcpp-dev
 )
 set(catkin_FOUND FALSE)
 if(${PROJECT_NAME}_ROS AND ${PROJECT_NAME}_BENCHMARK)

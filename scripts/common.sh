@@ -26,8 +26,7 @@ build_packages=(
 )
 performance_packages=(libbenchmark-dev libnanoflann-dev)
 test_packages=(
-  libgtest-dev libimage-publisher-dev librostest-dev python3-opencv python3-rosservice python3-rostest
-  ros-image-publisher
+  libgtest-dev librostest-dev python3-opencv python3-rosdep2 python3-rostest python3-yaml
 )
 sanitizer_packages=(clang libclang-rt-14-dev)
 
@@ -57,6 +56,33 @@ compile_jobs() {
   free_mb=$(awk '/^MemAvailable:/ { print int($2 / 1024) }' /proc/meminfo)
   local fitting=$((free_mb / 800))
   echo $((fitting < 1 ? 1 : fitting < cores ? fitting : cores))
+}
+
+# system_release: prints the name of this Debian's release, e.g. bookworm.
+system_release() {
+  # shellcheck disable=SC1091  # a file of the system
+  (. /etc/os-release && echo "${VERSION_CODENAME:-unknown}")
+}
+
+# write_rosdep_sources FOLDER ROS_DISTRIBUTION [PACKAGE_FOLDER]: writes what rosdep and bloom read instead of files from the
+# network: the rules of Debian's packages, and an index with one distribution of ROS, which has no packages of its own.
+# Use them with ROSDEP_SOURCE_PATH=FOLDER and ROSDISTRO_INDEX_URL=file://FOLDER/index-v4.yaml.
+write_rosdep_sources() {
+  local folder=$1 distribution=$2 package=${3:-$package_dir}
+  mkdir -p "$folder"
+  printf 'yaml file://%s debian\n' "$package/scripts/debian_rosdep.yaml" /usr/share/python3-rosdep2/debian.yaml \
+    >"$folder/10-debian.list"
+  cat >"$folder/index-v4.yaml" <<END
+%YAML 1.1
+---
+distributions:
+  $distribution:
+    {distribution: [distribution.yaml], distribution_status: active, distribution_type: ros1, python_version: 3}
+type: index
+version: 4
+END
+  printf '%%YAML 1.1\n---\nrelease_platforms: {}\nrepositories: {}\ntype: distribution\nversion: 2\n' \
+    >"$folder/distribution.yaml"
 }
 
 # build TARGET... [-- CMAKE_ARGUMENT...]: configures and builds in $build_dir. Prints compiler output only on failure.

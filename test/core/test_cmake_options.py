@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Configures the package with packages hidden from CMake and checks its requirements and messages."""
 
+import json
 import pathlib
+import re
 import shutil
 import tempfile
 import unittest
@@ -61,6 +63,29 @@ class CMakeOptions(unittest.TestCase):
         code, text = self.configure("-Dcorrsel_ROS=ON", "-Dcorrsel_BENCHMARK=OFF")
         self.assertNotEqual(code, 0, text)
         self.assertIn("corrsel_ROS=ON needs corrsel::benchmark", text)
+
+    def test_loops_are_vectorised_whatever_the_flags_of_the_build(self):
+        """-O3 replaces -O2, which Debian's packages and RelWithDebInfo use, but no other level."""
+        for build_type, flags, level in (
+            ("None", "-g -O2", "-O3"),
+            ("RelWithDebInfo", "", "-O3"),
+            ("Release", "", "-O3"),
+            ("Debug", "", None),
+            ("None", "-g -O2 -O0", "-O0"),
+        ):
+            code, text = self.configure(
+                "-Dcorrsel_FEATURES=OFF",
+                "-Dcorrsel_PYTHON=OFF",
+                f"-DCMAKE_BUILD_TYPE={build_type}",
+                f"-DCMAKE_CXX_FLAGS={flags}",
+                "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON",
+            )
+            self.assertEqual(code, 0, text)
+            commands = json.loads(pathlib.Path(self.build, "compile_commands.json").read_text())
+            commands = [entry["command"] for entry in commands if "/level_baseline.cpp" in entry["file"]]
+            self.assertEqual(len(commands), 1)
+            levels = re.findall(r"-O\d", commands[0])
+            self.assertEqual(levels[-1] if levels else None, level, commands)
 
 
 if __name__ == "__main__":

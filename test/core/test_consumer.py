@@ -2,13 +2,15 @@
 """Builds and runs CMake projects against the installed package and against the build folder."""
 
 import pathlib
+import re
 import shutil
 import tempfile
 import unittest
 
 import installed
 
-SOURCE = pathlib.Path(__file__).resolve().parents[1] / "consumer"
+PACKAGE = pathlib.Path(__file__).resolve().parents[2]
+SOURCE = PACKAGE / "test" / "consumer"
 
 
 class Consumer(unittest.TestCase):
@@ -41,6 +43,21 @@ class Consumer(unittest.TestCase):
         moved = self.root / "moved"
         shutil.copytree(self.prefix, moved, symlinks=True)
         self.check_program(moved, self.root / "build_installed")
+
+    def test_libraries_have_a_version(self):
+        """A program records the name with the version of the interface; other versions can be installed beside it."""
+        text = (PACKAGE / "package.xml").read_text()
+        version = re.search(r"<version>([\d.]+)</version>", text).group(1)
+        interface = re.match(r"(0\.)?\d+", version).group(0)
+        libraries = sorted(self.prefix.rglob("libcorrsel_*.so"))
+        self.assertIn("libcorrsel_core.so", [library.name for library in libraries])
+        for library in libraries:
+            self.assertTrue(library.is_symlink(), library)
+            self.assertEqual(library.resolve().name, f"{library.name}.{version}")
+            code, text = installed.run(["objdump", "-p", library])
+            self.assertEqual(code, 0, text)
+            self.assertEqual(re.findall(r"SONAME +(\S+)", text), [f"{library.name}.{interface}"])
+            self.assertTrue((library.parent / f"{library.name}.{interface}").exists())
 
     def test_uses_the_build_folder(self):
         """corrsel::core of a build that has not been installed."""
