@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "corrsel/correspondences.h"
 #include "corrsel/ground_truth.h"
@@ -28,12 +30,24 @@ struct PairId {
   }
 };
 
+/// Another reading of a pair's ground truth, which is the right one if the source of the pair was told
+/// something wrong. evaluation/truth_check.h compares the readings.
+struct OtherReading {
+  std::string name;   ///< e.g. "raw"; TruthWarning::text() describes those that it knows
+  GroundTruth truth;  ///< as it would be then
+  /// Moves the points of matches to the images that `truth` refers to; empty: they stay. A point that these
+  /// images do not have becomes NaN.
+  std::function<Correspondences(const Correspondences&)> moved;
+  double tolerance = 5;  ///< at which the readings are compared, px; the paper's tolerance for tables
+};
+
 /// One image pair with its ground truth.
 struct ImagePair {
   PairId id;
   cv::Mat left, right;  ///< 8-bit, one or three (BGR) channels
   GroundTruth truth;
-  std::optional<Correspondences> given;  ///< putative matches that come with the dataset (AdelaideRMF)
+  std::optional<Correspondences> given;      ///< putative matches that come with the dataset (AdelaideRMF)
+  std::vector<OtherReading> other_readings;  ///< beside those that every ground truth of its kind has
 };
 
 }  // namespace corrsel::core

@@ -3,6 +3,7 @@ from collections import namedtuple
 
 from . import (
     definitions,
+    doubts,
     efficiency,
     environment,
     failures,
@@ -98,6 +99,7 @@ def build(run, figures_folder=None):
         "<style>%s</style>\n</head>\n<body>" % CSS,
         '<header><h1>%s</h1>\n<p class="run">Run <b>%s</b></p>' % (title, esc(run.name)),
         overview.state_html(run),
+        doubts.html(run, figures),
         overview.lead_html(run),
         overview.scope_html(run),
         overview.notes_html(run),

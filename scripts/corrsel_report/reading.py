@@ -196,6 +196,8 @@ def read_run(folder):
     )
     content = read_optional_json(folder / "summary.json", notes, "whether the run is complete is not known")
     run.state = content.get("state") if isinstance(content.get("state"), dict) else {}
+    warnings = content.get("truth_warnings")
+    run.truth_warnings = warnings if isinstance(warnings, list) else []
     run.environment = read_optional_json(folder / "environment.json", notes, "the machine is not described")
     run.failures = read_optional_table(
         folder / "failures.csv", FAILURES_HEADER, notes, "pairs that failed before selection are not listed"
@@ -231,6 +233,7 @@ class Run:
         self.notes = notes
         self.summary, self.failures, self.images, self.stages, self.scaling = [], [], [], [], []
         self.state, self.environment, self.config = {}, {}, None
+        self.truth_warnings = []  # sequences whose ground truth another reading explains far better
         self.settings = {}  # top-level keys of config.yaml
         self.sections = []  # experiments of the preset the run was started with; empty without preset
         self.link = ""  # leads from the page to the run's folder: "" or ends in "/"

@@ -22,7 +22,7 @@ std::size_t mergeRun(RunFolder& folder, const std::string& from, const Benchmark
   std::size_t copied = 0;
   for (const FinishedPair& pair : finishedPairs(from, config)) {
     if (folder.isDone(pair.rows.front().id)) continue;
-    folder.appendPair(pair.rows, pair.number, pair.stages);
+    folder.appendPair(pair.rows, pair.number, pair.stages, pair.checks);
     ++copied;
   }
   addMergedEnvironment(folder.path(), from, copied);

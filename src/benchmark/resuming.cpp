@@ -79,6 +79,11 @@ std::vector<FinishedPair> finishedPairs(const std::string& folder, const Benchma
     pairs[found->second].number = *row.number;
     pairs[found->second].stages.push_back(row.stage);
   }
+  const std::string checks = (fs::path(folder) / truthChecksTable().file()).string();
+  for (const TruthCheck& check : truthChecksTable().intactRows(readTextFile(checks))) {
+    const auto found = index.find(check.id);
+    if (found != index.end()) pairs[found->second].checks.push_back(check);
+  }
   const auto unfinished = [&config](const FinishedPair& pair) {
     return pair.stages.empty() || pair.rows.size() != expectedRows(config, pair.rows);
   };
@@ -92,6 +97,7 @@ std::set<PairId> dropUnfinishedPairs(const std::string& folder, const BenchmarkC
   keepPairs(folder, pairsTable(), done);
   keepPairs(folder, stagesTable(), done);
   keepPairs(folder, imagesTable(), done);
+  keepPairs(folder, truthChecksTable(), done);
   return done;
 }
 

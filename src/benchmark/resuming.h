@@ -15,15 +15,17 @@ struct FinishedPair {
   std::size_t number = 0;  ///< place of the pair in the undivided run, from 0
   std::vector<ResultRow> rows;
   std::vector<StageTime> stages;
+  std::vector<TruthCheck> checks;
 };
 
 /// The pairs of a run's folder that have all their rows and their stages, in the order of pairs.csv. Damaged
-/// lines of stages.csv are left out, so that their pairs are run again. Throws RunFolderError naming the
-/// file, the line and the remedy where pairs.csv is damaged.
+/// lines of stages.csv are left out, so that their pairs are run again; those of truth_check.csv are left
+/// out. Throws RunFolderError naming the file, the line and the remedy where pairs.csv is damaged.
 std::vector<FinishedPair> finishedPairs(const std::string& folder, const BenchmarkConfig& config);
 
-/// Removes what belongs to no finished pair from pairs.csv, stages.csv and images/index.csv; lines that
-/// belong to no pair at all stay. @return the finished pairs. Throws RunFolderError like finishedPairs().
+/// Removes what belongs to no finished pair from pairs.csv, stages.csv, truth_check.csv and images/index.csv;
+/// lines that belong to no pair at all stay. @return the finished pairs. Throws RunFolderError like
+/// finishedPairs().
 std::set<PairId> dropUnfinishedPairs(const std::string& folder, const BenchmarkConfig& config);
 
 /// Throws RunFolderError naming the keys where the folder's configuration differs from `config`.

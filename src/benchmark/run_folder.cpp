@@ -49,6 +49,7 @@ RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, boo
     writeEmpty(pairsTable(), path);
     writeEmpty(stagesTable(), path);
     writeEmpty(imagesTable(), path);
+    writeEmpty(truthChecksTable(), path);
     writeFile((fs::path(path) / "config.yaml").string(), config.toYaml());
   }
   // Every session tries the failed pairs again.
@@ -62,16 +63,23 @@ std::vector<ResultRow> RunFolder::readRows() const {
 }
 
 void RunFolder::appendPair(const std::vector<ResultRow>& rows, std::size_t number,
-                           const std::vector<StageTime>& stages) {
+                           const std::vector<StageTime>& stages, const std::vector<TruthCheck>& checks) {
   if (rows.empty()) return;
   const PairId& id = rows.front().id;
   std::string text;
   for (const StageTime& stage : stages) text += stagesTable().line({number, id, stage});
   appendToFile(pathOf(stagesTable(), path_), text);
   text.clear();
+  for (const TruthCheck& check : checks) text += truthChecksTable().line(check);
+  appendToFile(pathOf(truthChecksTable(), path_), text);
+  text.clear();
   for (const ResultRow& row : rows) text += pairsTable().line(row);
   appendToFile(pathOf(pairsTable(), path_), text);
   done_.insert(id);
+}
+
+std::vector<TruthWarning> RunFolder::doubtfulTruths() const {
+  return truthWarnings(truthChecksTable().intactRows(readTextFile(pathOf(truthChecksTable(), path_))));
 }
 
 void RunFolder::appendStage(const StageTime& stage, const std::string& dataset) {

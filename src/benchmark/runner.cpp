@@ -31,6 +31,9 @@ namespace {
 
 constexpr int kExampleWidth = 1000;  // px
 constexpr std::size_t kExamplesPerDataset = 3;
+// A bag of one's own is one sequence. A wrong declaration of it is reported after these pairs, since the
+// whole run would be in vain.
+constexpr std::size_t kEarlyPairs = 8;
 // Keeps the first image of a sequence between its pairs even where every image has 15000 features.
 constexpr std::size_t kFeatureCacheBytes = std::size_t{256} << 20U;
 
@@ -146,6 +149,20 @@ void BenchmarkRunner::recordFailure(const PairId& id, const char* stage, const s
   observer_.failed(failure);
 }
 
+/// Reports what is doubtful about the last sequence where it has ended, that is, where the next pair belongs
+/// to another one, and also after its first pairs.
+void BenchmarkRunner::judgeTruth(const PairId& next) {
+  if (sequence_checks_.empty()) return;
+  const PairId& last = sequence_checks_.back().id;
+  const bool ended = last.dataset != next.dataset || last.sequence != next.sequence;
+  const bool early = sequence_pairs_ == kEarlyPairs;
+  if (!ended && !early) return;
+  for (const TruthWarning& warning : truthWarnings(sequence_checks_)) observer_.doubtful(warning);
+  if (!ended) return;
+  sequence_checks_.clear();
+  sequence_pairs_ = 0;
+}
+
 RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& sources, const Shard& shard) {
   RunState state;
   state.shard = shard.text();
@@ -162,6 +179,7 @@ RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& so
       if (!source.next(pair)) throw DatasetError("the bag ends before this pair");
       if (!shard.holds(number) || folder_.isDone(pair.id)) return;
       stage = "run";
+      judgeTruth(pair.id);
       runPair(pair, number, watch.seconds());
       if (stop_) return;
       ++state.pairs_done;
@@ -174,6 +192,7 @@ RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& so
     }
     observer_.progress(meter.at(state.pairs_done, pair.id.text()));
   });
+  judgeTruth({});
   state.interrupted = stop_;
   return state;
 }
@@ -247,12 +266,21 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
   double extract_seconds = 0, match_seconds = 0, select_seconds = 0;
   Stopwatch total;
   std::vector<ResultRow> rows;
+  std::vector<TruthCheck> checks;
   for (const std::string& features :
        pair.given ? std::vector<std::string>{kGivenFeatures} : config_.features) {
     Putative input = putativeMatches(pair, features);
     extract_seconds += input.extract_wall_seconds;
     match_seconds += std::isnan(input.match_seconds) ? 0 : input.match_seconds;
     input.errors = groundTruthErrors(pair.truth, input.matches);
+    // The readings differ in the truth and not in the features, so those of the first features suffice.
+    if (checks.empty()) {
+      checks = checkTruth(pair.truth, pair.other_readings, input.matches);
+      for (TruthCheck& check : checks) {
+        check.id = pair.id;
+        check.features = features;
+      }
+    }
     for (const std::string& preselection : config_.preselectionsOf(features)) {
       const Cell cell{features, preselection};
       const bool preselect = preselection == "nnsr";
@@ -282,7 +310,10 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
                       {"features", extract_seconds},
                       {"match", match_seconds},
                       {"select", select_seconds},
-                      {"evaluate", evaluate_seconds}});
+                      {"evaluate", evaluate_seconds}},
+                     checks);
+  sequence_checks_.insert(sequence_checks_.end(), checks.begin(), checks.end());
+  if (!checks.empty()) ++sequence_pairs_;
 }
 
 void BenchmarkRunner::timeSelectors() {

@@ -48,6 +48,26 @@ Json jsonOf(const RunState& state) {
           {"left_out_datasets", left_out}};
 }
 
+/// The warnings that docs/evaluation.md describes.
+Json jsonOf(const std::vector<TruthWarning>& warnings) {
+  Json list = Json::array();
+  for (const TruthWarning& warning : warnings) {
+    const TruthCheck& counts = warning.counts;
+    list.push_back({{"dataset", warning.id.dataset},
+                    {"sequence", warning.id.sequence},
+                    {"pair", warning.id.pair},
+                    {"pairs", warning.pairs},
+                    {"truth", toString(counts.kind)},
+                    {"reading", counts.reading},
+                    {"tolerance_px", counts.tolerance},
+                    {"n_putative", counts.n_putative},
+                    {"n_truth", counts.n_truth},
+                    {"n_reading", counts.n_reading},
+                    {"text", warning.text()}});
+  }
+  return list;
+}
+
 /// Sorts the lines of pairs.csv by the numbers of their pairs, which stages.csv has.
 void sortPairs(const fs::path& folder) {
   std::map<PairId, std::size_t> numbers;
@@ -159,8 +179,11 @@ std::vector<SummaryRow> writeSummary(const RunFolder& folder, const RunState& st
     groups.push_back(group);
   }
   writeFile((path / summaryTable().file()).string(), summaryTable().text(summary));
-  writeFile((path / "summary.json").string(),
-            Json{{"state", jsonOf(state)}, {"groups", groups}}.dump(2) + "\n");
+  writeFile(
+      (path / "summary.json").string(),
+      Json{{"state", jsonOf(state)}, {"truth_warnings", jsonOf(folder.doubtfulTruths())}, {"groups", groups}}
+              .dump(2) +
+          "\n");
   return summary;
 }
 

@@ -63,6 +63,16 @@ void readCell(const std::string& text, const std::string& column, double& field)
 
 void readCell(const std::string& text, const std::string&, Status& field) { field = statusFromString(text); }
 
+void readCell(const std::string& text, const std::string& column, TruthKind& field) {
+  for (const TruthKind kind : {TruthKind::kNone, TruthKind::kHomography, TruthKind::kFundamental,
+                               TruthKind::kLabels, TruthKind::kDisparity}) {
+    if (toString(kind) != text) continue;
+    field = kind;
+    return;
+  }
+  throw std::invalid_argument(column + ": '" + text + "' is no kind of ground truth");
+}
+
 const CsvTable<ResultRow>& pairsTable() {
   static const CsvTable<ResultRow> table(
       "pairs.csv", {
@@ -155,6 +165,25 @@ const CsvTable<Failure>& failuresTable() {
                                            csvColumn("stage", &Failure::stage),
                                            csvColumn("error", &Failure::error),
                                        });
+  return table;
+}
+
+const CsvTable<TruthCheck>& truthChecksTable() {
+  static const CsvTable<TruthCheck> table(
+      "truth_check.csv", {
+                             csvColumn("dataset", &TruthCheck::id, &PairId::dataset),
+                             csvColumn("sequence", &TruthCheck::id, &PairId::sequence),
+                             csvColumn("pair", &TruthCheck::id, &PairId::pair),
+                             csvColumn("features", &TruthCheck::features),
+                             csvColumn("truth", &TruthCheck::kind),
+                             csvColumn("reading", &TruthCheck::reading),
+                             csvColumn("tolerance_px", &TruthCheck::tolerance),
+                             csvColumn("n_putative", &TruthCheck::n_putative),
+                             csvColumn("n_truth", &TruthCheck::n_truth),
+                             csvColumn("n_reading", &TruthCheck::n_reading),
+                             csvColumn("n_truth_by_chance", &TruthCheck::n_truth_by_chance),
+                             csvColumn("n_reading_by_chance", &TruthCheck::n_reading_by_chance),
+                         });
   return table;
 }
 

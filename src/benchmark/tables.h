@@ -8,6 +8,7 @@
 #include "benchmark/scaling.h"
 #include "corrsel/benchmark/results.h"
 #include "corrsel/benchmark/run_folder.h"
+#include "corrsel/evaluation/truth_check.h"
 #include "corrsel/image_pair.h"
 
 namespace corrsel::core {
@@ -34,6 +35,7 @@ const CsvTable<SummaryRow>& summaryTable();
 const CsvTable<StageRow>& stagesTable();
 const CsvTable<ScalingRow>& scalingTable();
 const CsvTable<Failure>& failuresTable();
+const CsvTable<TruthCheck>& truthChecksTable();
 const CsvTable<ExampleImage>& imagesTable();
 
 }  // namespace corrsel::core

@@ -178,9 +178,18 @@ void checkHomography(const cv::Matx33d& homography, const std::string& path, con
   // reveals a rank deficiency whatever the scale.
   const cv::Matx33d to_kilopixels = cv::Matx33d::diag(cv::Vec3d(1e-3, 1e-3, 1.0));
   const cv::Matx33d to_pixels = cv::Matx33d::diag(cv::Vec3d(1e3, 1e3, 1.0));
-  cv::Matx31d singular_values;
-  cv::SVD::compute(to_kilopixels * homography * to_pixels, singular_values);
-  if (!(singular_values(2) > 1e-8 * singular_values(0))) fail(path, "the homography is singular", remedy);
+  const auto isSingular = [&](const cv::Matx33d& matrix) {
+    cv::Matx31d singular_values;
+    cv::SVD::compute(to_kilopixels * matrix * to_pixels, singular_values);
+    return !(singular_values(2) > 1e-8 * singular_values(0));
+  };
+  if (!isSingular(homography)) return;
+  const bool by_columns = !isSingular(homography.t());
+  fail(
+      path,
+      std::string("the homography is singular") +
+          (by_columns ? ", but its transpose is not: the numbers are probably written column by column" : ""),
+      remedy);
 }
 
 void requireFolder(const std::string& path, const std::string& what, const std::string& remedy) {

@@ -1,13 +1,16 @@
+#include <algorithm>
 #include <exception>
 #include <iostream>
 #include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "base/text.h"
+#include "benchmark/dataset_check.h"
 #include "corrsel/datasets/reader.h"
 #include "datasets/dataset_report.h"
 #include "nodes/command_line.h"
@@ -26,26 +29,26 @@ struct Arguments {
 
 corrsel::CommandLineTable argumentTable() {
   const corrsel::DatasetBagOptions defaults;
-  return {
-      "make_dataset_bag",
-      "Writes a dataset as a bag that the benchmark and the nodelets read, or checks it with --check.",
-      {},
-      {
-          {"dataset", "NAME", "",
-           corrsel::core::joinList(corrsel::core::datasetNames()) +
-               "; or any other name: the layout is then recognised from the files"},
-          {"path", "FOLDER", "", "folder of the dataset"},
-          {"output", "FILE.bag", "", "the bag to write; an existing file is replaced"},
-          {"check", "", "",
-           "decode everything and report what the folder holds, what it lacks and which pairs are broken; "
-           "write no bag"},
-          {"compressed", "", "", "write the images as PNG (smaller, slower) instead of raw"},
-          {"period", "S", corrsel::core::formatNumber(defaults.period), "time between two pairs, s"},
-          {"seed", "N", "0", "seed of datasets that generate pairs"},
-      },
-      "exit code: 0 = all pairs written (--check: no pair is broken), 1 = problems, which are listed, 2 "
-      "= wrong\n"
-      "arguments\n"};
+  return {"make_dataset_bag",
+          "Writes a dataset as a bag that the benchmark and the nodelets read, or checks it with --check.",
+          {},
+          {
+              {"dataset", "NAME", "",
+               corrsel::core::joinList(corrsel::core::datasetNames()) +
+                   "; or any other name: the layout is then recognised from the files"},
+              {"path", "FOLDER", "", "folder of the dataset"},
+              {"output", "FILE.bag", "", "the bag to write; an existing file is replaced"},
+              {"check", "", "",
+               "decode everything and report what the folder holds, what it lacks, which pairs are broken "
+               "and whose "
+               "ground truth contradicts the images; write no bag"},
+              {"compressed", "", "", "write the images as PNG (smaller, slower) instead of raw"},
+              {"period", "S", corrsel::core::formatNumber(defaults.period), "time between two pairs, s"},
+              {"seed", "N", "0", "seed of datasets that generate pairs"},
+          },
+          "exit code: 0 = all pairs written (--check: no pair is broken, no ground truth doubtful), 1 = "
+          "problems,\n"
+          "which are listed, 2 = wrong arguments\n"};
 }
 
 /// Throws corrsel::UsageError.
@@ -65,6 +68,16 @@ Arguments argumentsOf(const corrsel::ArgumentValues& values) {
   return arguments;
 }
 
+/// Prints which ground truth is doubtful. @return whether none is
+bool checkTruth(const corrsel::core::DatasetReader& reader) {
+  const std::vector<corrsel::core::TruthWarning> warnings = corrsel::core::doubtfulTruths(
+      reader, static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+  for (const corrsel::core::TruthWarning& warning : warnings) {
+    std::cout << "doubtful: " << warning.text() << std::endl;
+  }
+  return warnings.empty();
+}
+
 int run(const Arguments& arguments) {
   const std::unique_ptr<corrsel::core::DatasetReader> reader =
       corrsel::core::openDataset(arguments.dataset, arguments.path, arguments.seed);
@@ -72,7 +85,7 @@ int run(const Arguments& arguments) {
   const auto depth = arguments.check ? corrsel::core::CheckDepth::kPixels : corrsel::core::CheckDepth::kFiles;
   const corrsel::core::DatasetReport report = corrsel::core::describe(*reader, depth);
   std::cout << report.text() << std::flush;
-  if (arguments.check) return report.problems.empty() ? kOk : kProblems;
+  if (arguments.check) return checkTruth(*reader) && report.problems.empty() ? kOk : kProblems;
   std::vector<corrsel::UnreadablePair> problems;
   const auto progress = [](std::size_t done, std::size_t total, const corrsel::core::PairId& id) {
     std::cout << done << "/" << total << " " << id.text() << std::endl;

@@ -334,6 +334,25 @@ class ReportTest(unittest.TestCase):
         self.assertIn('class="state banner"', text)
         self.assertIn("<strong>INCOMPLETE</strong>: 2 of 6 pairs.", text)
 
+    def test_doubtful_ground_truth_is_shown_at_the_top(self):
+        self.assertNotIn("Doubtful ground truth", self.make())
+        warning = "own/<desk>: 12 of 800 putative matches agree with the homography within 5 px, 640 with the inverse"
+        state = {"complete": True, "pairs_done": 6, "pairs_total": 6}
+        many = [{"text": warning}] + [{"text": "own/%d: wrong" % k} for k in range(20)]
+        content = {"state": state, "truth_warnings": many}
+        (self.folder / "summary.json").write_text(json.dumps(content))
+        (self.folder / "truth_check.csv").write_text("dataset\n")
+        text = self.make()
+        self.assertIn("<strong>Doubtful ground truth</strong>", text)
+        self.assertIn("<li>%s</li>" % warning.replace("<desk>", "&lt;desk&gt;"), text)
+        self.assertLess(text.index("&lt;desk&gt;"), text.index('class="toc"'))
+        self.assertIn("<li>9 more in summary.json</li>", text)
+        self.assertTrue(any(link.endswith("truth_check.csv") for link in Page(text).links))
+        for damaged in ("text", [3, {"text": ""}], {"text": warning}):
+            content["truth_warnings"] = damaged
+            (self.folder / "summary.json").write_text(json.dumps(content))
+            self.assertNotIn("Doubtful ground truth", self.make())
+
     def test_last_line_cut_off_is_left_out(self):
         whole = self.make()
         data = (self.folder / "pairs.csv").read_bytes()

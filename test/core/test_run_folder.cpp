@@ -42,6 +42,25 @@ BenchmarkConfig smallConfig() {
 
 const std::vector<StageTime> kStages = {{"read", 0.5}, {"select", 0.25}};
 
+/// A pair whose homography is inverted: 3 of 60 matches agree with it, 50 with the inverse.
+std::vector<TruthCheck> checksOf(const std::string& pair) {
+  TruthCheck check;
+  check.id = {"set", "scene, \"one\"", pair};
+  check.features = "orb+orb";
+  check.kind = TruthKind::kHomography;
+  check.reading = "inverse";
+  check.n_putative = 60;
+  check.n_truth = 3;
+  check.n_reading = 50;
+  return {check};
+}
+
+std::string warningsOf(const RunFolder& folder) {
+  std::string text;
+  for (const TruthWarning& warning : folder.doubtfulTruths()) text += warning.text() + "\n";
+  return text;
+}
+
 class RunFolders : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -172,6 +191,42 @@ TEST_F(RunFolders, MergedPartsEqualTheWhole) {
   // What was merged stays known when the run is taken up again.
   RunFolder(merged.string(), config, true);
   EXPECT_TRUE(contains(readAll(merged / "environment.json"), "merged_from"));
+}
+
+TEST_F(RunFolders, DoubtfulTruthIsThatOfAllSessionsAndParts) {
+  const BenchmarkConfig config = smallConfig();
+  const fs::path first = folder_ / "first", second = folder_ / "second";
+  RunFolder(first.string(), config, false).appendPair(rowsOf("1-2"), 0, kStages, checksOf("1-2"));
+  {
+    // As if the process had been killed after the checks of the next pair had been written.
+    const RunFolder cut(first.string(), config, true);
+    writeAll(first / "truth_check.csv",
+             readAll(first / "truth_check.csv") + truthChecksTable().line(checksOf("1-3")[0]));
+  }
+  RunFolder folder(first.string(), config, true);
+  EXPECT_TRUE(contains(warningsOf(folder), "3 of 60 putative matches agree")) << warningsOf(folder);
+  folder.appendPair(rowsOf("1-3"), 1, kStages, checksOf("1-3"));
+  EXPECT_TRUE(contains(warningsOf(folder), "6 of 120 putative matches agree")) << warningsOf(folder);
+
+  RunFolder(second.string(), config, false).appendPair(rowsOf("1-4"), 2, kStages, checksOf("1-4"));
+  mergeRun(folder, second.string(), config);
+  const std::string whole = "9 of 180 putative matches agree with the homographies within 5 px, 150 with the";
+  EXPECT_TRUE(contains(warningsOf(folder), whole)) << warningsOf(folder);
+  writeSummary(folder, {});
+  const std::string json = readAll(first / "summary.json");
+  EXPECT_TRUE(contains(json, "\"n_truth\": 9") && contains(json, "\"n_reading\": 150")) << json;
+  EXPECT_TRUE(contains(json, whole)) << json;
+}
+
+TEST_F(RunFolders, FolderOfAnOlderVersionHasNoChecks) {
+  const BenchmarkConfig config = smallConfig();
+  RunFolder(folder_.string(), config, false).appendPair(rowsOf("1-2"), 0, kStages);
+  fs::remove(folder_ / "truth_check.csv");
+  RunFolder folder(folder_.string(), config, true);
+  EXPECT_EQ(folder.doneCount(), 1U);
+  EXPECT_EQ(warningsOf(folder), "");
+  folder.appendPair(rowsOf("1-3"), 1, kStages, checksOf("1-3"));
+  EXPECT_TRUE(contains(warningsOf(folder), "3 of 60 putative matches agree")) << warningsOf(folder);
 }
 
 TEST_F(RunFolders, MergingWhatDoesNotBelongTogetherIsRefused) {

@@ -30,7 +30,8 @@ namespace fs = std::filesystem;
 /// read.
 class MemorySource : public PairSource {
  public:
-  explicit MemorySource(std::size_t size, std::size_t broken = 1000) : size_(size), broken_(broken) {}
+  explicit MemorySource(std::size_t size, std::size_t broken = 1000, bool inverted = false)
+      : size_(size), broken_(broken), inverted_(inverted) {}
   std::size_t size() const override { return size_; }
   bool next(ImagePair& pair) override {
     if (at_ == size_) return false;
@@ -49,11 +50,13 @@ class MemorySource : public PairSource {
     pair.truth.kind = TruthKind::kHomography;
     pair.truth.matrix = cv::Matx33d(0.95, 0.05, 6, -0.04, 0.97, 9, 1e-5, 0, 1);
     cv::warpPerspective(pair.left, pair.right, pair.truth.matrix, pair.left.size());
+    if (inverted_) pair.truth.matrix = pair.truth.matrix.inv();
     return true;
   }
 
  private:
   std::size_t size_, broken_, at_ = 0;
+  bool inverted_;
 };
 
 class Runner : public ::testing::Test {
@@ -228,6 +231,51 @@ TEST_F(Runner, BrokenPairIsRecordedAndTheRunGoesOn) {
   EXPECT_TRUE(contains(failures, "memory,scene,1,,read,picture 1 is broken")) << failures;
   const Outcome mended = run("broken", 3, true);
   EXPECT_TRUE(mended.state.complete());
+}
+
+TEST_F(Runner, DoubtfulGroundTruthIsReported) {
+  struct Listener : RunObserver {
+    void doubtful(const TruthWarning& warning) override { texts.push_back(warning.text()); }
+    std::vector<std::string> texts;
+  };
+  config_.selectors = {"lpm"};
+  config_.resolve();
+  const std::atomic<bool> stop{false};
+  for (const bool inverted : {false, true}) {
+    SCOPED_TRACE(inverted);
+    Listener listener;
+    RunFolder folder((root_ / (inverted ? "inverted" : "right")).string(), config_, false);
+    std::vector<std::unique_ptr<PairSource>> sources;
+    sources.push_back(std::make_unique<MemorySource>(2, 1000, inverted));
+    BenchmarkRunner(config_, folder, listener, stop).run(sources);
+    const std::vector<TruthCheck> checks = truthChecksTable().intactRows(
+        readTextFile((fs::path(folder.path()) / truthChecksTable().file()).string()));
+    ASSERT_EQ(checks.size(), 2U * 5);  // two pairs, five other readings of a homography
+    for (const TruthCheck& check : checks) EXPECT_EQ(check.features, "orb+orb") << "the first ones";
+    EXPECT_EQ(listener.texts.size(), inverted ? 1U : 0U);
+    EXPECT_EQ(folder.doubtfulTruths().size(), listener.texts.size());
+    if (!inverted) continue;
+    EXPECT_EQ(folder.doubtfulTruths().front().text(), listener.texts.front());
+    EXPECT_TRUE(contains(listener.texts.front(), "memory/scene: ")) << listener.texts.front();
+  }
+}
+
+TEST_F(Runner, DoubtsAboutALongSequenceAreReportedBeforeItEnds) {
+  struct Listener : RunObserver {
+    void progress(const Progress& progress) override { done = progress.done; }
+    void doubtful(const TruthWarning& warning) override { reported.emplace_back(done, warning.pairs); }
+    std::size_t done = 0;
+    std::vector<std::pair<std::size_t, std::size_t>> reported;  // pairs done, pairs counted
+  } listener;
+  config_.features = {"orb+orb"};
+  config_.selectors = {"lpm"};
+  config_.resolve();
+  const std::atomic<bool> stop{false};
+  RunFolder folder((root_ / "long").string(), config_, false);
+  std::vector<std::unique_ptr<PairSource>> sources;
+  sources.push_back(std::make_unique<MemorySource>(11, 1000, true));
+  BenchmarkRunner(config_, folder, listener, stop).run(sources);
+  EXPECT_EQ(listener.reported, (std::vector<std::pair<std::size_t, std::size_t>>{{8, 8}, {11, 11}}));
 }
 
 TEST_F(Runner, RepetitionsHaveTheirOwnSeedsAndMaxPairsCuts) {

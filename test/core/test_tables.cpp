@@ -52,6 +52,7 @@ TEST(Tables, EveryColumnReadsTheCellItWrites) {
   check(scalingTable(), "a,1,2,3,4,too_few,0.5");
   check(failuresTable(), "a,b,c,d,e,\"f, g\"");
   check(imagesTable(), "a,b,c,d,e,f,g,1,2,3,4,");
+  check(truthChecksTable(), "a,b,c,d,homography,inverse,5,1,2,3,4,6");
 }
 
 TEST(Tables, RowsThatAreNotJudgedHaveNoNumbers) {
@@ -67,6 +68,8 @@ TEST(Tables, DamagedLinesAreRefused) {
   EXPECT_TRUE(contains(count, "n: '-2'")) << count;
   const std::string status = errorOf([] { scalingTable().parse("a,1,2,3,4,fine,0.5"); });
   EXPECT_TRUE(contains(status, "fine")) << status;
+  const std::string kind = errorOf([] { truthChecksTable().parse("a,b,c,d,guess,inverse,5,1,2,3,4,6"); });
+  EXPECT_TRUE(contains(kind, "truth: 'guess'")) << kind;
   const std::string text =
       scalingTable().header() + "\na,1,2,3,4,ok,0.5\na,b\na,1,2,3,4,ok,high\nb,1,2,3,4,ok,1";
   ASSERT_EQ(scalingTable().intactRows(text).size(), 1U);
@@ -79,9 +82,14 @@ std::string joinedLiterals(const std::string& python) {
 }
 
 template <class Row>
-void expectDescribed(const CsvTable<Row>& table) {
+void expectInDocs(const CsvTable<Row>& table) {
   const std::string docs = readTextFile(corrsel::testing::sourceDir() + "/docs/evaluation.md");
   EXPECT_TRUE(contains(docs, "`" + table.header() + "`")) << "docs/evaluation.md, " << table.file();
+}
+
+template <class Row>
+void expectDescribed(const CsvTable<Row>& table) {
+  expectInDocs(table);
   const std::string reader =
       joinedLiterals(readTextFile(corrsel::testing::sourceDir() + "/scripts/corrsel_report/reading.py"));
   EXPECT_TRUE(contains(reader, "\"" + table.header() + "\"")) << "reading.py, " << table.file();
@@ -94,6 +102,7 @@ TEST(Tables, DocumentationAndReportHaveTheSameColumns) {
   expectDescribed(scalingTable());
   expectDescribed(failuresTable());
   expectDescribed(imagesTable());
+  expectInDocs(truthChecksTable());  // the report reads the warnings in summary.json
 }
 
 }  // namespace

@@ -116,10 +116,14 @@ TEST_F(VggFolder, RefusesBadHomographies) {
     const char* text;
     const char* expected;
   } cases[] = {
-      {"1 0 0\n0 1 0\n0\n", "holds 7 numbers"},   {"", "holds 0 numbers"},
-      {"1 0 0 0 1 0 0 0 1 1", "more than the 9"}, {"1 0 0 0 one 0 0 0 1", "'one' is not a number"},
-      {"1 0 0 0 inf 0 0 0 1", "not finite"},      {"0 0 0 0 0 0 0 0 0", "singular"},
-      {"1 2 300 2 4 600 0 0 1", "singular"},
+      {"1 0 0\n0 1 0\n0\n", "holds 7 numbers"},
+      {"", "holds 0 numbers"},
+      {"1 0 0 0 1 0 0 0 1 1", "more than the 9"},
+      {"1 0 0 0 one 0 0 0 1", "'one' is not a number"},
+      {"1 0 0 0 inf 0 0 0 1", "not finite"},
+      {"0 0 0 0 0 0 0 0 0", "singular"},
+      {"1 2 300 2 4 600 0 0 1", "is singular; "},
+      {"0.9 0.1 0 -0.1 0.9 0 250 -180 1", "singular, but its transpose is not: the numbers are probably"},
   };
   for (const auto& c : cases) {
     write(root_ / "one" / "H1to4p", c.text);

@@ -19,6 +19,7 @@
 
 #include "corrsel/datasets/reader.h"
 #include "corrsel/evaluation/errors.h"
+#include "corrsel/evaluation/truth_check.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/ros/conversions.h"
@@ -589,11 +590,16 @@ class KittiBag : public OwnBag {
     double value() const { return static_cast<double>(near) / static_cast<double>(all); }
   };
 
-  static void count(const core::ImagePair& pair, Share& share) {
+  /// @param checks  the rows of checkTruth() are appended
+  static void count(const core::ImagePair& pair, Share& share, std::vector<core::TruthCheck>& checks) {
     const auto extractor = core::createExtractor("sift+sift");
     const core::Correspondences matches =
         core::matchFeatures(extractor->extract(pair.left, 2), extractor->extract(pair.right, 2), {}, 2);
     const std::vector<double> errors = core::groundTruthErrors(pair.truth, matches);
+    for (core::TruthCheck check : core::checkTruth(pair.truth, pair.other_readings, matches)) {
+      check.id = pair.id;
+      checks.push_back(check);
+    }
     for (std::size_t i = 0; i < matches.size(); ++i) {
       if (!(matches.distance[i] < 0.8F * matches.second_distance[i])) continue;
       ++share.all;
@@ -610,6 +616,7 @@ TEST_F(KittiBag, MatchesLieOnTheEpipolarLinesOfTheRectifiedFrames) {
   ASSERT_EQ(std::system(command.c_str()), 0) << command;
 
   Share rectified, raw;
+  std::vector<core::TruthCheck> checks, control_checks;
   const auto source = openBag(path_, stereoTopics());
   BagTopics untouched = stereoTopics();
   untouched.images = "rectified";  // a lie: they are raw
@@ -620,15 +627,20 @@ TEST_F(KittiBag, MatchesLieOnTheEpipolarLinesOfTheRectifiedFrames) {
     EXPECT_EQ(pair.left.size(), pair.right.size());
     EXPECT_GE(pair.left.cols, 1220);  // KITTI's own rectified frames have 1224x370 px
     EXPECT_GE(pair.left.rows, 365);
-    count(pair, rectified);
+    count(pair, rectified, checks);
     ASSERT_TRUE(control->next(pair));
-    count(pair, raw);
+    count(pair, raw, control_checks);
   }
   RecordProperty("rectified", std::to_string(rectified.value()));
   RecordProperty("raw", std::to_string(raw.value()));
   EXPECT_GT(rectified.all, 1000u);
   EXPECT_GE(rectified.value(), 0.95) << rectified.near << " of " << rectified.all;
   EXPECT_LT(raw.value(), 0.5) << raw.near << " of " << raw.all;
+  EXPECT_TRUE(core::truthWarnings(checks).empty());
+  const std::vector<core::TruthWarning> warnings = core::truthWarnings(control_checks);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].counts.reading, "raw");
+  EXPECT_EQ(warnings[0].pairs, 5u);
 }
 
 }  // namespace

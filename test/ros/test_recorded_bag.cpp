@@ -13,6 +13,7 @@
 
 #include "corrsel/datasets/reader.h"
 #include "corrsel/evaluation/errors.h"
+#include "corrsel/evaluation/truth_check.h"
 #include "corrsel/random.h"
 #include "corrsel/ros/conversions.h"
 #include "ros/bags/dataset_bag_writer.h"
@@ -275,6 +276,31 @@ TEST_F(RecordedBag, ImagesSaysWhatTheMatchesAreOf) {
   EXPECT_THROW(openBag(path(), topics), std::invalid_argument);
 }
 
+TEST_F(RecordedBag, AWrongDeclarationOfTheImagesIsNoticed) {
+  for (const bool are_rectified : {false, true}) {
+    SCOPED_TRACE(are_rectified);
+    writeMatches(bag_, kMatches, 1, sceneMatches(are_rectified, 300));
+    writeInfos(bag_);
+    for (const bool declared_rectified : {false, true}) {
+      BagTopics topics;
+      topics.images = declared_rectified ? "rectified" : "raw";
+      const auto source = open(topics);
+      core::ImagePair pair;
+      ASSERT_TRUE(source->next(pair));
+      const std::vector<core::TruthWarning> warnings =
+          core::truthWarnings(core::checkTruth(pair.truth, pair.other_readings, *pair.given));
+      if (declared_rectified == are_rectified) {
+        EXPECT_TRUE(warnings.empty());
+        continue;
+      }
+      ASSERT_EQ(warnings.size(), 1U);
+      EXPECT_EQ(warnings[0].counts.reading, are_rectified ? "rectified" : "raw");
+      EXPECT_GT(warnings[0].counts.n_reading, 0.95 * static_cast<double>(warnings[0].counts.n_putative));
+    }
+    bag_.open(path(), rosbag::bagmode::Write);
+  }
+}
+
 TEST_F(RecordedBag, GroundTruthComesFirst) {
   const core::Correspondences matches = sceneMatches(false);
   writeMatches(bag_, kMatches, 1, matches);
@@ -394,11 +420,14 @@ TEST(StereoRigPoints, AreTheInverseOfTheLens) {
         expected.push_back(rectifiedBy(info, {x, y, 1}) - cv::Point2f(corner));
       }
     }
+    const std::vector<cv::Point2f> back = right ? raw.recordedRight(expected) : raw.recordedLeft(expected);
     const std::vector<cv::Matx23d> maps = rectify(points);
+    ASSERT_EQ(back.size(), points.size());
     ASSERT_EQ(maps.size(), points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
       EXPECT_NEAR(maps[i](0, 2), expected[i].x, 0.02);
       EXPECT_NEAR(maps[i](1, 2), expected[i].y, 0.02);
+      EXPECT_LT(cv::norm(back[i] - points[i]), 0.02);
       // The derivative predicts where a nearby point goes.
       const std::vector<cv::Matx23d> beside = rectify({points[i] + cv::Point2f(1, 2)});
       EXPECT_NEAR(beside[0](0, 2), maps[i](0, 2) + maps[i](0, 0) + 2 * maps[i](0, 1), 0.03);
@@ -409,6 +438,7 @@ TEST(StereoRigPoints, AreTheInverseOfTheLens) {
   EXPECT_TRUE(raw.rectifyLeft(std::vector<cv::Point2f>()).empty());
   const cv::Matx23d same = rig(true).rectifyRight(std::vector<cv::Point2f>{{12, 34}})[0];
   EXPECT_EQ(same, cv::Matx23d(1, 0, 12, 0, 1, 34));
+  EXPECT_EQ(rig(true).recordedRight({{12, 34}}), (std::vector<cv::Point2f>{{12, 34}}));
 }
 
 }  // namespace

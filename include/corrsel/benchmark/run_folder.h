@@ -8,6 +8,7 @@
 
 #include "corrsel/benchmark/config.h"
 #include "corrsel/benchmark/results.h"
+#include "corrsel/evaluation/truth_check.h"
 #include "corrsel/image_pair.h"
 
 namespace corrsel::core {
@@ -35,9 +36,9 @@ struct RunState {
   bool complete() const { return !interrupted && pairs_failed == 0 && pairs_done == pairs_total; }
 };
 
-/// The folder that a run writes: config.yaml, environment.json, pairs.csv, stages.csv, scaling.csv,
-/// failures.csv, images/, summary.csv, summary.json (docs/evaluation.md describes them). Everything that was
-/// appended is on disk when the call returns, so that an interrupted run can be resumed.
+/// The folder that a run writes: config.yaml, environment.json, pairs.csv, stages.csv, truth_check.csv,
+/// scaling.csv, failures.csv, images/, summary.csv, summary.json (docs/evaluation.md describes them).
+/// Everything that was appended is on disk when the call returns, so that an interrupted run can be resumed.
 class RunFolder {
  public:
   /// Creates the folder, or resumes the run that it holds. Pairs that were cut off are dropped then, and
@@ -61,7 +62,11 @@ class RunFolder {
 
   /// Appends a finished pair. @param number  place of the pair in the undivided run, from 0
   void appendPair(const std::vector<ResultRow>& rows, std::size_t number,
-                  const std::vector<StageTime>& stages);
+                  const std::vector<StageTime>& stages, const std::vector<TruthCheck>& checks = {});
+
+  /// The sequences whose ground truth is probably not what it was given as, judged by the pairs of all
+  /// sessions, see truthWarnings().
+  std::vector<TruthWarning> doubtfulTruths() const;
 
   /// Appends a stage that belongs to no pair: "bag" (of a dataset), "scaling", "pictures", "summary".
   void appendStage(const StageTime& stage, const std::string& dataset = "");

@@ -22,6 +22,9 @@ class RunObserver {
   /// One selection judged: its rows, one per tolerance.
   virtual void judged(const std::vector<ResultRow>&) {}
   virtual void failed(const Failure&) {}
+  /// After the last pair of a sequence whose ground truth is probably not what it was given as, and after the
+  /// eighth of a longer one. The counts are those of this session's pairs so far.
+  virtual void doubtful(const TruthWarning&) {}
 };
 
 /// Runs the grid of cells (features, preselection) x selectors over sources of image pairs, pair by pair, and
@@ -63,12 +66,15 @@ class BenchmarkRunner {
   void runPair(const ImagePair& pair, std::size_t number, double read_seconds);
   void warmUp() const;
   void recordFailure(const PairId& id, const char* stage, const std::string& error);
+  void judgeTruth(const PairId& next);
 
   const BenchmarkConfig& config_;
   RunFolder& folder_;
   RunObserver& observer_;
   const std::atomic<bool>& stop_;
   std::unique_ptr<Tools> tools_;
+  std::vector<TruthCheck> sequence_checks_;  ///< of the sequence that is being run
+  std::size_t sequence_pairs_ = 0;
 };
 
 }  // namespace corrsel::core

@@ -267,6 +267,8 @@ int run(int argc, char** argv) {
   state.pairs_total += broken;
   state.pairs_failed += broken;
   reporter.finish(state);
+  // Those of earlier sessions and merged runs are printed here; those of this session have been already.
+  for (const core::TruthWarning& warning : folder.doubtfulTruths()) reporter.doubtful(warning);
   const core::Stopwatch watch;
   printTable(core::writeSummary(folder, state), config.tableTolerance());
   folder.appendStage({"summary", watch.seconds()});

@@ -98,6 +98,13 @@ void Reporter::failed(const core::Failure& failure) {
             << std::endl;
 }
 
+void Reporter::doubtful(const core::TruthWarning& warning) {
+  const std::string text = warning.text();
+  if (!warnings_.insert(text).second) return;
+  printer_.finish();
+  std::cerr << "warning: doubtful ground truth: " << text << std::endl;
+}
+
 void Reporter::finish(const core::RunState& state) {
   printer_.finish();
   last_.done = state.pairs_done;

@@ -3,6 +3,7 @@
 #include <ros/ros.h>
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ class Reporter : public core::RunObserver {
   void progress(const core::Progress& progress) override;
   void judged(const std::vector<core::ResultRow>& rows) override;
   void failed(const core::Failure& failure) override;
+  void doubtful(const core::TruthWarning& warning) override;
 
   /// Publishes the outcome: "finished", "interrupted" or "failed", with the pairs of the run and not those of
   /// its last stage.
@@ -37,6 +39,7 @@ class Reporter : public core::RunObserver {
   core::ProgressPrinter printer_;
   bool verbose_;
   std::string output_dir_;
+  std::set<std::string> warnings_;  ///< that were printed
   core::Progress last_;
   std::optional<ros::NodeHandle> node_;
   ros::Publisher progress_publisher_, score_publisher_;

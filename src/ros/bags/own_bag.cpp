@@ -13,6 +13,7 @@
 #include "corrsel/datasets/reader.h"
 #include "corrsel/ros/conversions.h"
 #include "ros/bags/bag_scan.h"
+#include "ros/bags/rig_truth.h"
 #include "ros/bags/stereo_rig.h"
 
 namespace corrsel {
@@ -74,8 +75,9 @@ struct OwnBagSource::Impl {
   Camera left, right;
   std::string truth_topic;  ///< empty: none
   std::vector<Stamped> truths;
-  std::optional<StereoRig> rig;
-  std::string rig_problem;  ///< why there is no rig
+  std::shared_ptr<const StereoRig> rig;
+  std::vector<core::OtherReading> other_declarations;  ///< of the rig's images
+  std::string rig_problem;                             ///< why there is no rig
   std::vector<Pair> pairs;
   std::size_t position = 0;
 
@@ -147,8 +149,10 @@ void OwnBagSource::Impl::makeRig() {
     return;
   }
   try {
-    rig.emplace(RigCamera{*left.calibration.info, left.rectified, left.calibration.topic},
-                RigCamera{*right.calibration.info, right.rectified, right.calibration.topic});
+    const RigCamera left_camera{*left.calibration.info, left.rectified, left.calibration.topic};
+    const RigCamera right_camera{*right.calibration.info, right.rectified, right.calibration.topic};
+    rig = std::make_shared<const StereoRig>(left_camera, right_camera);
+    other_declarations = otherDeclarations(left_camera, right_camera, rig);
   } catch (const std::invalid_argument& error) {
     rig_problem = error.what();
   }
@@ -265,8 +269,8 @@ void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
     pair.right = image(right, from.right);
     if (!from.truth) pair.right = rig->rectifyRight(pair.right);
     if (!from.truth) {
-      pair.truth.kind = core::TruthKind::kFundamental;
-      pair.truth.matrix = rig->fundamental();
+      pair.truth = truthOf(*rig);
+      pair.other_readings = other_declarations;
       return;
     }
     topic = &truth_topic;

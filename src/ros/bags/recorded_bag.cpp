@@ -1,6 +1,7 @@
 #include "ros/bags/recorded_bag.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -13,6 +14,7 @@
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/ros/conversions.h"
 #include "ros/bags/bag_scan.h"
+#include "ros/bags/rig_truth.h"
 #include "ros/bags/stereo_rig.h"
 
 namespace corrsel {
@@ -92,13 +94,6 @@ void moveSide(const std::vector<cv::Matx23d>& maps, std::vector<float>& x, std::
   }
 }
 
-std::vector<cv::Point2f> pointsOf(const std::vector<float>& x, const std::vector<float>& y) {
-  std::vector<cv::Point2f> points;
-  points.reserve(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) points.emplace_back(x[i], y[i]);
-  return points;
-}
-
 void requireSize(const cv::Size& images, const cv::Size& calibrated, const std::string& info_topic) {
   if (images.empty() || images == calibrated) return;
   throw std::invalid_argument(
@@ -123,13 +118,6 @@ core::Correspondences rectified(const StereoRig& rig, core::Correspondences matc
   return kept.size() == matches.size() ? matches : matches.subset(kept);
 }
 
-core::GroundTruth truthOf(const StereoRig& rig) {
-  core::GroundTruth truth;
-  truth.kind = core::TruthKind::kFundamental;
-  truth.matrix = rig.fundamental();
-  return truth;
-}
-
 }  // namespace
 
 struct RecordedMatchesSource::Impl {
@@ -147,8 +135,9 @@ struct RecordedMatchesSource::Impl {
   std::string left_frame, right_frame;  ///< of the first matches
   std::vector<Calibration> calibrations;
   Calibration left, right;
-  std::optional<StereoRig> rig;
-  std::string rig_problem;  ///< why there is no rig
+  std::shared_ptr<const StereoRig> rig;
+  std::vector<core::OtherReading> other_declarations;  ///< of the rig's images
+  std::string rig_problem;                             ///< why there is no rig
   std::vector<Pair> pairs;
   std::size_t position = 0;
 
@@ -159,7 +148,8 @@ struct RecordedMatchesSource::Impl {
   const Calibration* findCamera(const std::string& named, const std::string& side, const std::string& other,
                                 const std::string& frame) const;
   void makeRig();
-  std::optional<StereoRig> makeRig(bool is_rectified);
+  std::array<RigCamera, 2> cameras(bool are_rectified) const;
+  std::shared_ptr<const StereoRig> makeRig(bool is_rectified);
   double shareNearLines(const StereoRig& candidate) const;
   bool simultaneous(const Stamped& message) const;
   void makePairs();
@@ -247,13 +237,18 @@ void RecordedMatchesSource::Impl::findCameras() {
   }
 }
 
-std::optional<StereoRig> RecordedMatchesSource::Impl::makeRig(bool is_rectified) {
+std::array<RigCamera, 2> RecordedMatchesSource::Impl::cameras(bool are_rectified) const {
+  return {RigCamera{*left.info, are_rectified, left.topic},
+          RigCamera{*right.info, are_rectified, right.topic}};
+}
+
+std::shared_ptr<const StereoRig> RecordedMatchesSource::Impl::makeRig(bool is_rectified) {
   try {
-    return StereoRig(RigCamera{*left.info, is_rectified, left.topic},
-                     RigCamera{*right.info, is_rectified, right.topic});
+    const auto [left_camera, right_camera] = cameras(is_rectified);
+    return std::make_shared<const StereoRig>(left_camera, right_camera);
   } catch (const std::invalid_argument& error) {
     rig_problem = error.what();
-    return std::nullopt;
+    return nullptr;
   }
 }
 
@@ -283,10 +278,15 @@ void RecordedMatchesSource::Impl::makeRig() {
   }
   if (!rig_problem.empty()) return;
   if (options.images != "auto") {
-    rig = makeRig(options.images == "rectified");
+    const bool are_rectified = options.images == "rectified";
+    rig = makeRig(are_rectified);
+    if (rig) {
+      const auto [left_camera, right_camera] = cameras(are_rectified);
+      other_declarations = otherDeclarations(left_camera, right_camera, rig);
+    }
   } else {
     rig = makeRig(false);
-    std::optional<StereoRig> other = makeRig(true);
+    const std::shared_ptr<const StereoRig> other = makeRig(true);
     if (rig && other) {
       const double raw = shareNearLines(*rig), is_rectified = shareNearLines(*other);
       const bool take_raw = raw > is_rectified;
@@ -297,9 +297,9 @@ void RecordedMatchesSource::Impl::makeRig() {
                       percent(std::min(raw, is_rectified)) +
                       " otherwise; images:=raw and images:=rectified "
                       "decide it");
-      if (!take_raw) rig = std::move(other);
+      if (!take_raw) rig = other;
     } else if (other) {
-      rig = std::move(other);
+      rig = other;
     }
   }
   if (!rig) return;
@@ -400,6 +400,7 @@ bool RecordedMatchesSource::next(core::ImagePair& pair) {
       requireSize(matches.right_size, impl_->rig->rightSize(), impl_->right.topic);
       matches = rectified(*impl_->rig, std::move(matches));
       pair.truth = truthOf(*impl_->rig);
+      pair.other_readings = impl_->other_declarations;
     }
     pair.given = std::move(matches);
   } catch (const std::exception& error) {  // also a damaged chunk

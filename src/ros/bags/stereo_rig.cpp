@@ -185,6 +185,21 @@ std::vector<cv::Point2d> StereoRig::Camera::undistorted(const std::vector<cv::Po
   return result;
 }
 
+/// From the whole rectified image to the camera's image, px.
+cv::Point2d StereoRig::Camera::recorded(const cv::Point2d& point) const {
+  // image_geometry takes P's fourth column off a pixel before it makes a ray of it.
+  return model.unrectifyPoint(point + cv::Point2d(model.Tx(), model.Ty()));
+}
+
+std::vector<cv::Point2f> StereoRig::Camera::recorded(const std::vector<cv::Point2f>& points) const {
+  if (rectified) return points;
+  std::vector<cv::Point2f> result;
+  result.reserve(points.size());
+  for (const cv::Point2f& point : points)
+    result.emplace_back(recorded(cv::Point2d(point) + cv::Point2d(area.tl())));
+  return result;
+}
+
 std::vector<cv::Matx23d> StereoRig::Camera::rectify(const std::vector<cv::Point2f>& points) const {
   std::vector<cv::Matx23d> maps;
   maps.reserve(points.size());
@@ -202,14 +217,12 @@ std::vector<cv::Matx23d> StereoRig::Camera::rectify(const std::vector<cv::Point2
   }
   const std::vector<cv::Point2d> to = undistorted(around);
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  // image_geometry takes P's fourth column off a pixel before it makes a ray of it.
-  const cv::Point2d shift(model.Tx(), model.Ty());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Point2d* const at = &to[5 * i];
     const cv::Point2d position = at[0] - cv::Point2d(area.tl());
     const bool inside =
         position.x >= 0 && position.y >= 0 && position.x <= area.width - 1 && position.y <= area.height - 1;
-    if (!inside || !(cv::norm(model.unrectifyPoint(at[0] + shift) - around[5 * i]) <= kInversionTolerance)) {
+    if (!inside || !(cv::norm(recorded(at[0]) - around[5 * i]) <= kInversionTolerance)) {
       maps.push_back(cv::Matx23d::all(kNaN));
       continue;
     }

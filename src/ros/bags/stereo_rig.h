@@ -63,6 +63,15 @@ class StereoRig {
     return right_.rectify(points);
   }
 
+  /// The inverse of rectifyLeft() and rectifyRight() for points: px of the rectified image to px of the
+  /// camera's image, which may lie outside of it.
+  std::vector<cv::Point2f> recordedLeft(const std::vector<cv::Point2f>& points) const {
+    return left_.recorded(points);
+  }
+  std::vector<cv::Point2f> recordedRight(const std::vector<cv::Point2f>& points) const {
+    return right_.recorded(points);
+  }
+
   /// Size of the cameras' images, px.
   const cv::Size& leftSize() const { return left_.size; }
   const cv::Size& rightSize() const { return right_.size; }
@@ -76,6 +85,8 @@ class StereoRig {
     explicit Camera(const RigCamera& camera);
     cv::Mat rectify(const cv::Mat& image) const;
     std::vector<cv::Matx23d> rectify(const std::vector<cv::Point2f>& points) const;
+    std::vector<cv::Point2f> recorded(const std::vector<cv::Point2f>& points) const;
+    cv::Point2d recorded(const cv::Point2d& point) const;
     std::vector<cv::Point2d> undistorted(const std::vector<cv::Point2d>& points) const;
     cv::Mat rectifyWhole(const cv::Mat& image) const;
     cv::Mat seen() const;

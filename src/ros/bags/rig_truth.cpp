@@ -1,0 +1,66 @@
+#include "ros/bags/rig_truth.h"
+
+#include <stdexcept>
+
+namespace corrsel {
+namespace {
+
+// A calibration is more accurate than the tolerance of other readings, at which a declaration that moves
+// points by a few pixels would make little difference.
+constexpr double kTolerance = 2.0;  // px
+
+void place(const std::vector<cv::Matx23d>& maps, std::vector<float>& x, std::vector<float>& y) {
+  for (const cv::Matx23d& map : maps) {
+    x.push_back(static_cast<float>(map(0, 2)));
+    y.push_back(static_cast<float>(map(1, 2)));
+  }
+}
+
+/// The points in the images that `to` would have made of the same recorded images.
+core::Correspondences moved(const StereoRig& from, const StereoRig& to,
+                            const core::Correspondences& matches) {
+  core::Correspondences result;
+  place(to.rectifyLeft(from.recordedLeft(pointsOf(matches.left_x, matches.left_y))), result.left_x,
+        result.left_y);
+  place(to.rectifyRight(from.recordedRight(pointsOf(matches.right_x, matches.right_y))), result.right_x,
+        result.right_y);
+  result.left_size = to.leftArea().size();
+  result.right_size = to.rightArea().size();
+  return result;
+}
+
+}  // namespace
+
+core::GroundTruth truthOf(const StereoRig& rig) {
+  core::GroundTruth truth;
+  truth.kind = core::TruthKind::kFundamental;
+  truth.matrix = rig.fundamental();
+  return truth;
+}
+
+std::vector<cv::Point2f> pointsOf(const std::vector<float>& x, const std::vector<float>& y) {
+  std::vector<cv::Point2f> points;
+  points.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) points.emplace_back(x[i], y[i]);
+  return points;
+}
+
+std::vector<core::OtherReading> otherDeclarations(const RigCamera& left, const RigCamera& right,
+                                                  const std::shared_ptr<const StereoRig>& rig) {
+  std::vector<core::OtherReading> readings;
+  for (const bool rectified : {false, true}) {
+    if (left.rectified == rectified && right.rectified == rectified) continue;
+    try {
+      const auto other = std::make_shared<const StereoRig>(RigCamera{left.info, rectified, left.name},
+                                                           RigCamera{right.info, rectified, right.name});
+      readings.push_back(
+          {rectified ? "rectified" : "raw", truthOf(*other),
+           [rig, other](const core::Correspondences& matches) { return moved(*rig, *other, matches); },
+           kTolerance});
+    } catch (const std::invalid_argument&) {  // the declaration cannot be meant
+    }
+  }
+  return readings;
+}
+
+}  // namespace corrsel

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <memory>
+#include <opencv2/core/types.hpp>
+#include <vector>
+
+#include "corrsel/ground_truth.h"
+#include "corrsel/image_pair.h"
+#include "ros/bags/stereo_rig.h"
+
+namespace corrsel {
+
+/// The fundamental matrix of a rig as ground truth.
+core::GroundTruth truthOf(const StereoRig& rig);
+
+/// One side of matches, as points.
+std::vector<cv::Point2f> pointsOf(const std::vector<float>& x, const std::vector<float>& y);
+
+/// The other declarations of the images of a rig: both cameras "raw", or both "rectified". They serve to
+/// notice that raw images were declared rectified or the other way round. A declaration that the calibration
+/// does not allow is left out.
+/// @param left, right  as given to the constructor of `rig`
+/// Cost: the rectification maps, where the images were declared rectified.
+std::vector<core::OtherReading> otherDeclarations(const RigCamera& left, const RigCamera& right,
+                                                  const std::shared_ptr<const StereoRig>& rig);
+
+}  // namespace corrsel
