@@ -44,7 +44,9 @@ class DatasetFolder : public ::testing::Test {
     ASSERT_TRUE(cv::imwrite((root_ / path).string(), cv::Mat(12, 20, type, cv::Scalar::all(value)))) << path;
   }
 
-  std::string path(const std::filesystem::path& relative = "") const { return (root_ / relative).string(); }
+  std::string path(const std::filesystem::path& relative = "") const {
+    return (relative.empty() ? root_ : root_ / relative).string();
+  }
 
   std::filesystem::path root_;
 };

@@ -130,7 +130,7 @@ TEST_F(OpenDataset, UnknownNameWithoutFolderListsTheKnownOnes) {
   const std::string error = errorOf<std::invalid_argument>([&] { openDataset("vg", path("vg")); });
   EXPECT_TRUE(contains(error, "unknown dataset 'vg'")) << error;
   EXPECT_TRUE(contains(error, "known datasets: adelaidermf, adelaidermf_reconstructed, heinly")) << error;
-  EXPECT_TRUE(contains(error, "any other folder must exist")) << error;
+  EXPECT_TRUE(contains(error, "any other folder must have one of the layouts")) << error;
   write("file", "");
   EXPECT_TRUE(contains(errorOf<std::invalid_argument>([&] { openDataset("file", path("file")); }),
                        "'" + path("file") + "' is not a folder"));
