@@ -76,8 +76,8 @@ TEST(Generator, WarpsLikeOpenCv) {
     map(2, 0) = 1e-3;
     cv::Mat expected;
     cv::warpPerspective(image, expected, map, image.size());
-    // Newer versions of OpenCV interpolate on a finer grid.
-    EXPECT_LT(cv::norm(warp(image, map), expected, cv::NORM_L1) / double(3 * image.total()), 1) << degrees;
+    // OpenCV 4.11 and its replacement on ARM interpolate on a finer grid.
+    EXPECT_LT(cv::norm(warp(image, map), expected, cv::NORM_L1) / double(3 * image.total()), 2) << degrees;
   }
   EXPECT_EQ(largestDifference(warp(image, cv::Matx33d::eye()), image), 0);
 }
