@@ -21,7 +21,8 @@ TEST(Selection, StatusTextsAreFixedAndReadBack) {
 
 TEST(Selection, RefusesUnknownStatuses) {
   EXPECT_EQ(errorOf<std::invalid_argument>([] { statusFromString("OK"); }),
-            "unknown status 'OK'; valid: ok, too_few, degenerate, no_model, unsupported_input, too_large, "
+            "unknown status 'OK'; did you mean 'ok'? valid: ok, too_few, degenerate, no_model, "
+            "unsupported_input, too_large, "
             "time_limit, failed, uncertain");
   EXPECT_EQ(errorOf<std::invalid_argument>([] { toString(static_cast<Status>(9)); }), "unknown status 9");
 }
