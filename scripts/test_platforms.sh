@@ -121,6 +121,12 @@ test_platform() {
   local name=$1 root=$folder/$2 compiler=$3 package=$4 result=$folder/results/$1 log=$folder/results/$1.log
   local arguments=(-Dcorrsel_WERROR=ON) options=(--no-network) flags="${*:5}" columns counts key
   key="$sources ${data:+data}"
+  # Two runs of this script can share the work, but not one root file system at the same time.
+  exec 9>"$root.lock"
+  flock --nonblock 9 || {
+    say "$name: waiting until another run leaves $root"
+    flock 9
+  }
   if [ "$again" -eq 0 ] && [ "$(head -n 1 "$result" 2>/dev/null)" = "$key" ]; then
     say "$name: the tests have run with these sources; --again runs them once more"
   else
