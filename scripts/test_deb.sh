@@ -24,10 +24,10 @@ say "contents of $deb"
 dpkg-deb --info "$deb" | grep -E '^ (Package|Version|Installed-Size):'
 dpkg-deb --contents "$deb" | awk '{ print $6 }' | sed 's/^\.//' >"$folder/contents.txt"
 for path in /usr/lib/python3/dist-packages/corrsel/__init__.py /usr/share/corrsel/nodelet_plugins.xml \
-  /usr/share/corrsel/cmake/corrselConfig.cmake /usr/share/doc/ros-corrsel/copyright; do
+  /usr/share/corrsel/cmake/corrsel-core.cmake /usr/share/doc/ros-corrsel/copyright; do
   grep -Fqx "$path" "$folder/contents.txt" || { echo "the package does not contain $path" >&2 && exit 1; }
 done
-if grep -E '^/etc/|^/usr/(_setup|setup|local_setup|env|\.)|/test_|/devel/' "$folder/contents.txt"; then
+if grep -E '^/etc/|^/usr/(_setup|setup|local_setup|env|\.)|^/usr/lib/corrsel/test_|/devel/' "$folder/contents.txt"; then
   echo "the package must not contain the files above" >&2
   exit 1
 fi
