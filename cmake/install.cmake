@@ -50,7 +50,7 @@ if(catkin_FOUND)
   )
   install(DIRECTORY config examples launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-  catkin_install_python(PROGRAMS scripts/guide.py scripts/kitti_to_bag.py scripts/report.py
+  catkin_install_python(PROGRAMS scripts/guide.py scripts/kitti_to_bag.py scripts/print_results.py scripts/report.py
     DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}
   )
   install(DIRECTORY scripts/${PROJECT_NAME}_report DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}

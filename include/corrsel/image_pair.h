@@ -41,6 +41,20 @@ struct OtherReading {
   double tolerance = 5;  ///< at which the readings are compared, px; the paper's tolerance for tables
 };
 
+/// Images of 16 bits that use fewer of them, such as those of cameras with 10, 12 or 14 bits, and were
+/// scaled to 8 bits by the number of bits that the pair needs (docs/datasets.md).
+struct StretchedBits {
+  int bits = 0;       ///< 8, 10, 12 or 14
+  int largest = 0;    ///< largest value of the pair
+  std::string image;  ///< file or topic of the image with this value
+
+  /// A sentence without its full stop, for messages to people.
+  std::string text() const {
+    return "images of 16 bits that use " + std::to_string(bits) + " of them (values up to " +
+           std::to_string(largest) + " in " + image + ") are stretched";
+  }
+};
+
 /// One image pair with its ground truth.
 struct ImagePair {
   PairId id;
@@ -48,6 +62,7 @@ struct ImagePair {
   GroundTruth truth;
   std::optional<Correspondences> given;      ///< putative matches that come with the dataset (AdelaideRMF)
   std::vector<OtherReading> other_readings;  ///< beside those that every ground truth of its kind has
+  std::optional<StretchedBits> stretched = {};
 };
 
 }  // namespace corrsel::core

@@ -60,12 +60,12 @@ def html(run, figures):
         out.append(paragraph(text % (plural(count, "pair"), "has" if count == 1 else "have")))
         shown, rest = cut_rows(list(run.left_out.items()), "pairs.csv")
         rows = []
-        for (group, sequence, pair), putative in shown:
+        for (group, sequence, pair), left in shown:
             words = [sequence, pair, features_text(group.features), preselection_text(group.preselection)]
-            rows.append(
-                ("", [esc(group.dataset)] + [('class="text"', esc(w)) for w in words] + [number(putative)])
-            )
-        head = ["Dataset", "Sequence", "Pair", "Features", "Preselection", "Matches"]
+            words.append(left.cause)
+            cells = [('class="text"', esc(w)) for w in words]
+            rows.append(("", [esc(group.dataset)] + cells + [number(left.putative)]))
+        head = ["Dataset", "Sequence", "Pair", "Features", "Preselection", "It has", "Matches"]
         out += [table("Pairs left out of the means.", head, rows, "texts", long=len(rows) > 15), rest]
     elif run.pairs:
         out.append(paragraph("Every pair has ground-truth inliers; none is left out of the means."))

@@ -6,6 +6,7 @@ from .markup import breakable, dataset_html, paragraph, sources, table
 from .paper import SOURCE
 from .scopes import is_main
 from .selectors import BASELINE, is_baseline
+from .standings import standing
 from .words import (
     kind_text,
     at_tau,
@@ -17,7 +18,6 @@ from .words import (
     interval,
     milliseconds,
     number,
-    overlap,
     plural,
     preselection_text,
 )
@@ -99,38 +99,35 @@ def lead_html(run):
 
 def sentence(run, group, named=True):
     """Return a group's result in words; without its name if a heading gives it."""
-    ranking, tau = run.ranking(group), run.tau(group)
+    result, tau = standing(run, group), run.tau(group)
     name = "Labelled ground truth" if tau is None else "At %s" % at_tau(tau)
     if named:
         name = "<b>%s</b> (%s)" % (esc(group_text(group)), esc(at_tau(tau)))
-    if not ranking:
+    first, fastest = result.first, result.fastest
+    if not first:
         return "%s: no selector has a mean F." % name
-    first = ranking[0]
     text = "%s: <b>%s</b> has the highest mean F, %s %s" % (
         name,
         esc(first["selector"]),
         fraction(first["f_paper"]),
         bracket(first),
     )
-    text += versus(run, group, ranking) + "."
-    timed = [r for r in ranking if r["select_s_median"] is not None]
-    if timed:
-        fastest = min(timed, key=lambda r: r["select_s_median"])
+    text += versus(result) + "."
+    if fastest:
         same = " as well" if fastest is first else ", with F %s" % fraction(fastest["f_paper"])
         text += " Fastest is <b>%s</b> (%s ms)%s." % (
             esc(fastest["selector"]),
             milliseconds(fastest["select_s_median"]),
             same,
         )
-    return text + baseline_sentence(run, group, ranking)
+    return text + baseline_sentence(run.ranking(group), result.baseline)
 
 
-def versus(run, group, ranking):
+def versus(result):
     """Return how the winner compares with the runner-up, as the rest of a sentence."""
-    if len(ranking) == 1:
+    first, second = result.first, result.second
+    if not second:
         return ", the only selector with a result"
-    first, second = ranking[:2]
-    wins, ties, count = run.head_to_head(group, first["selector"], second["selector"])
     relation = "level with" if first["f_paper"] == second["f_paper"] else "ahead of"
     text = ", %s <b>%s</b> with %s %s" % (
         relation,
@@ -138,22 +135,23 @@ def versus(run, group, ranking):
         fraction(second["f_paper"]),
         bracket(second),
     )
-    common = overlap(first, second)
-    if common is not None:
-        text += "; the intervals %s" % ("overlap" if common else "do not overlap")
-    if count:
-        text += "; pair by pair <b>%s</b> is better on %d of %d" % (esc(first["selector"]), wins, count)
-        text += " (%s)" % plural(ties, "tie") if ties else ""
+    if result.common is not None:
+        text += "; the intervals %s" % ("overlap" if result.common else "do not overlap")
+    if result.count:
+        text += "; pair by pair <b>%s</b> is better on %d of %d" % (
+            esc(first["selector"]),
+            result.wins,
+            result.count,
+        )
+        text += " (%s)" % plural(result.ties, "tie") if result.ties else ""
     return text
 
 
-def baseline_sentence(run, group, ranking):
+def baseline_sentence(ranking, baseline):
     """Return how keeping everything compares."""
-    rows = [run.mean(group, s, run.tau(group)) for s in run.selectors_of(group) if is_baseline(s)]
-    rows = [r for r in rows if r]
-    if not rows:
+    if not baseline:
         return ""
-    value = rows[0]["f_paper"]
+    value = baseline["f_paper"]
     below = [r["selector"] for r in ranking if r["f_paper"] <= value]
     text = " Keeping everything gives F %s" % fraction(value)
     if not below:
@@ -202,8 +200,7 @@ def f_cell(row):
 
 def summary_row(run, group):
     """Return one row of the summary table."""
-    ranking = run.ranking(group)
-    tau = run.tau(group)
+    result, tau = standing(run, group), run.tau(group)
     lines = (
         "%s, %s" % (kind_text(group.dataset), "labelled" if tau is None else at_tau(tau)),
         features_text(group.features),
@@ -212,32 +209,26 @@ def summary_row(run, group):
     head = breakable(group.dataset) + '<br><span class="small">%s</span>' % "<br>".join(map(esc, lines))
     cells = [head]
     text = 'class="text"'
-    if not ranking:
+    if not result.first:
         nothing = (text, "no selector has a mean F")
         return ("", cells + ["\u2013", nothing, (text, paper_cell(run, group)), ('colspan="4"', "\u2013")])
-    second = ranking[1] if len(ranking) > 1 else None
-    common = overlap(ranking[0], second) if second else None
     versus_text = "\u2013"
-    if second:
-        wins, ties, count = run.head_to_head(group, ranking[0]["selector"], second["selector"])
-        versus_text = "%d of %d" % (wins, count) if count else "\u2013"
-        versus_text += '<br><span class="small">%s</span>' % plural(ties, "tie") if ties else ""
-    timed = [r for r in ranking if r["select_s_median"] is not None]
-    fastest = min(timed, key=lambda r: r["select_s_median"]) if timed else None
-    base = [run.mean(group, s, tau) for s in run.selectors_of(group) if is_baseline(s)]
-    base = [r for r in base if r]
+    if result.count:
+        versus_text = "%d of %d" % (result.wins, result.count)
+        versus_text += '<br><span class="small">%s</span>' % plural(result.ties, "tie") if result.ties else ""
     quickest = "\u2013"
-    if fastest:
-        time = milliseconds(fastest["select_s_median"])
-        quickest = '<b>%s</b><br><span class="small">%s ms</span>' % (esc(fastest["selector"]), time)
+    if result.fastest:
+        time = milliseconds(result.fastest["select_s_median"])
+        quickest = '<b>%s</b><br><span class="small">%s ms</span>' % (esc(result.fastest["selector"]), time)
+    base = result.baseline
     cells += [
-        number(ranking[0]["pairs"]),
-        (text, f_cell(ranking[0])),
+        number(result.first["pairs"]),
+        (text, f_cell(result.first)),
         (text, paper_cell(run, group)),
-        (text, f_cell(second) + ("" if common is None else OVERLAP[common])),
+        (text, f_cell(result.second) + ("" if result.common is None else OVERLAP[result.common])),
         versus_text,
         (text, quickest),
-        ('class="base"', fraction(base[0]["f_paper"])) if base else "\u2013",
+        ('class="base"', fraction(base["f_paper"])) if base else "\u2013",
     ]
     return ("", cells)
 

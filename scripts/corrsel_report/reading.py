@@ -8,6 +8,7 @@ from collections import Counter, OrderedDict, namedtuple
 
 import numpy as np
 
+from .left_out import LeftOut, cause
 from .selectors import is_baseline, selector_key, selector_styles
 from .words import is_unrelated, plural
 
@@ -26,8 +27,9 @@ IMAGES_HEADER = (
 ).split(",")
 STAGES_HEADER = "number,dataset,sequence,pair,stage,seconds".split(",")
 SCALING_HEADER = "selector,threads,n,round,n_selected,status,select_s".split(",")
+REMARKS_HEADER = "dataset,sequence,selector,remark".split(",")
 TEXT_COLUMNS = {"dataset", "sequence", "pair", "features", "preselection", "selector", "status", "seed"}
-TEXT_COLUMNS |= {"stage", "error", "file", "threads"}
+TEXT_COLUMNS |= {"stage", "error", "file", "threads", "remark"}
 REFERENCE_TAU = 5.0
 Group = namedtuple("Group", "dataset features preselection")
 
@@ -202,6 +204,10 @@ def read_run(folder):
     run.failures = read_optional_table(
         folder / "failures.csv", FAILURES_HEADER, notes, "pairs that failed before selection are not listed"
     )
+    if (folder / "remarks.csv").is_file():
+        run.remarks = read_optional_table(
+            folder / "remarks.csv", REMARKS_HEADER, notes, "remarks on the images are not shown"
+        )
     run.images = read_optional_table(
         folder / "images" / "index.csv", IMAGES_HEADER, notes, "no example pairs are shown"
     )
@@ -232,6 +238,7 @@ class Run:
         self.pairs = pairs
         self.notes = notes
         self.summary, self.failures, self.images, self.stages, self.scaling = [], [], [], [], []
+        self.remarks = []
         self.state, self.environment, self.config = {}, {}, None
         self.truth_warnings = []  # sequences whose ground truth another reading explains far better
         self.settings = {}  # top-level keys of config.yaml
@@ -246,7 +253,7 @@ class Run:
             selectors.setdefault(row["selector"], {})[row["tau_px"]] = row
         self.rows = OrderedDict()  # group -> selector -> rows of pairs.csv
         self.tasks = OrderedDict()  # one status per pair x features x preselection x selector x seed
-        self.left_out = OrderedDict()  # pairs without ground-truth inlier
+        self.left_out = OrderedDict()  # (group, sequence, pair) without ground-truth inlier -> LeftOut
         for row in self.pairs:
             group = group_of(row)
             self.rows.setdefault(group, OrderedDict()).setdefault(row["selector"], []).append(row)
@@ -256,7 +263,11 @@ class Run:
             if is_unrelated(row["dataset"]):
                 continue
             if row["n_ground_truth"] == 0 and row["status"] != "unsupported_input":
-                self.left_out[(group, row["sequence"], row["pair"])] = row["n_putative"]
+                place = (group, row["sequence"], row["pair"])
+                known = self.left_out.get(place)
+                # Only a selection of matches shows whether there is a truth that could judge it.
+                if known is None or row["n_selected"]:
+                    self.left_out[place] = LeftOut(cause(row), row["n_putative"])
         groups = OrderedDict.fromkeys(list(self.rows) + list(self.means))
         # Pairs of different scenes have no F; a section of their own shows them.
         self.groups = [group for group in groups if not is_unrelated(group.dataset)]
@@ -291,6 +302,20 @@ class Run:
     def unsupported(self, group, selector):
         """Tell whether a selector could run on no pair of a group for lack of input."""
         return set(self.statuses.get((group, selector), ())) == {"unsupported_input"}
+
+    def unsupported_reason(self, group, selector):
+        """Return why a selector could not run on a group; None where the run did not record it."""
+        found = (r for r in self.remarks if r["selector"] == selector and r["dataset"] == group.dataset)
+        return next((row["remark"] for row in found), None)
+
+    def pair_names(self, group):
+        """Return the pairs of a group, as (sequence, pair), that reached the selectors."""
+        rows = (row for selected in self.rows.get(group, {}).values() for row in selected)
+        return OrderedDict.fromkeys((row["sequence"], row["pair"]) for row in rows)
+
+    def failed_pairs(self, dataset):
+        """Return the number of pairs of a dataset that could not be read or run."""
+        return sum(row["dataset"] == dataset and row["stage"] in ("read", "run") for row in self.failures)
 
     def mean(self, group, selector, tau):
         """Return the row of summary.csv; None if missing, undefined or the selector unsupported."""

@@ -5,6 +5,7 @@ from matplotlib.ticker import FuncFormatter
 
 from .figures import draw_background, draw_line, line_figures, new_axes, part_ending, plot_text
 from .markup import group_heading, paragraph, sources, table, with_headings
+from .left_out import left_out_sentence
 from .overview import findings_in_place, sentence
 from .reading import REFERENCE_TAU
 from .scopes import figure_name, other_groups
@@ -13,14 +14,12 @@ from .words import (
     GROUND_TRUTH_PX,
     STATUSES,
     at_tau,
-    be,
     esc,
     fraction,
     group_text,
     interval,
     milliseconds,
     number,
-    plural,
     statuses_text,
     tenths,
 )
@@ -115,7 +114,9 @@ def result_row(run, group, selector, best):
     name = esc(selector) + (' <span class="small">baseline</span>' if css else "")
     if row is None:
         if run.unsupported(group, selector):
-            reason = "unsupported: %s" % STATUSES["unsupported_input"]
+            reason = "unsupported: %s" % (
+                run.unsupported_reason(group, selector) or STATUSES["unsupported_input"]
+            )
         else:
             counts = run.statuses.get((group, selector))
             reason = "no result" + (": " + statuses_text(counts) if counts else "")
@@ -149,11 +150,7 @@ def group_notes(run, group):
             "The selectors have results on different numbers of pairs (see the last column): their means are"
             " not strictly comparable."
         )
-    left = sum(1 for (g, _, _) in run.left_out if g == group)
-    if left:
-        out.append(
-            "%s without any ground-truth inlier %s left out of the means." % (plural(left, "pair"), be(left))
-        )
+    out += filter(None, [left_out_sentence(run, group)])
     usable = {s: len(run.pair_values(group, s)) for s in counts}
     stale = [s for s in counts if usable[s] > counts[s]]
     if stale:

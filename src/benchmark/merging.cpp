@@ -25,6 +25,7 @@ std::size_t mergeRun(RunFolder& folder, const std::string& from, const Benchmark
     folder.appendPair(pair.rows, pair.number, pair.stages, pair.checks);
     ++copied;
   }
+  for (const Remark& remark : readRemarks(from)) folder.appendRemark(remark);
   addMergedEnvironment(folder.path(), from, copied);
   return copied;
 }

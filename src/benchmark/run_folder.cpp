@@ -52,6 +52,11 @@ RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, boo
     writeEmpty(truthChecksTable(), path);
     writeFile((fs::path(path) / "config.yaml").string(), config.toYaml());
   }
+  if (fs::exists(pathOf(remarksTable(), path))) {
+    for (const Remark& remark : readRemarks(path)) remarks_.insert(remarksTable().line(remark));
+  } else {
+    writeEmpty(remarksTable(), path);
+  }
   // Every session tries the failed pairs again.
   writeEmpty(failuresTable(), path);
   writeEnvironment(path, config.threads);
@@ -88,6 +93,17 @@ void RunFolder::appendStage(const StageTime& stage, const std::string& dataset) 
 
 void RunFolder::appendFailure(const Failure& failure) {
   appendToFile(pathOf(failuresTable(), path_), failuresTable().line(failure));
+}
+
+void RunFolder::appendRemark(const Remark& remark) {
+  const std::string line = remarksTable().line(remark);
+  if (remarks_.insert(line).second) appendToFile(pathOf(remarksTable(), path_), line);
+}
+
+std::string Remark::sentence() const {
+  const std::string place = sequence.empty() ? dataset : dataset + "/" + sequence;
+  if (selector.empty()) return (place.empty() ? "" : place + ": ") + text;
+  return selector + " does not run" + (place.empty() ? "" : " on " + place) + ": " + text;
 }
 
 }  // namespace corrsel::core

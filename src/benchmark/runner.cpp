@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "benchmark/example_images.h"
 #include "benchmark/examples.h"
 #include "benchmark/feature_cache.h"
@@ -79,12 +80,20 @@ struct BenchmarkRunner::Putative {
   }
 };
 
+/// What was noticed in this session, so that it is reported once.
+struct Noticed {
+  std::set<std::string> texts;
+  std::set<std::pair<std::string, int>> bits;  ///< dataset, bits of its images
+  std::set<std::string> reduced;               ///< features
+};
+
 struct BenchmarkRunner::Tools {
   std::vector<std::unique_ptr<FeatureExtractor>> extractors;
   FeatureCache features{kFeatureCacheBytes};
   MatchOptions match;
   std::vector<GridSelector> selectors;
   std::unique_ptr<Selector> preselector;
+  Noticed noticed;
 };
 
 BenchmarkRunner::BenchmarkRunner(const BenchmarkConfig& config, RunFolder& folder, RunObserver& observer,
@@ -143,6 +152,41 @@ std::size_t BenchmarkRunner::eachPair(const std::vector<std::unique_ptr<PairSour
   return number;
 }
 
+void BenchmarkRunner::notice(const Remark& remark) {
+  folder_.appendRemark(remark);
+  if (tools_->noticed.texts.insert(remark.selector + ": " + remark.text).second) observer_.noticed(remark);
+}
+
+/// Notices what is done to the images before features are searched.
+void BenchmarkRunner::noticeImages(const ImagePair& pair) {
+  Noticed& noticed = tools_->noticed;
+  if (pair.stretched && noticed.bits.emplace(pair.id.dataset, pair.stretched->bits).second) {
+    notice({pair.id.dataset, "", "", pair.stretched->text()});
+  }
+  if (pair.given) return;
+  struct Reduction {
+    std::vector<std::string> features, limits;
+  };
+  for (const auto& [image, side] : {std::pair{&pair.left, "left"}, std::pair{&pair.right, "right"}}) {
+    std::map<int, Reduction> reductions;  // by width
+    for (const auto& extractor : tools_->extractors) {
+      const int width = extractor->searchedSize(image->size()).width;
+      if (width == image->cols || !noticed.reduced.insert(extractor->name()).second) continue;
+      reductions[width].features.push_back(extractor->name());
+      reductions[width].limits.push_back(extractor->options().front().first + ".max_megapixels");
+    }
+    for (const auto& [width, reduction] : reductions) {
+      const std::string factor = formatNumber(std::round(100.0 * image->cols / width) / 100);
+      const std::string size = std::to_string(image->cols) + "x" + std::to_string(image->rows);
+      notice({"", "", "",
+              "large images are reduced before " + joinList(reduction.features, " and ") +
+                  " search them for features: the " + side + " image of " + pair.id.text() + " (" + size +
+                  " px) to a width of " + std::to_string(width) + " px, by a factor of " + factor +
+                  "; the limit is the option " + joinList(reduction.limits, " and ")});
+    }
+  }
+}
+
 void BenchmarkRunner::recordFailure(const PairId& id, const char* stage, const std::string& error) {
   const Failure failure{id, "", stage, error};
   folder_.appendFailure(failure);
@@ -180,6 +224,7 @@ RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& so
       if (!shard.holds(number) || folder_.isDone(pair.id)) return;
       stage = "run";
       judgeTruth(pair.id);
+      noticeImages(pair);
       runPair(pair, number, watch.seconds());
       if (stop_) return;
       ++state.pairs_done;
@@ -296,6 +341,8 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
           Selection selection =
               usable ? selectorFor(pair, k, repetition).select(putative.matches) : preselected;
           select_seconds += selection.seconds;
+          if (selection.status == Status::kUnsupportedInput)
+            notice({pair.id.dataset, "", spec, selection.message});
           addConfidence(putative.matches, selection);
           const std::vector<ResultRow> judged = judge(pair, putative, cell, spec, repetition, selection);
           rows.insert(rows.end(), judged.begin(), judged.end());

@@ -1,6 +1,7 @@
 #include "benchmark/tables.h"
 
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -185,6 +186,22 @@ const CsvTable<TruthCheck>& truthChecksTable() {
                              csvColumn("n_reading_by_chance", &TruthCheck::n_reading_by_chance),
                          });
   return table;
+}
+
+const CsvTable<Remark>& remarksTable() {
+  static const CsvTable<Remark> table("remarks.csv", {
+                                                         csvColumn("dataset", &Remark::dataset),
+                                                         csvColumn("sequence", &Remark::sequence),
+                                                         csvColumn("selector", &Remark::selector),
+                                                         csvColumn("remark", &Remark::text),
+                                                     });
+  return table;
+}
+
+std::vector<Remark> readRemarks(const std::string& folder) {
+  const std::filesystem::path file = std::filesystem::path(folder) / remarksTable().file();
+  if (!std::filesystem::exists(file)) return {};
+  return remarksTable().intactRows(readTextFile(file.string()));
 }
 
 const CsvTable<ExampleImage>& imagesTable() {

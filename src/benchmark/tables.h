@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "benchmark/csv_table.h"
 #include "benchmark/scaling.h"
@@ -37,5 +38,9 @@ const CsvTable<ScalingRow>& scalingTable();
 const CsvTable<Failure>& failuresTable();
 const CsvTable<TruthCheck>& truthChecksTable();
 const CsvTable<ExampleImage>& imagesTable();
+const CsvTable<Remark>& remarksTable();
+
+/// The remarks of a run's folder; none where it has no file of them.
+std::vector<Remark> readRemarks(const std::string& folder);
 
 }  // namespace corrsel::core

@@ -15,11 +15,14 @@
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
 #include "datasets/image_bytes.h"
+#include "datasets/stretching.h"
 
 namespace corrsel::core {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kEightBits = cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION;
 
 constexpr const char* kImageExtensions[] = {".ppm", ".pgm", ".png",  ".jpg", ".jpeg",
                                             ".bmp", ".tif", ".tiff", ".webp"};
@@ -87,6 +90,24 @@ cv::Matx31d singularValues(const cv::Matx33d& fundamental, double unit) {
   return values;
 }
 
+/// @param flags  of cv::imdecode
+cv::Mat readImage(const std::string& path, const std::string& remedy, int flags) {
+  requireImageFile(path, remedy);
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) fail(path, "the image cannot be opened", "check the permissions of the file");
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(stream), {}};
+  const std::string fault = "the image cannot be decoded: ";
+  if (bytes.empty() || isCutOff(bytes)) throw DatasetError(path + ": " + fault + undecodableCause(bytes));
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, flags);
+  } catch (const cv::Exception& error) {
+    fail(path, fault + error.err, remedy);
+  }
+  if (image.empty()) throw DatasetError(path + ": " + fault + undecodableCause(bytes));
+  return image;
+}
+
 }  // namespace
 
 void requireImageFile(const std::string& path, const std::string& remedy) {
@@ -131,20 +152,17 @@ std::string requireImage(const std::string& stem, const std::string& remedy) {
 }
 
 cv::Mat readImageFile(const std::string& path, const std::string& remedy) {
-  requireImageFile(path, remedy);
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) fail(path, "the image cannot be opened", "check the permissions of the file");
-  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(stream), {}};
-  const std::string fault = "the image cannot be decoded: ";
-  if (bytes.empty() || isCutOff(bytes)) throw DatasetError(path + ": " + fault + undecodableCause(bytes));
-  cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception& error) {
-    fail(path, fault + error.err, remedy);
-  }
-  if (image.empty()) throw DatasetError(path + ": " + fault + undecodableCause(bytes));
-  return image;
+  return readImage(path, remedy, kEightBits);
+}
+
+void readImages(const std::string& left, const std::string& right, const std::string& remedy,
+                ImagePair& pair) {
+  const auto stored = [&remedy](const std::string& path) {
+    return StoredImage{path, [&](bool all_bits) {
+                         return readImage(path, remedy, kEightBits | (all_bits ? cv::IMREAD_ANYDEPTH : 0));
+                       }};
+  };
+  readStretched(stored(left), stored(right), pair);
 }
 
 cv::Matx33d readHomographyFile(const std::string& path, const std::string& remedy) {

@@ -6,7 +6,15 @@
 #include <string>
 #include <vector>
 
+#include "corrsel/image_pair.h"
+
 namespace corrsel::core {
+
+/// Reads both images of a pair as readImageFile() does, except that images that use fewer than their 16 bits
+/// are stretched (readStretched()).
+/// @param left, right  paths
+void readImages(const std::string& left, const std::string& right, const std::string& remedy,
+                ImagePair& pair);
 
 /// Reads an image as it is stored: 8 bit, one channel or three (BGR); deeper images are scaled to 8 bit, an
 /// alpha channel is dropped and an Exif orientation is not applied, since ground truth counts stored pixels.

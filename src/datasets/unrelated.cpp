@@ -107,8 +107,10 @@ ImagePair UnrelatedReader::read(std::size_t index) const {
   const Pair& pair = pairs_.at(index);
   ImagePair result;
   result.id = id(index);
-  result.left = scenes_->read(pair.left).left;
-  result.right = scenes_->read(pair.right).right;
+  const ImagePair left = scenes_->read(pair.left), right = scenes_->read(pair.right);
+  result.left = left.left;
+  result.right = right.right;
+  result.stretched = left.stretched ? left.stretched : right.stretched;
   for (const auto& [image, scene] :
        {std::pair(&result.left, pair.left), std::pair(&result.right, pair.right)}) {
     if (image->empty()) {

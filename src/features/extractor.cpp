@@ -99,6 +99,10 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
   return features;
 }
 
+cv::Size FeatureExtractor::searchedSize(const cv::Size& image) const {
+  return reducedSize(image, detector_->options().max_megapixels);
+}
+
 std::vector<std::pair<std::string, const OptionSet*>> FeatureExtractor::options() const {
   std::vector<std::pair<std::string, const OptionSet*>> result = {{detector_->name(), &detector_->options()}};
   if (descriptor_ != nullptr) result.emplace_back(descriptor_->name(), &descriptor_->options());

@@ -87,11 +87,13 @@ int run(const Arguments& arguments) {
   std::cout << report.text() << std::flush;
   if (arguments.check) return checkTruth(*reader) && report.problems.empty() ? kOk : kProblems;
   std::vector<corrsel::UnreadablePair> problems;
+  std::vector<std::string> remarks;
   const auto progress = [](std::size_t done, std::size_t total, const corrsel::core::PairId& id) {
     std::cout << done << "/" << total << " " << id.text() << std::endl;
   };
   const std::size_t written =
-      corrsel::writeDatasetBag(*reader, arguments.output, arguments.bag, progress, &problems);
+      corrsel::writeDatasetBag(*reader, arguments.output, arguments.bag, progress, &problems, &remarks);
+  for (const std::string& remark : remarks) std::cout << "note: " << remark << "\n";
   for (const corrsel::UnreadablePair& problem : problems) {
     std::cerr << "problem: " << problem.text() << "\n";
   }

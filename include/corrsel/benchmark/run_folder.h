@@ -19,6 +19,16 @@ struct Failure {
   std::string features, stage, error;
 };
 
+/// One row of remarks.csv: something about the input that readers of the results should know.
+struct Remark {
+  std::string dataset, sequence;  ///< empty: all
+  std::string selector;           ///< that could not run there; empty: the remark is on no selector
+  std::string text;               ///< a sentence without its full stop
+
+  /// The whole sentence, for messages to people.
+  std::string sentence() const;
+};
+
 /// Wall time of one stage of the work on a pair: "read", "features", "match", "select", "evaluate".
 struct StageTime {
   std::string stage;
@@ -37,8 +47,9 @@ struct RunState {
 };
 
 /// The folder that a run writes: config.yaml, environment.json, pairs.csv, stages.csv, truth_check.csv,
-/// scaling.csv, failures.csv, images/, summary.csv, summary.json (docs/evaluation.md describes them).
-/// Everything that was appended is on disk when the call returns, so that an interrupted run can be resumed.
+/// scaling.csv, failures.csv, remarks.csv, images/, summary.csv, summary.json (docs/evaluation.md describes
+/// them). Everything that was appended is on disk when the call returns, so that an interrupted run can be
+/// resumed.
 class RunFolder {
  public:
   /// Creates the folder, or resumes the run that it holds. Pairs that were cut off are dropped then, and
@@ -73,9 +84,13 @@ class RunFolder {
 
   void appendFailure(const Failure& failure);
 
+  /// Appends a remark unless the folder has it already. Remarks of earlier sessions are kept.
+  void appendRemark(const Remark& remark);
+
  private:
   std::string path_;
   std::set<PairId> done_;
+  std::set<std::string> remarks_;  ///< lines of remarks.csv
 };
 
 /// Throws RunFolderError where the folder holds no run, or a run of another configuration (the text names the

@@ -25,6 +25,8 @@ class RunObserver {
   /// After the last pair of a sequence whose ground truth is probably not what it was given as, and after the
   /// eighth of a longer one. The counts are those of this session's pairs so far.
   virtual void doubtful(const TruthWarning&) {}
+  /// Something about the input, once per run.
+  virtual void noticed(const Remark&) {}
 };
 
 /// Runs the grid of cells (features, preselection) x selectors over sources of image pairs, pair by pair, and
@@ -65,6 +67,8 @@ class BenchmarkRunner {
                    const std::string& selector, const Selection& selection);
   void runPair(const ImagePair& pair, std::size_t number, double read_seconds);
   void warmUp() const;
+  void notice(const Remark& remark);
+  void noticeImages(const ImagePair& pair);
   void recordFailure(const PairId& id, const char* stage, const std::string& error);
   void judgeTruth(const PairId& next);
 

@@ -47,6 +47,10 @@ class FeatureExtractor {
   /// outside the image, and a mask of another type or size. The message names the value.
   Features extract(const cv::Mat& image, int threads = 1, const FeatureRegion& region = {}) const;
 
+  /// The size to which an image of this size is reduced before features are searched: its own, or a smaller
+  /// one where it has more than the option max_megapixels.
+  cv::Size searchedSize(const cv::Size& image) const;
+
   /// "detector+descriptor".
   const std::string& name() const { return name_; }
 

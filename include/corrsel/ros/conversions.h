@@ -101,8 +101,15 @@ cv_bridge::CvImageConstPtr fromMsg(const sensor_msgs::ImageConstPtr& image);
 /// become grey at once; all others are converted by fromMsg(). Throws what fromMsg() throws.
 cv_bridge::CvImageConstPtr fromMsgForFeatures(const sensor_msgs::ImageConstPtr& image);
 
+/// Converts like fromMsg(), but images of 16 bits (mono, bgr, bgra, and UC with 1, 3 or 4 channels) keep
+/// their values and share the message's data where it has this machine's byte order.
+cv_bridge::CvImageConstPtr fromMsgInAllBits(const sensor_msgs::ImageConstPtr& image);
+
 /// Decodes PNG, JPEG and every other format that OpenCV reads to 8-bit grey or BGR. Throws
 /// std::invalid_argument that names the format if the data cannot be decoded or if a JPEG is cut off.
 cv::Mat fromMsg(const sensor_msgs::CompressedImage& msg);
+
+/// Decodes like fromMsg(), but images of 16 bits keep their values.
+cv::Mat fromMsgInAllBits(const sensor_msgs::CompressedImage& msg);
 
 }  // namespace corrsel

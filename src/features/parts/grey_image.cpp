@@ -9,7 +9,8 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kSixteenToEightBits = 255.0 / 65535.0;
+/// What turns values of this many bits into values of 8 bits.
+double scaleOf(int bits) { return 255.0 / ((1 << bits) - 1); }
 
 /// An image of the given size, 8 bits, one channel, in the memory of the buffer.
 cv::Mat inBuffer(const cv::Size& size, std::vector<std::uint8_t>& buffer) {
@@ -28,11 +29,36 @@ void checkImage(const cv::Mat& image) {
   }
 }
 
-cv::Mat toEightBits(const cv::Mat& image) {
+int largestValue(const cv::Mat& image) {
+  double largest = 0;
+  cv::Mat channel = image;
+  for (int k = 0; k < std::min(image.channels(), 3); ++k) {
+    if (image.channels() > 1) cv::extractChannel(image, channel, k);
+    double value = 0;
+    cv::minMaxLoc(channel, nullptr, &value);
+    largest = std::max(largest, value);
+  }
+  return static_cast<int>(largest);
+}
+
+int significantBits(int largest_value) {
+  int bits = 8;
+  while (bits < kMostBits && largest_value >= (1 << bits)) bits += 2;
+  return bits;
+}
+
+cv::Mat toEightBits(const cv::Mat& image, int bits) {
   if (image.depth() != CV_16U) return image;
   cv::Mat result;
-  image.convertTo(result, CV_8U, kSixteenToEightBits);
+  image.convertTo(result, CV_8U, scaleOf(bits));
   return result;
+}
+
+cv::Size reducedSize(const cv::Size& size, double max_megapixels) {
+  const double scale = std::sqrt(max_megapixels * 1e6 / (static_cast<double>(size.width) * size.height));
+  if (scale >= 1) return size;
+  const auto side = [scale](int length) { return std::max(1, static_cast<int>(length * scale)); };
+  return {side(size.width), side(size.height)};
 }
 
 cv::Mat toGrey(const cv::Mat& image, double max_megapixels, GreyBuffer& buffer) {
@@ -43,12 +69,11 @@ cv::Mat toGrey(const cv::Mat& image, double max_megapixels, GreyBuffer& buffer) 
     cv::cvtColor(toEightBits(image), grey, image.channels() == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
   } else if (image.depth() == CV_16U) {
     grey = inBuffer(image.size(), buffer.grey);
-    image.convertTo(grey, CV_8U, kSixteenToEightBits);
+    image.convertTo(grey, CV_8U, scaleOf(kMostBits));
   }
-  const double scale = std::sqrt(max_megapixels * 1e6 / (static_cast<double>(grey.cols) * grey.rows));
-  if (scale >= 1) return grey;
-  const auto side = [scale](int length) { return std::max(1, static_cast<int>(length * scale)); };
-  cv::Mat reduced = inBuffer({side(grey.cols), side(grey.rows)}, buffer.reduced);
+  const cv::Size size = reducedSize(grey.size(), max_megapixels);
+  if (size == grey.size()) return grey;
+  cv::Mat reduced = inBuffer(size, buffer.reduced);
   cv::resize(grey, reduced, reduced.size(), 0, 0, cv::INTER_AREA);
   return reduced;
 }

@@ -15,10 +15,24 @@ struct GreyBuffer {
 /// from it. Possible are 8 and 16 bits with 1 (grey), 3 (BGR) or 4 (BGRA) channels.
 void checkImage(const cv::Mat& image);
 
-/// An image of 16 bits in 8 bits: a value v becomes v / 257, rounded, so that 65535 becomes 255. The full
-/// range is mapped, as cv_bridge does for mono16; a camera that delivers fewer bits (10 to 14) must shift
-/// them up, or its image is dark. An image of 8 bits is returned as it is.
-cv::Mat toEightBits(const cv::Mat& image);
+constexpr int kMostBits = 16;
+
+/// The largest value of grey or colour; alpha does not count. O(pixels).
+/// @pre checkImage() accepts the image
+int largestValue(const cv::Mat& image);
+
+/// The number of bits of images whose largest value this is: 8, 10, 12, 14 or 16. Cameras deliver these
+/// numbers of bits, and the brightness of the scene hardly changes which one it is.
+int significantBits(int largest_value);
+
+/// An image of 16 bits in 8 bits: a value v becomes 255 v / (2^bits - 1), rounded, and at most 255. With 16
+/// bits this is v / 257, as cv_bridge maps mono16. An image of 8 bits is returned as it is.
+/// @param bits  8 to 16, the same for images that are compared with each other
+cv::Mat toEightBits(const cv::Mat& image, int bits = kMostBits);
+
+/// The size to which toGrey() reduces an image of this size: its own, or a smaller one.
+/// @param max_megapixels  10^6 px
+cv::Size reducedSize(const cv::Size& size, double max_megapixels);
 
 /// The image in grey, with one channel of 8 bits, reduced to at most `max_megapixels` (10^6 px). A grey image
 /// of 8 bits that is small enough is returned as it is, without a copy, even if it is a part of another

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "corrsel/benchmark/runner.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/ros/selector_plugins.h"
@@ -50,8 +51,8 @@ void requestStop(int signal) {
   std::signal(signal, SIG_DFL);
 }
 
-/// Runs a program of this package with one argument and waits for it. @return its exit code, 127 if not found
-int runScript(const std::string& name, const std::string& argument) {
+/// Runs a program of this package and waits for it. @return its exit code, 127 if not found
+int runScript(const std::string& name, const std::vector<std::string>& arguments) {
   std::error_code error;
   const fs::path here = fs::read_symlink("/proc/self/exe", error).parent_path();
   std::vector<fs::path> candidates = {here / name};
@@ -67,7 +68,12 @@ int runScript(const std::string& name, const std::string& argument) {
       const char* const path = std::getenv("PATH");
       // The report calls programs that lie beside this one.
       setenv("PATH", ("/usr/bin:/bin:" + here.string() + ":" + std::string(path ? path : "")).c_str(), 1);
-      execl(candidate.c_str(), candidate.c_str(), argument.c_str(), static_cast<char*>(nullptr));
+      std::vector<std::string> words = arguments;
+      words.insert(words.begin(), candidate.string());
+      std::vector<char*> argv;
+      for (std::string& word : words) argv.push_back(word.data());
+      argv.push_back(nullptr);
+      execv(candidate.c_str(), argv.data());
       _exit(127);
     }
     int status = 0;
@@ -97,7 +103,7 @@ void fetchSamplesIfMissing(const std::string& folder) {
   for (const std::string& image : core::SampleReader::imageNames()) {
     if (fs::exists(fs::path(folder) / image)) continue;
     std::cout << "fetching the sample photographs (Debian's opencv-doc, once, 96 MB)..." << std::endl;
-    if (runScript("fetch_samples.sh", folder) != 0) {
+    if (runScript("fetch_samples.sh", {folder}) != 0) {
       throw core::DatasetError("the sample photographs are missing in " + folder +
                                " and could not be fetched; run: rosrun corrsel fetch_samples.sh");
     }
@@ -132,6 +138,10 @@ std::vector<std::string> datasetBags(const core::BenchmarkConfig& config, const 
     reporter.endLine();
     std::cout << (bag.reused ? "using " : "made ") << bag.path << std::endl;
     if (!bag.reused) folder.appendStage({"bag", watch.seconds()}, name);
+    for (const std::string& remark : bag.remarks) {
+      folder.appendRemark({name, "", "", remark});
+      reporter.noticed({name, "", "", remark});
+    }
     for (const UnreadablePair& problem : bag.problems) {
       const core::Failure failure{problem.id, "", "read", problem.error};
       folder.appendFailure(failure);
@@ -143,13 +153,24 @@ std::vector<std::string> datasetBags(const core::BenchmarkConfig& config, const 
   return bags;
 }
 
-/// @param notes  whether to print what is left out of the bags
-Sources openBags(const std::vector<std::string>& bags, const BagTopics& topics, bool notes) {
+/// @param remarks  what the readers decided and left out is added to it, where it is not null
+Sources openBags(const std::vector<std::string>& bags, const Arguments& arguments,
+                 std::vector<core::Remark>* remarks = nullptr) {
   Sources sources;
   for (const std::string& bag : bags) {
-    std::unique_ptr<BagSource> source = openBag(bag, topics);
-    for (const std::string& note : notes ? source->notes() : std::vector<std::string>()) {
-      std::cout << "note: " << bag << ": " << note << std::endl;
+    std::unique_ptr<BagSource> source = openBag(bag, arguments.bag_topics);
+    std::vector<std::string> notes = source->notes();
+    if (!source->judgedByCalibration().empty()) {
+      std::vector<std::string> tolerances;
+      for (const double tau : arguments.config.tolerances) tolerances.push_back(core::formatNumber(tau));
+      notes.push_back(
+          source->judgedByCalibration() + " (tolerances " + core::joinList(tolerances, ", ") +
+          " px; inliers within " + core::formatNumber(arguments.config.ground_truth_tolerance) +
+          " px): a wrong match near its epipolar line counts as correct, so precision is an upper "
+          "bound");
+    }
+    for (const std::string& note : notes) {
+      if (remarks != nullptr) remarks->push_back({fs::path(bag).stem().string(), "", "", note});
     }
     sources.push_back(std::move(source));
   }
@@ -179,7 +200,7 @@ core::RunState runStages(const Arguments& arguments, const std::vector<std::stri
     reporter.endLine();
   }
   if (arguments.shard.count == 1 && !stop_requested) {
-    runner.drawExamples(openBags(bags, arguments.bag_topics, false));
+    runner.drawExamples(openBags(bags, arguments));
     reporter.endLine();
   }
   state.interrupted = stop_requested;
@@ -190,14 +211,29 @@ core::RunState runStages(const Arguments& arguments, const std::vector<std::stri
   return state;
 }
 
+/// Prints the winners, and with `verbose` the tables of all selectors. Tables of numbers are made by one
+/// program, so that the terminal and the report show the same winners.
+void printResults(const Arguments& arguments) {
+  std::vector<std::string> words = {arguments.output_dir};
+  if (arguments.verbose) words.insert(words.begin(), "--all");
+  std::cout << std::endl;
+  if (runScript("print_results.py", words) != 0) {
+    std::cerr << "the results could not be printed: see the message above; the means are in "
+              << arguments.output_dir << "/summary.csv" << std::endl;
+  } else if (!arguments.verbose) {
+    std::cout << "All selectors and tolerances are in summary.csv; verbose:=true prints them, and so does\n"
+              << "  rosrun corrsel print_results.py --all " << arguments.output_dir << "\n";
+  }
+}
+
 /// Writes the report and prints the guide. @return whether both could be made
 bool writeReport(const core::BenchmarkConfig& config, const std::string& output_dir) {
   const auto shows = [&config](const char* section) {
     return std::find(config.sections.begin(), config.sections.end(), section) != config.sections.end();
   };
-  bool written = !shows("guide") || runScript("guide.py", output_dir) == 0;
+  bool written = !shows("guide") || runScript("guide.py", {output_dir}) == 0;
   if (!written) std::cerr << "the guide could not be made: see the message above" << std::endl;
-  if (runScript("report.py", output_dir) != 0) {
+  if (runScript("report.py", {output_dir}) != 0) {
     std::cerr << "report.html could not be written: see the message above" << std::endl;
     written = false;
   }
@@ -243,7 +279,8 @@ int run(int argc, char** argv) {
 
   const std::optional<ros::NodeHandle> node = initRos(argc, argv, arguments.shard);
   // All input is checked before the folder is made, so that a run that cannot start leaves no folder.
-  Sources sources = openBags(config.bags, arguments.bag_topics, true);
+  std::vector<core::Remark> remarks;
+  Sources sources = openBags(config.bags, arguments, &remarks);
   for (const std::string& other : arguments.merge) core::requireMergeable(other, config);
   core::RunFolder folder(output_dir, config, arguments.resume);
   std::cout << "results folder: " << output_dir << std::endl;
@@ -256,11 +293,15 @@ int run(int argc, char** argv) {
   std::signal(SIGINT, requestStop);
   std::signal(SIGTERM, requestStop);
   Reporter reporter(arguments.verbose, output_dir, node);
+  for (const core::Remark& remark : remarks) {
+    folder.appendRemark(remark);
+    reporter.noticed(remark);
+  }
   std::size_t broken = 0;
   std::vector<std::string> bags = config.bags;
   if (bags.empty()) {
     bags = datasetBags(config, readers, folder, reporter, &broken);
-    sources = openBags(bags, arguments.bag_topics, false);
+    sources = openBags(bags, arguments);
   }
 
   core::RunState state = runStages(arguments, bags, sources, folder, reporter);
@@ -270,8 +311,9 @@ int run(int argc, char** argv) {
   // Those of earlier sessions and merged runs are printed here; those of this session have been already.
   for (const core::TruthWarning& warning : folder.doubtfulTruths()) reporter.doubtful(warning);
   const core::Stopwatch watch;
-  printTable(core::writeSummary(folder, state), config.tableTolerance());
+  core::writeSummary(folder, state);
   folder.appendStage({"summary", watch.seconds()});
+  printResults(arguments);
   std::cout << state.pairs_done << " of " << state.pairs_total << " pairs done, " << state.pairs_failed
             << " failed; peak memory " << state.peak_memory_mib << " MiB\n";
   if (state.interrupted)

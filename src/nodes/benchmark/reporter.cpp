@@ -3,26 +3,16 @@
 #include <ros/master.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <iostream>
 
 #include "base/stopwatch.h"
-#include "base/text.h"
 #include "corrsel/Progress.h"
 #include "corrsel/Score.h"
 #include "corrsel/ros/conversions.h"
 
 namespace corrsel {
 namespace {
-
-std::string percent(double value) {
-  char text[16];
-  std::snprintf(text, sizeof(text), "%6.1f", 100 * value);
-  return std::isnan(value) ? "     -" : text;
-}
 
 /// How many nodes the master lists as subscribers of a topic.
 std::uint32_t knownSubscribers(const std::string& topic) {
@@ -105,6 +95,11 @@ void Reporter::doubtful(const core::TruthWarning& warning) {
   std::cerr << "warning: doubtful ground truth: " << text << std::endl;
 }
 
+void Reporter::noticed(const core::Remark& remark) {
+  printer_.finish();
+  std::cout << "note: " << remark.sentence() << std::endl;
+}
+
 void Reporter::finish(const core::RunState& state) {
   printer_.finish();
   last_.done = state.pairs_done;
@@ -124,33 +119,6 @@ void Reporter::publish(const std::string& state) {
   message.remaining_seconds = last_.remaining;
   message.output_dir = output_dir_;
   progress_publisher_.publish(message);
-}
-
-void printTable(const std::vector<core::SummaryRow>& summary, double tau) {
-  std::string heading;
-  std::size_t longest = 18;
-  for (const core::SummaryRow& row : summary) longest = std::max(longest, row.selector.size());
-  const int width = static_cast<int>(longest);
-  for (const core::SummaryRow& row : summary) {
-    if (!std::isnan(row.tau) && row.tau != tau) continue;
-    const std::string group = row.dataset + ", " + row.features + ", preselection " + row.preselection;
-    if (group != heading) {
-      heading = group;
-      std::cout << "\n"
-                << group << (std::isnan(row.tau) ? "" : ", tau = " + core::formatNumber(tau) + " px") << "\n";
-      std::printf("  %-*s %5s %6s %6s %6s   %-14s %10s %10s\n", width, "selector", "pairs", "P %", "R %",
-                  "F %", "95 % of F", "median ms", "p95 ms");
-    }
-    if (row.pairs == 0 && std::isnan(row.select_median)) {
-      std::printf("  %-*s %5s  unsupported input\n", width, row.selector.c_str(), "-");
-      continue;
-    }
-    std::printf("  %-*s %5zu %s %s %s   %s..%s %10.3f %10.3f\n", width, row.selector.c_str(), row.pairs,
-                percent(row.precision).c_str(), percent(row.recall_paper).c_str(),
-                percent(row.f_paper).c_str(), percent(row.f_low).c_str(), percent(row.f_high).c_str(),
-                1e3 * row.select_median, 1e3 * row.select_p95);
-  }
-  std::cout << std::endl;
 }
 
 }  // namespace corrsel

@@ -25,6 +25,7 @@ class Reporter : public core::RunObserver {
   void judged(const std::vector<core::ResultRow>& rows) override;
   void failed(const core::Failure& failure) override;
   void doubtful(const core::TruthWarning& warning) override;
+  void noticed(const core::Remark& remark) override;
 
   /// Publishes the outcome: "finished", "interrupted" or "failed", with the pairs of the run and not those of
   /// its last stage.
@@ -44,8 +45,5 @@ class Reporter : public core::RunObserver {
   std::optional<ros::NodeHandle> node_;
   ros::Publisher progress_publisher_, score_publisher_;
 };
-
-/// Prints the summary at one tolerance (and labelled rows), one table per dataset, features and preselection.
-void printTable(const std::vector<core::SummaryRow>& summary, double tau);
 
 }  // namespace corrsel

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Must be raised whenever the content of the bags changes.
-constexpr char kFormat[] = "5";
+constexpr char kFormat[] = "6";
 
 /// Whether a file name is prefix + fingerprint + ".bag", with or without a further ending. The bags of
 /// "set-2" must not be taken for those of "set".
@@ -55,9 +55,11 @@ CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset
   const std::string prefix = core::safeFileName(dataset) + "-";
   CachedBag bag;
   bag.path = (fs::path(folder) / (prefix + fingerprint.text() + ".bag")).string();
-  const fs::path incomplete = bag.path + ".incomplete";
+  const fs::path incomplete = bag.path + ".incomplete", remarks = bag.path + ".remarks";
   if (fs::exists(bag.path) && !fs::exists(incomplete)) {
     bag.reused = true;
+    std::ifstream lines(remarks);
+    for (std::string line; std::getline(lines, line);) bag.remarks.push_back(line);
     return bag;
   }
   const std::string own = fs::path(bag.path).filename().string();
@@ -68,7 +70,10 @@ CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset
   }
   // Other processes may make the same bag now: each writes a file of its own, and the last one's stays.
   const std::string written = bag.path + "-" + std::to_string(::getpid());
-  if (writeDatasetBag(reader, written, {}, progress, &bag.problems) > 0) fs::rename(written, bag.path);
+  const bool any = writeDatasetBag(reader, written, {}, progress, &bag.problems, &bag.remarks) > 0;
+  fs::remove(remarks, error);
+  if (!bag.remarks.empty()) std::ofstream(remarks) << core::joinList(bag.remarks, "\n") << "\n";
+  if (any) fs::rename(written, bag.path);
   fs::remove(incomplete, error);
   if (bag.problems.empty()) return bag;
   std::ofstream list(incomplete);

@@ -15,6 +15,7 @@ std::string cacheFolder();
 struct CachedBag {
   std::string path;
   std::vector<UnreadablePair> problems;
+  std::vector<std::string> remarks;  ///< on the images, see writeDatasetBag(); also of a bag that is reused
   bool reused = false;
 };
 

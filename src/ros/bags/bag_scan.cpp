@@ -229,4 +229,11 @@ std::string count(std::size_t n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
 }
 
+std::string calibrationText(std::size_t judged, std::size_t pairs, const Calibration& left,
+                            const Calibration& right) {
+  if (judged == 0) return "";
+  return std::to_string(judged) + " of " + count(pairs, "pair") + (judged == 1 ? " is" : " are") +
+         " judged by camera_info on " + left.topic + " and " + right.topic;
+}
+
 }  // namespace corrsel

@@ -106,4 +106,8 @@ std::string secondsText(std::int64_t nanoseconds);
 /// "1 message", "2 messages"
 std::string count(std::size_t n, const std::string& noun);
 
+/// "3 of 4 pairs are judged by camera_info on LEFT and RIGHT"; empty where it is none.
+std::string calibrationText(std::size_t judged, std::size_t pairs, const Calibration& left,
+                            const Calibration& right);
+
 }  // namespace corrsel

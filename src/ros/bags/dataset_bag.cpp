@@ -14,6 +14,7 @@
 
 #include "corrsel/datasets/reader.h"
 #include "corrsel/ros/conversions.h"
+#include "datasets/stretching.h"
 #include "ros/bags/bag_topics.h"
 
 namespace corrsel {
@@ -40,7 +41,7 @@ struct DatasetBagSource::Impl {
   explicit Impl(BagFile bag);
   static Item read(const rosbag::MessageInstance& message);
   bool nextGroup(ros::Time& stamp, Group& group, std::string& problem);
-  cv::Mat image(const Group& group, const std::string& topic, const core::PairId& id) const;
+  core::StoredImage image(const Group& group, const std::string& topic, const core::PairId& id) const;
   void build(const ros::Time& stamp, const Group& group, core::ImagePair& pair) const;
 
   BagFile file;
@@ -106,16 +107,19 @@ bool DatasetBagSource::Impl::nextGroup(ros::Time& stamp, Group& group, std::stri
   return !group.empty();
 }
 
-cv::Mat DatasetBagSource::Impl::image(const Group& group, const std::string& topic,
-                                      const core::PairId& id) const {
-  const auto found = group.find(topic);
-  if (found == group.end()) fail(id.text() + ": no message on " + topic);
-  try {
-    if (found->second.raw) return fromMsg(found->second.raw)->image.clone();
-    return fromMsg(*found->second.compressed);
-  } catch (const std::invalid_argument& error) {
-    fail(id.text() + ": " + topic + ": " + error.what());
-  }
+core::StoredImage DatasetBagSource::Impl::image(const Group& group, const std::string& topic,
+                                                const core::PairId& id) const {
+  return {topic, [&group, &topic, &id](bool all_bits) -> cv::Mat {
+            const auto found = group.find(topic);
+            if (found == group.end()) fail(id.text() + ": no message on " + topic);
+            const Item& item = found->second;
+            try {
+              if (!item.raw) return all_bits ? fromMsgInAllBits(*item.compressed) : fromMsg(*item.compressed);
+              return (all_bits ? fromMsgInAllBits(item.raw) : fromMsg(item.raw))->image.clone();
+            } catch (const std::invalid_argument& error) {
+              fail(id.text() + ": " + topic + ": " + error.what());
+            }
+          }};
 }
 
 void DatasetBagSource::Impl::build(const ros::Time& stamp, const Group& group, core::ImagePair& pair) const {
@@ -145,8 +149,7 @@ void DatasetBagSource::Impl::build(const ros::Time& stamp, const Group& group, c
   }
   const bool images = group.count(left_topic) != 0 || group.count(right_topic) != 0;
   if (pair.given && !images) return;
-  pair.left = image(group, left_topic, pair.id);
-  pair.right = image(group, right_topic, pair.id);
+  core::readStretched(image(group, left_topic, pair.id), image(group, right_topic, pair.id), pair);
 }
 
 DatasetBagSource::Impl::Impl(BagFile bag) : file(std::move(bag)) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 #include "base/text.h"
@@ -127,8 +128,9 @@ void DatasetBagWriter::close() {
 
 std::size_t writeDatasetBag(const core::DatasetReader& reader, const std::string& path,
                             const DatasetBagOptions& options, const BagProgress& progress,
-                            std::vector<UnreadablePair>* problems) {
+                            std::vector<UnreadablePair>* problems, std::vector<std::string>* remarks) {
   DatasetBagWriter writer(path, options);
+  std::set<int> stretched;
   std::size_t written = 0;
   for (std::size_t i = 0; i < reader.size(); ++i) {
     std::optional<core::ImagePair> pair;
@@ -138,6 +140,8 @@ std::size_t writeDatasetBag(const core::DatasetReader& reader, const std::string
       if (problems != nullptr) problems->push_back({reader.id(i), error.what()});
     }
     if (pair) {
+      const bool noticed = pair->stretched && stretched.insert(pair->stretched->bits).second;
+      if (noticed && remarks != nullptr) remarks->push_back(pair->stretched->text());
       writer.write(*pair);
       ++written;
     }

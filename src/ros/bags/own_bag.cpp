@@ -12,6 +12,7 @@
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/ros/conversions.h"
+#include "datasets/stretching.h"
 #include "ros/bags/bag_scan.h"
 #include "ros/bags/rig_truth.h"
 #include "ros/bags/stereo_rig.h"
@@ -90,7 +91,7 @@ struct OwnBagSource::Impl {
   void checkSizes() const;
   [[noreturn]] void failUnpaired(const Partners& found) const;
   [[noreturn]] void failUnjudged(const Partners& found) const;
-  cv::Mat image(const Camera& camera, const Stamped& message) const;
+  cv::Mat image(const Camera& camera, const Stamped& message, bool all_bits) const;
   void read(const Pair& from, core::ImagePair& pair) const;
 };
 
@@ -229,8 +230,8 @@ void OwnBagSource::Impl::checkSizes() const {
   if (first == pairs.end()) return;
   cv::Mat left_image, right_image;
   try {
-    left_image = image(left, first->left);
-    right_image = image(right, first->right);
+    left_image = image(left, first->left, false);
+    right_image = image(right, first->right, false);
   } catch (const std::exception&) {  // next() reports it
     return;
   }
@@ -246,13 +247,13 @@ void OwnBagSource::Impl::checkSizes() const {
 }
 
 /// Throws std::invalid_argument or an exception of rosbag.
-cv::Mat OwnBagSource::Impl::image(const Camera& camera, const Stamped& message) const {
+cv::Mat OwnBagSource::Impl::image(const Camera& camera, const Stamped& message, bool all_bits) const {
   if (file.has(camera.topic, kImageType)) {
-    const auto raw = message.message.instantiate<sensor_msgs::Image>();
-    if (raw != nullptr) return fromMsg(sensor_msgs::ImageConstPtr(raw))->image.clone();
+    const sensor_msgs::ImageConstPtr raw = message.message.instantiate<sensor_msgs::Image>();
+    if (raw != nullptr) return (all_bits ? fromMsgInAllBits(raw) : fromMsg(raw))->image.clone();
   } else {
     const auto compressed = message.message.instantiate<sensor_msgs::CompressedImage>();
-    if (compressed != nullptr) return fromMsg(*compressed);
+    if (compressed != nullptr) return all_bits ? fromMsgInAllBits(*compressed) : fromMsg(*compressed);
   }
   throw std::invalid_argument("has type " + message.message.getDataType() + " with checksum " +
                               message.message.getMD5Sum());
@@ -263,12 +264,18 @@ void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
   pair.id = file.idAt(from.left.stamp);
   const std::string* topic = &left.topic;
   try {
-    pair.left = image(left, from.left);
-    if (!from.truth) pair.left = rig->rectifyLeft(pair.left);
-    topic = &right.topic;
-    pair.right = image(right, from.right);
-    if (!from.truth) pair.right = rig->rectifyRight(pair.right);
+    const auto stored = [&](const Camera& camera, const Stamped& message) {
+      return core::StoredImage{camera.topic, [&](bool all_bits) {
+                                 topic = &camera.topic;
+                                 return image(camera, message, all_bits);
+                               }};
+    };
+    core::readStretched(stored(left, from.left), stored(right, from.right), pair);
     if (!from.truth) {
+      topic = &left.topic;
+      pair.left = rig->rectifyLeft(pair.left);
+      topic = &right.topic;
+      pair.right = rig->rectifyRight(pair.right);
       pair.truth = truthOf(*rig);
       pair.other_readings = other_declarations;
       return;
@@ -291,7 +298,12 @@ OwnBagSource::Impl::Impl(BagFile bag, const BagTopics& topics, std::vector<std::
 }
 
 OwnBagSource::OwnBagSource(BagFile file, const BagTopics& topics)
-    : impl_(std::make_unique<Impl>(std::move(file), topics, notes_)) {}
+    : impl_(std::make_unique<Impl>(std::move(file), topics, notes_)) {
+  const auto by_rig = std::count_if(impl_->pairs.begin(), impl_->pairs.end(),
+                                    [](const Impl::Pair& pair) { return !pair.truth.has_value(); });
+  judged_by_calibration_ = calibrationText(static_cast<std::size_t>(by_rig), impl_->pairs.size(),
+                                           impl_->left.calibration, impl_->right.calibration);
+}
 
 OwnBagSource::~OwnBagSource() = default;
 

@@ -139,6 +139,7 @@ struct RecordedMatchesSource::Impl {
   std::vector<core::OtherReading> other_declarations;  ///< of the rig's images
   std::string rig_problem;                             ///< why there is no rig
   std::vector<Pair> pairs;
+  std::string by_calibration;  ///< text on the pairs that the rig judges
   std::size_t position = 0;
 
   Impl(BagFile bag, const BagTopics& topics, std::vector<std::string>& all_notes);
@@ -339,10 +340,7 @@ void RecordedMatchesSource::Impl::makePairs() {
     notes.push_back(std::to_string(judged.size()) + " of " + count(pairs.size(), "pair") + " are judged by " +
                     truth_topic);
   }
-  if (by_rig > 0) {
-    notes.push_back(std::to_string(by_rig) + " of " + count(pairs.size(), "pair") +
-                    " are judged by camera_info on " + left.topic + " and " + right.topic);
-  }
+  by_calibration = calibrationText(by_rig, pairs.size(), left, right);
   if (judged.size() + by_rig == pairs.size()) return;
   notes.push_back(std::to_string(pairs.size() - judged.size() - by_rig) + " of " +
                   count(pairs.size(), "pair") +
@@ -373,7 +371,9 @@ RecordedMatchesSource::Impl::Impl(BagFile bag, const BagTopics& topics, std::vec
 }
 
 RecordedMatchesSource::RecordedMatchesSource(BagFile file, const BagTopics& topics)
-    : impl_(std::make_unique<Impl>(std::move(file), topics, notes_)) {}
+    : impl_(std::make_unique<Impl>(std::move(file), topics, notes_)) {
+  judged_by_calibration_ = impl_->by_calibration;
+}
 
 RecordedMatchesSource::~RecordedMatchesSource() = default;
 

@@ -7,6 +7,7 @@
 
 #include "base/stopwatch.h"
 #include "corrsel/ros/conversions.h"
+#include "features/parts/grey_image.h"
 
 namespace corrsel {
 namespace {
@@ -61,6 +62,16 @@ boost::shared_ptr<Correspondences> LiveMatcher::match(const ImageSet& images, co
   return images.right ? matchPair(images, settings) : matchSequence(images, settings);
 }
 
+void LiveMatcher::countBits(const cv::Mat& image) {
+  if (image.depth() != CV_16U || bits_ == core::kMostBits) return;
+  bits_ = std::max(bits_, core::significantBits(core::largestValue(image)));
+}
+
+/// Images that use all bits are scaled by the extractor, without a copy of the image.
+cv::Mat LiveMatcher::inUsedBits(const cv::Mat& image) const {
+  return bits_ < core::kMostBits ? core::toEightBits(image, bits_) : image;
+}
+
 boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images, const Settings& settings) {
   PairInfo info = infoOf(images, settings, images.waiting.seconds());
   info.right_stamp = images.right->header.stamp;
@@ -70,9 +81,12 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
                                    right = fromMsgForFeatures(images.right);
   const core::FeatureRegion left_region = region(images.left_mask, settings.area, left->image.size()),
                             right_region = region(images.right_mask, settings.area, right->image.size());
+  countBits(left->image);
+  countBits(right->image);
+  const cv::Mat left_pixels = inUsedBits(left->image), right_pixels = inUsedBits(right->image);
   const double conversion_seconds = watch.seconds();
   const auto features =
-      core::extractPair(*settings.extractor, left->image, right->image, threads_, left_region, right_region);
+      core::extractPair(*settings.extractor, left_pixels, right_pixels, threads_, left_region, right_region);
   info.seconds.detect = features.first.detect_seconds + features.second.detect_seconds;
   info.seconds.describe = features.first.describe_seconds + features.second.describe_seconds;
   return finish(features.first, features.second, settings.match, threads_, conversion_seconds, info);
@@ -84,9 +98,10 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
   const core::Stopwatch watch;
   const cv_bridge::CvImageConstPtr image = fromMsgForFeatures(images.left);
   const core::FeatureRegion where = region(images.left_mask, settings.area, image->image.size());
+  countBits(image->image);
+  const cv::Mat pixels = inUsedBits(image->image);
   const double conversion_seconds = watch.seconds();
-  auto features =
-      std::make_shared<core::Features>(settings.extractor->extract(image->image, threads_, where));
+  auto features = std::make_shared<core::Features>(settings.extractor->extract(pixels, threads_, where));
   info.seconds.detect = features->detect_seconds;
   info.seconds.describe = features->describe_seconds;
 

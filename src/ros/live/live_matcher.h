@@ -2,7 +2,7 @@
 
 #include <boost/shared_ptr.hpp>
 #include <memory>
-#include <opencv2/core/types.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "corrsel/Correspondences.h"
 #include "corrsel/features/extractor.h"
@@ -14,7 +14,11 @@ namespace corrsel {
 
 /// Turns the images of live cameras into messages with putative matches. An image without a partner is
 /// matched with an earlier one of the same camera; the newer image is then the left side of the message and
-/// the earlier one its right side. Not thread-safe.
+/// the earlier one its right side.
+///
+/// Images of 16 bits that use fewer of them are scaled by the number of bits that the largest value so far
+/// needed (8, 10, 12, 14 or 16), for all cameras alike. It never falls, so that the scale does not change
+/// with the light. Not thread-safe.
 class LiveMatcher {
  public:
   struct Settings {
@@ -36,8 +40,12 @@ class LiveMatcher {
  private:
   boost::shared_ptr<Correspondences> matchPair(const ImageSet& images, const Settings& settings);
   boost::shared_ptr<Correspondences> matchSequence(const ImageSet& images, const Settings& settings);
+  void countBits(const cv::Mat& image);
+
+  cv::Mat inUsedBits(const cv::Mat& image) const;
 
   const int threads_;
+  int bits_ = 8;  ///< of images of 16 bits, so far
   core::Sequence sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_
 };

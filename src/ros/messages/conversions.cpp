@@ -23,6 +23,7 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kFrameNumbers = std::tuple_size<core::AffineFrame>::value;
+constexpr int kEightBits = cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION;
 constexpr std::uint32_t kMaxImageSide = 1u << 20;  // px; OpenCV reads images up to this
 
 [[noreturn]] void refuse(const std::string& message, const std::string& field, const std::string& what) {
@@ -128,6 +129,28 @@ sensor_msgs::ImageConstPtr checked(const sensor_msgs::ImageConstPtr& image) {
   const int depth = enc::bitDepth(image->encoding);
   requirePixels(*image, static_cast<std::size_t>(enc::numChannels(image->encoding) * depth / 8));
   return inNativeOrder(image, depth);
+}
+
+/// @param flags  of cv::imdecode
+cv::Mat decoded(const sensor_msgs::CompressedImage& msg, int flags) {
+  cv::Mat image;
+  if (core::isCutOff(msg.data)) {
+    throw std::invalid_argument("compressed image of format '" + msg.format + "', " +
+                                std::to_string(msg.data.size()) + " bytes, is cut off");
+  }
+  if (!msg.data.empty()) {
+    try {
+      // Orientation tags are ignored: ground truth refers to the pixels as they are stored.
+      image = cv::imdecode(msg.data, flags);
+    } catch (const cv::Exception& error) {
+      throw std::invalid_argument("compressed image of format '" + msg.format + "': " + error.what());
+    }
+  }
+  if (image.empty()) {
+    throw std::invalid_argument("compressed image of format '" + msg.format + "', " +
+                                std::to_string(msg.data.size()) + " bytes, cannot be decoded");
+  }
+  return image;
 }
 
 }  // namespace
@@ -406,25 +429,18 @@ cv_bridge::CvImageConstPtr fromMsgForFeatures(const sensor_msgs::ImageConstPtr& 
   }
 }
 
-cv::Mat fromMsg(const sensor_msgs::CompressedImage& msg) {
-  cv::Mat image;
-  if (core::isCutOff(msg.data)) {
-    throw std::invalid_argument("compressed image of format '" + msg.format + "', " +
-                                std::to_string(msg.data.size()) + " bytes, is cut off");
-  }
-  if (!msg.data.empty()) {
-    try {
-      // Orientation tags are ignored: ground truth refers to the pixels as they are stored.
-      image = cv::imdecode(msg.data, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
-    } catch (const cv::Exception& error) {
-      throw std::invalid_argument("compressed image of format '" + msg.format + "': " + error.what());
-    }
-  }
-  if (image.empty()) {
-    throw std::invalid_argument("compressed image of format '" + msg.format + "', " +
-                                std::to_string(msg.data.size()) + " bytes, cannot be decoded");
-  }
-  return image;
+cv_bridge::CvImageConstPtr fromMsgInAllBits(const sensor_msgs::ImageConstPtr& image) {
+  namespace enc = sensor_msgs::image_encodings;
+  static const std::set<std::string> kDeep = {enc::MONO16,     enc::BGR16,      enc::BGRA16,
+                                              enc::TYPE_16UC1, enc::TYPE_16UC3, enc::TYPE_16UC4};
+  return kDeep.count(image->encoding) != 0 ? fromMsgForFeatures(image) : fromMsg(image);
+}
+
+cv::Mat fromMsg(const sensor_msgs::CompressedImage& msg) { return decoded(msg, kEightBits); }
+
+cv::Mat fromMsgInAllBits(const sensor_msgs::CompressedImage& msg) {
+  cv::Mat image = decoded(msg, kEightBits | cv::IMREAD_ANYDEPTH);
+  return image.depth() == CV_8U || image.depth() == CV_16U ? image : fromMsg(msg);
 }
 
 }  // namespace corrsel
