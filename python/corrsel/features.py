@@ -173,7 +173,8 @@ def extract(image, features="orb+orb", *, mask=None, area=None, threads=1, **alg
 
     image        uint8 or uint16: height x width (grey), height x width x 3 (BGR, as OpenCV reads it) or x 4 (BGRA).
                  Grey uint8 is used without a copy where the elements of a row are adjacent, as in image[y:y2, x:x2]. A
-                 value v of uint16 becomes v / 257, rounded: 65535 becomes 255
+                 value v of uint16 becomes v / 257, rounded: 65535 becomes 255. Shift the values of a camera with 10,
+                 12 or 14 bits up first, by image << (16 - bits), or its images are dark
     features     "detector+descriptor", e.g. "orb+orb" or "hessian_affine+sift": see extractor_names()
     mask         height x width, bool or uint8: features whose centre lies on a zero are dropped
     area         (x, y, width, height), px: only this part is looked at; what reaches over the image is cut off

@@ -5,6 +5,7 @@ from .compared import dataset_notes, paper_dataset, paper_winner
 from .markup import breakable, dataset_html, paragraph, sources, table
 from .paper import SOURCE
 from .scopes import is_main
+from .remarks import remark_sentences
 from .selectors import BASELINE, is_baseline
 from .standings import standing
 from .words import (
@@ -256,6 +257,10 @@ def html(run, figures):
     out = [table(caption, head, [summary_row(run, g) for g in groups], "overview", long=len(groups) > 12)]
     out.append(sources(run, "summary.csv", "pairs.csv"))
     out += [paragraph(esc(note), "small") for note in dataset_notes(run, [g.dataset for g in groups])]
+    if run.remarks:
+        items = "".join("<li>%s</li>" % esc(text) for text in remark_sentences(run))
+        out.append('%s<ul class="findings">%s</ul>' % (paragraph("Remarks on the input:", "small"), items))
+        out.append(sources(run, "remarks.csv"))
     if findings_in_place(run):
         groups = [g for g in groups if is_main(run, g)][:MAX_FINDINGS]
     out.append('<ul class="findings">%s</ul>' % "".join("<li>%s</li>" % sentence(run, g) for g in groups))

@@ -305,7 +305,8 @@ class Run:
 
     def unsupported_reason(self, group, selector):
         """Return why a selector could not run on a group; None where the run did not record it."""
-        found = (r for r in self.remarks if r["selector"] == selector and r["dataset"] == group.dataset)
+        names = (selector, "preselection by %s" % group.preselection)
+        found = (r for r in self.remarks if r["selector"] in names and r["dataset"] == group.dataset)
         return next((row["remark"] for row in found), None)
 
     def pair_names(self, group):

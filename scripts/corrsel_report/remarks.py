@@ -12,7 +12,7 @@ def remark_sentences(run):
     for (selector, remark), where in places.items():
         names = ", ".join(filter(None, where))
         if selector:
-            out.append("%s did not run%s: %s." % (selector, " on %s" % names if names else "", remark))
+            out.append("%s does not run%s: %s." % (selector, " on %s" % names if names else "", remark))
         else:
             out.append("%s%s." % (names + ": " if names else "", remark))
     return out

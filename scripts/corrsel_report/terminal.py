@@ -65,9 +65,14 @@ def winners_row(run, group):
     ]
 
 
+def ran(run, group):
+    """Tell whether any selector could run on a group."""
+    return not all(run.unsupported(group, selector) for selector in run.selectors_of(group))
+
+
 def winners_lines(run):
     """Return the table of the winners, one line per dataset, features and preselection."""
-    groups = [group for group in run.groups if group in run.means]
+    groups = [group for group in run.groups if group in run.means and ran(run, group)]
     if not groups:
         return ["No pair with ground truth was evaluated."]
     taus = OrderedDict.fromkeys(map(run.tau, groups))
@@ -124,5 +129,5 @@ def text(run, everything):
     lines = winners_lines(run) + remark_lines(run)
     if everything:
         for group in OrderedDict.fromkeys(list(run.rows) + list(run.means)):
-            lines += group_lines(run, group)
+            lines += group_lines(run, group) if ran(run, group) else []
     return "\n".join(lines)

@@ -332,6 +332,7 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
       const Selection preselected = preselect ? tools_->preselector->select(input.matches) : Selection{};
       select_seconds += preselected.seconds;
       const bool usable = preselected.status != Status::kUnsupportedInput;
+      if (!usable) notice({pair.id.dataset, "", "preselection by " + preselection, preselected.message});
       const Putative putative = preselect && usable ? input.survivors(preselected.mask) : input;
       for (std::size_t k = 0; k < tools_->selectors.size(); ++k) {
         const std::string& spec = tools_->selectors[k].spec;
@@ -341,7 +342,7 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
           Selection selection =
               usable ? selectorFor(pair, k, repetition).select(putative.matches) : preselected;
           select_seconds += selection.seconds;
-          if (selection.status == Status::kUnsupportedInput)
+          if (selection.status == Status::kUnsupportedInput && usable)
             notice({pair.id.dataset, "", spec, selection.message});
           addConfidence(putative.matches, selection);
           const std::vector<ResultRow> judged = judge(pair, putative, cell, spec, repetition, selection);

@@ -44,10 +44,7 @@ class PairFolder {
       requireNames();
       const std::string left = requireImage(file("left"), kRemedy),
                         right = requireImage(file("right"), kRemedy);
-      if (decode) {
-        pair.left = readImageFile(left, kRemedy);
-        pair.right = readImageFile(right, kRemedy);
-      }
+      if (decode) readImages(left, right, kRemedy, pair);
     }
     if (!listed) return pair;
     Correspondences matches = list.matches;

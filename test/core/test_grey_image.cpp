@@ -45,6 +45,38 @@ TEST(GreyImage, EveryValueOfSixteenBitsIsRounded) {
   }
 }
 
+TEST(GreyImage, BitsAreThoseOfCameras) {
+  for (const auto& [largest, bits] : {std::pair{0, 8},
+                                      {255, 8},
+                                      {256, 10},
+                                      {1023, 10},
+                                      {1024, 12},
+                                      {4095, 12},
+                                      {4096, 14},
+                                      {16383, 14},
+                                      {16384, 16},
+                                      {65535, 16}}) {
+    EXPECT_EQ(significantBits(largest), bits) << largest;
+  }
+}
+
+TEST(GreyImage, FewerBitsAreStretched) {
+  cv::Mat image(64, 64, CV_16U);
+  for (int v = 0; v < 4096; ++v) image.at<std::uint16_t>(v / 64, v % 64) = std::uint16_t(v);
+  EXPECT_EQ(largestValue(image), 4095);
+  const cv::Mat eight = toEightBits(image, 12);
+  for (int v = 0; v < 4096; ++v)
+    ASSERT_EQ(eight.at<std::uint8_t>(v / 64, v % 64), std::lround(v * 255 / 4095.0));
+  EXPECT_EQ(toEightBits(image, 10).at<std::uint8_t>(63, 63), 255);
+}
+
+TEST(GreyImage, LargestValueIsThatOfColourAndNotOfAlpha) {
+  cv::Mat image(5, 6, CV_16UC4, cv::Scalar(1, 2, 3, 65535));
+  EXPECT_EQ(largestValue(image), 3);
+  image.at<cv::Vec4w>(4, 5)[0] = 700;
+  EXPECT_EQ(largestValue(image), 700);
+}
+
 TEST(GreyImage, ColourIsThatOfOpenCV) {
   GreyBuffer buffer;
   for (const auto& [channels, code] :

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -276,6 +277,52 @@ TEST_F(PairFolders, OddNamesOfScenesComeThroughUnharmed) {
   }
   std::sort(expected.begin(), expected.end());
   EXPECT_EQ(seen, expected);
+}
+
+/// Values up to `largest`, in an image whose values rise from left to right.
+cv::Mat ramp(int type, int largest) {
+  cv::Mat image(4, 64, type);
+  for (int x = 0; x < image.cols; ++x)
+    image.col(x).setTo(cv::Scalar::all(double(largest) * x / (image.cols - 1)));
+  return image;
+}
+
+TEST_F(PairFolders, ImagesThatUseFewerThanSixteenBitsAreStretchedAlike) {
+  for (const int type : {CV_16U, CV_16UC3}) {
+    fs::create_directories(root_ / "deep");
+    cv::imwrite(path("deep/left.png"), ramp(type, 4095));
+    cv::imwrite(path("deep/right.png"), ramp(type, 900));  // the same camera, in the dark
+    write("deep/H.txt", "1 0 5\n0 1 0\n0 0 1\n");
+    const ImagePair pair = PairFolderReader("pairs", path()).read(0);
+    ASSERT_EQ(pair.left.depth(), CV_8U);
+    EXPECT_EQ(pair.left.channels(), CV_MAT_CN(type));
+    EXPECT_EQ(pair.left.ptr(0, 63)[0], 255);
+    EXPECT_EQ(pair.right.ptr(0, 63)[0], std::lround(900 * 255 / 4095.0));
+    ASSERT_TRUE(pair.stretched.has_value());
+    EXPECT_EQ(pair.stretched->bits, 12);
+    EXPECT_TRUE(contains(pair.stretched->text(), "values up to 4095 in " + path("deep/left.png")))
+        << pair.stretched->text();
+  }
+}
+
+TEST_F(PairFolders, ImagesThatUseAllBitsAreScaledByTheDecoder) {
+  for (const char* extension : {".png", ".tif", ".pgm"}) {
+    const std::string name = std::string("deep") + extension;
+    fs::create_directories(root_ / name);
+    for (const char* side : {"/left", "/right"})
+      cv::imwrite(path(name + side + extension), ramp(CV_16U, 65000));
+    write(name + "/H.txt", "1 0 5\n0 1 0\n0 0 1\n");
+  }
+  const PairFolderReader reader("pairs", path());
+  ASSERT_EQ(reader.size(), 3U);
+  for (std::size_t i = 0; i < reader.size(); ++i) {
+    const ImagePair pair = reader.read(i);
+    const std::string name = pair.id.sequence;
+    EXPECT_FALSE(pair.stretched.has_value());
+    const cv::Mat expected = cv::imread(path(name + "/left" + name.substr(4)),
+                                        cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    EXPECT_EQ(cv::norm(pair.left, expected, cv::NORM_INF), 0) << name;
+  }
 }
 
 }  // namespace

@@ -284,6 +284,15 @@ class ReportTest(unittest.TestCase):
         self.assertNotRegex(row[1]["text"], r"\d")
         self.assertIn(">unsupported</text>", text)
 
+    def test_remarks_are_shown_and_give_the_reason_of_what_is_unsupported(self):
+        rows = [("adelaidermf", "", "nnsr", "nnsr needs the column distance"), ("sample", "", "", "is <odd>")]
+        rows = [dict(zip(reading.REMARKS_HEADER, row)) for row in rows]
+        write_csv(self.folder / "remarks.csv", reading.REMARKS_HEADER, rows)
+        text = self.make()
+        self.assertIn("<li>nnsr does not run on adelaidermf: nnsr needs the column distance.</li>", text)
+        self.assertIn("<li>sample: is &lt;odd&gt;.</li>", text)
+        self.assertIn("unsupported: nnsr needs the column distance", text)
+
     def test_unsupported_is_text_even_where_the_summary_has_numbers(self):
         with (self.folder / "summary.csv").open("a", newline="") as stream:
             row = summary_row("adelaidermf", "given", "nnsr", "", (0.99, 0.99, 0.99, 0.99, 1e-9))
@@ -436,7 +445,8 @@ class ReportTest(unittest.TestCase):
         text = self.make()
         row = Page(text).table("Pairs left out of the means")[1]
         self.assertEqual([c["text"] for c in row][:3], ["sample", "empty", "1-2"])
-        self.assertIn("1 pair without any ground-truth inlier is left out of the means.", text)
+        self.assertEqual(row[5]["text"], "no correct putative match")
+        self.assertIn("1 of 4 pairs is not in the means: 1 has no correct putative match.", text)
 
     def test_status_counts_do_not_multiply_by_tolerance(self):
         rows = Page(self.make()).table("How the selections ended")

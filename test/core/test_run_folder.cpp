@@ -258,6 +258,25 @@ TEST_F(RunFolders, FolderEditedByHandNamesTheLine) {
   EXPECT_TRUE(contains(error, "config.yaml is damaged")) << error;
 }
 
+TEST_F(RunFolders, RemarksAreKeptOnceAndMerged) {
+  const Remark remark{"set", "", "gms", "needs, \"both\" sizes"}, other{"", "", "", "another one"};
+  const std::string part = (folder_ / "part").string(), whole = (folder_ / "whole").string();
+  for (const bool resume : {false, true}) {
+    RunFolder folder(part, smallConfig(), resume);
+    folder.appendRemark(remark);
+    folder.appendRemark(remark);
+    folder.appendRemark(other);
+  }
+  RunFolder merged(whole, smallConfig(), false);
+  merged.appendRemark(other);
+  mergeRun(merged, part, smallConfig());
+  EXPECT_EQ(readAll(fs::path(part) / "remarks.csv"),
+            remarksTable().header() + "\n" + remarksTable().line(remark) + remarksTable().line(other));
+  EXPECT_EQ(readRemarks(whole).size(), 2U);
+  EXPECT_EQ(remark.sentence(), "gms does not run on set: needs, \"both\" sizes");
+  EXPECT_EQ((Remark{"set", "one", "", "is odd"}).sentence(), "set/one: is odd");
+}
+
 TEST_F(RunFolders, SummaryFilesTellTheState) {
   RunFolder folder(folder_.string(), smallConfig(), false);
   folder.appendPair(rowsOf("1-2"), 0, kStages);

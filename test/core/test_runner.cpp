@@ -278,6 +278,56 @@ TEST_F(Runner, DoubtsAboutALongSequenceAreReportedBeforeItEnds) {
   EXPECT_EQ(listener.reported, (std::vector<std::pair<std::size_t, std::size_t>>{{8, 8}, {11, 11}}));
 }
 
+TEST_F(Runner, WhatTheInputLacksIsNoticedOncePerRun) {
+  /// Images of 1 megapixel that were stretched, or matches without descriptor distances.
+  class Source : public PairSource {
+   public:
+    std::size_t size() const override { return 6; }
+    bool next(ImagePair& pair) override {
+      pair = ImagePair();
+      pair.id = {at_ < 3 ? "images" : "matches", "scene", std::to_string(at_)};
+      pair.truth.kind = TruthKind::kHomography;
+      if (at_ < 3) {
+        pair.left = pair.right = cv::Mat(1000, 1000, CV_8U, cv::Scalar(40));
+        pair.stretched = StretchedBits{12, 4000 + at_, "a.png"};
+      } else {
+        for (int k = 0; k < 20; ++k) {
+          const cv::Point2f point(static_cast<float>(10 * k), static_cast<float>(k * k));
+          if (k == 0) pair.given.emplace();
+          pair.given->add(point, point);
+        }
+      }
+      return at_++ < 6;
+    }
+
+   private:
+    int at_ = 0;
+  };
+  struct Listener : RunObserver {
+    void noticed(const Remark& remark) override { sentences.push_back(remark.sentence()); }
+    std::vector<std::string> sentences;
+  } listener;
+  config_.selectors = {"nnsr", "gms"};
+  config_.options = {{"orb", {{"max_megapixels", "0.25"}}}};
+  config_.resolve();
+  RunFolder folder((root_ / "run").string(), config_, false);
+  std::vector<std::unique_ptr<PairSource>> list;
+  list.push_back(std::make_unique<Source>());
+  const std::atomic<bool> stop{false};
+  BenchmarkRunner(config_, folder, listener, stop).run(list);
+  EXPECT_EQ(
+      listener.sentences,
+      (std::vector<std::string>{
+          "images: images of 16 bits that use 12 of them (values up to 4000 in a.png) are stretched",
+          "large images are reduced before orb+orb search them for features: the left image of "
+          "images/scene/0 (1000x1000 px) to a width of 500 px, by a factor of 2; the limit is the option "
+          "orb.max_megapixels",
+          "nnsr does not run on matches: nnsr needs the column distance",
+          "gms does not run on matches: gms needs the size of the left image",
+          "preselection by nnsr does not run on matches: nnsr needs the column distance"}));
+  EXPECT_EQ(readRemarks(folder.path()).size(), 5U);
+}
+
 TEST_F(Runner, RepetitionsHaveTheirOwnSeedsAndMaxPairsCuts) {
   config_.repetitions = 2;
   config_.seed = 5;

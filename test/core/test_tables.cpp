@@ -53,6 +53,7 @@ TEST(Tables, EveryColumnReadsTheCellItWrites) {
   check(failuresTable(), "a,b,c,d,e,\"f, g\"");
   check(imagesTable(), "a,b,c,d,e,f,g,1,2,3,4,");
   check(truthChecksTable(), "a,b,c,d,homography,inverse,5,1,2,3,4,6");
+  check(remarksTable(), "a,b,c,\"d, e\"");
 }
 
 TEST(Tables, RowsThatAreNotJudgedHaveNoNumbers) {
@@ -103,6 +104,7 @@ TEST(Tables, DocumentationAndReportHaveTheSameColumns) {
   expectDescribed(failuresTable());
   expectDescribed(imagesTable());
   expectInDocs(truthChecksTable());  // the report reads the warnings in summary.json
+  expectDescribed(remarksTable());
 }
 
 }  // namespace

@@ -124,8 +124,10 @@ TEST_F(BenchmarkLaunch, LaunchWritesACompleteFolderAndPublishes) {
   const Output output =
       shell("cd " + root_.string() +
             " && roslaunch corrsel benchmark.launch dataset:=vgg data_root:=data output_dir:=launched");
-  EXPECT_NE(output.text.find("vgg, sift+sift, preselection none, tau = 5 px"), std::string::npos)
-      << output.text;
+  EXPECT_NE(output.text.find("Highest mean F in percent (tau = 5 px)"), std::string::npos) << output.text;
+  EXPECT_NE(output.text.find("vgg, orb+orb, after nnsr  "), std::string::npos) << output.text;
+  EXPECT_EQ(output.text.find("median ms"), std::string::npos) << output.text;
+  EXPECT_NE(output.text.find("print_results.py --all " + run.string()), std::string::npos) << output.text;
   EXPECT_NE(output.text.find("report.html"), std::string::npos) << output.text;
   for (const char* file : {"config.yaml", "environment.json", "pairs.csv", "summary.csv", "summary.json",
                            "report.html", "failures.csv", "images/index.csv"}) {
@@ -226,6 +228,57 @@ TEST_F(BenchmarkLaunch, ACrashedOneLeavesItsNameFree) {
       shell(benchmark("--report false --features orb+orb --selectors gms --output_dir " + run + "_next"));
   EXPECT_EQ(next.code, 0) << next.text;
   EXPECT_EQ(next.text.find("this one is called"), std::string::npos) << next.text;
+}
+
+TEST_F(BenchmarkLaunch, WhatLimitsTheComparisonIsPrintedWithTheWinners) {
+  const fs::path pairs = root_ / "odd" / "pairs", scene = root_ / "data" / "vgg" / "one",
+                 run = root_ / "odd_run";
+  const cv::Mat left = cv::imread((scene / "img1.ppm").string(), cv::IMREAD_GRAYSCALE),
+                right = cv::imread((scene / "img2.ppm").string(), cv::IMREAD_GRAYSCALE);
+  for (const char* name : {"deep", "blank_left", "blank_right", "good", "broken"}) {
+    const fs::path folder = pairs / name;
+    fs::create_directories(folder);
+    for (const auto& [image, side] :
+         {std::pair{left, std::string("left")}, std::pair{right, std::string("right")}}) {
+      cv::Mat stored = image.clone();
+      if (name == "blank_" + side) stored.setTo(50);
+      if (name == std::string("deep")) stored.convertTo(stored, CV_16U, 16);
+      cv::imwrite((folder / (side + ".png")).string(), stored);
+    }
+    std::ofstream out(folder / "H.txt");
+    if (name != std::string("broken")) out << readAll(scene / "H1to2p");
+  }
+  const std::string command = "rosrun corrsel benchmark --dataset pairs --data_root " +
+                              (root_ / "odd").string() +
+                              " --features orb+orb --preselection none --report false --options "
+                              "orb.max_megapixels=0.05 --output_dir " +
+                              run.string();
+  const Output output = shell(command);
+  EXPECT_EQ(output.code, 1) << output.text;
+  const auto occurrences = [&output](const std::string& part) {
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = output.text.find(part, at)) != std::string::npos; ++at) ++count;
+    return count;
+  };
+  EXPECT_EQ(
+      occurrences("pairs, orb+orb: 3 of 5 pairs are not in the means: 1 has no features in the left image, 1 "
+                  "has no features in the right image, 1 failed (failures.csv).") +
+          occurrences("pairs, orb+orb: 3 of 5 pairs are not in the means: 1 has no features in the right "
+                      "image, 1 has no features in the left image, 1 failed (failures.csv)."),
+      1U)
+      << output.text;
+  // When it is noticed, and below the winners.
+  EXPECT_EQ(occurrences("images of 16 bits that use 12 of them (values up to 4080 in " +
+                        (pairs / "deep" / "left.png").string() + ") are stretched"),
+            2U)
+      << output.text;
+  EXPECT_EQ(occurrences("large images are reduced before orb+orb search them for features: "), 2U)
+      << output.text;
+  // The bag is in the cache now; the remark on its images is made again.
+  const Output again = shell("rm -r " + run.string() + "; " + command + " --verbose true");
+  EXPECT_NE(again.text.find("note: pairs: images of 16 bits"), std::string::npos) << again.text;
+  EXPECT_NE(again.text.find("pairs, orb+orb, no preselection, tau = 5 px"), std::string::npos) << again.text;
+  EXPECT_NE(again.text.find("median ms"), std::string::npos) << again.text;
 }
 
 TEST_F(BenchmarkLaunch, WithoutMasterDeterministicForAnyThreads) {
@@ -542,6 +595,13 @@ TEST_F(BenchmarkLaunch, OwnStereoBagIsRankedByItsCalibration) {
             "ground_truth_tolerance:=3 output_dir:=kitti_run");
   EXPECT_NE(readAll(run / "summary.json").find("\"complete\": true"), std::string::npos) << output.text;
   EXPECT_NE(readAll(run / "config.yaml").find("left: /stereo/left/image_raw"), std::string::npos);
+  const std::string note =
+      "judged by camera_info on /stereo/left/camera_info and /stereo/right/camera_info (tolerances 1, 2, 3 "
+      "px; "
+      "inliers within 3 px): a wrong match near its epipolar line counts as correct, so precision is an "
+      "upper bound";
+  EXPECT_NE(output.text.find(note), std::string::npos) << output.text;
+  EXPECT_NE(readAll(run / "report.html").find(note), std::string::npos);
   std::map<std::string, double> f;  // by selector, tau = 3 px
   std::ifstream in(run / "summary.csv");
   for (std::string line; std::getline(in, line);) {

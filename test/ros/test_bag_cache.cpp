@@ -26,10 +26,11 @@ class TinyReader : public core::DatasetReader {
     core::ImagePair pair;
     pair.id = id(index);
     pair.left = pair.right = cv::Mat(8, 8, CV_8U, cv::Scalar(7));
+    if (stretched) pair.stretched = core::StretchedBits{12, 4000, "a.png"};
     return pair;
   }
   std::vector<std::string> files() const override { return {file_}; }
-  bool broken = false;
+  bool broken = false, stretched = false;
 
  private:
   std::string file_;
@@ -125,6 +126,17 @@ TEST_F(BagCache, ProblemsAreReportedEveryTime) {
   reader.broken = false;
   EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).problems.empty());
   EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).reused);
+}
+
+TEST_F(BagCache, RemarksOnImagesAreMadeEveryTime) {
+  TinyReader reader((folder_ / "source").string());
+  reader.stretched = true;
+  for (const bool reused : {false, true}) {
+    const CachedBag bag = cachedDatasetBag((folder_ / "bags").string(), "tiny", reader, 0);
+    EXPECT_EQ(bag.reused, reused);
+    ASSERT_EQ(bag.remarks.size(), 1U);
+    EXPECT_NE(bag.remarks[0].find("values up to 4000 in a.png"), std::string::npos) << bag.remarks[0];
+  }
 }
 
 TEST_F(BagCache, FolderFromTheEnvironment) {

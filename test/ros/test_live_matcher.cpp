@@ -81,6 +81,33 @@ TEST_F(LiveMatcherTest, PairsAreMatchedAsTheCoreDoes) {
   }
 }
 
+TEST_F(LiveMatcherTest, ImagesOfTwelveBitsAreStretchedHoweverDarkTheNextOnesAre) {
+  const auto deep = [this](int shift, double scale, double stamp) {
+    cv::Mat pixels;
+    view(shift).convertTo(pixels, CV_16U, scale);
+    return cv_bridge::CvImage(message(view(shift), stamp)->header, "mono16", pixels).toImageMsg();
+  };
+  const auto features = core::extractPair(*settings_.extractor, view(0), view(30), 1);
+  const auto pair = [&](double scale, double stamp) {
+    ImageSet images;
+    images.left = deep(0, scale, stamp);
+    images.right = deep(30, scale, stamp);
+    return matcher_.match(images, settings_);
+  };
+  double largest = 0;
+  cv::minMaxLoc(view(0), nullptr, &largest);
+  ASSERT_GT(largest, 128);
+  const auto bright = pair(4095.0 / 255, 1.0);
+  EXPECT_EQ(bright->n_left_features, features.first.keypoints.size());
+  EXPECT_EQ(fromMsg(*bright).left_x, core::matchFeatures(features.first, features.second, {}).left_x);
+  // Values up to 1000 would be stretched to 255 if they came first, and are 64 of 255 now.
+  const auto dark = pair(4.0, 2.0);
+  cv::Mat expected;
+  view(0).convertTo(expected, CV_16U, 4.0);
+  expected.convertTo(expected, CV_8U, 255.0 / 4095);
+  EXPECT_EQ(dark->n_left_features, settings_.extractor->extract(expected).keypoints.size());
+}
+
 TEST_F(LiveMatcherTest, SequencesMatchTheNewImageOnTheLeftWithTheOneBefore) {
   EXPECT_FALSE(frame(0, 1.0));
   for (const double stamp : {2.0, 3.0}) {

@@ -174,6 +174,50 @@ TEST_F(OwnBag, CalibrationIsTheTruth) {
   }
 }
 
+TEST_F(OwnBag, PairsThatTheCalibrationJudgesAreCounted) {
+  recordStereo(3, [](rosbag::Bag& bag) {
+    writeInfos(bag);
+    writeTruth(bag, "/ground_truth", 1.0);
+  });
+  expectContains(
+      openBag(path_, stereoTopics())->judgedByCalibration(),
+      "2 of 3 pairs are judged by camera_info on /stereo/left/camera_info and /stereo/right/camera_info");
+  recordStereo(1, [](rosbag::Bag& bag) { writeTruth(bag, "/ground_truth", 1.0); });
+  EXPECT_EQ(openBag(path_, stereoTopics())->judgedByCalibration(), "");
+}
+
+TEST_F(OwnBag, ImagesThatUseFewerThanSixteenBitsAreStretchedAlike) {
+  for (const bool compressed : {false, true}) {
+    for (const int largest : {4095, 65535}) {
+      record([&](rosbag::Bag& bag) {
+        std_msgs::Header header;
+        header.stamp = ros::Time(1.0);
+        for (const char* topic : {kLeft, kRight}) {
+          const cv::Mat pixels(kHeight, kWidth, CV_16UC1, cv::Scalar(topic == kLeft ? largest : 1000));
+          const cv_bridge::CvImage image(header, "mono16", pixels);
+          if (compressed) {
+            bag.write(std::string(topic) + "/compressed", header.stamp,
+                      *image.toCompressedImageMsg(cv_bridge::PNG));
+          } else {
+            bag.write(topic, header.stamp, *image.toImageMsg());
+          }
+        }
+        writeTruth(bag, "/ground_truth", 1.0);
+      });
+      core::ImagePair pair;
+      ASSERT_TRUE(openBag(path_, stereoTopics())->next(pair));
+      EXPECT_EQ(middle(pair.left), 255);
+      EXPECT_EQ(pair.stretched.has_value(), largest == 4095);
+      if (!pair.stretched) {
+        EXPECT_NEAR(middle(pair.right), 1000 / 257.0, 1);
+        continue;
+      }
+      EXPECT_EQ(middle(pair.right), std::lround(1000 * 255 / 4095.0));
+      expectContains(pair.stretched->text(), "use 12 of them (values up to 4095 in /stereo/left/image_raw");
+    }
+  }
+}
+
 TEST_F(OwnBag, RawImagesAreRectifiedAndRectifiedOnesAreNot) {
   const auto pairOf = [this](const std::string& name, const std::string& images) {
     record([&](rosbag::Bag& bag) {
