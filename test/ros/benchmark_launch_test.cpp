@@ -262,16 +262,12 @@ TEST_F(BenchmarkLaunch, WhatLimitsTheComparisonIsPrintedWithTheWinners) {
   };
   EXPECT_EQ(
       occurrences("pairs, orb+orb: 3 of 5 pairs are not in the means: 1 has no features in the left image, 1 "
-                  "has no features in the right image, 1 failed (failures.csv).") +
-          occurrences("pairs, orb+orb: 3 of 5 pairs are not in the means: 1 has no features in the right "
-                      "image, 1 has no features in the left image, 1 failed (failures.csv)."),
+                  "has no features in the right image, 1 failed (failures.csv)."),
       1U)
       << output.text;
   // When it is noticed, and below the winners.
-  EXPECT_EQ(occurrences("images of 16 bits that use 12 of them (values up to 4080 in " +
-                        (pairs / "deep" / "left.png").string() + ") are stretched"),
-            2U)
-      << output.text;
+  EXPECT_EQ(occurrences("images of 16 bits that use 12 of them (values up to "), 2U) << output.text;
+  EXPECT_GT(occurrences((pairs / "deep").string()), 0U) << output.text;
   EXPECT_EQ(occurrences("large images are reduced before orb+orb search them for features: "), 2U)
       << output.text;
   // The bag is in the cache now; the remark on its images is made again.
