@@ -179,8 +179,8 @@ void BenchmarkRunner::noticeImages(const ImagePair& pair) {
       const std::string factor = formatNumber(std::round(100.0 * image->cols / width) / 100);
       const std::string size = std::to_string(image->cols) + "x" + std::to_string(image->rows);
       notice({"", "", "",
-              "large images are reduced before " + joinList(reduction.features, " and ") +
-                  " search them for features: the " + side + " image of " + pair.id.text() + " (" + size +
+              "large images are reduced before the features " + joinList(reduction.features, " and ") +
+                  " are found in them: the " + side + " image of " + pair.id.text() + " (" + size +
                   " px) to a width of " + std::to_string(width) + " px, by a factor of " + factor +
                   "; the limit is the option " + joinList(reduction.limits, " and ")});
     }

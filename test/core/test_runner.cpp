@@ -319,7 +319,7 @@ TEST_F(Runner, WhatTheInputLacksIsNoticedOncePerRun) {
       listener.sentences,
       (std::vector<std::string>{
           "images: images of 16 bits that use 12 of them (values up to 4000 in a.png) are stretched",
-          "large images are reduced before orb+orb search them for features: the left image of "
+          "large images are reduced before the features orb+orb are found in them: the left image of "
           "images/scene/0 (1000x1000 px) to a width of 500 px, by a factor of 2; the limit is the option "
           "orb.max_megapixels",
           "nnsr does not run on matches: nnsr needs the column distance",

@@ -268,7 +268,7 @@ TEST_F(BenchmarkLaunch, WhatLimitsTheComparisonIsPrintedWithTheWinners) {
   // When it is noticed, and below the winners.
   EXPECT_EQ(occurrences("images of 16 bits that use 12 of them (values up to "), 2U) << output.text;
   EXPECT_GT(occurrences((pairs / "deep").string()), 0U) << output.text;
-  EXPECT_EQ(occurrences("large images are reduced before orb+orb search them for features: "), 2U)
+  EXPECT_EQ(occurrences("large images are reduced before the features orb+orb are found in them: "), 2U)
       << output.text;
   // The bag is in the cache now; the remark on its images is made again.
   const Output again = shell("rm -r " + run.string() + "; " + command + " --verbose true");
