@@ -226,15 +226,14 @@ std::vector<TruthCheck> checkTruth(const GroundTruth& truth, const std::vector<O
   check.kind = truth.kind;
   check.n_putative = matches.size();
   for (const OtherReading& other : readings) {
-    const auto count = [&](const Correspondences& some) {
-      return countWithin(other.truth, other.moved ? other.moved(some) : some, other.tolerance);
-    };
     check.reading = other.name;
     check.tolerance = other.tolerance;
     check.n_truth = countWithin(truth, matches, other.tolerance);
     check.n_truth_by_chance = countWithin(truth, chance, other.tolerance);
-    check.n_reading = count(matches);
-    check.n_reading_by_chance = count(chance);
+    const Correspondences moved = other.moved ? other.moved(matches) : Correspondences();
+    check.n_reading = countWithin(other.truth, other.moved ? moved : matches, other.tolerance);
+    check.n_reading_by_chance =
+        countWithin(other.truth, other.moved ? shuffled(moved) : chance, other.tolerance);
     checks.push_back(check);
   }
   return checks;

@@ -185,19 +185,34 @@ std::vector<cv::Point2d> StereoRig::Camera::undistorted(const std::vector<cv::Po
   return result;
 }
 
-/// From the whole rectified image to the camera's image, px.
-cv::Point2d StereoRig::Camera::recorded(const cv::Point2d& point) const {
+/// Points of the whole rectified image in the camera's image, px; the inverse of undistorted(). It is
+/// image_geometry's unrectifyPoint() in one call for all points.
+std::vector<cv::Point2d> StereoRig::Camera::distorted(const std::vector<cv::Point2d>& points) const {
+  std::vector<cv::Point2d> result;
+  if (points.empty()) return result;
   // image_geometry takes P's fourth column off a pixel before it makes a ray of it.
-  return model.unrectifyPoint(point + cv::Point2d(model.Tx(), model.Ty()));
+  const cv::Point2d shift(model.Tx(), model.Ty());
+  std::vector<cv::Point3d> rays;
+  rays.reserve(points.size());
+  for (const cv::Point2d& point : points) rays.push_back(model.projectPixelTo3dRay(point + shift));
+  cv::Vec3d turn;
+  cv::Rodrigues(model.rotationMatrix().t(), turn);
+  if (model.cameraInfo().distortion_model == sensor_msgs::distortion_models::EQUIDISTANT) {
+    cv::fisheye::projectPoints(rays, result, turn, cv::Vec3d(), model.intrinsicMatrix(),
+                               model.distortionCoeffs());
+  } else {
+    cv::projectPoints(rays, turn, cv::Vec3d(), model.intrinsicMatrix(), model.distortionCoeffs(), result);
+  }
+  return result;
 }
 
 std::vector<cv::Point2f> StereoRig::Camera::recorded(const std::vector<cv::Point2f>& points) const {
   if (rectified) return points;
-  std::vector<cv::Point2f> result;
-  result.reserve(points.size());
-  for (const cv::Point2f& point : points)
-    result.emplace_back(recorded(cv::Point2d(point) + cv::Point2d(area.tl())));
-  return result;
+  std::vector<cv::Point2d> whole;
+  whole.reserve(points.size());
+  for (const cv::Point2f& point : points) whole.push_back(cv::Point2d(point) + cv::Point2d(area.tl()));
+  const std::vector<cv::Point2d> seen = distorted(whole);
+  return {seen.begin(), seen.end()};
 }
 
 std::vector<cv::Matx23d> StereoRig::Camera::rectify(const std::vector<cv::Point2f>& points) const {
@@ -216,13 +231,16 @@ std::vector<cv::Matx23d> StereoRig::Camera::rectify(const std::vector<cv::Point2
     }
   }
   const std::vector<cv::Point2d> to = undistorted(around);
+  std::vector<cv::Point2d> positions;
+  for (std::size_t i = 0; i < points.size(); ++i) positions.push_back(to[5 * i]);
+  const std::vector<cv::Point2d> back = distorted(positions);
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Point2d* const at = &to[5 * i];
     const cv::Point2d position = at[0] - cv::Point2d(area.tl());
     const bool inside =
         position.x >= 0 && position.y >= 0 && position.x <= area.width - 1 && position.y <= area.height - 1;
-    if (!inside || !(cv::norm(recorded(at[0]) - around[5 * i]) <= kInversionTolerance)) {
+    if (!inside || !(cv::norm(back[i] - around[5 * i]) <= kInversionTolerance)) {
       maps.push_back(cv::Matx23d::all(kNaN));
       continue;
     }

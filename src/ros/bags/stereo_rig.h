@@ -86,8 +86,8 @@ class StereoRig {
     cv::Mat rectify(const cv::Mat& image) const;
     std::vector<cv::Matx23d> rectify(const std::vector<cv::Point2f>& points) const;
     std::vector<cv::Point2f> recorded(const std::vector<cv::Point2f>& points) const;
-    cv::Point2d recorded(const cv::Point2d& point) const;
     std::vector<cv::Point2d> undistorted(const std::vector<cv::Point2d>& points) const;
+    std::vector<cv::Point2d> distorted(const std::vector<cv::Point2d>& points) const;
     cv::Mat rectifyWhole(const cv::Mat& image) const;
     cv::Mat seen() const;
     cv::Matx33d ray() const;
