@@ -327,10 +327,10 @@ class Errors(unittest.TestCase):
         )
         self.assert_raises(
             ValueError,
-            "unknown option gms.alfa; did you mean 'alpha'? valid: "
+            "unknown option gms.alpa; did you mean 'alpha'? valid: "
             + ", ".join(option.name for option in corrsel.options("gms")),
             selector="gms",
-            alfa=1,
+            alpa=1,
         )
         for spec, options, words in (
             ("gms", {"grid": 2.5}, "option gms.grid"),
