@@ -5,10 +5,10 @@ from .compared import percent
 from .left_out import left_out_sentence
 from .remarks import remark_sentences
 from .standings import standing
-from .words import features_text, is_unrelated, milliseconds, preselection_text
+from .words import features_text, is_unrelated, milliseconds, plural, preselection_text
 
 GAP = "  "
-WINNERS_TEXTS = {0, 2, 3, 4, 6}  # columns of words
+WINNERS_TEXTS = {0, 2, 3, 4, 5, 6}  # columns of words
 
 
 def columns(head, rows, texts):
@@ -47,6 +47,14 @@ def named_f(row):
     return "%s %s (%s)" % (row["selector"], percent(row["f_paper"]), bounds(row)) if row else "-"
 
 
+def wins_text(result):
+    """Return on how many of the common pairs the winner has the higher F."""
+    if not result.count:
+        return "-"
+    ties = " (%s)" % plural(result.ties, "tie") if result.ties else ""
+    return "%d of %d%s" % (result.wins, result.count, ties)
+
+
 def winners_row(run, group):
     """Return the cells of a group in the table of the winners."""
     result = standing(run, group)
@@ -59,7 +67,7 @@ def winners_row(run, group):
         named_f(result.first),
         named_f(result.second),
         {None: "-", True: "overlap", False: "separate"}[result.common],
-        "%d of %d" % (result.wins, result.count) if result.count else "-",
+        wins_text(result),
         "%s %s ms" % (fastest["selector"], milliseconds(fastest["select_s_median"])) if fastest else "-",
         percent(result.baseline["f_paper"]) if result.baseline else "-",
     ]

@@ -74,6 +74,14 @@ class PrintResults(unittest.TestCase):
         self.assertNotIn("nnsr", lines[3])
         self.assertFalse(any("median ms" in line for line in lines))
 
+    def test_ties_are_counted(self):
+        rows = read_csv(self.folder / "pairs.csv")
+        for row in rows:
+            if row["selector"] == "ransac" and row["sequence"] == "graf":
+                row["f_paper"] = SCORES["lpm:v2"][2]
+        write_csv(self.folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        self.assertIn("  2 of 3 (1 tie)  ", self.lines()[2])
+
     def test_everything_has_a_table_of_each_group(self):
         lines = self.lines("--all")
         title = lines.index("photos, sift+sift, no preselection, tau = 5 px")
