@@ -59,7 +59,7 @@ in_root "$root" --no-network --variable ROS_HOSTNAME=localhost <<'COMMANDS'
 cd /srv
 python3 -c 'import corrsel; print("corrsel", corrsel.__version__, "in", corrsel.__file__)'
 python3 consumer/consumer.py
-rosrun corrsel benchmark --list | head -n 4
+rosrun corrsel benchmark --list | sed -n 1,4p
 roslaunch corrsel benchmark.launch selectors:=ransac,lpm,gms features:=orb+orb preselection:=none output_dir:=/srv/run \
   >benchmark.log 2>&1 || true
 python3 -c 'import json; assert json.load(open("/srv/run/summary.json"))["state"]["complete"]' || { cat benchmark.log; exit 1; }

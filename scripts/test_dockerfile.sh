@@ -44,4 +44,4 @@ COMMANDS
 done
 
 say "the command of the image"
-in_root "$root" <<<'source /opt/corrsel/setup.bash -- && rosrun corrsel benchmark --list | head -n 4'
+in_root "$root" <<<'source /opt/corrsel/setup.bash -- && rosrun corrsel benchmark --list | sed -n 1,4p'
