@@ -425,11 +425,14 @@ TEST(StereoRigPoints, AreTheInverseOfTheLens) {
     const std::vector<cv::Point2f> back = right ? raw.recordedRight(expected) : raw.recordedLeft(expected);
     const std::vector<cv::Matx23d> maps = rectify(points);
     ASSERT_EQ(back.size(), points.size());
+    const std::vector<cv::Point2f> positions = right ? raw.positionsRight(points) : raw.positionsLeft(points);
+    ASSERT_EQ(positions.size(), points.size());
     ASSERT_EQ(maps.size(), points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
       EXPECT_NEAR(maps[i](0, 2), expected[i].x, 0.02);
       EXPECT_NEAR(maps[i](1, 2), expected[i].y, 0.02);
       EXPECT_LT(cv::norm(back[i] - points[i]), 0.02);
+      EXPECT_EQ(positions[i], cv::Point2f(cv::Point2d(maps[i](0, 2), maps[i](1, 2))));
       // The derivative predicts where a nearby point goes.
       const std::vector<cv::Matx23d> beside = rectify({points[i] + cv::Point2f(1, 2)});
       EXPECT_NEAR(beside[0](0, 2), maps[i](0, 2) + maps[i](0, 0) + 2 * maps[i](0, 1), 0.03);
@@ -437,6 +440,7 @@ TEST(StereoRigPoints, AreTheInverseOfTheLens) {
     }
   }
   EXPECT_TRUE(std::isnan(raw.rectifyLeft(std::vector<cv::Point2f>{{5000, 5000}})[0](0, 2)));
+  EXPECT_TRUE(std::isnan(raw.positionsLeft({{5000, 5000}})[0].x));
   EXPECT_TRUE(raw.rectifyLeft(std::vector<cv::Point2f>()).empty());
   const cv::Matx23d same = rig(true).rectifyRight(std::vector<cv::Point2f>{{12, 34}})[0];
   EXPECT_EQ(same, cv::Matx23d(1, 0, 12, 0, 1, 34));

@@ -9,10 +9,10 @@ namespace {
 // points by a few pixels would make little difference.
 constexpr double kTolerance = 2.0;  // px
 
-void place(const std::vector<cv::Matx23d>& maps, std::vector<float>& x, std::vector<float>& y) {
-  for (const cv::Matx23d& map : maps) {
-    x.push_back(static_cast<float>(map(0, 2)));
-    y.push_back(static_cast<float>(map(1, 2)));
+void place(const std::vector<cv::Point2f>& points, std::vector<float>& x, std::vector<float>& y) {
+  for (const cv::Point2f& point : points) {
+    x.push_back(point.x);
+    y.push_back(point.y);
   }
 }
 
@@ -20,9 +20,9 @@ void place(const std::vector<cv::Matx23d>& maps, std::vector<float>& x, std::vec
 core::Correspondences moved(const StereoRig& from, const StereoRig& to,
                             const core::Correspondences& matches) {
   core::Correspondences result;
-  place(to.rectifyLeft(from.recordedLeft(pointsOf(matches.left_x, matches.left_y))), result.left_x,
+  place(to.positionsLeft(from.recordedLeft(pointsOf(matches.left_x, matches.left_y))), result.left_x,
         result.left_y);
-  place(to.rectifyRight(from.recordedRight(pointsOf(matches.right_x, matches.right_y))), result.right_x,
+  place(to.positionsRight(from.recordedRight(pointsOf(matches.right_x, matches.right_y))), result.right_x,
         result.right_y);
   result.left_size = to.leftArea().size();
   result.right_size = to.rightArea().size();

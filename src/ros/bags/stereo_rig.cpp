@@ -215,6 +215,31 @@ std::vector<cv::Point2f> StereoRig::Camera::recorded(const std::vector<cv::Point
   return {seen.begin(), seen.end()};
 }
 
+/// Positions in the area that is kept, px. NaN beyond it, and where `whole` is not the inverse of the lens.
+/// @param points  of the camera's images @param whole  undistorted(points)
+std::vector<cv::Point2d> StereoRig::Camera::kept(const std::vector<cv::Point2d>& points,
+                                                 const std::vector<cv::Point2d>& whole) const {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<cv::Point2d> back = distorted(whole);
+  std::vector<cv::Point2d> positions;
+  positions.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const cv::Point2d position = whole[i] - cv::Point2d(area.tl());
+    const bool inside =
+        position.x >= 0 && position.y >= 0 && position.x <= area.width - 1 && position.y <= area.height - 1;
+    const bool inverse = cv::norm(back[i] - points[i]) <= kInversionTolerance;
+    positions.push_back(inside && inverse ? position : cv::Point2d(kNaN, kNaN));
+  }
+  return positions;
+}
+
+std::vector<cv::Point2f> StereoRig::Camera::positions(const std::vector<cv::Point2f>& points) const {
+  if (rectified) return points;
+  const std::vector<cv::Point2d> seen(points.begin(), points.end());
+  const std::vector<cv::Point2d> result = kept(seen, undistorted(seen));
+  return {result.begin(), result.end()};
+}
+
 std::vector<cv::Matx23d> StereoRig::Camera::rectify(const std::vector<cv::Point2f>& points) const {
   std::vector<cv::Matx23d> maps;
   maps.reserve(points.size());
@@ -223,29 +248,23 @@ std::vector<cv::Matx23d> StereoRig::Camera::rectify(const std::vector<cv::Point2
     return maps;
   }
   constexpr double h = kDerivativeStep;
-  std::vector<cv::Point2d> around;  // five of every point
-  around.reserve(5 * points.size());
-  for (const cv::Point2d point : points) {
-    for (const cv::Point2d& step : {cv::Point2d(), {h, 0}, {-h, 0}, {0, h}, {0, -h}}) {
-      around.push_back(point + step);
+  const std::vector<cv::Point2d> seen(points.begin(), points.end());
+  std::vector<cv::Point2d> beside;  // four of every point
+  beside.reserve(4 * seen.size());
+  for (const cv::Point2d& point : seen) {
+    for (const cv::Point2d& step : {cv::Point2d(h, 0), {-h, 0}, {0, h}, {0, -h}}) {
+      beside.push_back(point + step);
     }
   }
-  const std::vector<cv::Point2d> to = undistorted(around);
-  std::vector<cv::Point2d> positions;
-  for (std::size_t i = 0; i < points.size(); ++i) positions.push_back(to[5 * i]);
-  const std::vector<cv::Point2d> back = distorted(positions);
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const cv::Point2d* const at = &to[5 * i];
-    const cv::Point2d position = at[0] - cv::Point2d(area.tl());
-    const bool inside =
-        position.x >= 0 && position.y >= 0 && position.x <= area.width - 1 && position.y <= area.height - 1;
-    if (!inside || !(cv::norm(back[i] - around[5 * i]) <= kInversionTolerance)) {
-      maps.push_back(cv::Matx23d::all(kNaN));
+  const std::vector<cv::Point2d> position = kept(seen, undistorted(seen)), to = undistorted(beside);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (std::isnan(position[i].x)) {
+      maps.push_back(cv::Matx23d::all(position[i].x));
       continue;
     }
-    const cv::Point2d by_x = (at[1] - at[2]) / (2 * h), by_y = (at[3] - at[4]) / (2 * h);
-    maps.emplace_back(by_x.x, by_y.x, position.x, by_x.y, by_y.y, position.y);
+    const cv::Point2d* const at = &to[4 * i];
+    const cv::Point2d by_x = (at[0] - at[1]) / (2 * h), by_y = (at[2] - at[3]) / (2 * h);
+    maps.emplace_back(by_x.x, by_y.x, position[i].x, by_x.y, by_y.y, position[i].y);
   }
   return maps;
 }

@@ -63,6 +63,14 @@ class StereoRig {
     return right_.rectify(points);
   }
 
+  /// The positions alone, which takes a fifth of the time.
+  std::vector<cv::Point2f> positionsLeft(const std::vector<cv::Point2f>& points) const {
+    return left_.positions(points);
+  }
+  std::vector<cv::Point2f> positionsRight(const std::vector<cv::Point2f>& points) const {
+    return right_.positions(points);
+  }
+
   /// The inverse of rectifyLeft() and rectifyRight() for points: px of the rectified image to px of the
   /// camera's image, which may lie outside of it.
   std::vector<cv::Point2f> recordedLeft(const std::vector<cv::Point2f>& points) const {
@@ -85,6 +93,9 @@ class StereoRig {
     explicit Camera(const RigCamera& camera);
     cv::Mat rectify(const cv::Mat& image) const;
     std::vector<cv::Matx23d> rectify(const std::vector<cv::Point2f>& points) const;
+    std::vector<cv::Point2f> positions(const std::vector<cv::Point2f>& points) const;
+    std::vector<cv::Point2d> kept(const std::vector<cv::Point2d>& points,
+                                  const std::vector<cv::Point2d>& whole) const;
     std::vector<cv::Point2f> recorded(const std::vector<cv::Point2f>& points) const;
     std::vector<cv::Point2d> undistorted(const std::vector<cv::Point2d>& points) const;
     std::vector<cv::Point2d> distorted(const std::vector<cv::Point2d>& points) const;
