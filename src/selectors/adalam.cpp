@@ -229,7 +229,8 @@ void chooseVotes(std::uint32_t seed, bool one_to_one, std::uint64_t stamp, Adala
                      work.votes.end(), better);
   };
   keepBest(kMostVotes);
-  work.votes.resize(std::min(work.votes.size(), kMostVotes));
+  // Not resize(), of which GCC 14 believes that it makes the vector longer, and warns.
+  if (work.votes.size() > kMostVotes) work.votes.erase(work.votes.begin() + kMostVotes, work.votes.end());
   keepBest(kSampled);
   std::sort(work.votes.begin(),
             work.votes.begin() + static_cast<std::ptrdiff_t>(std::min(work.votes.size(), kSampled)), better);
