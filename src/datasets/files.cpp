@@ -90,21 +90,27 @@ cv::Matx31d singularValues(const cv::Matx33d& fundamental, double unit) {
   return values;
 }
 
-/// @param flags  of cv::imdecode
-cv::Mat readImage(const std::string& path, const std::string& remedy, int flags) {
+/// @param remedy     for a missing file
+/// @param undecoded  what is added to the cause where the image cannot be decoded
+/// @param flags      of cv::imdecode
+cv::Mat readImage(const std::string& path, const std::string& remedy, const std::string& undecoded,
+                  int flags) {
   requireImageFile(path, remedy);
   std::ifstream stream(path, std::ios::binary);
   if (!stream) fail(path, "the image cannot be opened", "check the permissions of the file");
   const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(stream), {}};
   const std::string fault = "the image cannot be decoded: ";
-  if (bytes.empty() || isCutOff(bytes)) throw DatasetError(path + ": " + fault + undecodableCause(bytes));
+  const auto failUndecoded = [&] {
+    throw DatasetError(path + ": " + fault + undecodableCause(bytes) + undecoded);
+  };
+  if (bytes.empty() || isCutOff(bytes)) failUndecoded();
   cv::Mat image;
   try {
     image = cv::imdecode(bytes, flags);
   } catch (const cv::Exception& error) {
     fail(path, fault + error.err, remedy);
   }
-  if (image.empty()) throw DatasetError(path + ": " + fault + undecodableCause(bytes));
+  if (image.empty()) failUndecoded();
   return image;
 }
 
@@ -152,14 +158,15 @@ std::string requireImage(const std::string& stem, const std::string& remedy) {
 }
 
 cv::Mat readImageFile(const std::string& path, const std::string& remedy) {
-  return readImage(path, remedy, kEightBits);
+  return readImage(path, remedy, "; " + remedy, kEightBits);
 }
 
 void readImages(const std::string& left, const std::string& right, const std::string& remedy,
                 ImagePair& pair) {
   const auto stored = [&remedy](const std::string& path) {
     return StoredImage{path, [&](bool all_bits) {
-                         return readImage(path, remedy, kEightBits | (all_bits ? cv::IMREAD_ANYDEPTH : 0));
+                         return readImage(path, remedy, "",
+                                          kEightBits | (all_bits ? cv::IMREAD_ANYDEPTH : 0));
                        }};
   };
   readStretched(stored(left), stored(right), pair);

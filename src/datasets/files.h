@@ -13,13 +13,14 @@ namespace corrsel::core {
 /// Reads both images of a pair as readImageFile() does, except that images that use fewer than their 16 bits
 /// are stretched (readStretched()).
 /// @param left, right  paths
+/// @param remedy       what the user can do about a missing file
 void readImages(const std::string& left, const std::string& right, const std::string& remedy,
                 ImagePair& pair);
 
 /// Reads an image as it is stored: 8 bit, one channel or three (BGR); deeper images are scaled to 8 bit, an
 /// alpha channel is dropped and an Exif orientation is not applied, since ground truth counts stored pixels.
 /// Throws DatasetError naming the file when it is missing, and with the cause when it cannot be decoded.
-/// @param remedy  the last part of the error: what the user can do about a missing file
+/// @param remedy  the last part of the error: what the user can do about a missing or damaged file
 cv::Mat readImageFile(const std::string& path, const std::string& remedy);
 
 /// Throws DatasetError naming the file when it is missing. It is not opened.

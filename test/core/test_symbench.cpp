@@ -87,8 +87,9 @@ TEST_F(SymbenchFolder, RefusesMissingAndEmptyFolders) {
   std::string error = errorOf<DatasetError>([&] { openSymbench(missing); });
   EXPECT_TRUE(contains(error, "'" + missing + "' is not a folder; set the path")) << error;
   fs::create_directories(root_ / "empty" / "pair");
-  error = errorOf<DatasetError>([&] { openSymbench(empty); });
-  EXPECT_TRUE(contains(error, "'" + empty + "' has no folder with 01.png")) << error;
+  error = errorOf<DatasetError>([&] { openDataset("symbench", empty); });
+  EXPECT_TRUE(contains(error, "'" + empty + "' has no complete pair")) << error;
+  EXPECT_TRUE(contains(error, "NAME/ with 01.png, 02.png and H1to2")) << error;
 }
 
 TEST_F(SymbenchFolder, NamesTheMissingFile) {

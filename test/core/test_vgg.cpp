@@ -86,8 +86,9 @@ TEST_F(VggFolder, RefusesMissingAndEmptyFolders) {
   const std::string missing = (root_ / "nowhere").string();
   EXPECT_TRUE(contains(errorOf<DatasetError>([&] { openVgg(missing); }), missing));
   fs::create_directories(root_ / "empty" / "scene");
-  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { openVgg((root_ / "empty").string()); }),
-                       "no folder with img1..img6"));
+  const std::string error = errorOf<DatasetError>([&] { openDataset("vgg", (root_ / "empty").string()); });
+  EXPECT_TRUE(contains(error, "empty' has no complete pair")) << error;
+  EXPECT_TRUE(contains(error, "NAME/ with img1..img6")) << error;
 }
 
 TEST_F(VggFolder, NamesTheMissingImage) {
