@@ -106,7 +106,8 @@ TEST_F(SelectorPlugins, BadOnesAreErrorsOnly) {
 
 TEST_F(SelectorPlugins, UnknownOnesListTheKnown) {
   EXPECT_EQ(refusal("test_selectors/Al"),
-            "unknown selector 'test_selectors/Al'; did you mean 'test_selectors/All'? selectors of other packages: test_selectors/All, "
+            "unknown selector 'test_selectors/Al'; did you mean 'test_selectors/All'? selectors of other "
+            "packages: test_selectors/All, "
             "test_selectors/ThrowsError, test_selectors/ThrowsNumber, test_selectors/Wrapping");
 }
 
