@@ -101,6 +101,9 @@ set(ros_debian_packages
 )
 set(catkin_FOUND FALSE)
 if(${PROJECT_NAME}_ROS AND ${PROJECT_NAME}_BENCHMARK)
+  # The GMockConfig.cmake of Debian 11 (package cmake-extras) and catkin do not fit together; without it, catkin builds
+  # GoogleTest from the sources that libgtest-dev brings.
+  set(CMAKE_DISABLE_FIND_PACKAGE_GMock ON)
   #catkin_lint: ignore missing_required
   find_package(catkin QUIET COMPONENTS ${ros_components})
   set(ros_part "the ROS nodes; -D${PROJECT_NAME}_ROS=OFF builds without ROS")
