@@ -139,7 +139,7 @@ Mask sparseByDefinition(const Correspondences& m, Eigen::Index points, std::uint
     gamma = std::clamp(double((p.array() > 0.75).count()) / double(x.rows()), 0.05, 0.95);
   }
   Mask mask;
-  for (const double posterior : p) mask.push_back(posterior > 0.75 ? 1 : 0);
+  for (Eigen::Index i = 0; i < p.size(); ++i) mask.push_back(p(i) > 0.75 ? 1 : 0);
   return mask;
 }
 
