@@ -35,6 +35,7 @@ TOLERANCE = 5  # px
 EVERY = 20  # the picture shows one match of so many
 GAP = 16  # px between the two photographs
 PICTURE_DPI = 110
+MAXIMUM_COVERAGE, NO_DITHER = 1, 0  # of Pillow, whose names for them differ between versions
 GREEN, VERMILLION = "#009E73", "#D55E00"  # Okabe and Ito: they stay apart for colour-blind eyes
 
 
@@ -240,9 +241,9 @@ def write_matches(samples, folder):
         draw_pair(part, images, matches, np.flatnonzero(mask)[::EVERY], errors, title)
     path = folder / "before_after.png"
     figure.savefig(str(path), dpi=PICTURE_DPI, metadata={"Software": None})
-    Image.open(str(path)).convert("RGB").quantize(
-        256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
-    ).save(str(path), optimize=True)
+    Image.open(str(path)).convert("RGB").quantize(256, method=MAXIMUM_COVERAGE, dither=NO_DITHER).save(
+        str(path), optimize=True
+    )
     return [path]
 
 

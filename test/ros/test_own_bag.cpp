@@ -53,8 +53,7 @@ void writeImage(rosbag::Bag& bag, const std::string& topic, double stamp, const 
 void writeCompressed(rosbag::Bag& bag, const std::string& topic, double stamp, const cv::Mat& image) {
   std_msgs::Header header;
   header.stamp = ros::Time(stamp);
-  bag.write(topic + "/compressed", header.stamp,
-            *cv_bridge::CvImage(header, "mono8", image).toCompressedImageMsg(cv_bridge::PNG));
+  bag.write(topic + "/compressed", header.stamp, toPngMsg(header, image));
 }
 
 /// Half of a rig with a baseline of 0.1 m and a weak lens.
@@ -194,12 +193,10 @@ TEST_F(OwnBag, ImagesThatUseFewerThanSixteenBitsAreStretchedAlike) {
         header.stamp = ros::Time(1.0);
         for (const char* topic : {kLeft, kRight}) {
           const cv::Mat pixels(kHeight, kWidth, CV_16UC1, cv::Scalar(topic == kLeft ? largest : 1000));
-          const cv_bridge::CvImage image(header, "mono16", pixels);
           if (compressed) {
-            bag.write(std::string(topic) + "/compressed", header.stamp,
-                      *image.toCompressedImageMsg(cv_bridge::PNG));
+            writeCompressed(bag, topic, 1.0, pixels);
           } else {
-            bag.write(topic, header.stamp, *image.toImageMsg());
+            bag.write(topic, header.stamp, *cv_bridge::CvImage(header, "mono16", pixels).toImageMsg());
           }
         }
         writeTruth(bag, "/ground_truth", 1.0);

@@ -112,4 +112,8 @@ cv::Mat fromMsg(const sensor_msgs::CompressedImage& msg);
 /// Decodes like fromMsg(), but images of 16 bits keep their values.
 cv::Mat fromMsgInAllBits(const sensor_msgs::CompressedImage& msg);
 
+/// Encodes grey or BGR, 8 or 16 bits, as PNG. cv_bridge before version 1.16 makes 8-bit BGR of every image.
+/// Throws cv::Exception where OpenCV cannot encode the image.
+sensor_msgs::CompressedImage toPngMsg(const std_msgs::Header& header, const cv::Mat& image);
+
 }  // namespace corrsel

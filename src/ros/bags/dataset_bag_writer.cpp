@@ -107,8 +107,8 @@ void DatasetBagWriter::write(const core::ImagePair& pair) {
   ++impl_->pairs;
   if (!images) return;
   if (impl_->options.compressed) {
-    impl_->write(bag_topics::kLeftCompressed, stamp, *left.toCompressedImageMsg(cv_bridge::PNG));
-    impl_->write(bag_topics::kRightCompressed, stamp, *right.toCompressedImageMsg(cv_bridge::PNG));
+    impl_->write(bag_topics::kLeftCompressed, stamp, toPngMsg(left.header, left.image));
+    impl_->write(bag_topics::kRightCompressed, stamp, toPngMsg(right.header, right.image));
   } else {
     impl_->write(bag_topics::kLeft, stamp, *left.toImageMsg());
     impl_->write(bag_topics::kRight, stamp, *right.toImageMsg());

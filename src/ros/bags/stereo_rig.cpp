@@ -142,9 +142,11 @@ StereoRig::Camera::Camera(const RigCamera& camera) : rectified(camera.rectified)
   try {  // makes the maps, and so finds out what image_geometry cannot do
     rectifyWhole(cv::Mat::zeros(size, CV_8UC1));
   } catch (const image_geometry::Exception&) {
-    refuse(name, "has the distortion model '" + camera.info.distortion_model +
-                     "', which image_geometry does not know (it knows plumb_bob, rational_polynomial and "
-                     "equidistant); record rectified images and say images = rectified");
+    refuse(name,
+           "has the distortion model '" + camera.info.distortion_model +
+               "', which this version of image_geometry does not know (plumb_bob and rational_polynomial are "
+               "known, and equidistant from version 1.16 on); record rectified images and set images to "
+               "rectified");
   } catch (const cv::Exception& error) {
     refuse(name, "cannot be used: " + std::to_string(camera.info.D.size()) +
                      " distortion coefficients of the model '" + camera.info.distortion_model + "' (" +

@@ -443,4 +443,12 @@ cv::Mat fromMsgInAllBits(const sensor_msgs::CompressedImage& msg) {
   return image.depth() == CV_8U || image.depth() == CV_16U ? image : fromMsg(msg);
 }
 
+sensor_msgs::CompressedImage toPngMsg(const std_msgs::Header& header, const cv::Mat& image) {
+  sensor_msgs::CompressedImage msg;
+  msg.header = header;
+  msg.format = "png";
+  cv::imencode(".png", image, msg.data);
+  return msg;
+}
+
 }  // namespace corrsel
