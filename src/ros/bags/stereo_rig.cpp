@@ -145,7 +145,7 @@ StereoRig::Camera::Camera(const RigCamera& camera) : rectified(camera.rectified)
     refuse(name,
            "has the distortion model '" + camera.info.distortion_model +
                "', which this version of image_geometry does not know (plumb_bob and rational_polynomial are "
-               "known, and equidistant from version 1.16 on); record rectified images and set images to "
+               "known, and equidistant from version 1.16 on); record rectified images and set images = "
                "rectified");
   } catch (const cv::Exception& error) {
     refuse(name, "cannot be used: " + std::to_string(camera.info.D.size()) +
