@@ -50,10 +50,14 @@ if(catkin_FOUND)
   )
   install(DIRECTORY config examples launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-  catkin_install_python(PROGRAMS scripts/guide.py scripts/kitti_to_bag.py scripts/print_results.py scripts/report.py
+  catkin_install_python(
+    PROGRAMS
+      scripts/export_matches.py scripts/guide.py scripts/kitti_to_bag.py scripts/matches_to_bag.py
+      scripts/print_results.py scripts/report.py
     DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}
   )
-  install(DIRECTORY scripts/${PROJECT_NAME}_report DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}
+  install(DIRECTORY scripts/${PROJECT_NAME}_matches scripts/${PROJECT_NAME}_report
+    DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}
     FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE
   )
   # The other scripts build the package and are of no use in an installation.
@@ -65,7 +69,7 @@ else()
   #catkin_lint: skip
   file(GLOB headers include/${PROJECT_NAME}/*.h)
   install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${PROJECT_NAME})
-  set(core_headers consensus evaluation selectors)
+  set(core_headers consensus evaluation pose selectors)
   set(features_headers features matching)
   set(benchmark_headers benchmark datasets)
   foreach(library ${libraries})

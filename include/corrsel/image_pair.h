@@ -63,6 +63,9 @@ struct ImagePair {
   std::optional<Correspondences> given;      ///< putative matches that come with the dataset (AdelaideRMF)
   std::vector<OtherReading> other_readings;  ///< beside those that every ground truth of its kind has
   std::optional<StretchedBits> stretched = {};
+  /// Names of the images where their source knows them, e.g. paths below a folder; empty otherwise. Pairs of
+  /// one image share its name.
+  std::string left_name = {}, right_name = {};
 };
 
 }  // namespace corrsel::core

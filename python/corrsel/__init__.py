@@ -14,6 +14,8 @@ Matches of another matcher: corrsel.select(left, right, "gms", left_size=(640, 4
     extract, Extractor, Features       keypoints, affine frames and descriptors
     extractor_names, detector_names, descriptor_names, missing_algorithms
     ground_truth_errors, evaluate, Evaluation   precision, recall and F against ground truth
+    pose_errors, PoseErrors, epipolar_errors, corner_error   errors of an estimated pose or homography
+    error_auc, mean_average_accuracy   of the errors of many pairs
 
 The module corrsel.matches serves programs that use the ROS messages of corrsel.msg; nothing else needs ROS.
 The modules in C++ are loaded on first use: `import corrsel.msg` works where they are not built.
@@ -34,7 +36,17 @@ _HOMES = {
         "selector_names",
         "selector_presets",
     ),
-    ("evaluation", "_core"): ("Evaluation", "evaluate", "ground_truth_errors"),
+    ("evaluation", "_core"): (
+        "Evaluation",
+        "PoseErrors",
+        "corner_error",
+        "epipolar_errors",
+        "error_auc",
+        "evaluate",
+        "ground_truth_errors",
+        "mean_average_accuracy",
+        "pose_errors",
+    ),
     ("features", "_features"): (
         "Extractor",
         "Features",

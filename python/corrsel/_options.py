@@ -2,6 +2,7 @@
 
 import collections
 import keyword
+import re
 
 import numpy as np
 
@@ -27,7 +28,8 @@ def options_from(dictionaries):
 def options(name):
     """Return the options of a selector, of a feature algorithm or of the matching: a list of Option.
 
-    name    a selector, optionally with a preset, e.g. "gms" or "lpm:v2": the values are those of the preset;
+    name    a selector, optionally with a preset and with options in brackets, e.g. "gms", "lpm:v2" or
+            "usac[max_seconds=0.01]": the values are those of the preset and of the brackets;
             a detector or descriptor, e.g. "orb"; or "match", the options of match() and match_features()
 
     Raises ValueError for an unknown name, listing the valid ones.
@@ -36,7 +38,7 @@ def options(name):
     if name in algorithms:
         return algorithms[name]
     names = _core.selector_names() + list(algorithms)
-    if "/" not in name and name.split(":")[0] not in names:
+    if "/" not in name and re.split(r"[:\[]", name)[0] not in names:
         raise ValueError(
             "unknown selector or algorithm of features '%s'%s" % (name, _core.valid_names(name, names))
         )

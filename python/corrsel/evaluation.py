@@ -1,4 +1,6 @@
-"""Precision, recall and F of selections against ground truth."""
+"""Precision, recall and F of selections against ground truth; errors of poses and homographies."""
+
+from collections import namedtuple
 
 import numpy as np
 
@@ -111,6 +113,132 @@ def evaluate(
     return Evaluation(**values)
 
 
+class PoseErrors(namedtuple("PoseErrors", "rotation translation pose")):
+    """How far an estimated pose is from the true one, degrees.
+
+    rotation      angle of the rotation between both, 0 to 180
+    translation   angle between the directions of translation, 0 to 90; NaN where one of them is zero
+    pose          the larger one; 180 where only the estimated translation is zero
+    """
+
+    __slots__ = ()
+
+
+def pose_errors(rotation, translation, true_rotation, true_translation):
+    """Return the PoseErrors of an estimated pose, as SuperGlue's evaluation defines them.
+
+    A point X of the left camera is R X + t in the frame of the right one.
+
+    rotation, true_rotation         3 x 3, R
+    translation, true_translation   3 numbers, t, of any length; its sign is not judged. Where the true translation is
+                                    zero, the pose error is the rotation error
+
+    Raises TypeError or ValueError for arrays of another dtype or shape, and for a matrix that is no rotation.
+    """
+    return PoseErrors(
+        *_core.pose_errors(
+            _matrix("rotation", rotation),
+            _translation("translation", translation),
+            _matrix("true_rotation", true_rotation),
+            _translation("true_translation", true_translation),
+        )
+    )
+
+
+def error_auc(errors, thresholds=None):
+    """Return the area under the curve of recall against error up to each threshold, divided by it: float64, 0 to 1.
+
+    The curve connects the points (i-th smallest error, i / N), as SuperGlue's pose_auc does.
+
+    errors       errors of all pairs, in degrees or px; a failed pair is 180 degrees, infinity, or NaN, which counts as
+                 infinity
+    thresholds   None = 5, 10 and 20 degrees
+
+    NaN without errors. Raises ValueError for negative errors and for thresholds that are not above 0.
+    """
+    values = _errors_of_pairs(errors)
+    values = np.where(np.isnan(values), np.inf, values)
+    return np.array(
+        [_core.error_auc(values, t) for t in _thresholds(thresholds, _core.POSE_THRESHOLDS)], dtype=np.float64
+    )
+
+
+def mean_average_accuracy(errors, thresholds=None):
+    """Return the mean over the thresholds of the share of errors below them: 0 to 1, NaN without errors.
+
+    With the default, 1, 2, ..., 10 degrees, it is the mAA of the Image Matching Benchmark.
+
+    errors       as for error_auc()
+    thresholds   None = 1, 2, ..., 10
+    """
+    limits = _thresholds(thresholds, _core.ACCURACY_THRESHOLDS)
+    values = [_core.threshold_accuracy(error, limits) for error in _errors_of_pairs(errors)]
+    return float(np.mean(values)) if values else float("nan")
+
+
+def epipolar_errors(matches, rotation, translation, left_camera, right_camera):
+    """Return the squared symmetric epipolar distance of every match in normalised coordinates: N, float64.
+
+    The share of the selected matches below 1e-4 is the epipolar precision:
+    (corrsel.epipolar_errors(matches[mask], R, t, K, K) < 1e-4).mean()
+
+    matches                     Matches
+    rotation, translation       the true pose, see pose_errors(); a translation of zero has no epipolar lines
+    left_camera, right_camera   3 x 3 camera matrices [fx s cx; 0 fy cy; 0 0 1], px
+
+    Raises TypeError or ValueError naming the argument.
+    """
+    return _core.epipolar_errors(
+        _require_matches(matches),
+        _matrix("rotation", rotation),
+        _translation("translation", translation),
+        _matrix("left_camera", left_camera),
+        _matrix("right_camera", right_camera),
+    )
+
+
+def corner_error(homography, true_homography, left_size):
+    """Return the mean distance, px, of the corners of the left image under both homographies: HPatches' measure.
+
+    homography, true_homography   3 x 3, x' ~ H x, of any scale
+    left_size                     (width, height), px
+
+    It is infinite where the estimate puts a corner behind the camera. Raises TypeError or ValueError naming the
+    argument.
+    """
+    return _core.corner_error(
+        _matrix("homography", homography),
+        _matrix("true_homography", true_homography),
+        _arrays.size("left_size", left_size),
+    )
+
+
+def _translation(name, values):
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiu":
+        raise TypeError("%s has dtype %s; needed: real numbers" % (name, array.dtype))
+    if array.size != 3:
+        raise ValueError("%s has shape %s; needed: three numbers" % (name, array.shape))
+    array = array.astype(np.float64).ravel()
+    if not np.isfinite(array).all():
+        raise ValueError("%s holds a number that is not finite" % name)
+    return array
+
+
+def _errors_of_pairs(values):
+    array = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    if array.ndim != 1 or (array < 0).any():
+        raise ValueError("errors is %r; needed: a list of numbers from 0" % (values,))
+    return array
+
+
+def _thresholds(values, default):
+    array = np.atleast_1d(np.asarray(default if values is None else values, dtype=np.float64))
+    if array.ndim != 1 or not (array > 0).all():
+        raise ValueError("thresholds is %r; needed: a number or a list of numbers above 0" % (values,))
+    return array
+
+
 def _truth(homography, fundamental, labels, disparity):
     """Return the kind and the value of what is given."""
     values = {
@@ -128,12 +256,17 @@ def _truth(homography, fundamental, labels, disparity):
     return given[0], values[given[0]]
 
 
-def _errors(matches, truth):
+def _require_matches(matches):
     if not isinstance(matches, Matches):
         raise TypeError(
             "matches is %s; needed: corrsel.Matches, e.g. corrsel.Matches(left, right)"
             % type(matches).__name__
         )
+    return matches
+
+
+def _errors(matches, truth):
+    _require_matches(matches)
     kind, value = truth
     if kind == "labels":
         value = _arrays.numbers(kind, value, "one label per match", len(matches))

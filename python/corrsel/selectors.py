@@ -172,8 +172,10 @@ class Selection:
 class Selector:
     """A selector with its options, for use on many sets of matches, from any thread.
 
-    name      a selector of selector_names(), optionally with a preset of selector_presets(): "gms", "lpm:v2"
-    options   by keyword, on top of those of the preset; see options(name) or help(corrsel.select)
+    name      a selector of selector_names(), optionally with a preset of selector_presets() and with options in
+              brackets: "gms", "lpm:v2", "lpm[lambda_first=4;lambda_second=4]"
+    options   by keyword, on top of those of the preset; those in brackets win. See options(name) or
+              help(corrsel.select)
 
     Raises ValueError for an unknown name, preset or option, listing the valid ones, and for an option that is out of
     its range.

@@ -20,16 +20,11 @@ def paper_dataset(dataset):
     return name if name in paper.DATASET_PAIRS else None
 
 
-def pair_count(run, dataset):
-    """Return the number of pairs of a dataset in pairs.csv."""
-    return len({(row["sequence"], row["pair"]) for row in run.pairs if row["dataset"] == dataset})
-
-
 def dataset_notes(run, datasets):
     """Return sentences on where the datasets of the run are not those of the paper."""
     notes = []
     for dataset in OrderedDict.fromkeys(datasets):
-        theirs, count = paper_dataset(dataset), pair_count(run, dataset)
+        theirs, count = paper_dataset(dataset), run.datasets.get(dataset, 0)
         if dataset in STAND_INS:
             notes.append(
                 "%s stands in for the paper's %s (%d pairs, not available here): its %s generated, so the numbers"

@@ -109,7 +109,7 @@ def definitions(run):
             ),
         ),
     ]
-    if any(row["dataset"] == "sample" for row in run.pairs):
+    if "sample" in run.datasets:
         out.append(
             (
                 "Dataset sample",

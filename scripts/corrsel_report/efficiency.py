@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from . import paper
-from .figures import draw_background, draw_line, line_figures, new_axes, part_ending, plot_text
+from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
 from .markup import group_heading, paragraph, table, with_headings
 from .selectors import DARK, YELLOW, is_baseline, selector_key, selector_styles
 from .timing import time_panel
@@ -125,16 +125,17 @@ def scaling_panel(run, figures, threads, selectors, part):
     """Draw the median time against n on a logarithmic axis, with the quartiles of the rounds as bars."""
     figure, axes = new_axes(5.0, 3.8, 0.62, 0.15, 0.5, 0.34)
     for selector in part.others + part.names[::-1]:
-        rounds, style = selectors[selector], run.styles[selector]
-        ns = list(rounds)
-        quartiles = np.array([np.percentile(rounds[n], [25, 50, 75]) for n in ns]) * 1e3
-        quartiles = np.maximum(quartiles, 1e-6)  # a time of 0 has no place on the axis
-        if selector in part.others:
-            draw_background(axes, ns, quartiles[:, 1])
-            continue
-        edge = DARK if style["colour"] == YELLOW else style["colour"]
-        axes.vlines(ns, quartiles[:, 0], quartiles[:, 2], color=edge, linewidth=1.2)
-        draw_line(axes, ns, quartiles[:, 1], style, label=plot_text(selector))
+        with marked(axes, selector):
+            rounds, style = selectors[selector], run.styles[selector]
+            ns = list(rounds)
+            quartiles = np.array([np.percentile(rounds[n], [25, 50, 75]) for n in ns]) * 1e3
+            quartiles = np.maximum(quartiles, 1e-6)  # a time of 0 has no place on the axis
+            if selector in part.others:
+                draw_background(axes, ns, quartiles[:, 1])
+                continue
+            edge = DARK if style["colour"] == YELLOW else style["colour"]
+            axes.vlines(ns, quartiles[:, 0], quartiles[:, 2], color=edge, linewidth=1.2)
+            draw_line(axes, ns, quartiles[:, 1], style, label=plot_text(selector))
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(base=10))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: "%g" % y))

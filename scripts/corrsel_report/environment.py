@@ -7,7 +7,7 @@ from .words import esc
 
 def seeds_text(run):
     """Return the seeds of the run as words."""
-    seeds = sorted({row["seed"] for row in run.pairs if row["seed"]}, key=lambda s: (len(s), s))
+    seeds = sorted(filter(None, run.seeds), key=lambda s: (len(s), s))
     if not seeds:
         return "none recorded"
     if len(seeds) > 12:

@@ -69,6 +69,6 @@ def html(run, figures):
         out += [table("Pairs left out of the means.", head, rows, "texts", long=len(rows) > 15), rest]
     elif run.pairs:
         out.append(paragraph("Every pair has ground-truth inliers; none is left out of the means."))
-    if run.tasks:
+    if run.statuses:
         out.append(status_table(run))
     return "\n".join(out)

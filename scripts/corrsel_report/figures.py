@@ -1,10 +1,12 @@
 """Drawing with matplotlib: settings, axes, labels, and the way of a figure into the page."""
+import contextlib
 import io
 import re
 import textwrap
 import warnings
 
 import matplotlib
+import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402  (the backend is chosen first)
@@ -15,6 +17,7 @@ from .selectors import DARK, YELLOW, parts  # noqa: E402
 from .words import esc  # noqa: E402
 
 PNG_DPI = 150
+FINEST = 400  # steps along an axis that a figure shows apart
 
 
 def set_up_figures():
@@ -62,6 +65,29 @@ def new_axes(width, height, left, right, bottom, top):
     FigureCanvasAgg(figure)
     box = [left / width, bottom / height, (width - left - right) / width, (height - bottom - top) / height]
     return figure, figure.add_axes(box)
+
+
+@contextlib.contextmanager
+def marked(axes, selector):
+    """What is drawn in this block belongs to a selector: the page's script switches it off with the selector."""
+    before = set(axes.get_children())
+    yield
+    drawn = [artist for artist in axes.get_children() if artist not in before]
+    mark(axes.figure, selector, drawn + [a.arrow_patch for a in drawn if getattr(a, "arrow_patch", None)])
+
+
+def mark(figure, selector, artists):
+    """Give artists of a selector identifiers; they are unique, because the figure's file has them too."""
+    for artist in artists:
+        figure.marks = getattr(figure, "marks", 0) + 1
+        artist.set_gid("selector-%d:%s" % (figure.marks, selector))
+
+
+def selector_ticks(axis, selectors, longest, **options):
+    """Write the names of selectors along an axis, one at each tick; the options are those of texts."""
+    axis.set_ticklabels([plot_text(selector, longest) for selector in selectors], **options)
+    for label, selector in zip(axis.get_ticklabels(), selectors):
+        mark(axis.axes.figure, selector, [label])
 
 
 def safe_name(*parts):
@@ -138,6 +164,7 @@ class FigureWriter:
 
     def shorten(self, text):
         """Give the identifiers of one figure short names of its own and round its coordinates."""
+        text = re.sub(r' id="selector-\d+:([^"]*)"', r' data-selector="\1"', text)
         names = {}
         for name in re.findall(r'\bid="([^"]+)"', text):
             names.setdefault(name, "f%d-%d" % (self.count, len(names)))
@@ -171,6 +198,15 @@ def line_figures(run, figures, selectors, panels, css, caption):
 def part_ending(part):
     """Return the end of the name of a figure that shows a part of the selectors."""
     return "_" + part.title if part.title else ""
+
+
+def visible(x, y):
+    """Return which points of a curve of many a figure shows apart from their neighbours."""
+    if len(x) <= FINEST:
+        return np.ones(len(x), bool)
+    cells = [(FINEST * (v - v.min()) / max(np.ptp(v), 1e-12)).round() for v in (x, y)]
+    moves = np.any(np.diff(cells) != 0, axis=0)
+    return np.append(moves, True) | np.insert(moves, 0, True)
 
 
 def draw_background(axes, x, y):
@@ -225,7 +261,7 @@ def pixel_boxes(axes, points, obstacles):
 
 
 def place_labels(axes, points, labels, obstacles):
-    """Write a label beside each point, clear of labels, points and obstacles as far as there is room."""
+    """Write the name of a selector beside each point, clear of labels, points and obstacles as far as there is room."""
     scale, frame = axes.figure.dpi / 72.0, axes.get_window_extent()
     centres = axes.transData.transform(points)
     boxes = pixel_boxes(axes, points, obstacles)
@@ -247,16 +283,17 @@ def place_labels(axes, points, labels, obstacles):
         arrow = (
             {"arrowstyle": "-", "color": "#999999", "linewidth": 0.6} if max(abs(dx), abs(dy)) > 14 else None
         )
-        axes.annotate(
-            plot_text(labels[i]),
-            points[i],
-            xytext=(dx, dy),
-            textcoords="offset points",
-            ha="right" if dx < 0 else "center" if dx == 0 else "left",
-            va="center",
-            fontsize=8.5,
-            arrowprops=arrow,
-        )
+        with marked(axes, labels[i]):
+            axes.annotate(
+                plot_text(labels[i]),
+                points[i],
+                xytext=(dx, dy),
+                textcoords="offset points",
+                ha="right" if dx < 0 else "center" if dx == 0 else "left",
+                va="center",
+                fontsize=8.5,
+                arrowprops=arrow,
+            )
 
 
 def label_offsets():

@@ -9,7 +9,7 @@ from . import paper
 from .efficiency import NOT_TIMED, scaling_times, threads_text
 from .inference import is_above, mean_interval, paired_difference
 from .markup import paragraph, table, transposed, with_headings
-from .reading import Group
+from .reading import Group, at_tolerance
 from .robustness import SAMPLE_SEQUENCES
 from .selectors import BASELINE, are_many, is_baseline, selector_key
 from .words import esc, fraction, group_text, milliseconds, plural
@@ -107,14 +107,18 @@ def candidates():
     return out
 
 
+def known(column):
+    """Return the number of values of a column."""
+    return int(np.count_nonzero(np.isfinite(column)))
+
+
 def aligned(columns):
-    """Return selector -> array over the keys that all columns (selector -> key -> value) share, and the keys."""
-    columns = OrderedDict((s, c) for s, c in columns.items() if c)
+    """Return selector -> array of the entries that all columns (selector -> array, NaN = none) have, and their number."""
+    columns = OrderedDict((s, c) for s, c in columns.items() if known(c))
     if not columns:
-        return OrderedDict(), []
-    first = next(iter(columns.values()))
-    keys = [k for k in first if all(k in column for column in columns.values())]
-    return OrderedDict((s, np.array([c[k] for k in keys])) for s, c in columns.items()), keys
+        return OrderedDict(), 0
+    shared = np.all([np.isfinite(column) for column in columns.values()], axis=0)
+    return OrderedDict((s, column[shared]) for s, column in columns.items()), int(shared.sum())
 
 
 def with_enough_pairs(columns):
@@ -122,16 +126,16 @@ def with_enough_pairs(columns):
 
     Selectors are compared on the pairs that all of them share, so one with few results would leave few pairs.
     """
-    pairs = len({key for column in columns.values() for key in column})
-    enough = OrderedDict((s, c) for s, c in columns.items() if not c or 2 * len(c) >= pairs)
+    pairs = int(np.any([np.isfinite(column) for column in columns.values()], axis=0).sum()) if columns else 0
+    enough = OrderedDict((s, c) for s, c in columns.items() if not known(c) or 2 * known(c) >= pairs)
     notes = [
-        "%s is left out: it has results on %d of %s" % (s, len(c), plural(pairs, "pair"))
+        "%s is left out: it has results on %d of %s" % (s, known(c), plural(pairs, "pair"))
         for s, c in columns.items()
         if s not in enough
     ]
-    shared = len(aligned(enough)[1])
+    shared = aligned(enough)[1]
     if shared < pairs:
-        some = [s for s, c in enough.items() if c and len(c) < pairs]
+        some = [s for s, c in enough.items() if 0 < known(c) < pairs]
         text = "compared on %d of %s, because %s has no result on the others"
         notes.append(text % (shared, plural(pairs, "pair"), ", ".join(some)))
     return enough, notes
@@ -139,19 +143,15 @@ def with_enough_pairs(columns):
 
 def measure_f(run, candidate):
     """Return F of a group's pairs as Measured; None where the run has no usable pair of it."""
-    columns = OrderedDict()
-    for selector in run.selectors_of(candidate.group):
-        values = run.pair_values(candidate.group, selector)
-        columns[selector] = OrderedDict(
-            (pair, v)
-            for pair, v in values.items()
-            if candidate.sequences is None or pair[0] in candidate.sequences
-        )
+    chosen = run.in_sequences(candidate.group, candidate.sequences)
+    columns = OrderedDict(
+        (s, run.pair_values(candidate.group, s)[chosen]) for s in run.selectors_of(candidate.group)
+    )
     columns, notes = with_enough_pairs(columns)
-    values, keys = aligned(columns)
+    values, count = aligned(columns)
     baseline = next((v for s, v in values.items() if is_baseline(s)), None)
     values = OrderedDict((s, v) for s, v in values.items() if not is_baseline(s))
-    if not keys or not values:
+    if not count or not values:
         return None
     tau = run.tau(candidate.group)
     if candidate.generated:
@@ -160,14 +160,14 @@ def measure_f(run, candidate):
         notes.append("generated data (%s), counted apart" % where)
     if tau is not None and tau != paper.TAU_PX:
         notes.append("at %g px, the run has no tolerance of %g px" % (tau, paper.TAU_PX))
-    return Measured(values, baseline, len(keys), "pair", candidate.generated, 0.0, notes)
+    return Measured(values, baseline, count, "pair", candidate.generated, 0.0, notes)
 
 
 def speed(columns, unit, note):
-    """Return seconds (selector -> key -> s) as Measured: -log10 of the time, so that higher is better."""
-    values, keys = aligned(columns)
+    """Return seconds (selector -> array) as Measured: -log10 of the time, so that higher is better."""
+    values, count = aligned(columns)
     values = OrderedDict((s, -np.log10(np.maximum(v, 1e-9))) for s, v in values.items())
-    return Measured(values, None, len(keys), unit, False, MAGNITUDE, [note]) if keys else None
+    return Measured(values, None, count, unit, False, MAGNITUDE, [note]) if count else None
 
 
 def measure_time(run):
@@ -177,13 +177,13 @@ def measure_time(run):
             (n for s, rounds in selectors.items() if not is_baseline(s) for n in rounds if n <= SCALING_N),
             default=None,
         )
-        columns = OrderedDict(
-            (s, OrderedDict(enumerate(rounds[n])))
-            for s, rounds in selectors.items()
-            if n in rounds and not is_baseline(s)
+        seconds = OrderedDict(
+            (s, rounds[n]) for s, rounds in selectors.items() if n in rounds and not is_baseline(s)
         )
+        shared = min(map(len, seconds.values()), default=0)
+        columns = OrderedDict((s, np.array(values[:shared])) for s, values in seconds.items())
         if columns:
-            rounds = len(aligned(columns)[1])
+            rounds = aligned(columns)[1]
             return speed(
                 columns, "round", "N = %d, %s, %s" % (n, threads_text(threads), plural(rounds, "round"))
             )
@@ -194,19 +194,17 @@ def measure_time(run):
     for selector in run.selectors_of(group):
         if is_baseline(selector):
             continue
-        rows = [
-            r
-            for r in run.rows[group].get(selector, ())
-            if r["tau_px"] == run.tau(group) and r["select_s"] is not None and r["status"] not in NOT_TIMED
-        ]
-        columns[selector] = OrderedDict(((r["sequence"], r["pair"], r["seed"]), r["select_s"]) for r in rows)
+        rows = run.rows(group, selector)
+        timed = at_tolerance(rows, run.tau(group)) & ~rows.has("status", *NOT_TIMED)
+        columns[selector] = np.full((run.pair_count(group), len(run.seeds)), np.nan)
+        columns[selector][rows.pairs()[timed], rows["seed"][timed]] = rows["select_s"][timed]
     note = "select_s of the pairs of %s, %s: no scaling.csv" % (group.dataset, group.features)
     return speed(columns, "pair", note)
 
 
 def time_group(run):
     """Return the group whose times replace scaling.csv: unselected matches, the paper's features first."""
-    groups = [g for g in run.rows if g.preselection == "none"]
+    groups = [g for g in run.pairs.groups if g.preselection == "none"]
     default = [g for g in groups if g.features == paper.FEATURES_DEFAULT]
     return (default or groups or [None])[0]
 
@@ -305,7 +303,7 @@ def choices(run):
             continue
         means = OrderedDict((s, v.mean()) for s, v in measured.values.items())
         seconds = ((s, run.pair_values(group, s, "select_s")) for s in means)
-        times = {s: float(np.median(list(values.values()))) for s, values in seconds if values}
+        times = {s: float(np.nanmedian(values)) for s, values in seconds if known(values)}
         timed = [s for s in superior if s in times]
         fastest = min(timed, key=times.get) if timed else None
         front, weak = [], no_better_than_baseline(measured)

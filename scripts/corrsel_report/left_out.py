@@ -35,7 +35,7 @@ def left_out_sentence(run, group):
     left = sum(counts.values()) + failed
     return "%d of %s %s not in the means: %s." % (
         left,
-        plural(len(run.pair_names(group)) + failed, "pair"),
+        plural(run.pair_count(group) + failed, "pair"),
         be(left),
         ", ".join(reasons),
     )

@@ -1,6 +1,4 @@
 """What won where: the state of the run and the table of the winners."""
-from collections import OrderedDict
-
 from .compared import dataset_notes, paper_dataset, paper_winner
 from .markup import breakable, dataset_html, paragraph, sources, table
 from .paper import SOURCE
@@ -77,18 +75,13 @@ def notes_html(run):
 
 def lead_html(run):
     """Return the sentence that states what was compared."""
-    datasets = OrderedDict()
-    for row in run.pairs:
-        datasets.setdefault(row["dataset"], set()).add((row["sequence"], row["pair"]))
-    if not datasets:
+    if not run.datasets:
         return paragraph("This run holds no pairs.", "lead")
     competing = [s for s in run.selectors if not is_baseline(s)]
     counts = ", ".join(
-        "%s (%s)" % (dataset_html(name), plural(len(pairs), "pair")) for name, pairs in datasets.items()
+        "%s (%s)" % (dataset_html(name), plural(count, "pair")) for name, count in run.datasets.items()
     )
-    features = ", ".join(
-        esc(features_text(f)) for f in OrderedDict.fromkeys(row["features"] for row in run.pairs)
-    )
+    features = ", ".join(esc(features_text(f)) for f in run.features)
     text = "%s on %s, with %s: %s." % (
         plural(len(competing), "selector").capitalize(),
         counts,

@@ -1,7 +1,10 @@
 """Puts the sections together into one file."""
+import json
 from collections import namedtuple
 
 from . import (
+    budget,
+    curves,
     definitions,
     doubts,
     efficiency,
@@ -12,6 +15,7 @@ from . import (
     overall,
     overview,
     per_pair,
+    pose,
     preselected,
     results,
     robustness,
@@ -22,7 +26,9 @@ from . import (
 )
 from .figures import FigureWriter, set_up_figures
 from .markup import section, sources
-from .scopes import other_groups
+from .scopes import makes_variants, other_groups
+from .script import SCRIPT
+from .selectors import selector_key
 from .style import CSS
 from .words import esc, is_unrelated
 
@@ -38,6 +44,11 @@ def always(run):
 def experiment(name):
     """Return the condition of a section that belongs to an experiment of a preset."""
     return lambda run: name in run.sections
+
+
+def has_poses(run):
+    """Tell whether the section on poses is shown: a table of many variants tells little."""
+    return "pose" in run.sections or (run.pose_summary and not makes_variants(run))
 
 
 # In the report's order. Each module has html(run, figures), which returns the section's body.
@@ -60,12 +71,15 @@ SECTIONS = (
         "unrelated",
         "Pairs of different scenes",
         unrelated,
-        lambda run: "unrelated" in run.sections or any(is_unrelated(row["dataset"]) for row in run.pairs),
+        lambda run: "unrelated" in run.sections or any(map(is_unrelated, run.datasets)),
     ),
+    Section("pose", "Pose and corners", pose, has_poses),
+    Section("budget", "Equal time", budget, experiment("budget")),
+    Section("curves", "Operating curves", curves, experiment("curves")),
     Section("results", "Results", results, lambda run: not run.sections or other_groups(run)),
     Section("time", "Time against F, and F pair by pair", timing, lambda run: not run.sections),
     Section("time", "Before selection, and other settings", timing, lambda run: run.sections),
-    Section("visual", "Example pairs", visual, always),
+    Section("visual", "Example pairs", visual, lambda run: run.images or not makes_variants(run)),
     Section("failures", "Failures and left-out pairs", failures, always, ("failures.csv", "pairs.csv")),
     Section("stages", "Time by stage", stages, lambda run: run.stages or "peak_memory_mib" in run.state),
     Section("definitions", "Definitions", definitions, always),
@@ -103,12 +117,14 @@ def build(run, figures_folder=None):
         overview.lead_html(run),
         overview.scope_html(run),
         overview.notes_html(run),
-        '<nav aria-label="Contents"><ul class="toc">%s</ul></nav></header>\n<main>' % toc,
+        '<nav aria-label="Contents"><ul class="toc">%s</ul></nav></header>' % toc,
+        # Sections add the selectors that only their tables name.
+        '<main data-selectors="%s">' % esc(json.dumps(sorted(run.styles, key=selector_key))),
     ]
     out += [section(i, key, name, body) for i, (key, name, body) in enumerate(parts, 1)]
     out.append(
         "</main>\n<footer>Made by report.py of corrsel from the files of the run. Means: summary.csv; pairs:"
         " pairs.csv; figures: the folder figures.</footer>"
     )
-    out.append("</body>\n</html>\n")
+    out.append("<script>%s</script>\n</body>\n</html>\n" % SCRIPT)
     return "\n".join(part for part in out if part)

@@ -1,9 +1,9 @@
 """Experiment per_pair: F of every selector on every pair (the paper's Fig. 4)."""
-from collections import OrderedDict
+from itertools import compress
 
 import numpy as np
 
-from .figures import new_axes, plot_text
+from .figures import marked, new_axes, plot_text, selector_ticks
 from .markup import best_cell, group_heading, paragraph, sources, table, with_headings
 from .scopes import figure_name, groups_of
 from .selectors import are_many, is_baseline
@@ -11,6 +11,8 @@ from .words import at_tau, esc, fraction, group_text, interval
 
 HIGH_F = 0.8  # a pair counts as solved from here on
 PAIRS_IN_A_MAP = 60  # more pairs are drawn as several maps
+MAX_PAIRS = 240  # more pairs are not drawn one by one: a map shows how many have an F in each range
+RANGES = 10  # of F in that map
 
 
 def pair_name(pair):
@@ -20,11 +22,11 @@ def pair_name(pair):
 
 def values_of(run, group):
     """Return (pairs, selectors, F as pairs x selectors with NaN where there is none)."""
-    columns = OrderedDict((s, run.pair_values(group, s)) for s in run.selectors_of(group))
-    columns = OrderedDict((s, values) for s, values in columns.items() if values)
-    pairs = list(OrderedDict.fromkeys(pair for values in columns.values() for pair in values))
-    f = np.array([[columns[s].get(pair, np.nan) for s in columns] for pair in pairs])
-    return pairs, list(columns), f.reshape(len(pairs), len(columns))
+    names, pairs = run.selectors_of(group), run.pairs_of(group)
+    f = np.array([run.pair_values(group, s) for s in names]).reshape(len(names), len(pairs)).T
+    known = np.isfinite(f)
+    shown, judged = known.any(axis=0), known.any(axis=1)
+    return list(compress(pairs, judged)), list(compress(names, shown)), f[judged][:, shown]
 
 
 def highest_of(selectors, f):
@@ -33,51 +35,72 @@ def highest_of(selectors, f):
     return np.max(np.where(np.isfinite(competing), competing, -1.0), axis=1, initial=-1.0)
 
 
-def heat_map(run, figures, group, pairs, selectors, f, name):
-    """Draw F as one coloured cell per pair and selector, its value in percent written in it."""
-    left = min(1.75, 0.25 + 0.075 * max(len(pair_name(p)) for p in pairs))
-    width, height = left + 0.1 + 0.46 * len(selectors), 0.75 + 0.185 * len(pairs)
+def heat_map(figures, label, names, selectors, values, bold, name):
+    """Draw values of 0 to 1 as one coloured cell per row and selector, each in percent written in its cell."""
+    left = min(1.75, 0.25 + 0.075 * max(map(len, names)))
+    width, height = left + 0.1 + 0.46 * len(selectors), 0.75 + 0.185 * len(names)
     figure, axes = new_axes(width, height, left, 0.1, 0.06, 0.69)
-    axes.pcolormesh(
-        np.arange(len(selectors) + 1),
-        np.arange(len(pairs) + 1),
-        np.ma.masked_invalid(f),
-        cmap="cividis",
-        vmin=0,
-        vmax=1,
-        edgecolors="white",
-        linewidth=0.6,
-    )
     axes.set_facecolor("#e6e6e6")
-    highest = highest_of(selectors, f)
-    for (y, x), value in np.ndenumerate(f):
-        known = np.isfinite(value)
-        best = known and not is_baseline(selectors[x]) and 0 < round(100 * value) == round(100 * highest[y])
-        axes.text(
-            x + 0.5,
-            y + 0.52,
-            "%.0f" % (100 * value) if known else "\u2013",
-            ha="center",
-            va="center",
-            fontsize=8,
-            color="black" if not known or value > 0.5 else "white",
-            fontweight="bold" if best else "normal",
-        )
+    for x, selector in enumerate(selectors):
+        with marked(axes, selector):
+            axes.pcolormesh(
+                [x, x + 1],
+                np.arange(len(names) + 1),
+                np.ma.masked_invalid(values[:, [x]]),
+                cmap="cividis",
+                vmin=0,
+                vmax=1,
+                edgecolors="white",
+                linewidth=0.6,
+            )
+            for y, value in enumerate(values[:, x]):
+                known = np.isfinite(value)
+                axes.text(
+                    x + 0.5,
+                    y + 0.52,
+                    "%.0f" % (100 * value) if known else "\u2013",
+                    ha="center",
+                    va="center",
+                    fontsize=8,
+                    color="black" if not known or value > 0.5 else "white",
+                    fontweight="bold" if bold[y, x] else "normal",
+                )
     if is_baseline(selectors[-1]) and len(selectors) > 1:
         axes.axvline(len(selectors) - 1, color="white", linewidth=4)
     axes.set_xlim(0, len(selectors))
-    axes.set_ylim(len(pairs), 0)
+    axes.set_ylim(len(names), 0)
     axes.set_xticks(np.arange(len(selectors)) + 0.5)
-    axes.set_xticklabels(
-        [plot_text(s, 11) for s in selectors], rotation=45, ha="left", rotation_mode="anchor"
-    )
-    axes.set_yticks(np.arange(len(pairs)) + 0.5)
-    axes.set_yticklabels([plot_text(pair_name(p), 20) for p in pairs])
+    selector_ticks(axes.xaxis, selectors, 11, rotation=45, ha="left", rotation_mode="anchor")
+    axes.set_yticks(np.arange(len(names)) + 0.5)
+    axes.set_yticklabels([plot_text(name, 20) for name in names])
     axes.xaxis.tick_top()
     axes.tick_params(length=0, pad=3)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    return figures(figure, "F of every pair of %s, selectors in columns" % group_text(group), name)
+    return figures(figure, label, name)
+
+
+def pair_maps(run, figures, group, pairs, selectors, f):
+    """Draw F of every pair, one row per pair, as one or several maps; bold where it reads like the highest."""
+    label = "F of every pair of %s, selectors in columns" % group_text(group)
+    whole = np.round(100 * f)
+    bold = (whole > 0) & (whole == np.round(100 * highest_of(selectors, f))[:, None])
+    bold[:, [is_baseline(s) for s in selectors]] = False
+    names = list(map(pair_name, pairs))
+    parts = [slice(i, i + PAIRS_IN_A_MAP) for i in range(0, len(pairs), PAIRS_IN_A_MAP)]
+    name = figure_name(run, "per_pair", group)
+    return [heat_map(figures, label, names[p], selectors, f[p], bold[p], name) for p in parts]
+
+
+def range_map(run, figures, group, selectors, f):
+    """Draw which share of a selector's pairs has an F in each range, the highest range first."""
+    edges = np.arange(RANGES + 1) / RANGES
+    names = ["%g to %g" % (100 * a, 100 * b) for a, b in zip(edges, edges[1:])]
+    counts = np.array([np.histogram(column[np.isfinite(column)], edges)[0] for column in f.T]).T
+    shares = counts / counts.sum(axis=0)
+    label = "Share of the pairs of %s with an F in each range, selectors in columns" % group_text(group)
+    name = figure_name(run, "per_pair", group)
+    return heat_map(figures, label, names[::-1], selectors, shares[::-1], np.zeros(shares.shape, bool), name)
 
 
 def pair_table(run, group, pairs, selectors, f):
@@ -149,22 +172,19 @@ def html(run, figures):
         if not pairs:
             continue
         out.append('<article class="group"><h3>%s</h3>' % group_heading(group))
-        maps = [
-            heat_map(
-                run,
-                figures,
-                group,
-                pairs[i : i + PAIRS_IN_A_MAP],
-                selectors,
-                f[i : i + PAIRS_IN_A_MAP],
-                figure_name(run, "per_pair", group),
+        if len(pairs) <= MAX_PAIRS:
+            maps = pair_maps(run, figures, group, pairs, selectors, f)
+            text = (
+                "F in percent, one row per pair, %s; bold: highest of the row; grey: no ground truth or no result."
+                % at_tau(run.tau(group))
             )
-            for i in range(0, len(pairs), PAIRS_IN_A_MAP)
-        ]
-        text = (
-            "F in percent, one row per pair, %s; bold: highest of the row; grey: no ground truth or no result."
-            % at_tau(run.tau(group))
-        )
+        else:
+            maps = [range_map(run, figures, group, selectors, f)]
+            text = (
+                "The share of each selector's pairs, in percent, whose F in percent lies in the range of the row, %s."
+                " The %d pairs are too many for a row each; pairs.csv has them all."
+                % (at_tau(run.tau(group)), len(pairs))
+            )
         out.append(
             '<figure class="figure map%s"><div class="scroll" role="region" aria-label="F of every pair"'
             ' tabindex="0">%s</div><figcaption>%s</figcaption></figure>'

@@ -11,7 +11,7 @@ from .compared import (
     paper_label,
     printed_f,
 )
-from .figures import line_style, new_axes, plot_text
+from .figures import line_style, marked, new_axes, plot_text, selector_ticks
 from .markup import paragraph, sources
 from .reading import Group
 from .scopes import groups_of
@@ -35,15 +35,16 @@ def arrow_panel(run, figures, group):
     figure, axes = new_axes(3.9, 0.95 + 0.27 * len(selectors), 1.05, 0.15, 0.48, 0.34)
     axes.grid(True, axis="x")
     for y, selector in enumerate(selectors):
-        style = line_style(run.styles[selector])
-        colour = DARK if style["color"] == YELLOW else style["color"]
-        style.update(linestyle="none", markersize=7)
-        x0, x1 = before[selector][0], after[selector][0]
-        axes.plot([x0, x1], [y, y], color=colour, linewidth=1.4)
-        axes.plot([x0], [y], **dict(style, markerfacecolor="white", markeredgecolor=colour))
-        axes.plot([x1], [y], **dict(style, markerfacecolor=style["color"]))
+        with marked(axes, selector):
+            style = line_style(run.styles[selector])
+            colour = DARK if style["color"] == YELLOW else style["color"]
+            style.update(linestyle="none", markersize=7)
+            x0, x1 = before[selector][0], after[selector][0]
+            axes.plot([x0, x1], [y, y], color=colour, linewidth=1.4)
+            axes.plot([x0], [y], **dict(style, markerfacecolor="white", markeredgecolor=colour))
+            axes.plot([x1], [y], **dict(style, markerfacecolor=style["color"]))
     axes.set_yticks(range(len(selectors)))
-    axes.set_yticklabels([plot_text(s, 13) for s in selectors])
+    selector_ticks(axes.yaxis, selectors, 13)
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(selectors) - 0.5, -0.5)
     axes.set_xlim(-0.03, 1.03)

@@ -1,21 +1,43 @@
-"""Reads the folder of a run (tables, state, configuration) into a `Run`, which the report queries."""
+"""Reads the folder of a run (tables, state, configuration) into a `Run`, which the sections of the report query.
+
+pairs.csv may have millions of rows. A section therefore asks for arrays, and never loops over rows:
+
+    for group in run.groups:                              # dataset x features x preselection
+        for selector in run.selectors_of(group):
+            f = run.pair_values(group, selector)          # F at run.tau(group), entry i is of run.pairs_of(group)[i]
+            f = f[np.isfinite(f)]                         # NaN: no ground truth, unsupported, no row
+            rows = run.rows(group, selector)              # all rows: every tolerance and repetition
+            times = rows["select_s"][rows["tau_px"] == run.tau(group)]
+
+`run.datasets`, `run.features` and `run.seeds` state what the rows hold, `run.statuses` how the selections ended, and
+`run.mean` gives a row of summary.csv. `run.stages` has columns, too. The other tables are lists of dictionaries.
+A further large table of the same kind is read with `tables.read_columns` into a `RowTable`.
+"""
 import csv
-import io
 import json
-import math
 import re
 from collections import Counter, OrderedDict, namedtuple
 
 import numpy as np
 
 from .left_out import LeftOut, cause
-from .selectors import is_baseline, selector_key, selector_styles
-from .words import is_unrelated, plural
+from .selectors import budget_name, curve_name, is_baseline, selector_key, selector_styles
+from .tables import Columns, ReportError, read_columns, read_optional_columns, read_optional_table, read_text
+from .words import is_unrelated
 
 PAIRS_HEADER = (
     "dataset,sequence,pair,features,preselection,selector,tau_px,n_left,n_right,n_putative,n_ground_truth,"
     "n_selected,n_correct,precision,recall_paper,recall_same_tau,f_paper,f_same_tau,status,"
     "confidence,seed,detect_s,describe_s,match_s,select_s"
+).split(",")
+POSES_HEADER = (
+    "dataset,sequence,pair,features,preselection,selector,seed,status,n_selected,model,n_inliers,rotation_deg,"
+    "translation_deg,pose_deg,epipolar_precision,corner_px,estimate_s"
+).split(",")
+POSE_SUMMARY_HEADER = (
+    "dataset,features,preselection,selector,poses,no_pose,auc_5,auc_10,auc_10_lo,auc_10_hi,auc_20,maa_10,"
+    "rotation_deg_median,translation_deg_median,pose_deg_median,epipolar_precision,homographies,no_homography,"
+    "corner_auc_1,corner_auc_3,corner_auc_3_lo,corner_auc_3_hi,corner_auc_5,corner_px_median,estimate_s_median"
 ).split(",")
 SUMMARY_HEADER = (
     "dataset,features,preselection,selector,tau_px,pairs,precision,recall_paper,f_paper,f_paper_lo,"
@@ -28,101 +50,9 @@ IMAGES_HEADER = (
 STAGES_HEADER = "number,dataset,sequence,pair,stage,seconds".split(",")
 SCALING_HEADER = "selector,threads,n,round,n_selected,status,select_s".split(",")
 REMARKS_HEADER = "dataset,sequence,selector,remark".split(",")
-TEXT_COLUMNS = {"dataset", "sequence", "pair", "features", "preselection", "selector", "status", "seed"}
-TEXT_COLUMNS |= {"stage", "error", "file", "threads", "remark"}
 REFERENCE_TAU = 5.0
+SHARED_NAMES = (budget_name, curve_name)
 Group = namedtuple("Group", "dataset features preselection")
-
-
-class ReportError(Exception):
-    """Input from which no report can be made; the message names the input, the reason and the remedy."""
-
-
-def to_number(text):
-    """Return the finite number in a cell, None for an empty or undefined one; else ValueError."""
-    if not text.strip():
-        return None
-    value = float(text)
-    return value if math.isfinite(value) else None
-
-
-def describe_header_difference(found, expected):
-    """Return one sentence on where a header differs from the expected one."""
-    for i, name in enumerate(expected):
-        if i >= len(found):
-            return "it ends before column %d ('%s')" % (i + 1, name)
-        if found[i] != name:
-            return "column %d is '%s' instead of '%s'" % (i + 1, found[i], name)
-    return "it has %d columns too many, the first is '%s'" % (
-        len(found) - len(expected),
-        found[len(expected)],
-    )
-
-
-def read_text(path):
-    """Return a file's text with undecodable and control characters replaced, line ends kept."""
-    text = path.read_bytes().decode("utf-8-sig", errors="replace")
-    return re.sub("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]", "\ufffd", text)
-
-
-def short_name(path):
-    """Return a file's name as seen from the run folder."""
-    return "images/" + path.name if path.parent.name == "images" else path.name
-
-
-def read_table(path, header, notes):
-    """Read a CSV file into dictionaries.
-
-    A last line without line end and unreadable lines are left out and noted.
-    Raises ReportError when the header is not the expected one.
-    """
-    text = read_text(path)
-    if not text.strip():
-        notes.append("%s is an empty file." % short_name(path))
-        return []
-    found = next(csv.reader(io.StringIO(text)))
-    if found != header:
-        raise ReportError(
-            "%s: wrong header: %s. Found '%s', expected '%s'. Remedy: write the folder again with the"
-            " benchmark of this package version."
-            % (path, describe_header_difference(found, header), ",".join(found), ",".join(header))
-        )
-    if not text.endswith("\n") and "\n" in text:
-        text = text[: text.rindex("\n") + 1]
-        notes.append(
-            "%s: the last line is cut off and was left out (the run was interrupted)." % short_name(path)
-        )
-    rows, bad = [], []
-    reader = csv.reader(io.StringIO(text, newline=""))
-    next(reader)
-    for cells in reader:
-        if not cells:
-            continue
-        try:
-            if len(cells) != len(header):
-                raise ValueError("number of cells")
-            rows.append({k: c if k in TEXT_COLUMNS else to_number(c) for k, c in zip(header, cells)})
-        except ValueError:
-            bad.append(reader.line_num)
-    if bad:
-        shown = ", ".join(str(n) for n in bad[:10]) + (", ..." if len(bad) > 10 else "")
-        notes.append(
-            "%s: %s could not be read and left out: line %s."
-            % (short_name(path), plural(len(bad), "line"), shown)
-        )
-    return rows
-
-
-def read_optional_table(path, header, notes, consequence):
-    """As read_table, but an absent or unusable file is noted, with its consequence, and gives no rows."""
-    if not path.is_file():
-        notes.append("%s is missing: %s." % (short_name(path), consequence))
-        return []
-    try:
-        return read_table(path, header, notes)
-    except (ReportError, OSError, csv.Error) as error:
-        notes.append("%s was not used (%s): %s." % (short_name(path), str(error).rstrip("."), consequence))
-        return []
 
 
 def read_optional_json(path, notes, consequence):
@@ -184,12 +114,12 @@ def read_run(folder):
         )
     notes = []
     try:
-        pairs = read_table(pairs_file, PAIRS_HEADER, notes)
+        table = read_columns(pairs_file, PAIRS_HEADER, notes)
     except (OSError, csv.Error) as error:
         raise ReportError(
             "%s: cannot be read (%s). Remedy: check the file and its permissions." % (pairs_file, error)
         )
-    run = Run(folder, pairs, notes)
+    run = Run(folder, RowTable(table), notes)
     run.summary = read_optional_table(
         folder / "summary.csv",
         SUMMARY_HEADER,
@@ -204,6 +134,10 @@ def read_run(folder):
     run.failures = read_optional_table(
         folder / "failures.csv", FAILURES_HEADER, notes, "pairs that failed before selection are not listed"
     )
+    if (folder / "pose_summary.csv").is_file():
+        run.pose_summary = read_optional_table(
+            folder / "pose_summary.csv", POSE_SUMMARY_HEADER, notes, "poses and corners are not shown"
+        )
     if (folder / "remarks.csv").is_file():
         run.remarks = read_optional_table(
             folder / "remarks.csv", REMARKS_HEADER, notes, "remarks on the images are not shown"
@@ -217,7 +151,7 @@ def read_run(folder):
         notes.append("config.yaml is missing: the configuration is not shown.")
     run.settings = config_values(run.config or "")
     run.sections = run.list_setting("sections")
-    run.stages = read_optional_table(
+    run.stages = read_optional_columns(
         folder / "stages.csv", STAGES_HEADER, notes, "the time by stage is not shown"
     )
     if "efficiency" in run.sections or (folder / "scaling.csv").is_file():
@@ -228,22 +162,112 @@ def read_run(folder):
     return run
 
 
+class Rows:
+    """The rows of one group and selector, in the order of the file: rows["f_paper"] is an array."""
+
+    def __init__(self, columns, begin, end, places):
+        """Show the rows from begin to end of some Columns; `places` are those of the group's pairs, ascending."""
+        self.columns, self.slice, self.places = columns, slice(begin, end), places
+
+    def __len__(self):
+        """Return the number of rows."""
+        return self.slice.stop - self.slice.start
+
+    def __getitem__(self, name):
+        """Return a column: numbers with NaN for empty cells, or codes of texts (see tables.Columns)."""
+        return self.columns[name][self.slice]
+
+    def pairs(self):
+        """Return for each row the index of its pair in pairs_of(group)."""
+        return np.searchsorted(self.places, self["place"])
+
+    def has(self, name, *texts):
+        """Return for each row whether its cell in a column of texts is one of these."""
+        return np.isin(self[name], [self.columns.code(name, text) for text in texts])
+
+
+class RowTable:
+    """The rows of pairs.csv, or of a table with the same first columns, by group and selector."""
+
+    def __init__(self, columns):
+        """Sort Columns by group and selector; within these the order of the file remains."""
+        self.columns = columns
+        # A place is a pair of a dataset. The numbers of places follow the order in which they appear.
+        columns.arrays["place"], first = columns.numbering("dataset", "sequence", "pair")
+        self.place_codes = {name: columns[name][first] for name in ("dataset", "sequence", "pair")}
+        counts = np.bincount(self.place_codes["dataset"], minlength=len(columns.texts["dataset"]))
+        self.datasets = OrderedDict(zip(columns.texts["dataset"], counts.tolist()))  # -> number of pairs
+        self.features, self.seeds = columns.texts["features"], columns.texts.get("seed", [])
+        self.selectors = columns.texts["selector"]
+        groups, first = columns.numbering("dataset", "features", "preselection")
+        self.groups = [Group(*self.texts(i, *Group._fields)) for i in first]
+        columns.arrays["row"] = np.arange(len(columns), dtype=np.int32)  # as in the file
+        key = groups * np.int64(len(self.selectors)) + columns["selector"]
+        order = np.argsort(key, kind="stable")
+        columns.reorder(order)
+        key = key[order]
+        begins = np.flatnonzero(np.diff(key, prepend=-1))
+        self.slices = OrderedDict((group, OrderedDict()) for group in self.groups)
+        for begin, end in zip(begins, list(begins[1:]) + [len(key)]):
+            group, selector = divmod(int(key[begin]), len(self.selectors))
+            self.slices[self.groups[group]][self.selectors[selector]] = (int(begin), int(end))
+        self.places_of = OrderedDict(
+            (group, np.unique(np.concatenate([columns["place"][b:e] for b, e in slices.values()])))
+            for group, slices in self.slices.items()
+        )
+
+    def __len__(self):
+        """Return the number of rows."""
+        return len(self.columns)
+
+    def texts(self, i, *names):
+        """Return the texts of some columns of a row."""
+        return tuple(self.columns.texts[name][self.columns[name][i]] for name in names)
+
+    def selectors_of(self, group):
+        """Return the selectors that have rows of a group, by first appearance."""
+        return list(self.slices.get(group, ()))
+
+    def pair(self, place):
+        """Return the (sequence, pair) of a place."""
+        return tuple(self.columns.texts[name][self.place_codes[name][place]] for name in ("sequence", "pair"))
+
+    def place(self, dataset, sequence, pair):
+        """Return the number of a place; -1, which no row has, where there is none."""
+        texts = {"dataset": dataset, "sequence": sequence, "pair": pair}
+        found = [self.place_codes[name] == self.columns.code(name, text) for name, text in texts.items()]
+        places = np.flatnonzero(np.all(found, axis=0))
+        return int(places[0]) if len(places) else -1
+
+    def places(self, group):
+        """Return the places of the pairs of a group, ascending, which is the order of their appearance."""
+        return self.places_of.get(group, np.empty(0, np.int32))
+
+    def rows(self, group, selector):
+        """Return the Rows of a selector on a group; none where it has none."""
+        begin, end = self.slices.get(group, {}).get(selector, (0, 0))
+        return Rows(self.columns, begin, end, self.places(group))
+
+
 class Run:
     """The contents of a run's folder, with the queries that the report needs."""
 
     def __init__(self, folder, pairs, notes):
-        """Hold the rows of pairs.csv; the optional files are filled in by read_run."""
+        """Hold the RowTable of pairs.csv; the optional files are filled in by read_run."""
         self.folder = folder
         self.name = folder.resolve().name
         self.pairs = pairs
         self.notes = notes
-        self.summary, self.failures, self.images, self.stages, self.scaling = [], [], [], [], []
-        self.remarks = []
+        self.summary, self.failures, self.images, self.scaling = [], [], [], []
+        self.remarks, self.pose_summary = [], []
+        self.stages = Columns(STAGES_HEADER)
         self.state, self.environment, self.config = {}, {}, None
         self.truth_warnings = []  # sequences whose ground truth another reading explains far better
         self.settings = {}  # top-level keys of config.yaml
         self.sections = []  # experiments of the preset the run was started with; empty without preset
         self.link = ""  # leads from the page to the run's folder: "" or ends in "/"
+        self.datasets, self.features, self.seeds = pairs.datasets, pairs.features, pairs.seeds
+        self.values = {}  # what pair_values has computed
 
     def index(self):
         """Build the look-ups; call once all files are read."""
@@ -251,32 +275,63 @@ class Run:
         for row in self.summary:
             selectors = self.means.setdefault(group_of(row), {})
             selectors.setdefault(row["selector"], {})[row["tau_px"]] = row
-        self.rows = OrderedDict()  # group -> selector -> rows of pairs.csv
-        self.tasks = OrderedDict()  # one status per pair x features x preselection x selector x seed
-        self.left_out = OrderedDict()  # (group, sequence, pair) without ground-truth inlier -> LeftOut
-        for row in self.pairs:
-            group = group_of(row)
-            self.rows.setdefault(group, OrderedDict()).setdefault(row["selector"], []).append(row)
-            task = (group, row["sequence"], row["pair"], row["selector"], row["seed"])
-            if self.tasks.get(task, "ok") == "ok":
-                self.tasks[task] = row["status"] or "ok"
-            if is_unrelated(row["dataset"]):
-                continue
-            if row["n_ground_truth"] == 0 and row["status"] != "unsupported_input":
-                place = (group, row["sequence"], row["pair"])
-                known = self.left_out.get(place)
-                # Only a selection of matches shows whether there is a truth that could judge it.
-                if known is None or row["n_selected"]:
-                    self.left_out[place] = LeftOut(cause(row), row["n_putative"])
-        groups = OrderedDict.fromkeys(list(self.rows) + list(self.means))
+        self.all_groups = list(OrderedDict.fromkeys(self.pairs.groups + list(self.means)))
         # Pairs of different scenes have no F; a section of their own shows them.
-        self.groups = [group for group in groups if not is_unrelated(group.dataset)]
-        names = {row["selector"] for row in self.pairs} | {row["selector"] for row in self.summary}
+        self.groups = [group for group in self.all_groups if not is_unrelated(group.dataset)]
+        names = set(self.pairs.selectors) | {row["selector"] for row in self.summary}
         self.selectors = sorted(names, key=selector_key)
-        self.statuses = {}  # (group, selector) -> Counter of statuses
-        for (group, _, _, selector, _), status in self.tasks.items():
-            self.statuses.setdefault((group, selector), Counter())[status] += 1
         self.styles = selector_styles(self.selectors)
+        # Variants that one line joins are shown under the name that they share.
+        for shared in SHARED_NAMES:
+            names = {shared(s) for s in self.selectors}
+            if len(names) < len(self.selectors):
+                self.styles.update(selector_styles(names))
+        self.left_out = self.find_left_out()  # (group, sequence, pair) without ground-truth inlier -> LeftOut
+        self.statuses = {}  # (group, selector) -> Counter of statuses, one per pair and seed
+        self.group_taus = {}
+        for group, slices in self.pairs.slices.items():
+            for selector in slices:
+                rows = self.rows(group, selector)
+                self.statuses[group, selector] = self.count_statuses(rows)
+                taus = rows["tau_px"]
+                self.group_taus.setdefault(group, set()).update(np.unique(taus[np.isfinite(taus)]).tolist())
+
+    def count_statuses(self, rows):
+        """Return status -> number of selections. Where the tolerances differ, the first that is not ok counts."""
+        selections = rows["place"] * np.int64(max(1, len(self.seeds))) + rows["seed"]
+        bad = ~rows.has("status", "", "ok")
+        total = len(np.unique(selections))
+        which, first = np.unique(selections[bad], return_index=True)
+        codes, counts = np.unique(rows["status"][bad][first], return_counts=True)
+        out = Counter({"ok": total - len(which)} if total > len(which) else {})
+        out.update(dict(zip((self.pairs.columns.texts["status"][code] for code in codes), counts.tolist())))
+        return out
+
+    def find_left_out(self):
+        """Return (group, sequence, pair) -> LeftOut of the pairs without ground-truth inlier, as in the file."""
+        columns, out = self.pairs.columns, []
+        for group in self.pairs.groups:
+            if is_unrelated(group.dataset):
+                continue
+            found = []
+            for begin, end in self.pairs.slices[group].values():
+                rows = Rows(columns, begin, end, self.pairs.places_of[group])
+                none = (rows["n_ground_truth"] == 0) & ~rows.has("status", "unsupported_input")
+                found.append(begin + np.flatnonzero(none))
+            found = np.concatenate(found)
+            found = found[np.argsort(columns["row"][found])]
+            places, first = np.unique(columns["place"][found], return_index=True)
+            last = dict(zip(places.tolist(), found[first].tolist()))
+            firsts = columns["row"][found[first]].tolist()
+            # Only a selection of matches shows whether there is a truth that could judge it.
+            selected = found[columns["n_selected"][found] > 0][::-1]
+            chosen, latest = np.unique(columns["place"][selected], return_index=True)
+            last.update(zip(chosen.tolist(), selected[latest].tolist()))
+            for place, appeared in zip(places.tolist(), firsts):
+                row = columns.row(last[place])
+                out.append((appeared, (group,) + self.pairs.pair(place), row))
+        out.sort(key=lambda item: item[0])
+        return OrderedDict((place, LeftOut(cause(row), row["n_putative"])) for _, place, row in out)
 
     def list_setting(self, key):
         """Return a list of config.yaml; empty where there is none."""
@@ -285,14 +340,13 @@ class Run:
 
     def selectors_of(self, group):
         """Return the selectors of a group in the report's order, the baseline last."""
-        names = set(self.rows.get(group, {})) | set(self.means.get(group, {}))
+        names = set(self.pairs.selectors_of(group)) | set(self.means.get(group, {}))
         return sorted(names, key=selector_key)
 
     def taus(self, group):
         """Return the tolerances of a group, ascending; [None] for labelled ground truth."""
         taus = {tau for rows in self.means.get(group, {}).values() for tau in rows}
-        taus |= {row["tau_px"] for rows in self.rows.get(group, {}).values() for row in rows}
-        return sorted(taus - {None}) or [None]
+        return sorted((taus | self.group_taus.get(group, set())) - {None}) or [None]
 
     def tau(self, group):
         """Return the tolerance at which a group is tabulated: 5 px, or the nearest one there is."""
@@ -309,10 +363,25 @@ class Run:
         found = (r for r in self.remarks if r["selector"] in names and r["dataset"] == group.dataset)
         return next((row["remark"] for row in found), None)
 
-    def pair_names(self, group):
-        """Return the pairs of a group, as (sequence, pair), that reached the selectors."""
-        rows = (row for selected in self.rows.get(group, {}).values() for row in selected)
-        return OrderedDict.fromkeys((row["sequence"], row["pair"]) for row in rows)
+    def rows(self, group, selector):
+        """Return the Rows of pairs.csv of a selector on a group."""
+        return self.pairs.rows(group, selector)
+
+    def pair_count(self, group):
+        """Return the number of pairs of a group that reached the selectors."""
+        return len(self.pairs.places(group))
+
+    def pairs_of(self, group):
+        """Return the pairs of a group, as (sequence, pair), that reached the selectors, by first appearance."""
+        return [self.pairs.pair(place) for place in self.pairs.places(group)]
+
+    def in_sequences(self, group, sequences):
+        """Return for each pair of a group whether its sequence is one of these; None stands for all."""
+        places = self.pairs.places(group)
+        if sequences is None:
+            return np.ones(len(places), bool)
+        codes = [self.pairs.columns.code("sequence", name) for name in sequences]
+        return np.isin(self.pairs.place_codes["sequence"][places], codes)
 
     def failed_pairs(self, dataset):
         """Return the number of pairs of a dataset that could not be read or run."""
@@ -332,19 +401,66 @@ class Run:
         return sorted((r for r in rows if r), key=lambda r: (-r["f_paper"], selector_key(r["selector"])))
 
     def pair_values(self, group, selector, column="f_paper"):
-        """Return usable pair -> value at the tabulated tolerance, repetitions averaged."""
-        tau, values = self.tau(group), OrderedDict()
-        for row in self.rows.get(group, {}).get(selector, ()):
-            usable = row["status"] != "unsupported_input" and row["n_ground_truth"] != 0
-            if usable and row["tau_px"] == tau and row[column] is not None:
-                values.setdefault((row["sequence"], row["pair"]), []).append(row[column])
-        return OrderedDict((pair, float(np.mean(v))) for pair, v in values.items())
+        """Return the values of a column at the tabulated tolerance, repetitions averaged.
+
+        Entry i belongs to pairs_of(group)[i]. It is NaN where ground truth cannot judge the pair, the selector is
+        unsupported, or there is no value.
+        """
+        key = (group, selector, column)
+        if key not in self.values:
+            rows = self.rows(group, selector)
+            usable = (rows["n_ground_truth"] != 0) & ~rows.has("status", "unsupported_input")
+            self.values[key] = average_by_pair(rows, column, usable & at_tolerance(rows, self.tau(group)))
+        return self.values[key]
+
+    def pair_constants(self, group, column):
+        """Return a number that is the same in all rows of a pair, such as n_putative; NaN where it is missing."""
+        key = (group, None, column)
+        if key not in self.values:
+            values = np.full(self.pair_count(group), np.nan)
+            for selector in self.pairs.selectors_of(group):
+                rows = self.rows(group, selector)
+                known = np.isfinite(rows[column])
+                values[rows.pairs()[known]] = rows[column][known]
+            self.values[key] = values
+        return self.values[key]
+
+    def first_rows(self, dataset, features):
+        """Return the numbers, in `pairs.columns`, of the first row of each pair with these features."""
+        seen, out = np.zeros(len(self.pairs.place_codes["pair"]), bool), []
+        for group, slices in self.pairs.slices.items():
+            if (group.dataset, group.features) != (dataset, features):
+                continue
+            for begin, end in slices.values():
+                places, first = np.unique(self.pairs.columns["place"][begin:end], return_index=True)
+                out.append(begin + first[~seen[places]])
+                seen[places] = True
+        return np.concatenate(out) if out else np.empty(0, int)
+
+    def differences(self, group, first, second):
+        """Return the differences in F, first - second, of the pairs of a group that both have."""
+        difference = self.pair_values(group, first) - self.pair_values(group, second)
+        return difference[np.isfinite(difference)]
 
     def head_to_head(self, group, first, second):
         """Return the number of pairs on which the first has the higher F, of ties, and of all."""
         a, b = self.pair_values(group, first), self.pair_values(group, second)
-        common = [(a[pair], b[pair]) for pair in a if pair in b]
-        return sum(x > y for x, y in common), sum(x == y for x, y in common), len(common)
+        common = np.isfinite(a) & np.isfinite(b)
+        return int(np.sum(a[common] > b[common])), int(np.sum(a[common] == b[common])), int(np.sum(common))
+
+
+def at_tolerance(rows, tau):
+    """Return which Rows have a tolerance; None stands for labelled ground truth, which has none."""
+    return np.isnan(rows["tau_px"]) if tau is None else rows["tau_px"] == tau
+
+
+def average_by_pair(rows, column, chosen):
+    """Return the mean of a column over the chosen Rows of each pair of their group, NaN without any."""
+    chosen = chosen & np.isfinite(rows[column])
+    where, count = rows.pairs()[chosen], len(rows.places)
+    sums = np.bincount(where, weights=rows[column][chosen], minlength=count)
+    counts = np.bincount(where, minlength=count)
+    return np.divide(sums, counts, out=np.full(count, np.nan), where=counts > 0)
 
 
 def group_of(row):

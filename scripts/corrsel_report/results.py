@@ -1,9 +1,19 @@
 """Means of every dataset, kind of features and preselection: table and curves."""
 from collections import OrderedDict
 
+import numpy as np
 from matplotlib.ticker import FuncFormatter
 
-from .figures import draw_background, draw_line, line_figures, new_axes, part_ending, plot_text
+from .figures import (
+    draw_background,
+    draw_line,
+    line_figures,
+    marked,
+    new_axes,
+    part_ending,
+    plot_text,
+    selector_ticks,
+)
 from .markup import group_heading, paragraph, sources, table, with_headings
 from .left_out import left_out_sentence
 from .overview import findings_in_place, sentence
@@ -34,10 +44,11 @@ def curve_panel(run, figures, group, part, title, column, name):
         points = [(tau, row[column]) for tau, row in rows if row and row[column] is not None]
         if points:
             x, y = zip(*points)
-            if selector in part.others:
-                draw_background(axes, x, y)
-            else:
-                draw_line(axes, x, y, run.styles[selector], label=plot_text(selector))
+            with marked(axes, selector):
+                if selector in part.others:
+                    draw_background(axes, x, y)
+                else:
+                    draw_line(axes, x, y, run.styles[selector], label=plot_text(selector))
     axes.set_title(title, loc="left")
     axes.set_xlabel("tolerance \u03c4 (px)")
     axes.set_ylim(-0.02, 1.02)
@@ -56,25 +67,26 @@ def bar_panel(run, figures, group, title, column, name):
     figure, axes = new_axes(3.9, 0.75 + 0.27 * len(selectors), 1.05, 0.5, 0.38, 0.34)
     axes.grid(True, axis="x")
     for y, selector in enumerate(selectors):
-        row, style = run.mean(group, selector, run.tau(group)), run.styles[selector]
-        if row is None or row[column] is None:
-            reason = "unsupported" if run.unsupported(group, selector) else "no result"
-            axes.text(0.02, y, reason, va="center", style="italic", color="#555555", fontsize=8.5)
-            continue
-        value = row[column]
-        hollow = style["hollow"] or is_baseline(selector)
-        edge = DARK if style["colour"] == YELLOW else style["colour"]
-        face, hatch = ("white", "////") if hollow else (style["colour"], None)
-        axes.barh(y, value, height=0.62, color=face, edgecolor=edge, hatch=hatch, linewidth=0.9)
-        end = value
-        if column == "f_paper" and None not in (row["f_paper_lo"], row["f_paper_hi"]):
-            low, high = row["f_paper_lo"], row["f_paper_hi"]
-            axes.plot([low, high], [y, y], color="white", linewidth=3.4, solid_capstyle="butt")
-            axes.plot([low, high], [y, y], color="#222222", linewidth=1.4, marker="|", markersize=6)
-            end = max(value, high)
-        axes.text(end + 0.025, y, fraction(value), va="center", fontsize=8.5)
+        with marked(axes, selector):
+            row, style = run.mean(group, selector, run.tau(group)), run.styles[selector]
+            if row is None or row[column] is None:
+                reason = "unsupported" if run.unsupported(group, selector) else "no result"
+                axes.text(0.02, y, reason, va="center", style="italic", color="#555555", fontsize=8.5)
+                continue
+            value = row[column]
+            hollow = style["hollow"] or is_baseline(selector)
+            edge = DARK if style["colour"] == YELLOW else style["colour"]
+            face, hatch = ("white", "////") if hollow else (style["colour"], None)
+            axes.barh(y, value, height=0.62, color=face, edgecolor=edge, hatch=hatch, linewidth=0.9)
+            end = value
+            if column == "f_paper" and None not in (row["f_paper_lo"], row["f_paper_hi"]):
+                low, high = row["f_paper_lo"], row["f_paper_hi"]
+                axes.plot([low, high], [y, y], color="white", linewidth=3.4, solid_capstyle="butt")
+                axes.plot([low, high], [y, y], color="#222222", linewidth=1.4, marker="|", markersize=6)
+                end = max(value, high)
+            axes.text(end + 0.025, y, fraction(value), va="center", fontsize=8.5)
     axes.set_yticks(range(len(selectors)))
-    axes.set_yticklabels([plot_text(s, 13) for s in selectors])
+    selector_ticks(axes.yaxis, selectors, 13)
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(selectors) - 0.5, -0.5)
     axes.set_xlim(0, 1)
@@ -151,7 +163,7 @@ def group_notes(run, group):
             " not strictly comparable."
         )
     out += filter(None, [left_out_sentence(run, group)])
-    usable = {s: len(run.pair_values(group, s)) for s in counts}
+    usable = {s: np.count_nonzero(np.isfinite(run.pair_values(group, s))) for s in counts}
     stale = [s for s in counts if usable[s] > counts[s]]
     if stale:
         out.append(

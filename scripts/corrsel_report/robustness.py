@@ -4,10 +4,10 @@ from collections import OrderedDict, namedtuple
 import numpy as np
 
 from . import paper
-from .figures import new_axes, plot_text
+from .figures import marked, new_axes, plot_text, selector_ticks
 from .inference import average_ranks, is_separate, mean_interval, paired_difference, spearman
 from .markup import group_heading, paragraph, table, with_headings
-from .reading import Group
+from .reading import Group, average_by_pair
 from .selectors import DARK, YELLOW, is_baseline
 from .words import at_tau, esc, features_text, fraction, group_text, plural
 
@@ -28,7 +28,7 @@ SEQUENCES = OrderedDict([("vgg", VGG_SEQUENCES), ("sample", SAMPLE_SEQUENCES)])
 DASH = "\u2013"
 
 InlierRatio = namedtuple("InlierRatio", "pairs within_10 within_5")
-Score = namedtuple("Score", "precision recall f values empty")  # f: Estimate; values: pair -> F
+Score = namedtuple("Score", "precision recall f values empty")  # f: Estimate; values: F of each pair
 Result = namedtuple("Result", "case sequence scores ratio putative printed")
 
 
@@ -39,20 +39,24 @@ def mean_inlier_ratio(run, dataset, features, sequence=None):
     5 px, None where the run lacks keep_all or that tolerance. Pairs without any inlier count as 0.
     """
     group = Group(dataset, features, "none")
-    shares, near = OrderedDict(), OrderedDict()
-    for selector, rows in run.rows.get(group, {}).items():
-        for row in rows:
-            if sequence not in (None, row["sequence"]) or not row["n_putative"]:
-                continue
-            key = (row["sequence"], row["pair"])
-            if row["n_ground_truth"] is not None:
-                shares[key] = row["n_ground_truth"] / row["n_putative"]
-            if is_baseline(selector) and row["tau_px"] == paper.TAU_PX and row["n_correct"] is not None:
-                near[key] = row["n_correct"] / row["n_putative"]
-    if not shares:
+    putative, inliers = (run.pair_constants(group, name) for name in ("n_putative", "n_ground_truth"))
+    counted = (
+        np.isfinite(inliers)
+        & (putative > 0)
+        & run.in_sequences(group, None if sequence is None else [sequence])
+    )
+    if not counted.any():
         return None
-    within_5 = float(np.mean(list(near.values()))) if len(near) == len(shares) else None
-    return InlierRatio(len(shares), float(np.mean(list(shares.values()))), within_5)
+    correct = np.full(len(putative), np.nan)
+    for selector in filter(is_baseline, run.selectors_of(group)):
+        rows = run.rows(group, selector)
+        correct = average_by_pair(rows, "n_correct", rows["tau_px"] == paper.TAU_PX)
+    within_10, within_5 = inliers[counted] / putative[counted], correct[counted] / putative[counted]
+    return InlierRatio(
+        len(within_10),
+        float(within_10.mean()),
+        float(within_5.mean()) if np.isfinite(within_5).all() else None,
+    )
 
 
 def percent(share):
@@ -91,26 +95,24 @@ def inlier_ratio_html(run):
 
 def group_for(run, dataset):
     """Return the group of a dataset without preselection, with the paper's features if the run has them."""
-    groups = [g for g in run.rows if g.dataset == dataset and g.preselection == "none"]
+    groups = [g for g in run.pairs.groups if g.dataset == dataset and g.preselection == "none"]
     default = [g for g in groups if g.features == paper.FEATURES_DEFAULT]
     return (default or groups or [None])[0]
 
 
 def score(run, group, sequence, selector):
     """Return a selector's means over the pairs of a sequence; None without a usable pair."""
-    columns = []
-    for column in ("precision", "recall_paper", "f_paper"):
-        values = run.pair_values(group, selector, column)
-        columns.append(OrderedDict((p, v) for p, v in values.items() if p[0] == sequence))
-    precision, recall, f = columns
-    if not f:
+    inside = run.in_sequences(group, [sequence])
+    values = [run.pair_values(group, selector, c)[inside] for c in ("precision", "recall_paper", "f_paper")]
+    precision, recall, f = (column[np.isfinite(column)] for column in values)
+    if len(f) == 0:
         return None
     return Score(
-        float(np.mean(list(precision.values()))) if precision else None,
-        float(np.mean(list(recall.values()))),
-        mean_interval(list(f.values())),
-        f,
-        sum(value == 0 for value in f.values()),
+        float(precision.mean()) if len(precision) else None,
+        float(recall.mean()),
+        mean_interval(f),
+        values[2],
+        int(np.sum(f == 0)),
     )
 
 
@@ -124,19 +126,15 @@ def results(run, group):
         scores = OrderedDict((s, v) for s, v in scores.items() if v is not None)
         if not any(not is_baseline(s) for s in scores):
             continue
-        putative = {
-            (r["sequence"], r["pair"]): r["n_putative"]
-            for rows in run.rows[group].values()
-            for r in rows
-            if r["sequence"] == sequence and r["n_putative"] is not None
-        }
+        putative = run.pair_constants(group, "n_putative")[run.in_sequences(group, [sequence])]
+        putative = putative[np.isfinite(putative)]
         out.append(
             Result(
                 case,
                 sequence,
                 scores,
                 mean_inlier_ratio(run, group.dataset, group.features, sequence),
-                float(np.median(list(putative.values()))) if putative else None,
+                float(np.median(putative)) if len(putative) else None,
                 case if comparable else None,
             )
         )
@@ -225,8 +223,8 @@ def difference_text(first, second, difference):
 def difference_of(result, first, second):
     """Return the paired difference in F of two selectors over their common pairs; None without any."""
     a, b = result.scores[first].values, result.scores[second].values
-    common = [pair for pair in a if pair in b]
-    return paired_difference([a[p] for p in common], [b[p] for p in common]) if common else None
+    common = np.isfinite(a) & np.isfinite(b)
+    return paired_difference(a[common], b[common]) if common.any() else None
 
 
 def why_html(result):
@@ -402,22 +400,23 @@ def dot_panel(run, figures, group, result):
     figure, axes = new_axes(3.9, 0.78 + 0.22 * len(names), 1.05, 0.15, 0.38, 0.34)
     axes.grid(True, axis="x")
     for y, selector in enumerate(names):
-        value, style = result.scores[selector], run.styles[selector]
-        edge = DARK if style["colour"] == YELLOW else style["colour"]
-        face = "white" if style["hollow"] else style["colour"]
-        axes.plot([value.f.low, value.f.high], [y, y], color=edge, linewidth=1.4, solid_capstyle="butt")
-        axes.plot([value.f.mean], [y], "o", color=face, markeredgecolor=edge, markersize=6)
-        if result.printed and selector in result.printed.f:
-            axes.plot(
-                [printed(result.printed.f[selector])],
-                [y],
-                "D",
-                color="none",
-                markeredgecolor="#222222",
-                markersize=5.5,
-            )
+        with marked(axes, selector):
+            value, style = result.scores[selector], run.styles[selector]
+            edge = DARK if style["colour"] == YELLOW else style["colour"]
+            face = "white" if style["hollow"] else style["colour"]
+            axes.plot([value.f.low, value.f.high], [y, y], color=edge, linewidth=1.4, solid_capstyle="butt")
+            axes.plot([value.f.mean], [y], "o", color=face, markeredgecolor=edge, markersize=6)
+            if result.printed and selector in result.printed.f:
+                axes.plot(
+                    [printed(result.printed.f[selector])],
+                    [y],
+                    "D",
+                    color="none",
+                    markeredgecolor="#222222",
+                    markersize=5.5,
+                )
     axes.set_yticks(range(len(names)))
-    axes.set_yticklabels([plot_text(s, 13) for s in names])
+    selector_ticks(axes.yaxis, names, 13)
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.set_xlim(-0.02, 1.02)

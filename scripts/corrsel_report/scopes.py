@@ -13,7 +13,12 @@ EXPERIMENTS = (
     "visual",
     "guide",
     "unrelated",
+    "pose",
+    "budget",
+    "curves",
 )
+# They run several variants of each selector, which only their own sections show.
+VARYING = ("budget", "curves")
 
 
 def main_features(run):
@@ -47,8 +52,15 @@ def figure_name(run, prefix, group, *rest):
     return "_".join(part for part in (prefix, group.dataset, features, preselection) + rest if part)
 
 
+def makes_variants(run):
+    """Tell whether the run's preset runs several variants of each selector."""
+    return any(name in run.sections for name in VARYING)
+
+
 def other_groups(run):
     """Return the groups with means that no experiment of the run's preset shows."""
+    if makes_variants(run):
+        return []
     shown = OrderedDict.fromkeys(
         group
         for name in ("overall", "preselected", "features")

@@ -1,9 +1,11 @@
 """The names of selectors: their groups and order in the report, and one style for each in every figure."""
+import functools
 from collections import Counter, OrderedDict, namedtuple
 
-from .groups import GROUPS
+from .groups import GROUPS, MAIN_PARAMETERS
 
 BASELINE = "keep_all"
+TIME_LIMIT = "max_seconds"  # the option that the experiment budget varies, s
 OTHER_PACKAGES = "other packages"  # the group of selectors that this package does not know
 FEW = 14  # as many selectors need no headings of groups and fit into one figure of lines
 PART = 8  # selectors whose lines one of several figures shows
@@ -24,24 +26,66 @@ PRESET_LINES = ((0, (3, 1.5)), (0, (1, 1.5)), (0, (5, 1, 1, 1, 1, 1)))
 GREY, DARK, YELLOW = "#767676", "#555555", "#F0E442"
 
 
+# A selector's name taken apart: usac:h[max_seconds=0.01] is "usac", "h" and {"max_seconds": "0.01"}.
+Parts = namedtuple("Parts", "base preset options")
+
+
+@functools.lru_cache(maxsize=None)
+def take_apart(selector):
+    """Return the Parts of a selector's name; preset and options may be empty."""
+    beginning, _, inside = selector.partition("[")
+    base, _, preset = beginning.partition(":")
+    pairs = (piece.partition("=") for piece in inside.rstrip("]").split(";") if piece)
+    return Parts(base, preset, OrderedDict((name.strip(), value.strip()) for name, _, value in pairs))
+
+
+def without_options(selector, names):
+    """Return a selector's name without some of the options in its brackets."""
+    base, preset, options = take_apart(selector)
+    rest = ";".join("%s=%s" % item for item in options.items() if item[0] not in names)
+    return base + (":" + preset if preset else "") + ("[%s]" % rest if rest else "")
+
+
+def budget_name(selector):
+    """Return the name that the variants of a selector with different time limits share."""
+    return without_options(selector, (TIME_LIMIT,))
+
+
+def curve_name(selector):
+    """Return the name that the variants of a selector on its operating curve share."""
+    return without_options(selector, MAIN_PARAMETERS.get(take_apart(selector).base, ()))
+
+
 def is_baseline(selector):
     """Tell whether a selector is the keep-everything baseline."""
-    return selector.split(":")[0] == BASELINE
+    return take_apart(selector).base == BASELINE
 
 
 def group_of_selector(selector):
     """Return the name of a selector's group, "other packages" where this package does not know it."""
-    base = selector.partition(":")[0]
+    base = take_apart(selector).base
     return next((group for group, names in GROUPS.items() if base in names), OTHER_PACKAGES)
 
 
 def selector_key(selector):
-    """Sort key: the groups in the order of listings, presets after their default, the baseline last."""
-    base, _, preset = selector.partition(":")
+    """Sort key: the groups in the order of listings, the baseline last.
+
+    Presets come after their default, and options in brackets after the name without, by rising values.
+    """
+    base, preset, options = take_apart(selector)
+    values = tuple((name, sortable(value)) for name, value in options.items())
     group = group_of_selector(selector)
     if group == OTHER_PACKAGES:
-        return (False, len(GROUPS), 0, base, preset)
-    return (is_baseline(selector), list(GROUPS).index(group), GROUPS[group].index(base), base, preset)
+        return (False, len(GROUPS), 0, base, preset, values)
+    return (is_baseline(selector), list(GROUPS).index(group), GROUPS[group].index(base), base, preset, values)
+
+
+def sortable(value):
+    """Return the value of an option as a sort key: numbers by their size, other texts after them."""
+    try:
+        return (float(value), "")
+    except ValueError:
+        return (float("inf"), value)
 
 
 def are_many(selectors):
@@ -76,7 +120,7 @@ def parts(selectors):
 
 
 def selector_styles(selectors):
-    """Return selector -> style; presets are hollow, in the colour of their default.
+    """Return selector -> style; presets and variants are hollow, in the colour of their default.
 
     Each figure of lines tells its selectors apart; selectors in different figures may share a style.
     """
@@ -91,7 +135,8 @@ def styles_of_part(selectors, many):
     """Return selector -> style within one figure; with many selectors, the paper's styles are used again."""
     styles, others, presets = {}, {}, Counter()
     for name in selectors:
-        base, _, preset = name.partition(":")
+        base = take_apart(name).base
+        varied = name != base  # by a preset or by options in brackets
         if is_baseline(name):
             styles[name] = {"colour": GREY, "marker": "x", "line": (0, (1, 1.5)), "hollow": False}
             continue
@@ -106,9 +151,9 @@ def styles_of_part(selectors, many):
                     PRESET_LINES[i % len(PRESET_LINES)],
                 )
         colour, marker, line = SELECTOR_STYLES.get(base) or others[base]
-        if preset:
+        if varied:
             line = PRESET_LINES[presets[base] % len(PRESET_LINES)]
             marker = marker if presets[base] == 0 else OTHER_MARKERS[presets[base] % len(OTHER_MARKERS)]
             presets[base] += 1
-        styles[name] = {"colour": colour, "marker": marker, "line": line, "hollow": bool(preset)}
+        styles[name] = {"colour": colour, "marker": marker, "line": line, "hollow": varied}
     return styles

@@ -1,6 +1,8 @@
 """Where the time of the whole run went, by stage and dataset; memory."""
 from collections import OrderedDict
 
+import numpy as np
+
 from .figures import new_axes, plot_text
 from .markup import dataset_html, paragraph, sources, table
 from .words import esc
@@ -12,6 +14,7 @@ STAGES = (
     "match",
     "select",
     "evaluate",
+    "pose",
 )  # of a dataset; others are of the whole run
 # Okabe-Ito colours and hatches, distinguishable in grey as well.
 STYLES = (
@@ -21,6 +24,7 @@ STYLES = (
     ("#009E73", "///"),
     ("#E69F00", ""),
     ("#CC79A7", "\\\\\\"),
+    ("#F0E442", ""),
 )
 
 
@@ -35,20 +39,26 @@ def duration(seconds):
     return "%d h %02d min" % divmod(round(seconds / 60), 60)
 
 
+def duration_cell(seconds):
+    """Return the cell of a duration, whose text alone could not be sorted."""
+    return ('data-value="%.6f"' % seconds, duration(seconds))
+
+
 def sums(run):
     """Return (dataset -> stage -> s, dataset -> number of pairs, stage -> s of the stages of no dataset)."""
     datasets, pairs, whole = OrderedDict(), {}, OrderedDict()
-    for row in run.stages:
-        if row["seconds"] is None:
-            continue
-        if not row["dataset"]:
-            whole[row["stage"]] = whole.get(row["stage"], 0.0) + row["seconds"]
-            continue
-        stages = datasets.setdefault(row["dataset"], OrderedDict())
-        stages[row["stage"]] = stages.get(row["stage"], 0.0) + row["seconds"]
-        if row["number"] is not None:
-            pairs.setdefault(row["dataset"], set()).add(row["number"])
-    return datasets, {name: len(pairs.get(name, ())) for name in datasets}, whole
+    rows = run.stages
+    known = np.isfinite(rows["seconds"])
+    cells, first = rows.numbering("dataset", "stage")
+    totals = np.bincount(cells[known], weights=rows["seconds"][known], minlength=len(first))
+    counts = np.bincount(cells[known], minlength=len(first))
+    for i in np.flatnonzero(counts):
+        dataset, stage = (rows.texts[name][rows[name][first[i]]] for name in ("dataset", "stage"))
+        (datasets.setdefault(dataset, OrderedDict()) if dataset else whole)[stage] = float(totals[i])
+    for dataset in datasets:
+        of_dataset = known & (rows["dataset"] == rows.code("dataset", dataset)) & np.isfinite(rows["number"])
+        pairs[dataset] = len(np.unique(rows["number"][of_dataset]))
+    return datasets, pairs, whole
 
 
 def stages_of(datasets):
@@ -109,14 +119,15 @@ def html(run, figures):
             cells = [dataset_html(dataset), str(pairs[dataset])]
             for name in names:
                 totals[name] += stages.get(name, 0.0)
-                cells.append(duration(stages[name]) if name in stages else "\u2013")
-            rows.append(("", cells + [duration(sum(stages.values()))]))
+                cells.append(duration_cell(stages[name]) if name in stages else "\u2013")
+            rows.append(("", cells + [duration_cell(sum(stages.values()))]))
         rows += [
-            ("", [esc(stage)] + ["\u2013"] * (len(names) + 1) + [duration(s)]) for stage, s in whole.items()
+            ("", [esc(stage)] + ["\u2013"] * (len(names) + 1) + [duration_cell(s)])
+            for stage, s in whole.items()
         ]
         everything = sum(totals.values()) + sum(whole.values())
         cells = ["<b>all</b>", str(sum(pairs.values()))] + [duration(s) for s in totals.values()]
-        rows.append(("", cells + ["<b>%s</b>" % duration(everything)]))
+        rows.append(("total", cells + ["<b>%s</b>" % duration(everything)]))
         head = ["Dataset or stage", "Pairs"] + [esc(name) for name in names] + ["all"]
         caption = (
             "Wall time by stage, summed over the pairs. Rows below the datasets are stages of the whole run."

@@ -17,7 +17,7 @@ h3 .sub, h4 .sub { font-weight: 400; color: #555; margin-left: .3rem; }
 p, ul, dl { margin: 0 0 1rem; }
 p, li, dd { overflow-wrap: anywhere; }
 a { color: #005a8d; }
-a:focus-visible, .scroll:focus-visible, pre:focus-visible { outline: 2px solid #0072B2;
+a:focus-visible, .scroll:focus-visible, pre:focus-visible, thead th button:focus-visible { outline: 2px solid #0072B2;
   outline-offset: 2px; }
 code, pre { font-family: ui-monospace, "SFMono-Regular", Menlo, Consolas, "DejaVu Sans Mono", monospace;
   font-size: .86em; }
@@ -82,6 +82,22 @@ tr.heading th, tr.heading th:first-child { text-align: left; font-size: .84em; c
   padding: .3rem .2rem; }
 tr.baseline th, tr.baseline td, td.base { color: #5c5c5c; font-style: italic; }
 tr.baseline { background: #f5f5f5; } tr.baseline th:first-child { background-color: #f5f5f5; }
+.off, tr.unused { display: none !important; }
+.switches { position: sticky; top: 0; z-index: 5; margin: 1.5rem 0 0; padding: .45rem .8rem; background: #f5f5f5;
+  border: 1px solid #d5d5d5; font-size: .92rem; }
+.switches summary { cursor: pointer; font-weight: 650; }
+.boxes { display: flex; flex-wrap: wrap; gap: .15rem 1rem; align-items: baseline; padding-top: .35rem;
+  max-height: 30vh; overflow-y: auto; }
+.boxes label { white-space: nowrap; } .boxes input { margin: 0 .35rem 0 0; vertical-align: -.08em; }
+.boxes button { font: inherit; padding: 0 .6rem; }
+thead th button { font: inherit; color: inherit; text-align: inherit; white-space: inherit; cursor: pointer;
+  background: none; border: 0; padding: 0; margin: 0; min-width: 1em; min-height: 1em; }
+.sortable thead th:not(:first-child) { position: relative; }
+thead th button::after { content: ""; position: absolute; margin-left: .15em; font-weight: 400; }
+thead th button:hover::after, thead th button:focus-visible::after { content: "\\2195"; color: #767676; }
+thead th[aria-sort] button::after { color: #005a8d; font-weight: 650; }
+thead th[aria-sort=ascending] button::after { content: "\\2191"; }
+thead th[aria-sort=descending] button::after { content: "\\2193"; }
 .none { color: #5c5c5c; font-style: italic; }
 .results td.none { text-align: left; }
 .zero { color: #767676; }
@@ -151,7 +167,7 @@ footer { margin-top: 3rem; padding-top: .8rem; border-top: 1px solid #d5d5d5; co
   tr, .figure, .cell, dt { page-break-inside: avoid; break-inside: avoid; } dt { break-after: avoid; }
   .grid { grid-template-columns: repeat(2, 1fr); }
   pre { white-space: pre-wrap; overflow-wrap: anywhere; }
-  nav { display: none; } a { color: inherit; text-decoration: none; }
+  nav, .switches { display: none; } a { color: inherit; text-decoration: none; }
   * { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
 }
 """

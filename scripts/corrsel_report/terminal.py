@@ -3,11 +3,14 @@ from collections import OrderedDict
 
 from .compared import percent
 from .left_out import left_out_sentence
+from .pose import CORNERS, GROUND_TRUTH, MEASURES, POSE, groups_of, interval_of, ranking
+from .selectors import BASELINE
 from .remarks import remark_sentences
 from .standings import standing
 from .words import features_text, is_unrelated, milliseconds, plural, preselection_text
 
 GAP = "  "
+AREA_HEADS = {POSE: "pose AUC 10 deg %", CORNERS: "corner AUC 3 px %"}
 WINNERS_TEXTS = {0, 2, 3, 4, 5, 6}  # columns of words
 
 
@@ -89,6 +92,33 @@ def winners_lines(run):
     return [title] + columns(head, [winners_row(run, group) for group in groups], WINNERS_TEXTS)
 
 
+def area_of(row, measure):
+    """Return an area of pose_summary.csv in percent, "-" where there is none."""
+    return "-" if row is None or row[measure.area] is None else percent(row[measure.area])
+
+
+def named_area(row, measure):
+    """Return a selector with its area and the interval."""
+    return "%s %s (%s)" % (row["selector"], area_of(row, measure), interval_of(row, measure)) if row else "-"
+
+
+def measure_lines(run, measure):
+    """Return the table of the highest areas of pose or corner errors; nothing where none is known."""
+    groups, rows = groups_of(run, measure), []
+    for group, by_selector in groups.items():
+        first, second = (ranking(by_selector, measure) + [None, None])[:2]
+        rows.append(
+            [name_of(group), "%d" % first[measure.pairs] if first else "-"]
+            + [named_area(first, measure), named_area(second, measure)]
+            + [area_of(by_selector.get(name), measure) for name in (BASELINE, GROUND_TRUTH)]
+        )
+    if not rows:
+        return []
+    head = ["", "pairs", "highest", "runner-up", "keep_all", "ground-truth inliers"]
+    title = "Highest %s in percent, with its 95 %% interval:" % measure.area_text
+    return [title] + columns(head, rows, {0, 2, 3})
+
+
 def remark_lines(run):
     """Return what limits the comparison: pairs that are not in the means, selectors that did not run, images."""
     out = OrderedDict()  # sentence -> groups
@@ -97,7 +127,7 @@ def remark_lines(run):
         if text:
             out.setdefault(text, []).append(name_of(group))
     lines = ["%s: %s" % ("; ".join(names), text) for text, names in out.items()]
-    for dataset in OrderedDict.fromkeys(r["dataset"] for r in run.pairs if is_unrelated(r["dataset"])):
+    for dataset in filter(is_unrelated, run.datasets):
         lines.append("%s: pairs of different scenes have no F; report.html shows them." % dataset)
     return lines + remark_sentences(run)
 
@@ -107,14 +137,23 @@ def cell(value, show):
     return "-" if value is None else show(value)
 
 
+def known_measures(run, group):
+    """Return the measures of pose and corners that are known in a group."""
+    return [measure for measure in MEASURES if group in groups_of(run, measure)]
+
+
 def selector_row(run, group, selector):
     """Return the cells of a selector in the table of its group; None where it did not run there."""
     row = run.means.get(group, {}).get(selector, {}).get(run.tau(group))
     if row is None or run.unsupported(group, selector):
         return None
     texts = [cell(row[name], percent) for name in ("precision", "recall_paper", "f_paper")]
+    areas = [
+        area_of(groups_of(run, measure)[group].get(selector), measure)
+        for measure in known_measures(run, group)
+    ]
     times = [cell(row[name], milliseconds) for name in ("select_s_median", "select_s_p95")]
-    return [selector, cell(row["pairs"], "{:.0f}".format)] + texts + [bounds(row)] + times
+    return [selector, cell(row["pairs"], "{:.0f}".format)] + texts + [bounds(row)] + areas + times
 
 
 def group_lines(run, group):
@@ -124,7 +163,8 @@ def group_lines(run, group):
         preselection_text(group.preselection),
         tolerance(run.tau(group)),
     )
-    head = ["selector", "pairs", "P %", "R %", "F %", "95 % of F", "median ms", "p95 ms"]
+    head = ["selector", "pairs", "P %", "R %", "F %", "95 % of F"]
+    head += [AREA_HEADS[measure] for measure in known_measures(run, group)] + ["median ms", "p95 ms"]
     selectors = run.selectors_of(group)
     rows = [row for row in (selector_row(run, group, s) for s in selectors) if row]
     missing = [s for s in selectors if run.unsupported(group, s)]
@@ -134,8 +174,11 @@ def group_lines(run, group):
 
 def text(run, everything):
     """Return the winners and what limits the comparison; with everything, the tables of all selectors too."""
-    lines = winners_lines(run) + remark_lines(run)
+    lines = winners_lines(run)
+    for measure in MEASURES:
+        lines += measure_lines(run, measure)
+    lines += remark_lines(run)
     if everything:
-        for group in OrderedDict.fromkeys(list(run.rows) + list(run.means)):
+        for group in run.all_groups:
             lines += group_lines(run, group) if ran(run, group) else []
     return "\n".join(lines)

@@ -6,14 +6,16 @@ import numpy as np
 from .figures import (
     format_time_axis,
     line_style,
+    marked,
     new_axes,
     overlap_area,
     pixel_boxes,
     place_labels,
     plot_text,
+    selector_ticks,
 )
 from .markup import group_heading, paragraph, sources, table
-from .scopes import figure_name, is_main
+from .scopes import figure_name, is_main, makes_variants
 from .selectors import DARK, GREY, YELLOW, is_baseline
 from .words import at_tau, esc, features_text, group_text, milliseconds
 
@@ -74,21 +76,23 @@ def time_panel(run, figures, group):
     for time, row in zip(times, rows):
         options = line_style(run.styles[row["selector"]])
         options.update(linestyle="none", markersize=7)
-        if None not in (row["f_paper_lo"], row["f_paper_hi"]):
-            low, high = row["f_paper_lo"], row["f_paper_hi"]
-            axes.plot(
-                [time, time],
-                [low, high],
-                color=options["markeredgecolor"],
-                linewidth=1.2,
-                marker="_",
-                markersize=6,
-            )
-            obstacles.append(((time, low), (time, high)))
-        axes.plot([time], [row["f_paper"]], **options)
+        with marked(axes, row["selector"]):
+            if None not in (row["f_paper_lo"], row["f_paper_hi"]):
+                low, high = row["f_paper_lo"], row["f_paper_hi"]
+                axes.plot(
+                    [time, time],
+                    [low, high],
+                    color=options["markeredgecolor"],
+                    linewidth=1.2,
+                    marker="_",
+                    markersize=6,
+                )
+                obstacles.append(((time, low), (time, high)))
+            axes.plot([time], [row["f_paper"]], **options)
     points = [(t, r["f_paper"]) for t, r in zip(times, rows)]
     for row in base:
-        obstacles += draw_baseline(axes, row, points, obstacles)
+        with marked(axes, row["selector"]):
+            obstacles += draw_baseline(axes, row, points, obstacles)
     place_labels(axes, points, [r["selector"] for r in rows], obstacles)
     axes.grid(True)
     axes.set_xlabel("median selection time (ms, logarithmic)")
@@ -99,31 +103,36 @@ def time_panel(run, figures, group):
 
 def distribution_panel(run, figures, group):
     """Draw F of every pair, one row of dots per selector with median and quartiles. '' without values."""
-    selectors = [s for s in run.selectors_of(group) if run.pair_values(group, s)]
+    selectors = [s for s in run.selectors_of(group) if np.isfinite(run.pair_values(group, s)).any()]
     if not selectors:
         return ""
     figure, axes = new_axes(5.0, max(3.6, 0.85 + 0.3 * len(selectors)), 1.15, 0.15, 0.5, 0.34)
     axes.grid(True, axis="x")
     for y, selector in enumerate(selectors):
-        values = np.array(list(run.pair_values(group, selector).values()))
-        jitter = 0.26 * (2 * ((np.arange(len(values)) * 0.618034) % 1) - 1)
-        colour = run.styles[selector]["colour"]
-        edge = "#8a8420" if colour == YELLOW else colour
-        axes.plot(
-            values,
-            y + jitter,
-            ".",
-            color=colour,
-            markeredgecolor=edge,
-            markeredgewidth=0.4,
-            markersize=4.2,
-            alpha=0.6,
-        )
-        low, middle, high = np.percentile(values, [25, 50, 75])
-        axes.plot([low, high], [y, y], color="#222222", linewidth=1.2, solid_capstyle="butt")
-        axes.plot([middle], [y], "|", color="#222222", markersize=13, markeredgewidth=2.2)
+        with marked(axes, selector):
+            values = run.pair_values(group, selector)
+            values = values[np.isfinite(values)]
+            dots = values
+            if len(values) > MAX_DOTS:
+                dots = np.sort(values)[np.linspace(0, len(values) - 1, MAX_DOTS).round().astype(int)]
+            jitter = 0.26 * (2 * ((np.arange(len(dots)) * 0.618034) % 1) - 1)
+            colour = run.styles[selector]["colour"]
+            edge = "#8a8420" if colour == YELLOW else colour
+            axes.plot(
+                dots,
+                y + jitter,
+                ".",
+                color=colour,
+                markeredgecolor=edge,
+                markeredgewidth=0.4,
+                markersize=4.2,
+                alpha=0.6,
+            )
+            low, middle, high = np.percentile(values, [25, 50, 75])
+            axes.plot([low, high], [y, y], color="#222222", linewidth=1.2, solid_capstyle="butt")
+            axes.plot([middle], [y], "|", color="#222222", markersize=13, markeredgewidth=2.2)
     axes.set_yticks(range(len(selectors)))
-    axes.set_yticklabels([plot_text(s, 14) for s in selectors])
+    selector_ticks(axes.yaxis, selectors, 14)
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(selectors) - 0.4, -0.6)
     axes.set_xlim(-0.02, 1.02)
@@ -137,17 +146,16 @@ def stage_table(run):
     """Return the table of the median time of each stage before selection, from pairs.csv."""
     rows = []
     for key in OrderedDict.fromkeys((g.dataset, g.features) for g in run.groups):
-        seen = OrderedDict()
-        for row in run.pairs:
-            if (row["dataset"], row["features"]) == key:
-                seen.setdefault((row["sequence"], row["pair"]), row)
-        cells = [esc(key[0]), ('class="text"', esc(features_text(key[1]))), str(len(seen))]
-        for column in ("n_left", "n_right", "n_putative"):
-            values = [r[column] for r in seen.values() if r[column] is not None]
-            cells.append("%.0f" % np.median(values) if values else "\u2013")
-        for column in ("detect_s", "describe_s", "match_s"):
-            values = [r[column] for r in seen.values() if r[column] is not None]
-            cells.append(milliseconds(float(np.median(values))) if values else "\u2013")
+        first = run.first_rows(*key)
+        cells = [esc(key[0]), ('class="text"', esc(features_text(key[1]))), str(len(first))]
+        for columns, show in (
+            (("n_left", "n_right", "n_putative"), "{:.0f}".format),
+            (("detect_s", "describe_s", "match_s"), milliseconds),
+        ):
+            for column in columns:
+                values = run.pairs.columns[column][first]
+                values = values[np.isfinite(values)]
+                cells.append(show(float(np.median(values))) if len(values) else "\u2013")
         rows.append(("", cells))
     head = [
         "Dataset",
@@ -169,20 +177,26 @@ def stage_table(run):
 
 TIME_TEXT = "Mean F: each selector with its 95 % interval against the median selection time. "
 TIME_TEXT += "Up and to the left is better; the F axis does not start at 0."
-DISTRIBUTION_TEXT = (
-    "F pair by pair: one dot per pair; the thick stroke is the median, the line spans the quartiles."
-)
+MAX_DOTS = 200  # of a selector; they lie at evenly spaced ranks of more values
+
+
+def distribution_text(run, group):
+    """Return what the dots of the distribution show."""
+    dots = "one dot per pair"
+    if run.pair_count(group) > MAX_DOTS:
+        dots = "%d dots for the %d pairs, at evenly spaced ranks of F" % (MAX_DOTS, run.pair_count(group))
+    return "F pair by pair: %s; the thick stroke is the median, the line spans the quartiles." % dots
 
 
 def html(run, figures):
     """Return the body of the section: what the experiments efficiency and per_pair do not show."""
     out = [stage_table(run), sources(run, "summary.csv", "pairs.csv")] if run.pairs else []
-    for group in run.groups:
+    for group in () if makes_variants(run) else run.groups:
         main, panels = is_main(run, group), []
         if not (main and "efficiency" in run.sections):
             panels.append((time_panel(run, figures, group), TIME_TEXT))
         if not (main and "per_pair" in run.sections):
-            panels.append((distribution_panel(run, figures, group), DISTRIBUTION_TEXT))
+            panels.append((distribution_panel(run, figures, group), distribution_text(run, group)))
         panels = [(plot, text) for plot, text in panels if plot]
         if not panels:
             continue

@@ -3,7 +3,16 @@ from collections import OrderedDict, namedtuple
 
 import numpy as np
 
-from .figures import draw_background, draw_line, line_figures, new_axes, part_ending, plot_text
+from .figures import (
+    draw_background,
+    draw_line,
+    line_figures,
+    marked,
+    new_axes,
+    part_ending,
+    plot_text,
+    visible,
+)
 from .markup import best_cell, dataset_html, paragraph, sources, table, with_headings
 from .selectors import is_baseline, selector_key
 from .words import UNRELATED, esc, features_text, is_unrelated, plural, preselection_text
@@ -12,33 +21,45 @@ DASH = "\u2013"
 MORE_THAN = 8  # selected matches, with status ok: the pair is accepted
 SMALLEST_SHARE = 1e-3  # left end of the logarithmic axis
 
-# One selection: `confidence` and `selected` are numbers, `ok` tells whether the status is ok.
+# Selections, as arrays: whether the status is ok, how many matches are selected, and the confidence.
 Judged = namedtuple("Judged", "ok selected confidence")
+NOTHING = Judged(np.empty(0, bool), np.empty(0), np.empty(0))
+
+
+def judged_of(rows):
+    """Return the Judged of a selector's Rows, one entry per pair and seed; None without any."""
+    usable = np.isfinite(rows["n_selected"]) & np.isfinite(rows["confidence"])
+    usable &= ~rows.has("status", "unsupported_input", "failed")
+    selections = rows["place"] * np.int64(rows["seed"].max(initial=0) + 1) + rows["seed"]
+    # The tolerances repeat a selection.
+    _, first = np.unique(selections[usable], return_index=True)
+    if len(first) == 0:
+        return None
+    first = np.flatnonzero(usable)[np.sort(first)]
+    return Judged(rows.has("status", "", "ok")[first], rows["n_selected"][first], rows["confidence"][first])
 
 
 def cells_of(run):
-    """Return (features, preselection) -> dataset -> selector -> selections, of the cells with unrelated pairs."""
-    seen, cells = set(), OrderedDict()
-    for row in run.pairs:
-        if row["status"] in ("unsupported_input", "failed") or None in (row["n_selected"], row["confidence"]):
-            continue
-        key = tuple(
-            row[name]
-            for name in ("dataset", "sequence", "pair", "features", "preselection", "selector", "seed")
-        )
-        if key in seen:  # another tolerance
-            continue
-        seen.add(key)
-        cell = cells.setdefault((row["features"], row["preselection"]), OrderedDict())
-        selectors = cell.setdefault(row["dataset"], OrderedDict())
-        judged = Judged((row["status"] or "ok") == "ok", row["n_selected"], row["confidence"])
-        selectors.setdefault(row["selector"], []).append(judged)
+    """Return (features, preselection) -> dataset -> selector -> Judged, of the cells with unrelated pairs."""
+    cells = OrderedDict()
+    for group in run.pairs.groups:
+        datasets = cells.setdefault((group.features, group.preselection), OrderedDict())
+        judged = OrderedDict((s, judged_of(run.rows(group, s))) for s in run.pairs.selectors_of(group))
+        judged = OrderedDict((s, j) for s, j in judged.items() if j is not None)
+        if judged:
+            datasets[group.dataset] = judged
     return OrderedDict((key, cell) for key, cell in cells.items() if any(is_unrelated(d) for d in cell))
 
 
 def unrelated_of(cell, selector):
     """Return a selector's selections on all unrelated pairs of a cell."""
-    return [j for dataset, by in cell.items() if is_unrelated(dataset) for j in by.get(selector, ())]
+    found = [by[selector] for dataset, by in cell.items() if is_unrelated(dataset) and selector in by]
+    return Judged(*map(np.concatenate, zip(*found))) if found else NOTHING
+
+
+def count_of(selections):
+    """Return the number of selections."""
+    return len(selections.ok)
 
 
 def related_datasets(cell):
@@ -48,27 +69,29 @@ def related_datasets(cell):
 
 def accepted(selections):
     """Return the number of selections with the status ok and more than MORE_THAN matches."""
-    return sum(j.ok and j.selected > MORE_THAN for j in selections)
+    return int(np.sum(selections.ok & (selections.selected > MORE_THAN)))
 
 
 def has_confidence(cell, selector):
     """Tell whether a selector has a confidence on any pair."""
-    return any(j.confidence > 0 for by in cell.values() for j in by.get(selector, ()))
+    return any((by[selector].confidence > 0).any() for by in cell.values() if selector in by)
 
 
 def scores(cell, selector, selections):
     """Return what is compared with a threshold: the confidence, or else the number selected with the status ok."""
     if has_confidence(cell, selector):
-        return np.array([j.confidence for j in selections], dtype=float)
-    return np.array([j.selected if j.ok else 0 for j in selections], dtype=float)
+        return selections.confidence
+    return np.where(selections.ok, selections.selected, 0.0)
 
 
 def roc(related, unrelated):
     """Return the shares of unrelated and of related pairs at or above each threshold, from (0, 0) to (1, 1)."""
     thresholds = np.unique(np.concatenate([related, unrelated]))[::-1]
-    x = np.concatenate([[0.0], [np.mean(unrelated >= t) for t in thresholds]])
-    y = np.concatenate([[0.0], [np.mean(related >= t) for t in thresholds]])
-    return x, y
+    x, y = (
+        (len(values) - np.searchsorted(np.sort(values), thresholds)) / len(values)
+        for values in (unrelated, related)
+    )
+    return np.concatenate([[0.0], x]), np.concatenate([[0.0], y])
 
 
 def area(related, unrelated):
@@ -96,7 +119,7 @@ def areas_of(cell, selector):
     """Return dataset -> area under the ROC of its pairs against all unrelated pairs of the cell."""
     wrong = scores(cell, selector, unrelated_of(cell, selector))
     return OrderedDict(
-        (dataset, area(scores(cell, selector, cell[dataset].get(selector, ())), wrong))
+        (dataset, area(scores(cell, selector, cell[dataset].get(selector, NOTHING)), wrong))
         for dataset in related_datasets(cell)
     )
 
@@ -111,20 +134,21 @@ def cell_table(name, cell):
     for selector in selectors_of(cell):
         wrong = unrelated_of(cell, selector)
         values[selector] = (wrong, accepted(wrong), areas_of(cell, selector))
-    competing = [v for s, v in values.items() if not is_baseline(s) and v[0]]
-    fewest = min((v[1] / len(v[0]) for v in competing), default=None)
+    competing = [v for s, v in values.items() if not is_baseline(s) and count_of(v[0])]
+    fewest = min((v[1] / count_of(v[0]) for v in competing), default=None)
     highest = {d: max((v[2][d] for v in competing if v[2][d] is not None), default=None) for d in datasets}
     rows = []
     for selector, (wrong, count, areas) in values.items():
         base = is_baseline(selector)
-        share = share_text(count, len(wrong))
-        best = not base and wrong and count / len(wrong) == fewest
+        total = count_of(wrong)
+        share = share_text(count, total)
+        best = not base and total and count / total == fewest
         cells = [esc(selector) + (' <span class="small">baseline</span>' if base else "")]
-        cells += [str(len(wrong)), str(count)]
+        cells += [str(total), str(count)]
         cells.append(('class="best"', "<strong>%s</strong>" % share) if best else share)
         for dataset in datasets:
-            right = cell[dataset].get(selector, [])
-            cells.append(share_text(accepted(right), len(right)))
+            right = cell[dataset].get(selector, NOTHING)
+            cells.append(share_text(accepted(right), count_of(right)))
         cells.append(('class="text"', "confidence" if has_confidence(cell, selector) else "number selected"))
         for dataset in datasets:
             value = areas[dataset]
@@ -144,23 +168,27 @@ def roc_panel(run, figures, name, cell, dataset, part):
     """Draw the ROC of the selectors of a part between the pairs of a dataset and all unrelated pairs of the cell."""
     figure, axes = new_axes(4.6, 3.6, 0.55, 0.15, 0.5, 0.34)
     for selector in part.others + part.names[::-1]:
-        right = scores(cell, selector, cell[dataset].get(selector, ()))
-        wrong = scores(cell, selector, unrelated_of(cell, selector))
-        if len(right) == 0 or len(wrong) == 0:
-            continue
-        x, y = roc(right, wrong)
-        x, y = np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]  # no interpolation between thresholds
-        if selector in part.others:
-            draw_background(axes, np.maximum(x, SMALLEST_SHARE), y)
-            continue
-        draw_line(
-            axes,
-            np.maximum(x, SMALLEST_SHARE),
-            y,
-            run.styles[selector],
-            label=plot_text(selector),
-            markevery=0.2,
-        )
+        with marked(axes, selector):
+            right = scores(cell, selector, cell[dataset].get(selector, NOTHING))
+            wrong = scores(cell, selector, unrelated_of(cell, selector))
+            if len(right) == 0 or len(wrong) == 0:
+                continue
+            x, y = roc(right, wrong)
+            x = np.maximum(x, SMALLEST_SHARE)
+            shown = visible(np.log10(x), y)
+            x, y = x[shown], y[shown]
+            x, y = np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]  # no interpolation between thresholds
+            if selector in part.others:
+                draw_background(axes, x, y)
+                continue
+            draw_line(
+                axes,
+                x,
+                y,
+                run.styles[selector],
+                label=plot_text(selector),
+                markevery=0.2,
+            )
     axes.set_xscale("log")
     axes.set_xlim(SMALLEST_SHARE, 1.1)
     axes.set_ylim(-0.02, 1.03)
@@ -176,8 +204,8 @@ def statement(cell):
     counts = OrderedDict()
     for selector in selectors_of(cell):
         wrong = unrelated_of(cell, selector)
-        if wrong and not is_baseline(selector):
-            counts[selector] = (accepted(wrong), len(wrong))
+        if count_of(wrong) and not is_baseline(selector):
+            counts[selector] = (accepted(wrong), count_of(wrong))
     if not counts:
         return ""
     fewest = min(count / total for count, total in counts.values())
@@ -224,10 +252,9 @@ def html(run, figures):
     if not cells:
         return paragraph("The run has no unrelated pairs yet.")
     datasets = list(OrderedDict.fromkeys(d for cell in cells.values() for d in cell if is_unrelated(d)))
-    counts = {d: len({(r["sequence"], r["pair"]) for r in run.pairs if r["dataset"] == d}) for d in datasets}
     intro = (
         "Each of these pairs consists of two images of different scenes, so that every match is wrong: %s."
-        % "; ".join("%s (%s)" % (dataset_html(d), plural(counts[d], "pair")) for d in datasets)
+        % "; ".join("%s (%s)" % (dataset_html(d), plural(run.datasets[d], "pair")) for d in datasets)
     )
     out = [paragraph(intro), sources(run, "pairs.csv")]
     out += [cell_html(run, figures, key, cell) for key, cell in cells.items()]

@@ -3,8 +3,10 @@ import base64
 from collections import OrderedDict, namedtuple
 from urllib.parse import quote
 
+import numpy as np
+
 from .markup import dataset_html, paragraph, sources, table
-from .reading import group_of
+from .reading import at_tolerance, group_of
 from .selectors import is_baseline, selector_key
 from .words import PHOTOGRAPHED, at_tau, esc, features_text, plural, preselection_text
 
@@ -58,14 +60,17 @@ def pair_of(row):
     return (group_of(row), row["sequence"], row["pair"])
 
 
+def drawn_f(run, row):
+    """Return the F of what a row of the index shows; None where there is none."""
+    rows = run.rows(group_of(row), row["selector"])
+    place = run.pairs.place(row["dataset"], row["sequence"], row["pair"])
+    values = rows["f_paper"][(rows["place"] == place) & at_tolerance(rows, row["tau_px"])]
+    values = values[np.isfinite(values)]
+    return sum(values.tolist()) / len(values) if len(values) else None
+
+
 def drawn_images(run):
     """Return the Drawn images, by pair in the index's order, selectors in the report's order."""
-    keys = {(pair_of(row), row["selector"], row["tau_px"]) for row in run.images}
-    values = {}
-    for row in run.pairs:
-        key = (pair_of(row), row["selector"], row["tau_px"])
-        if key in keys and row["f_paper"] is not None:
-            values.setdefault(key, []).append(row["f_paper"])
     pairs = OrderedDict()
     for row in run.images:
         pairs.setdefault(pair_of(row), []).append(row)
@@ -74,8 +79,7 @@ def drawn_images(run):
         rows = sorted(rows, key=lambda r: selector_key(r["selector"]))
         f = {}
         for row in rows:
-            found = values.get((pair, row["selector"], row["tau_px"]))
-            f[row["selector"]] = sum(found) / len(found) if found else None
+            f[row["selector"]] = drawn_f(run, row)
         known = [s for s in f if f[s] is not None and not is_baseline(s)]
         best = max(known, key=lambda s: f[s]) if known else None
         for row in rows:

@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/checksum.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -59,6 +61,11 @@ std::size_t editCost(const std::string& a, const std::string& b) {
 /// Cost up to which one name may be the other one misspelt.
 std::size_t largestEditCost(const std::string& a, const std::string& b) {
   return kEditCost * (std::max(a.size(), b.size()) / 3);
+}
+
+bool isFileNameCharacter(char c) {
+  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '.' || c == '_' ||
+         c == '+' || c == '-';
 }
 
 }  // namespace
@@ -193,12 +200,29 @@ std::vector<std::string> parseCsvLine(const std::string& line) {
 std::string safeFileName(const std::string& text) {
   std::string name = text.empty() ? "_" : text;
   for (char& c : name) {
-    const bool plain = (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ||
-                       c == '.' || c == '_' || c == '+' || c == '-';
-    if (!plain) c = '_';
+    if (!isFileNameCharacter(c)) c = '_';
   }
   if (name[0] == '.' || name[0] == '-') name[0] = '_';
   return name;
+}
+
+std::string uniqueFileName(const std::string& text) {
+  constexpr std::size_t kLongest = 200, kKept = 180;
+  constexpr char kDigits[] = "0123456789ABCDEF";
+  std::string name = text.empty() ? "%" : "";
+  for (const char c : text) {
+    const bool plain = isFileNameCharacter(c) && !(c == '.' && name.empty());
+    if (plain) {
+      name += c;
+    } else {
+      const auto byte = static_cast<unsigned char>(c);
+      name += {'%', kDigits[byte / 16], kDigits[byte % 16]};
+    }
+  }
+  if (name.size() <= kLongest) return name;
+  Checksum checksum;
+  checksum.add(text);
+  return name.substr(0, kKept) + "%" + checksum.text();
 }
 
 std::string csvLine(const std::vector<std::string>& fields) {

@@ -53,4 +53,9 @@ std::string readTextFile(const std::string& path);
 /// leading '.' become '_'.
 std::string safeFileName(const std::string& text);
 
+/// A file name that no other text has: characters outside [A-Za-z0-9._+-] and a leading '.' are
+/// percent-encoded (RFC 3986), an empty text becomes "%". Of a result with more than 200 characters, the
+/// first 180 are followed by '%' and the text's checksum.
+std::string uniqueFileName(const std::string& text);
+
 }  // namespace corrsel::core

@@ -13,6 +13,7 @@
 
 #include "base/text.h"
 #include "corrsel/benchmark/config.h"
+#include "corrsel/evaluation/pose.h"
 
 namespace corrsel::core {
 namespace {
@@ -25,11 +26,18 @@ constexpr std::pair<const char*, double Metrics::*> kMetrics[] = {
     {"recall_same_tau", &Metrics::recall_same_tau},
 };
 
-double Metrics::*metricNamed(const std::string& name) {
-  for (const auto& [known, member] : kMetrics) {
-    if (name == known) return member;
-  }
-  throw std::invalid_argument("unknown metric '" + name + "'" + validNames(name, comparisonMetrics()));
+double accuracyOf(double error) { return std::isnan(error) ? kUndefined : thresholdAccuracy(error); }
+
+constexpr std::pair<const char*, double (*)(const PoseRow&)> kPoseMetrics[] = {
+    {"pose_maa", [](const PoseRow& row) { return accuracyOf(row.pose_error); }},
+    {"corner_maa", [](const PoseRow& row) { return accuracyOf(row.corner_error); }},
+    {"epipolar_precision", [](const PoseRow& row) { return row.epipolar_precision; }},
+};
+
+void requireMetric(const std::string& name) {
+  const std::vector<std::string> names = comparisonMetrics();
+  if (std::find(names.begin(), names.end(), name) != names.end()) return;
+  throw std::invalid_argument("unknown metric '" + name + "'" + validNames(name, names));
 }
 
 /// Dataset, features, preselection, selector.
@@ -50,7 +58,33 @@ struct RunTable {
   std::map<GroupKey, double> tau;
 };
 
-RunTable tableOf(const RecordedRun& run, double tau, double Metrics::*metric) {
+/// The values of the repetitions of the row's selection.
+template <class Row>
+PairValues& valuesOf(const Row& row, double tau, RunTable& table) {
+  const GroupKey key{row.id.dataset, row.features, row.preselection, row.selector};
+  const auto [group, is_new] = table.groups.try_emplace(key);
+  if (is_new) {
+    table.order.push_back(key);
+    table.tau[key] = tau;
+  }
+  PairValues& pair = group->second[{row.id.sequence, row.id.pair}];
+  pair.status = row.status;
+  return pair;
+}
+
+/// Rows of pairs whose measure is not known are left out.
+RunTable poseTableOf(const RecordedRun& run, double (*metric)(const PoseRow&)) {
+  RunTable table;
+  for (const PoseRow& row : run.poses) {
+    const double value = metric(row);
+    if (std::isnan(value) && row.judged()) continue;
+    PairValues& pair = valuesOf(row, kUndefined, table);
+    if (row.judged()) pair.values.push_back(value);
+  }
+  return table;
+}
+
+RunTable pairTableOf(const RecordedRun& run, double tau, double Metrics::*metric) {
   RunTable table;
   std::set<double> taus;
   for (const ResultRow& row : run.rows) {
@@ -58,14 +92,7 @@ RunTable tableOf(const RecordedRun& run, double tau, double Metrics::*metric) {
       taus.insert(row.metrics.tau);
       if (row.metrics.tau != tau) continue;
     }
-    const GroupKey key{row.id.dataset, row.features, row.preselection, row.selector};
-    const auto [group, is_new] = table.groups.try_emplace(key);
-    if (is_new) {
-      table.order.push_back(key);
-      table.tau[key] = row.metrics.tau;
-    }
-    PairValues& pair = group->second[{row.id.sequence, row.id.pair}];
-    pair.status = row.status;
+    PairValues& pair = valuesOf(row, row.metrics.tau, table);
     if (!row.judged()) continue;
     if (!std::isnan(row.metrics.*metric)) pair.values.push_back(row.metrics.*metric);
     if (!std::isnan(row.select_seconds)) pair.seconds.push_back(row.select_seconds);
@@ -77,6 +104,16 @@ RunTable tableOf(const RecordedRun& run, double tau, double Metrics::*metric) {
                                 " px; give one of its tolerances: " + joinList(texts));
   }
   return table;
+}
+
+RunTable tableOf(const RecordedRun& run, const ComparisonOptions& options) {
+  for (const auto& [name, metric] : kPoseMetrics) {
+    if (options.metric == name) return poseTableOf(run, metric);
+  }
+  for (const auto& [name, metric] : kMetrics) {
+    if (options.metric == name) return pairTableOf(run, options.tau, metric);
+  }
+  throw std::logic_error("metric '" + options.metric + "' was not checked");
 }
 
 UnmatchedValue unmatched(const GroupKey& key, const std::string& pair, const std::string& reason) {
@@ -140,13 +177,20 @@ RecordedRun readRun(const std::string& folder) {
   run.config = textOf(std::filesystem::path(folder) / "config.yaml");
   requireYaml(run);
   run.rows = readResults(folder);
+  run.poses = readPoses(folder);
   return run;
 }
 
 std::vector<std::string> comparisonMetrics() {
   std::vector<std::string> names;
   for (const auto& metric : kMetrics) names.emplace_back(metric.first);
+  for (const auto& metric : kPoseMetrics) names.emplace_back(metric.first);
   return names;
+}
+
+bool hasTolerances(const std::string& metric) {
+  return std::any_of(std::begin(kMetrics), std::end(kMetrics),
+                     [&metric](const auto& known) { return metric == known.first; });
 }
 
 std::string toString(Verdict verdict) {
@@ -188,7 +232,7 @@ bool RunComparison::passes(bool strict) const {
 
 RunComparison compareRuns(const RecordedRun& before, const RecordedRun& after,
                           const ComparisonOptions& options) {
-  double Metrics::*const metric = metricNamed(options.metric);
+  requireMetric(options.metric);
   if (!(options.tolerance >= 0 && options.tolerance <= 1)) {
     throw std::invalid_argument("tolerance = " + formatNumber(options.tolerance) + " is outside [0, 1]");
   }
@@ -197,8 +241,7 @@ RunComparison compareRuns(const RecordedRun& before, const RecordedRun& after,
   }
   requireYaml(before);
   requireYaml(after);
-  const RunTable old_table = tableOf(before, options.tau, metric),
-                 new_table = tableOf(after, options.tau, metric);
+  const RunTable old_table = tableOf(before, options), new_table = tableOf(after, options);
   RunComparison result;
   result.config_differences = yamlDifferences(before.config, after.config);
   result.lost = missingIn(new_table, old_table);

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "base/text.h"
+#include "corrsel/benchmark/experiments.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/image_pair.h"
 #include "corrsel/matching/matcher.h"
@@ -20,7 +21,7 @@ constexpr double kTableTolerance = 5.0;       // px, of the paper's tables
 constexpr double kLargestTolerance = 1000.0;  // px
 constexpr int kMostThreads = 1024;
 
-std::string algorithmOf(const std::string& spec) { return spec.substr(0, spec.find_first_of(":+")); }
+std::string algorithmOf(const std::string& spec) { return SelectorSpec::fromText(spec).name; }
 
 void requireRange(const std::string& name, double value, double min, double max) {
   if (!(value >= min && value <= max)) {
@@ -122,7 +123,8 @@ void BenchmarkConfig::resolve() {
       withAll(withAll(selectors, "all", usualSelectorNames()), "every", selectorNames());
   expanded.erase(std::remove(expanded.begin(), expanded.end(), "keep_all"), expanded.end());
   expanded.push_back("keep_all");
-  selectors = withoutRepeats(expanded);
+  for (const std::string& spec : expanded) createSelector(spec, optionsOf(spec));
+  selectors = withoutRepeats(experimentSelectors(experiment, expanded, options));
   if (!cells.empty()) {
     features.clear();
     preselection.clear();
@@ -167,10 +169,7 @@ void BenchmarkConfig::resolve() {
     createExtractor(name, options);
     for (const std::string& algorithm : algorithmsOf(name)) known.insert(algorithm);
   }
-  for (const std::string& spec : selectors) {
-    createSelector(spec, options[algorithmOf(spec)]);
-    known.insert(algorithmOf(spec));
-  }
+  for (const std::string& spec : selectors) known.insert(algorithmOf(spec));
   const std::vector<std::string> used(known.begin(), known.end());
   for (const auto& [algorithm, values] : options) {
     if (!values.empty() && known.count(algorithm) == 0) {
@@ -201,6 +200,9 @@ std::string BenchmarkConfig::toYaml() const {
   out << YAML::Key << "threads" << YAML::Value << threads;
   out << YAML::Key << "seed" << YAML::Value << seed;
   out << YAML::Key << "max_pairs" << YAML::Value << max_pairs;
+  // Results do not depend on it, so a run without it stays comparable with those of earlier versions. Pairs
+  // that were run without it have no matches, so a run cannot be resumed or merged with another value.
+  if (save_matches) out << YAML::Key << "save_matches" << YAML::Value << save_matches;
   out << YAML::Key << "feature_options" << YAML::Value << YAML::BeginMap;
   for (const std::string& name : features) {
     out << YAML::Key << name << YAML::Value << YAML::BeginMap;

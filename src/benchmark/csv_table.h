@@ -11,6 +11,7 @@
 
 #include "base/text.h"
 #include "corrsel/ground_truth.h"
+#include "corrsel/pose/estimator.h"
 #include "corrsel/selection.h"
 
 namespace corrsel::core {
@@ -27,6 +28,7 @@ void readCell(const std::string& text, const std::string& column, std::size_t& f
 void readCell(const std::string& text, const std::string& column, int& field);
 void readCell(const std::string& text, const std::string& column, double& field);
 void readCell(const std::string& text, const std::string& column, Status& field);
+void readCell(const std::string& text, const std::string& column, PoseModel& field);
 void readCell(const std::string& text, const std::string& column, TruthKind& field);
 
 /// A column of a table: its name, how its cell is written and how it is read.
@@ -38,6 +40,7 @@ struct CsvColumn {
 };
 
 inline CellValue toCell(Status status) { return toString(status); }
+inline CellValue toCell(PoseModel model) { return toString(model); }
 inline CellValue toCell(TruthKind kind) { return toString(kind); }
 template <class Field>
 CellValue toCell(const Field& field) {

@@ -15,6 +15,11 @@ inline constexpr double kExampleFailureShortfall = 0.3;
 /// ...and the best F is at least this: a failure of the selector, not a pair that defeats all of them.
 inline constexpr double kExampleFailureBestF = 0.5;
 
+/// Of the whole run...
+inline constexpr std::size_t kMostExamples = 16;
+/// ...and of each dataset beside them.
+inline constexpr std::size_t kExamplesPerDataset = 3;
+
 inline bool isExampleSuccess(double f) { return f >= kExampleSuccessF; }
 inline bool isExampleFailure(double f, double best_f) {
   return best_f >= kExampleFailureBestF && best_f - f >= kExampleFailureShortfall;
@@ -30,6 +35,6 @@ inline bool isExampleFailure(double f, double best_f) {
 /// @return at most max_pairs pairs, sorted by dataset, sequence and pair, whatever the order of the rows
 /// O(rows log rows + pairs^2 * selectors).
 std::vector<PairId> chooseExamples(const std::vector<ResultRow>& rows, double tau,
-                                   std::size_t max_pairs = 16);
+                                   std::size_t max_pairs = kMostExamples);
 
 }  // namespace corrsel::core

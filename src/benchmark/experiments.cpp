@@ -1,10 +1,12 @@
 #include "corrsel/benchmark/experiments.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <stdexcept>
 
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
+#include "corrsel/selectors/factory.h"
 
 namespace corrsel::core {
 namespace {
@@ -13,6 +15,8 @@ const std::vector<std::string> kPlanar = {"vgg", "symbench", "heinly"};
 // The two reconstructed pairs are a dataset of their own: they never enter the means of the originals.
 const std::vector<std::string> kAll = {"vgg", "symbench", "heinly", "adelaidermf",
                                        "adelaidermf_reconstructed"};
+
+const std::vector<std::string> kVaried = {"vgg", "symbench", "adelaidermf"};
 
 const Cell kDefault = {"hessian_affine+sift", "none"};
 const Cell kPreselected = {"hessian_affine+sift", "nnsr"};
@@ -25,11 +29,18 @@ std::vector<Cell> allCells() {
   return cells;
 }
 
+/// What the selectors of an experiment are run with, one after another.
+enum class Variants : std::uint8_t { kNone, kTimeLimits, kMainParameter };
+
 struct Experiment {
   std::string name;
   std::vector<std::string> datasets;
   std::vector<Cell> cells;
+  Variants variants = Variants::kNone;
 };
+
+constexpr char kTimeLimit[] = "max_seconds";
+const std::vector<double> kTimeLimits = {0.001, 0.003, 0.01, 0.03, 0.1, 0.3};  // s
 
 /// The paper's sections "Performance on the different datasets" to "Summary and discussion", in its order,
 /// all of them together, and further experiments.
@@ -47,6 +58,9 @@ const std::vector<Experiment>& experiments() {
       {"unrelated",
        {"vgg", "symbench"},
        {{"sift+sift", "none"}, {"orb+orb", "none"}, {"hessian_affine+sift", "none"}}},
+      {"pose", {"sample", "vgg", "symbench"}, {{"sift+sift", "none"}, {"orb+orb", "none"}}},
+      {"budget", kVaried, {{"sift+sift", "none"}}, Variants::kTimeLimits},
+      {"curves", kVaried, {{"sift+sift", "none"}}, Variants::kMainParameter},
   };
   return all;
 }
@@ -56,6 +70,58 @@ const Experiment& find(const std::string& name) {
     if (experiment.name == name) return experiment;
   }
   throw std::invalid_argument("unknown experiment '" + name + "'" + validNames(name, experimentNames()));
+}
+
+Variants variantsOf(const std::string& experiment) {
+  return experiment.empty() ? Variants::kNone : find(experiment).variants;
+}
+
+/// The values of a selector's options as text.
+OptionMap valuesOf(const Selector& selector) {
+  OptionMap values;
+  for (const OptionText& option : listOptions(selector.options())) values[option.name] = option.value;
+  return values;
+}
+
+std::vector<std::string> withTimeLimits(const SelectorSpec& spec, const OptionMap& values) {
+  if (values.count(kTimeLimit) == 0 || spec.options.count(kTimeLimit) > 0) return {spec.text()};
+  std::vector<std::string> variants;
+  for (const double seconds : kTimeLimits) {
+    SelectorSpec variant = spec;
+    variant.options[kTimeLimit] = formatNumber(seconds);
+    variants.push_back(variant.text());
+  }
+  return variants;
+}
+
+/// Whether the preset or the brackets of the selector set one of the options.
+bool sets(const SelectorSpec& spec, const SelectorFactory& factory, const MainParameter& options) {
+  OptionMap set = spec.options;
+  for (const auto& [preset, values] : factory.presets()) {
+    if (spec.preset == preset) set.insert(values.begin(), values.end());
+  }
+  return std::any_of(options.begin(), options.end(),
+                     [&set](const auto& option) { return set.count(option.first) > 0; });
+}
+
+std::vector<std::string> withMainParameter(const SelectorSpec& spec, const OptionMap& values) {
+  const SelectorFactory factory = findSelector(spec.name);
+  const MainParameter& parameter = factory.mainParameter();
+  if (parameter.empty() || sets(spec, factory, parameter)) return {spec.text()};
+  std::vector<std::string> variants;
+  bool placed = false;
+  for (std::size_t i = 0; i < parameter.front().second.size(); ++i) {
+    SelectorSpec variant = spec;
+    bool same = true;
+    for (const auto& [option, swept] : parameter) {
+      variant.options[option] = formatNumber(swept[i]);
+      same = same && parseNumber(values.at(option), option) == swept[i];
+    }
+    variants.push_back(same ? spec.text() : variant.text());
+    placed = placed || same;
+  }
+  if (!placed) variants.insert(variants.begin(), spec.text());
+  return variants;
 }
 
 }  // namespace
@@ -77,6 +143,26 @@ std::vector<std::string> completeDatasets(const std::string& name, std::vector<s
     if (!isUnrelated(dataset) && !there) datasets.push_back(unrelated);
   }
   return datasets;
+}
+
+bool makesVariants(const std::string& name) { return variantsOf(name) != Variants::kNone; }
+
+std::vector<std::string> experimentSelectors(const std::string& name,
+                                             const std::vector<std::string>& selectors,
+                                             const std::map<std::string, OptionMap>& options) {
+  const Variants variants = variantsOf(name);
+  if (variants == Variants::kNone) return selectors;
+  std::vector<std::string> all;
+  for (const std::string& text : selectors) {
+    const SelectorSpec spec = SelectorSpec::fromText(text);
+    const auto given = options.find(spec.name);
+    const OptionMap values =
+        valuesOf(*createSelector(text, given == options.end() ? OptionMap{} : given->second));
+    const std::vector<std::string> own =
+        variants == Variants::kTimeLimits ? withTimeLimits(spec, values) : withMainParameter(spec, values);
+    all.insert(all.end(), own.begin(), own.end());
+  }
+  return all;
 }
 
 void applyExperiment(const std::string& name, BenchmarkConfig& config) {

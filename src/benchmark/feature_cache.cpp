@@ -2,27 +2,10 @@
 
 #include <cstring>
 
-#include "base/checksum.h"
-
 namespace corrsel::core {
 namespace {
 
 std::size_t rowBytes(const cv::Mat& image) { return static_cast<std::size_t>(image.cols) * image.elemSize(); }
-
-/// Distinguishes most images quickly; equality is then checked on the pixels. The bytes of a row that do not
-/// fill a word are left out.
-std::uint64_t hashOf(const cv::Mat& image) {
-  Checksum checksum;
-  for (int y = 0; y < image.rows; ++y) {
-    const std::uint8_t* row = image.ptr(y);
-    std::uint64_t word = 0;
-    for (std::size_t i = 0; i + sizeof word <= rowBytes(image); i += sizeof word) {
-      std::memcpy(&word, row + i, sizeof word);
-      checksum.addUnit(word);
-    }
-  }
-  return checksum.value();
-}
 
 bool samePixels(const cv::Mat& a, const cv::Mat& b) {
   if (a.size() != b.size() || a.type() != b.type()) return false;
@@ -39,6 +22,21 @@ std::size_t bytesOf(const cv::Mat& image, const Features& features) {
 }
 
 }  // namespace
+
+Checksum checksumOf(const cv::Mat& image) {
+  Checksum checksum;
+  checksum.addUnit(static_cast<std::uint64_t>(image.rows));
+  checksum.addUnit(static_cast<std::uint64_t>(image.cols));
+  for (int y = 0; y < image.rows; ++y) {
+    const std::uint8_t* row = image.ptr(y);
+    std::uint64_t word = 0;
+    for (std::size_t i = 0; i + sizeof word <= rowBytes(image); i += sizeof word) {
+      std::memcpy(&word, row + i, sizeof word);
+      checksum.addUnit(word);
+    }
+  }
+  return checksum;
+}
 
 std::shared_ptr<const Features> FeatureCache::find(const FeatureExtractor& extractor, const cv::Mat& image,
                                                    std::uint64_t hash) {
@@ -69,7 +67,7 @@ void FeatureCache::add(const FeatureExtractor& extractor, const cv::Mat& image, 
 
 std::pair<std::shared_ptr<const Features>, std::shared_ptr<const Features>> FeatureCache::extractPair(
     const FeatureExtractor& extractor, const cv::Mat& left, const cv::Mat& right, int threads) {
-  const std::uint64_t left_hash = hashOf(left), right_hash = hashOf(right);
+  const std::uint64_t left_hash = checksumOf(left).value(), right_hash = checksumOf(right).value();
   auto first = find(extractor, left, left_hash), second = find(extractor, right, right_hash);
   const bool new_left = first == nullptr, new_right = second == nullptr;
   if (new_left && new_right) {

@@ -7,9 +7,14 @@
 #include <opencv2/core/mat.hpp>
 #include <utility>
 
+#include "base/checksum.h"
 #include "corrsel/features/extractor.h"
 
 namespace corrsel::core {
+
+/// Distinguishes most images quickly, by their sizes and pixels. The bytes of a row that do not fill a word
+/// are left out.
+Checksum checksumOf(const cv::Mat& image);
 
 /// Keeps the features of images that occur in several pairs, such as a sequence's first image. Images are
 /// compared pixel by pixel, so features are never taken for those of another image. Cached features equal

@@ -7,10 +7,23 @@
 
 namespace corrsel::core {
 
+bool forEachLine(const std::string& path, const std::function<void(const std::string&)>& use) {
+  std::ifstream in(path, std::ios::binary);
+  for (std::string line; std::getline(in, line);) {
+    if (in.eof()) return false;  // without line end
+    use(line);
+  }
+  return true;
+}
+
 void writeFile(const std::string& path, const std::string& text) {
+  writeFile(path, [&text](std::ostream& out) { out << text; });
+}
+
+void writeFile(const std::string& path, const std::function<void(std::ostream&)>& write) {
   const std::string part = path + ".part";
   std::ofstream out(part, std::ios::binary | std::ios::trunc);
-  out << text;
+  write(out);
   out.close();
   std::error_code error;
   if (out) std::filesystem::rename(part, path, error);

@@ -2,6 +2,7 @@
 
 #include "benchmark/environment.h"
 #include "benchmark/resuming.h"
+#include "benchmark/saved_matches.h"
 #include "benchmark/tables.h"
 
 namespace corrsel::core {
@@ -22,7 +23,8 @@ std::size_t mergeRun(RunFolder& folder, const std::string& from, const Benchmark
   std::size_t copied = 0;
   for (const FinishedPair& pair : finishedPairs(from, config)) {
     if (folder.isDone(pair.rows.front().id)) continue;
-    folder.appendPair(pair.rows, pair.number, pair.stages, pair.checks);
+    copySavedMatches(from, folder.path(), pair.saved);
+    folder.appendPair(pair.rows, pair.number, pair.stages, pair.checks, pair.poses, pair.saved);
     ++copied;
   }
   for (const Remark& remark : readRemarks(from)) folder.appendRemark(remark);

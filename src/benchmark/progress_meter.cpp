@@ -6,9 +6,8 @@
 #include <ostream>
 
 namespace corrsel::core {
-namespace {
 
-std::string duration(double seconds) {
+std::string durationText(double seconds) {
   if (std::isnan(seconds)) return "--:--";
   const long total = std::lround(seconds);
   char text[32];
@@ -20,6 +19,8 @@ std::string duration(double seconds) {
   return text;
 }
 
+namespace {
+
 std::string numbers(const Progress& p) {
   char text[96];
   if (std::isnan(p.rate)) {
@@ -27,7 +28,7 @@ std::string numbers(const Progress& p) {
     return text;
   }
   std::snprintf(text, sizeof(text), "%zu/%zu pairs, %.2f pairs/s, ", p.done, p.total, p.rate);
-  return text + duration(p.remaining) + " left";
+  return text + durationText(p.remaining) + " left";
 }
 
 }  // namespace

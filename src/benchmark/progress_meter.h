@@ -9,6 +9,9 @@
 
 namespace corrsel::core {
 
+/// "4:05" (min:s) or "1:04:05" (h:min:s); "--:--" for NaN.
+std::string durationText(double seconds);
+
 /// Computes rate and remaining time from the pairs done in this session.
 class ProgressMeter {
  public:

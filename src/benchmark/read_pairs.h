@@ -1,15 +1,17 @@
 #pragma once
 
+#include <functional>
 #include <string>
-#include <vector>
 
 #include "corrsel/benchmark/results.h"
 
 namespace corrsel::core {
 
-/// The rows of a pairs.csv; row i is line i + 2. A last line that was cut off is left out. Throws
-/// RunFolderError naming `file` and the line where the header is another one, a line is no row or a row
-/// appears twice. O(rows log rows).
-std::vector<ResultRow> parsePairs(const std::string& file, const std::string& text);
+/// Calls `use` with each row of a pairs.csv; row i is line i + 2. A last line that was cut off is left out,
+/// and makes the result false. Throws RunFolderError naming `file` and the line where the header is another
+/// one, a line is no row or a row appears twice. O(rows log rows); of each row, 32 bytes stay in memory.
+bool forEachPairRow(const std::string& file, const std::function<void(const ResultRow&)>& use);
+bool forEachPoseRow(const std::string& file,
+                    const std::function<void(const PoseRow&)>& use);  ///< of a poses.csv
 
 }  // namespace corrsel::core

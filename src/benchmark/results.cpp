@@ -2,13 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
-#include <numeric>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <stdexcept>
 #include <tuple>
+#include <unordered_map>
+#include <utility>
 
 #include "base/text.h"
+#include "benchmark/files.h"
 #include "benchmark/read_pairs.h"
 #include "benchmark/tables.h"
+#include "corrsel/evaluation/pose.h"
 
 namespace corrsel::core {
 namespace {
@@ -93,59 +101,136 @@ std::string contradictionIn(const ResultRow& row) {
   return "";
 }
 
-}  // namespace
+/// The contradiction in a row of poses.csv; empty for a row as the benchmark writes it.
+std::string contradictionIn(const PoseRow& row) {
+  const auto outside = [](const char* name, double value, double lowest, double highest) -> std::string {
+    if (std::isnan(value) || (value >= lowest && value <= highest)) return "";
+    return std::string(name) + " = " + formatNumber(value) + " is outside [" + formatNumber(lowest) + ", " +
+           formatNumber(highest) + "]";
+  };
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  for (const std::string& problem :
+       {outside("rotation_deg", row.rotation_error, 0, 180),
+        outside("translation_deg", row.translation_error, 0, 90),
+        outside("pose_deg", row.pose_error, 0, kFailedPose),
+        outside("epipolar_precision", row.epipolar_precision, 0, 1),
+        outside("corner_px", row.corner_error, 0, kInfinite),
+        outside("estimate_s", row.seconds, 0, std::numeric_limits<double>::max())}) {
+    if (!problem.empty()) return problem;
+  }
+  const bool estimated = !std::isnan(row.pose_error) || !std::isnan(row.corner_error);
+  if (!row.judged()) {
+    return estimated || row.n_selected > 0 || !std::isnan(row.seconds)
+               ? "status " + toString(row.status) + " beside numbers of a selection"
+               : "";
+  }
+  if (row.n_inliers > row.n_selected) {
+    return "n_inliers = " + std::to_string(row.n_inliers) +
+           " exceeds n_selected = " + std::to_string(row.n_selected);
+  }
+  if (std::isnan(row.pose_error)) {
+    const bool none = row.model == PoseModel::kNone && row.n_inliers == 0 && std::isnan(row.rotation_error) &&
+                      std::isnan(row.translation_error);
+    return none ? "" : "numbers of a pose without pose_deg";
+  }
+  const bool found = row.model != PoseModel::kNone;
+  if (found == std::isnan(row.rotation_error)) {
+    return "rotation_deg = " + formatNumber(row.rotation_error) + " with model " + toString(row.model);
+  }
+  // The length of the true translation is not in the file: without an angle, the error is the rotation or
+  // 180.
+  double pose =
+      std::isnan(row.translation_error) && row.pose_error != kFailedPose ? row.rotation_error : kFailedPose;
+  if (!std::isnan(row.translation_error)) pose = std::max(row.rotation_error, row.translation_error);
+  if (!near(row.pose_error, pose)) {
+    return "pose_deg = " + formatNumber(row.pose_error) + " instead of " + formatNumber(pose);
+  }
+  return "";
+}
 
-std::vector<ResultRow> parsePairs(const std::string& file, const std::string& text) {
-  const auto damaged = [&file](std::size_t row, const std::string& problem) {
-    return RunFolderError(file + ", line " + std::to_string(row + 2) + ": " + problem +
+/// What names the selections of the rows of a table, as numbers: millions of rows would need too much memory
+/// for their texts.
+class SelectionKeys {
+ public:
+  /// @param tau  0 in a table without tolerances
+  template <class Row>
+  void add(const Row& row, double tau) {
+    const std::uint32_t pair = numberOf(csvLine({row.id.dataset, row.id.sequence, row.id.pair}));
+    const std::uint32_t cell = numberOf(csvLine({row.features, row.preselection, row.selector}));
+    // Labelled rows have no tolerance, and NaN has no order.
+    keys_.emplace_back(pair, cell, std::isnan(tau) ? -1 : tau, row.seed,
+                       static_cast<std::uint32_t>(keys_.size()));
+  }
+
+  /// Two rows of one selection, the earlier one first, if there are any.
+  std::optional<std::pair<std::size_t, std::size_t>> repetition() {
+    std::sort(keys_.begin(), keys_.end());
+    const auto same = [](Key a, const Key& b) {
+      std::get<4>(a) = std::get<4>(b);
+      return a == b;
+    };
+    const auto found = std::adjacent_find(keys_.begin(), keys_.end(), same);
+    if (found == keys_.end()) return std::nullopt;
+    return std::pair<std::size_t, std::size_t>(std::get<4>(*found), std::get<4>(*(found + 1)));
+  }
+
+ private:
+  using Key = std::tuple<std::uint32_t, std::uint32_t, double, int, std::uint32_t>;
+
+  std::uint32_t numberOf(const std::string& text) {
+    return numbers_.emplace(text, static_cast<std::uint32_t>(numbers_.size())).first->second;
+  }
+
+  std::unordered_map<std::string, std::uint32_t> numbers_;
+  std::vector<Key> keys_;
+};
+
+double toleranceOf(const ResultRow& row) { return row.metrics.tau; }
+double toleranceOf(const PoseRow&) { return 0; }
+
+/// See read_pairs.h.
+template <class Row>
+bool forEachRow(const CsvTable<Row>& table, const std::string& file,
+                const std::function<void(const Row&)>& use) {
+  const auto damaged = [&file](std::size_t line, const std::string& problem) {
+    return RunFolderError(file + ", line " + std::to_string(line) + ": " + problem +
                           "; repair or remove the line, or run the benchmark again into another folder");
   };
-  const std::vector<std::string> lines = completeLines(text);
-  if (lines.empty() || lines.front() != pairsTable().header()) {
+  const auto requireHeader = [&](bool found) {
+    if (found) return;
     throw RunFolderError(file +
                          ", line 1: this is not the header that this version writes; run the benchmark "
                          "again into another folder");
-  }
-  std::vector<ResultRow> rows;
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    try {
-      rows.push_back(pairsTable().parse(lines[i]));
-    } catch (const std::invalid_argument& problem) {
-      throw damaged(i - 1, problem.what());
-    }
-  }
-  const auto key = [&rows](std::size_t i) {
-    const ResultRow& row = rows[i];
-    // Labelled rows have no tolerance, and NaN has no order.
-    const double tau = std::isnan(row.metrics.tau) ? -1 : row.metrics.tau;
-    return std::tuple<const std::string&, const std::string&, const std::string&, const std::string&,
-                      const std::string&, const std::string&, double, int>(
-        row.id.dataset, row.id.sequence, row.id.pair, row.features, row.preselection, row.selector, tau,
-        row.seed);
   };
-  std::vector<std::size_t> order(rows.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&key](std::size_t a, std::size_t b) { return key(a) < key(b); });
-  for (std::size_t k = 1; k < order.size(); ++k) {
-    if (key(order[k - 1]) == key(order[k])) {
-      throw damaged(order[k], "repeats the selection of line " + std::to_string(order[k - 1] + 2));
+  SelectionKeys keys;
+  std::size_t line = 0;
+  const bool complete = forEachLine(file, [&](const std::string& text) {
+    if (++line == 1) return requireHeader(text == table.header());
+    try {
+      const Row row = table.parse(text);
+      keys.add(row, toleranceOf(row));
+      use(row);
+    } catch (const std::invalid_argument& problem) {
+      throw damaged(line, problem.what());
     }
+  });
+  requireHeader(line > 0);
+  if (const auto found = keys.repetition()) {
+    throw damaged(found->second + 2, "repeats the selection of line " + std::to_string(found->first + 2));
   }
-  return rows;
+  return complete;
 }
 
-std::vector<ResultRow> readResults(const std::string& folder) {
-  const fs::path file = fs::path(folder) / "pairs.csv";
-  if (!fs::is_regular_file(file)) {
-    throw RunFolderError(file.string() + " does not exist: give the output folder of a run");
-  }
-  const std::string text = readTextFile(file);
-  std::vector<ResultRow> rows = parsePairs(file.string(), text);
+/// The rows of a file of a run that has ended, checked.
+template <class Row>
+std::vector<Row> readRows(const CsvTable<Row>& table, const fs::path& file) {
+  std::vector<Row> rows;
   const auto at = [&file](std::size_t line) {
     return file.string() + ", line " + std::to_string(line) + ": ";
   };
-  if (text.back() != '\n') {
+  const bool complete =
+      forEachRow<Row>(table, file.string(), [&rows](const Row& row) { rows.push_back(row); });
+  if (!complete) {
     throw RunFolderError(at(rows.size() + 2) + "the line is cut off; resume the run, or remove the line");
   }
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -156,6 +241,30 @@ std::vector<ResultRow> readResults(const std::string& folder) {
                          "folder");
   }
   return rows;
+}
+
+}  // namespace
+
+bool forEachPairRow(const std::string& file, const std::function<void(const ResultRow&)>& use) {
+  return forEachRow<ResultRow>(pairsTable(), file, use);
+}
+
+bool forEachPoseRow(const std::string& file, const std::function<void(const PoseRow&)>& use) {
+  return forEachRow<PoseRow>(posesTable(), file, use);
+}
+
+std::vector<ResultRow> readResults(const std::string& folder) {
+  const fs::path file = fs::path(folder) / pairsTable().file();
+  if (!fs::is_regular_file(file)) {
+    throw RunFolderError(file.string() + " does not exist: give the output folder of a run");
+  }
+  return readRows(pairsTable(), file);
+}
+
+std::vector<PoseRow> readPoses(const std::string& folder) {
+  const fs::path file = fs::path(folder) / posesTable().file();
+  if (!fs::is_regular_file(file)) return {};
+  return readRows(posesTable(), file);
 }
 
 }  // namespace corrsel::core

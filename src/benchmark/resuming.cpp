@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "benchmark/files.h"
+#include "benchmark/read_pairs.h"
 #include "benchmark/tables.h"
 
 namespace corrsel::core {
@@ -15,19 +16,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Number of rows of a pair whose truth (labelled or not) and features (given or not) are those of `rows`.
-std::size_t expectedRows(const BenchmarkConfig& config, const std::vector<ResultRow>& rows) {
-  const bool given = rows.front().features == kGivenFeatures;
-  std::size_t selections = 0;
+/// Whether a pair has all its rows of pairs.csv, poses.csv and matches/index.csv. Its truth (labelled or not)
+/// and its features (given or not) are those of its rows, and its stages tell whether it has poses.
+bool hasAllRows(const BenchmarkConfig& config, const FinishedPair& pair) {
+  const bool given = pair.rows.front().features == kGivenFeatures;
+  std::size_t selections = 0, cells = 0;
   for (const std::string& features : given ? std::vector<std::string>{kGivenFeatures} : config.features) {
     for (const std::string& preselection : config.preselectionsOf(features)) {
+      ++cells;
       for (const std::string& selector : config.selectors) {
         selections += preselection == "nnsr" && isNnsr(selector) ? 0 : 1;
       }
     }
   }
-  const std::size_t taus = std::isnan(rows.front().metrics.tau) ? 1 : config.tolerances.size();
-  return selections * taus * static_cast<std::size_t>(config.repetitions);
+  selections *= static_cast<std::size_t>(config.repetitions);
+  const std::size_t taus = std::isnan(pair.rows.front().metrics.tau) ? 1 : config.tolerances.size();
+  const bool with_poses = std::any_of(pair.stages.begin(), pair.stages.end(),
+                                      [](const StageTime& stage) { return stage.stage == kPoseStage; });
+  // One more of each cell: the pose from the ground-truth inliers.
+  const std::size_t poses = with_poses ? selections + cells : 0;
+  const std::size_t saved = config.save_matches ? selections : 0;
+  return pair.rows.size() == selections * taus && pair.poses.size() == poses && pair.saved.size() == saved;
 }
 
 /// Keeps the lines of `pairs`, and those that belong to no pair, in a file that has the columns dataset,
@@ -84,8 +93,20 @@ std::vector<FinishedPair> finishedPairs(const std::string& folder, const Benchma
     const auto found = index.find(check.id);
     if (found != index.end()) pairs[found->second].checks.push_back(check);
   }
+  const std::string poses = (fs::path(folder) / posesTable().file()).string();
+  if (fs::exists(poses)) {
+    forEachPoseRow(poses, [&](const PoseRow& row) {
+      const auto found = index.find(row.id);
+      if (found != index.end()) pairs[found->second].poses.push_back(row);
+    });
+  }
+  const std::string selections = (fs::path(folder) / savedMatchesTable().file()).string();
+  for (const SavedSelection& selection : savedMatchesTable().intactRows(readTextFile(selections))) {
+    const auto found = index.find(selection.id);
+    if (found != index.end()) pairs[found->second].saved.push_back(selection);
+  }
   const auto unfinished = [&config](const FinishedPair& pair) {
-    return pair.stages.empty() || pair.rows.size() != expectedRows(config, pair.rows);
+    return pair.stages.empty() || !hasAllRows(config, pair);
   };
   pairs.erase(std::remove_if(pairs.begin(), pairs.end(), unfinished), pairs.end());
   return pairs;
@@ -95,9 +116,11 @@ std::set<PairId> dropUnfinishedPairs(const std::string& folder, const BenchmarkC
   std::set<PairId> done;
   for (const FinishedPair& pair : finishedPairs(folder, config)) done.insert(pair.rows.front().id);
   keepPairs(folder, pairsTable(), done);
+  keepPairs(folder, posesTable(), done);
   keepPairs(folder, stagesTable(), done);
   keepPairs(folder, imagesTable(), done);
   keepPairs(folder, truthChecksTable(), done);
+  if (config.save_matches) keepPairs(folder, savedMatchesTable(), done);
   return done;
 }
 

@@ -16,16 +16,19 @@ struct FinishedPair {
   std::vector<ResultRow> rows;
   std::vector<StageTime> stages;
   std::vector<TruthCheck> checks;
+  std::vector<PoseRow> poses;
+  std::vector<SavedSelection> saved;
 };
 
-/// The pairs of a run's folder that have all their rows and their stages, in the order of pairs.csv. Damaged
-/// lines of stages.csv are left out, so that their pairs are run again; those of truth_check.csv are left
-/// out. Throws RunFolderError naming the file, the line and the remedy where pairs.csv is damaged.
+/// The pairs of a run's folder that have all their rows, stages and saved selections, in the order of
+/// pairs.csv. Damaged lines of stages.csv are left out, so that their pairs are run again; those of
+/// truth_check.csv are left out. Throws RunFolderError naming the file, the line and the remedy where
+/// pairs.csv or poses.csv is damaged.
 std::vector<FinishedPair> finishedPairs(const std::string& folder, const BenchmarkConfig& config);
 
-/// Removes what belongs to no finished pair from pairs.csv, stages.csv, truth_check.csv and images/index.csv;
-/// lines that belong to no pair at all stay. @return the finished pairs. Throws RunFolderError like
-/// finishedPairs().
+/// Removes what belongs to no finished pair from pairs.csv, poses.csv, stages.csv, truth_check.csv,
+/// images/index.csv and matches/index.csv; lines that belong to no pair at all stay. @return the finished
+/// pairs. Throws RunFolderError like finishedPairs().
 std::set<PairId> dropUnfinishedPairs(const std::string& folder, const BenchmarkConfig& config);
 
 /// Throws RunFolderError naming the keys where the folder's configuration differs from `config`.

@@ -29,6 +29,9 @@ void writeEmpty(const CsvTable<Row>& table, const std::string& folder) {
 RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, bool resume) : path_(path) {
   std::error_code error;
   fs::create_directories(fs::path(path) / "images", error);
+  if (config.save_matches && !error) {
+    fs::create_directories(fs::path(pathOf(savedMatchesTable(), path)).parent_path(), error);
+  }
   if (error) {
     throw RunFolderError("cannot create the output folder " + path + ": " + error.message() +
                          "; give another output folder or change its permissions");
@@ -41,15 +44,19 @@ RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, boo
                            " already holds a run of this configuration; resume the run, or give another "
                            "output folder");
     }
+    if (!fs::exists(pathOf(posesTable(), path))) writeEmpty(posesTable(), path);  // an older version's run
     done_ = dropUnfinishedPairs(path, config);
-  } else if (fs::exists(pathOf(pairsTable(), path))) {
+  } else if (fs::exists(pathOf(pairsTable(), path)) &&
+             readTextFile(pathOf(pairsTable(), path)) != pairsTable().text({})) {
     throw RunFolderError("the output folder " + path +
                          " holds a pairs.csv without its config.yaml; give another output folder");
   } else {
     writeEmpty(pairsTable(), path);
+    writeEmpty(posesTable(), path);
     writeEmpty(stagesTable(), path);
     writeEmpty(imagesTable(), path);
     writeEmpty(truthChecksTable(), path);
+    if (config.save_matches) writeEmpty(savedMatchesTable(), path);
     writeFile((fs::path(path) / "config.yaml").string(), config.toYaml());
   }
   if (fs::exists(pathOf(remarksTable(), path))) {
@@ -62,13 +69,19 @@ RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, boo
   writeEnvironment(path, config.threads);
 }
 
-std::vector<ResultRow> RunFolder::readRows() const {
-  const std::string file = pathOf(pairsTable(), path_);
-  return parsePairs(file, readTextFile(file));
+void RunFolder::forEachRow(const std::function<void(const ResultRow&)>& use) const {
+  forEachPairRow(pathOf(pairsTable(), path_), use);
+}
+
+std::vector<PoseRow> RunFolder::readPoses() const {
+  std::vector<PoseRow> rows;
+  forEachPoseRow(pathOf(posesTable(), path_), [&rows](const PoseRow& row) { rows.push_back(row); });
+  return rows;
 }
 
 void RunFolder::appendPair(const std::vector<ResultRow>& rows, std::size_t number,
-                           const std::vector<StageTime>& stages, const std::vector<TruthCheck>& checks) {
+                           const std::vector<StageTime>& stages, const std::vector<TruthCheck>& checks,
+                           const std::vector<PoseRow>& poses, const std::vector<SavedSelection>& saved) {
   if (rows.empty()) return;
   const PairId& id = rows.front().id;
   std::string text;
@@ -77,6 +90,14 @@ void RunFolder::appendPair(const std::vector<ResultRow>& rows, std::size_t numbe
   text.clear();
   for (const TruthCheck& check : checks) text += truthChecksTable().line(check);
   appendToFile(pathOf(truthChecksTable(), path_), text);
+  if (!saved.empty()) {
+    text.clear();
+    for (const SavedSelection& selection : saved) text += savedMatchesTable().line(selection);
+    appendToFile(pathOf(savedMatchesTable(), path_), text);
+  }
+  text.clear();
+  for (const PoseRow& row : poses) text += posesTable().line(row);
+  appendToFile(pathOf(posesTable(), path_), text);
   text.clear();
   for (const ResultRow& row : rows) text += pairsTable().line(row);
   appendToFile(pathOf(pairsTable(), path_), text);

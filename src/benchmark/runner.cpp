@@ -6,6 +6,7 @@
 #include <map>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -15,9 +16,12 @@
 #include "benchmark/examples.h"
 #include "benchmark/feature_cache.h"
 #include "benchmark/files.h"
+#include "benchmark/pose_rows.h"
 #include "benchmark/progress_meter.h"
+#include "benchmark/saved_matches.h"
 #include "benchmark/scaling.h"
 #include "benchmark/tables.h"
+#include "corrsel/benchmark/experiments.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/datasets/scene.h"
 #include "corrsel/evaluation/errors.h"
@@ -31,7 +35,6 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kExampleWidth = 1000;  // px
-constexpr std::size_t kExamplesPerDataset = 3;
 // A bag of one's own is one sequence. A wrong declaration of it is reported after these pairs, since the
 // whole run would be in vain.
 constexpr std::size_t kEarlyPairs = 8;
@@ -307,11 +310,47 @@ std::vector<ResultRow> BenchmarkRunner::judge(const ImagePair& pair, const Putat
   return rows;
 }
 
+PoseRow BenchmarkRunner::poseRow(const ImagePair& pair, const Putative& putative, const Cell& cell,
+                                 const std::string& selector, int repetition,
+                                 const Selection& selection) const {
+  cv::Size left_size;
+  if (estimatesHomographies(config_)) {
+    left_size = pair.left.empty() ? putative.matches.left_size : pair.left.size();
+  }
+  PoseRow row = measurePose(pair.truth, left_size, putative.matches, selection);
+  row.id = pair.id;
+  row.features = cell.features;
+  row.preselection = cell.preselection;
+  row.selector = selector;
+  row.seed = config_.seed + repetition;
+  return row;
+}
+
+/// What the estimators make of a perfect selection.
+PoseRow BenchmarkRunner::groundTruthPose(const ImagePair& pair, const Putative& putative,
+                                         const Cell& cell) const {
+  Selection perfect;
+  for (const double error : putative.errors) {
+    perfect.mask.push_back(error <= config_.ground_truth_tolerance ? 1 : 0);
+  }
+  return poseRow(pair, putative, cell, kGroundTruthSelection, 0, perfect);
+}
+
 void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double read_seconds) {
-  double extract_seconds = 0, match_seconds = 0, select_seconds = 0;
+  double extract_seconds = 0, match_seconds = 0, select_seconds = 0, pose_seconds = 0;
   Stopwatch total;
   std::vector<ResultRow> rows;
+  std::vector<PoseRow> poses;
+  const bool with_poses = hasPoseRows(pair.truth, config_);
+  const auto addPose = [&](const auto& measure) {
+    if (!with_poses) return;
+    const Stopwatch watch;
+    poses.push_back(measure());
+    pose_seconds += watch.seconds();
+  };
   std::vector<TruthCheck> checks;
+  std::optional<SavedMatches> saved;
+  if (config_.save_matches) saved.emplace(folder_.path(), pair, config_.repetitions > 1);
   for (const std::string& features :
        pair.given ? std::vector<std::string>{kGivenFeatures} : config_.features) {
     Putative input = putativeMatches(pair, features);
@@ -334,6 +373,7 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
       const bool usable = preselected.status != Status::kUnsupportedInput;
       if (!usable) notice({pair.id.dataset, "", "preselection by " + preselection, preselected.message});
       const Putative putative = preselect && usable ? input.survivors(preselected.mask) : input;
+      if (saved) saved->writePutative(cell, putative.matches);
       for (std::size_t k = 0; k < tools_->selectors.size(); ++k) {
         const std::string& spec = tools_->selectors[k].spec;
         if (preselect && isNnsr(spec)) continue;
@@ -347,19 +387,24 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
           addConfidence(putative.matches, selection);
           const std::vector<ResultRow> judged = judge(pair, putative, cell, spec, repetition, selection);
           rows.insert(rows.end(), judged.begin(), judged.end());
+          addPose([&] { return poseRow(pair, putative, cell, spec, repetition, selection); });
           observer_.judged(judged);
+          if (saved) saved->write(putative.matches, spec, config_.seed + repetition, selection);
         }
       }
+      addPose([&] { return groundTruthPose(pair, putative, cell); });
     }
   }
-  const double evaluate_seconds = total.seconds() - extract_seconds - match_seconds - select_seconds;
-  folder_.appendPair(rows, number,
-                     {{"read", read_seconds},
-                      {"features", extract_seconds},
-                      {"match", match_seconds},
-                      {"select", select_seconds},
-                      {"evaluate", evaluate_seconds}},
-                     checks);
+  const double evaluate_seconds =
+      total.seconds() - extract_seconds - match_seconds - select_seconds - pose_seconds;
+  std::vector<StageTime> stages = {{"read", read_seconds},
+                                   {"features", extract_seconds},
+                                   {"match", match_seconds},
+                                   {"select", select_seconds},
+                                   {"evaluate", evaluate_seconds}};
+  if (with_poses) stages.push_back({kPoseStage, pose_seconds});
+  folder_.appendPair(rows, number, stages, checks, poses,
+                     saved ? saved->selections() : std::vector<SavedSelection>());
   sequence_checks_.insert(sequence_checks_.end(), checks.begin(), checks.end());
   if (!checks.empty()) ++sequence_pairs_;
 }
@@ -376,13 +421,16 @@ void BenchmarkRunner::timeSelectors() {
 }
 
 void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>>& sources) {
+  if (makesVariants(config_.experiment)) return;
   const Cell first = config_.grid().front();
   std::vector<ResultRow> rows;
-  for (const ResultRow& row : folder_.readRows()) {
-    const bool drawn = row.features == kGivenFeatures || row.features == first.features;
-    if (drawn && row.preselection == first.preselection && row.seed == config_.seed) rows.push_back(row);
-  }
   const double tau = config_.tableTolerance();
+  folder_.forEachRow([&](const ResultRow& row) {
+    const bool drawn = row.features == kGivenFeatures || row.features == first.features;
+    const bool tabulated = std::isnan(row.metrics.tau) || row.metrics.tau == tau;
+    if (drawn && tabulated && row.preselection == first.preselection && row.seed == config_.seed)
+      rows.push_back(row);
+  });
   const std::vector<PairId> chosen = examplesOf(rows, tau);
   const auto isChosen = [&chosen](const PairId& id) {
     return std::find(chosen.begin(), chosen.end(), id) != chosen.end();

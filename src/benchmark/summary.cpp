@@ -1,9 +1,13 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <map>
+#include <ostream>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include "base/text.h"
@@ -31,6 +35,18 @@ Json jsonOf(const CellValue& cell) {
         }
       },
       cell);
+}
+
+/// Rows as objects with the names of the columns.
+template <class Row>
+Json jsonOf(const CsvTable<Row>& table, const std::vector<Row>& rows) {
+  Json list = Json::array();
+  for (const Row& row : rows) {
+    Json object;
+    for (const CsvColumn<Row>& column : table.columns()) object[column.name] = jsonOf(column.cell(row));
+    list.push_back(object);
+  }
+  return list;
 }
 
 Json jsonOf(const RunState& state) {
@@ -68,122 +84,180 @@ Json jsonOf(const std::vector<TruthWarning>& warnings) {
   return list;
 }
 
-/// Sorts the lines of pairs.csv by the numbers of their pairs, which stages.csv has.
-void sortPairs(const fs::path& folder) {
+/// Numbers of the pairs in the undivided run.
+std::map<PairId, std::size_t> numbersOfPairs(const fs::path& folder) {
   std::map<PairId, std::size_t> numbers;
   for (const StageRow& row :
        stagesTable().intactRows(readTextFile((folder / stagesTable().file()).string()))) {
     if (row.number) numbers[row.id] = *row.number;
   }
-  const std::string file = (folder / pairsTable().file()).string();
-  const std::size_t first = pairsTable().indexOf("dataset");
-  const std::vector<std::string> lines = completeLines(readTextFile(file));
-  std::vector<std::pair<std::size_t, std::size_t>> order;  // number of the pair, line
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    const std::vector<std::string> fields = parseCsvLine(lines[i]);
-    const auto found = numbers.find({fields.at(first), fields.at(first + 1), fields.at(first + 2)});
-    order.emplace_back(found == numbers.end() ? std::numeric_limits<std::size_t>::max() : found->second, i);
-  }
-  if (std::is_sorted(order.begin(), order.end())) return;
-  std::sort(order.begin(), order.end());
-  std::string text = pairsTable().header() + "\n";
-  for (const auto& [number, line] : order) text += lines[line] + "\n";
-  writeFile(file, text);
+  return numbers;
 }
 
-}  // namespace
+/// Sorts the lines of a table by the numbers of their pairs. Damaged lines come last.
+template <class Row>
+void sortByPair(const fs::path& folder, const CsvTable<Row>& table,
+                const std::map<PairId, std::size_t>& numbers) {
+  // Neighbouring lines of one pair: they stay together, and of each part only its place is in memory.
+  struct Part {
+    std::size_t number, begin, size;
+  };
+  const std::string file = (folder / table.file()).string();
+  const std::size_t first = table.indexOf("dataset");
+  std::vector<Part> parts;
+  std::size_t place = 0;
+  forEachLine(file, [&](const std::string& line) {
+    const std::size_t begin = place;
+    place += line.size() + 1;
+    if (begin == 0) return;  // the header
+    const std::vector<std::string> fields = parseCsvLine(line);
+    const auto found = fields.size() < first + 3
+                           ? numbers.end()
+                           : numbers.find({fields[first], fields[first + 1], fields[first + 2]});
+    const std::size_t number =
+        found == numbers.end() ? std::numeric_limits<std::size_t>::max() : found->second;
+    if (parts.empty() || parts.back().number != number) parts.push_back({number, begin, 0});
+    parts.back().size += place - begin;
+  });
+  const auto before = [](const Part& a, const Part& b) { return a.number < b.number; };
+  if (std::is_sorted(parts.begin(), parts.end(), before)) return;
+  std::stable_sort(parts.begin(), parts.end(), before);
+  std::ifstream in(file, std::ios::binary);
+  writeFile(file, [&](std::ostream& out) {
+    out << table.header() << "\n";
+    for (const Part& part : parts) {
+      std::string text(part.size, '\0');
+      in.seekg(static_cast<std::streamoff>(part.begin));
+      in.read(&text[0], static_cast<std::streamsize>(part.size));
+      out << text;
+    }
+  });
+}
 
-std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows) {
-  // One pair's repetitions, averaged.
-  struct PairValues {
-    std::vector<double> precision, recall_paper, f_paper, recall_same_tau, f_same_tau;
+/// The rows of summary.csv from the rows of pairs.csv, of which it keeps 70 bytes each.
+class Summary {
+ public:
+  void add(const ResultRow& row) {
+    Group& group = groupOf(row);
+    if (!row.judged()) return;
+    group.seconds.push_back(row.select_seconds);
+    group.confidences.push_back(row.confidence);
+    if (row.n_ground_truth == 0) return;
+    const Metrics& m = row.metrics;
+    group.entries.push_back(
+        {numberOf(row.id), {m.precision, m.recall_paper, m.f_paper, m.recall_same_tau, m.f_same_tau}});
+  }
+
+  std::vector<SummaryRow> rows() {
+    std::vector<SummaryRow> summary;
+    for (Group& group : groups_) {
+      SummaryRow& row = group.row;
+      const std::vector<std::vector<std::size_t>> pairs = entriesOfPairs(group);
+      // The repetitions of a pair are averaged.
+      const auto perPair = [&](std::size_t measure) {
+        std::vector<double> means;
+        for (const std::vector<std::size_t>& entries : pairs) {
+          std::vector<double> values;
+          for (const std::size_t i : entries) {
+            const double value = group.entries[i].values[measure];
+            if (!std::isnan(value)) values.push_back(value);
+          }
+          if (!values.empty()) means.push_back(mean(values));
+        }
+        return means;
+      };
+      const std::vector<double> f = perPair(2);
+      row.pairs = pairs.size();
+      row.precision = mean(perPair(0));
+      row.recall_paper = mean(perPair(1));
+      row.f_paper = mean(f);
+      const Interval interval = bootstrapMean(f, kBootstrapSeed);
+      row.f_low = interval.low;
+      row.f_high = interval.high;
+      row.recall_same_tau = mean(perPair(3));
+      row.f_same_tau = mean(perPair(4));
+      row.confidence_median = quantile(group.confidences, 0.5);
+      row.select_median = quantile(group.seconds, 0.5);
+      row.select_p95 = quantile(group.seconds, 0.95);
+      summary.push_back(row);
+    }
+    return summary;
+  }
+
+ private:
+  struct Entry {
+    std::size_t pair;
+    std::array<double, 5> values;  ///< precision, recall_paper, f_paper, recall_same_tau, f_same_tau
   };
   struct Group {
     SummaryRow row;
-    std::vector<PairId> order;
-    std::map<PairId, PairValues> pairs;
+    std::vector<Entry> entries;
     std::vector<double> confidences, seconds;
   };
   using GroupKey = std::tuple<std::string, std::string, std::string, std::string, std::string>;
-  std::vector<Group> groups;
-  std::map<GroupKey, std::size_t> index;
-  for (const ResultRow& row : rows) {
+
+  Group& groupOf(const ResultRow& row) {
     const GroupKey key{row.id.dataset, row.features, row.preselection, row.selector,
                        formatNumber(row.metrics.tau)};
-    const auto [found, is_new] = index.emplace(key, groups.size());
+    const auto [found, is_new] = index_.emplace(key, groups_.size());
     if (is_new) {
-      groups.emplace_back();
-      SummaryRow& head = groups.back().row;
+      groups_.emplace_back();
+      SummaryRow& head = groups_.back().row;
       head.dataset = row.id.dataset;
       head.features = row.features;
       head.preselection = row.preselection;
       head.selector = row.selector;
       head.tau = row.metrics.tau;
     }
-    Group& group = groups[found->second];
-    if (!row.judged()) continue;
-    group.seconds.push_back(row.select_seconds);
-    group.confidences.push_back(row.confidence);
-    if (row.n_ground_truth == 0) continue;
-    const PairId pair = row.id;
-    if (group.pairs.count(pair) == 0) group.order.push_back(pair);
-    PairValues& values = group.pairs[pair];
-    const auto add = [](std::vector<double>& list, double value) {
-      if (!std::isnan(value)) list.push_back(value);
-    };
-    add(values.precision, row.metrics.precision);
-    add(values.recall_paper, row.metrics.recall_paper);
-    add(values.f_paper, row.metrics.f_paper);
-    add(values.recall_same_tau, row.metrics.recall_same_tau);
-    add(values.f_same_tau, row.metrics.f_same_tau);
+    return groups_[found->second];
   }
-  std::vector<SummaryRow> summary;
-  for (Group& group : groups) {
-    const auto perPair = [&group](std::vector<double> PairValues::*member) {
-      std::vector<double> means;
-      for (const PairId& pair : group.order) {
-        const std::vector<double>& values = group.pairs[pair].*member;
-        if (!values.empty()) means.push_back(mean(values));
-      }
-      return means;
-    };
-    SummaryRow& row = group.row;
-    const std::vector<double> f = perPair(&PairValues::f_paper);
-    row.pairs = group.order.size();
-    row.precision = mean(perPair(&PairValues::precision));
-    row.recall_paper = mean(perPair(&PairValues::recall_paper));
-    row.f_paper = mean(f);
-    const Interval interval = bootstrapMean(f, kBootstrapSeed);
-    row.f_low = interval.low;
-    row.f_high = interval.high;
-    row.recall_same_tau = mean(perPair(&PairValues::recall_same_tau));
-    row.f_same_tau = mean(perPair(&PairValues::f_same_tau));
-    row.confidence_median = quantile(group.confidences, 0.5);
-    row.select_median = quantile(group.seconds, 0.5);
-    row.select_p95 = quantile(group.seconds, 0.95);
-    summary.push_back(row);
+
+  std::size_t numberOf(const PairId& pair) { return numbers_.emplace(pair, numbers_.size()).first->second; }
+
+  /// The entries of each pair of a group, pairs in the order of their appearance.
+  std::vector<std::vector<std::size_t>> entriesOfPairs(const Group& group) const {
+    std::vector<std::vector<std::size_t>> pairs;
+    std::unordered_map<std::size_t, std::size_t> places;
+    for (std::size_t i = 0; i < group.entries.size(); ++i) {
+      const auto [found, is_new] = places.emplace(group.entries[i].pair, pairs.size());
+      if (is_new) pairs.emplace_back();
+      pairs[found->second].push_back(i);
+    }
+    return pairs;
   }
-  return summary;
+
+  std::vector<Group> groups_;
+  std::map<GroupKey, std::size_t> index_;
+  std::map<PairId, std::size_t> numbers_;
+};
+
+}  // namespace
+
+std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows) {
+  Summary summary;
+  for (const ResultRow& row : rows) summary.add(row);
+  return summary.rows();
 }
 
 std::vector<SummaryRow> writeSummary(const RunFolder& folder, const RunState& state) {
   const fs::path path(folder.path());
-  sortPairs(path);
-  const std::vector<SummaryRow> summary = summarize(folder.readRows());
-  Json groups = Json::array();
-  for (const SummaryRow& row : summary) {
-    Json group;
-    for (const CsvColumn<SummaryRow>& column : summaryTable().columns()) {
-      group[column.name] = jsonOf(column.cell(row));
-    }
-    groups.push_back(group);
-  }
+  const std::map<PairId, std::size_t> numbers = numbersOfPairs(path);
+  sortByPair(path, pairsTable(), numbers);
+  sortByPair(path, posesTable(), numbers);
+  sortByPair(path, truthChecksTable(), numbers);
+  sortByPair(path, savedMatchesTable(), numbers);
+  Summary means;
+  folder.forEachRow([&means](const ResultRow& row) { means.add(row); });
+  const std::vector<SummaryRow> summary = means.rows();
+  const std::vector<PoseSummaryRow> poses = summarizePoses(folder.readPoses());
+  writeFile((path / poseSummaryTable().file()).string(), poseSummaryTable().text(poses));
   writeFile((path / summaryTable().file()).string(), summaryTable().text(summary));
-  writeFile(
-      (path / "summary.json").string(),
-      Json{{"state", jsonOf(state)}, {"truth_warnings", jsonOf(folder.doubtfulTruths())}, {"groups", groups}}
-              .dump(2) +
-          "\n");
+  writeFile((path / "summary.json").string(), Json{{"state", jsonOf(state)},
+                                                   {"truth_warnings", jsonOf(folder.doubtfulTruths())},
+                                                   {"groups", jsonOf(summaryTable(), summary)},
+                                                   {"poses", jsonOf(poseSummaryTable(), poses)}}
+                                                      .dump(2) +
+                                                  "\n");
   return summary;
 }
 

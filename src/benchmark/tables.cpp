@@ -10,9 +10,21 @@ namespace corrsel::core {
 namespace {
 
 /// A column that is empty where the selector gave nothing that could be judged.
-CsvColumn<ResultRow> ifJudged(CsvColumn<ResultRow> column) {
-  column.cell = [cell = column.cell](const ResultRow& row) {
+template <class Row>
+CsvColumn<Row> ifJudged(CsvColumn<Row> column) {
+  column.cell = [cell = column.cell](const Row& row) {
     return row.judged() ? cell(row) : CellValue(std::string());
+  };
+  return column;
+}
+
+/// A column that is empty where the true pose is not known or nothing could be judged.
+CsvColumn<PoseRow> ifPose(CsvColumn<PoseRow> column) {
+  column.cell = [cell = column.cell](const PoseRow& row) {
+    return std::isnan(row.pose_error) ? CellValue(std::string()) : cell(row);
+  };
+  column.read = [read = column.read](const std::string& text, PoseRow& row) {
+    if (!text.empty()) read(text, row);
   };
   return column;
 }
@@ -64,6 +76,14 @@ void readCell(const std::string& text, const std::string& column, double& field)
 
 void readCell(const std::string& text, const std::string&, Status& field) { field = statusFromString(text); }
 
+void readCell(const std::string& text, const std::string& column, PoseModel& field) {
+  try {
+    field = poseModelFromString(text);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(column + ": " + error.what());
+  }
+}
+
 void readCell(const std::string& text, const std::string& column, TruthKind& field) {
   for (const TruthKind kind : {TruthKind::kNone, TruthKind::kHomography, TruthKind::kFundamental,
                                TruthKind::kLabels, TruthKind::kDisparity}) {
@@ -103,6 +123,62 @@ const CsvTable<ResultRow>& pairsTable() {
                        csvColumn("match_s", &ResultRow::match_seconds),
                        ifJudged(csvColumn("select_s", &ResultRow::select_seconds)),
                    });
+  return table;
+}
+
+const CsvTable<PoseRow>& posesTable() {
+  static const CsvTable<PoseRow> table("poses.csv",
+                                       {
+                                           csvColumn("dataset", &PoseRow::id, &PairId::dataset),
+                                           csvColumn("sequence", &PoseRow::id, &PairId::sequence),
+                                           csvColumn("pair", &PoseRow::id, &PairId::pair),
+                                           csvColumn("features", &PoseRow::features),
+                                           csvColumn("preselection", &PoseRow::preselection),
+                                           csvColumn("selector", &PoseRow::selector),
+                                           csvColumn("seed", &PoseRow::seed),
+                                           csvColumn("status", &PoseRow::status),
+                                           ifJudged(csvColumn("n_selected", &PoseRow::n_selected)),
+                                           ifPose(csvColumn("model", &PoseRow::model)),
+                                           ifPose(csvColumn("n_inliers", &PoseRow::n_inliers)),
+                                           csvColumn("rotation_deg", &PoseRow::rotation_error),
+                                           csvColumn("translation_deg", &PoseRow::translation_error),
+                                           csvColumn("pose_deg", &PoseRow::pose_error),
+                                           csvColumn("epipolar_precision", &PoseRow::epipolar_precision),
+                                           csvColumn("corner_px", &PoseRow::corner_error),
+                                           csvColumn("estimate_s", &PoseRow::seconds),
+                                       });
+  return table;
+}
+
+const CsvTable<PoseSummaryRow>& poseSummaryTable() {
+  static const CsvTable<PoseSummaryRow> table(
+      "pose_summary.csv", {
+                              csvColumn("dataset", &PoseSummaryRow::dataset),
+                              csvColumn("features", &PoseSummaryRow::features),
+                              csvColumn("preselection", &PoseSummaryRow::preselection),
+                              csvColumn("selector", &PoseSummaryRow::selector),
+                              csvColumn("poses", &PoseSummaryRow::poses),
+                              csvColumn("no_pose", &PoseSummaryRow::no_pose),
+                              csvColumn("auc_5", &PoseSummaryRow::auc_5),
+                              csvColumn("auc_10", &PoseSummaryRow::auc_10),
+                              csvColumn("auc_10_lo", &PoseSummaryRow::auc_10_low),
+                              csvColumn("auc_10_hi", &PoseSummaryRow::auc_10_high),
+                              csvColumn("auc_20", &PoseSummaryRow::auc_20),
+                              csvColumn("maa_10", &PoseSummaryRow::accuracy),
+                              csvColumn("rotation_deg_median", &PoseSummaryRow::rotation_median),
+                              csvColumn("translation_deg_median", &PoseSummaryRow::translation_median),
+                              csvColumn("pose_deg_median", &PoseSummaryRow::pose_median),
+                              csvColumn("epipolar_precision", &PoseSummaryRow::epipolar_precision),
+                              csvColumn("homographies", &PoseSummaryRow::homographies),
+                              csvColumn("no_homography", &PoseSummaryRow::no_homography),
+                              csvColumn("corner_auc_1", &PoseSummaryRow::corner_auc_1),
+                              csvColumn("corner_auc_3", &PoseSummaryRow::corner_auc_3),
+                              csvColumn("corner_auc_3_lo", &PoseSummaryRow::corner_auc_3_low),
+                              csvColumn("corner_auc_3_hi", &PoseSummaryRow::corner_auc_3_high),
+                              csvColumn("corner_auc_5", &PoseSummaryRow::corner_auc_5),
+                              csvColumn("corner_px_median", &PoseSummaryRow::corner_median),
+                              csvColumn("estimate_s_median", &PoseSummaryRow::seconds_median),
+                          });
   return table;
 }
 
@@ -220,6 +296,33 @@ const CsvTable<ExampleImage>& imagesTable() {
                                                 csvColumn("n_missed", &ExampleImage::n_missed),
                                                 csvColumn("tau_px", &ExampleImage::tau),
                                             });
+  return table;
+}
+
+const CsvTable<SavedSelection>& savedMatchesTable() {
+  static const CsvTable<SavedSelection> table(
+      "matches/index.csv", {
+                               csvColumn("file", &SavedSelection::file),
+                               csvColumn("dataset", &SavedSelection::id, &PairId::dataset),
+                               csvColumn("sequence", &SavedSelection::id, &PairId::sequence),
+                               csvColumn("pair", &SavedSelection::id, &PairId::pair),
+                               csvColumn("features", &SavedSelection::features),
+                               csvColumn("preselection", &SavedSelection::preselection),
+                               csvColumn("selector", &SavedSelection::selector),
+                               csvColumn("seed", &SavedSelection::seed),
+                               csvColumn("status", &SavedSelection::status),
+                               csvColumn("n_putative", &SavedSelection::n_putative),
+                               csvColumn("n_selected", &SavedSelection::n_selected),
+                               csvColumn("model_kind", &SavedSelection::model_kind),
+                               csvColumn("model", &SavedSelection::model),
+                               csvColumn("putative", &SavedSelection::putative),
+                               csvColumn("left_image", &SavedSelection::left_image),
+                               csvColumn("right_image", &SavedSelection::right_image),
+                               csvColumn("left_width", &SavedSelection::left_width),
+                               csvColumn("left_height", &SavedSelection::left_height),
+                               csvColumn("right_width", &SavedSelection::right_width),
+                               csvColumn("right_height", &SavedSelection::right_height),
+                           });
   return table;
 }
 

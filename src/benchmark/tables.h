@@ -32,13 +32,16 @@ struct ExampleImage {
 
 /// The CSV files of a run's folder, see docs/evaluation.md.
 const CsvTable<ResultRow>& pairsTable();
+const CsvTable<PoseRow>& posesTable();
 const CsvTable<SummaryRow>& summaryTable();
+const CsvTable<PoseSummaryRow>& poseSummaryTable();
 const CsvTable<StageRow>& stagesTable();
 const CsvTable<ScalingRow>& scalingTable();
 const CsvTable<Failure>& failuresTable();
 const CsvTable<TruthCheck>& truthChecksTable();
 const CsvTable<ExampleImage>& imagesTable();
 const CsvTable<Remark>& remarksTable();
+const CsvTable<SavedSelection>& savedMatchesTable();
 
 /// The remarks of a run's folder; none where it has no file of them.
 std::vector<Remark> readRemarks(const std::string& folder);

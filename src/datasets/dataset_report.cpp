@@ -97,7 +97,14 @@ std::string DatasetReport::text() const {
   return text;
 }
 
-DatasetReport describe(const DatasetReader& reader, CheckDepth depth) {
+std::vector<std::size_t> evenlySpaced(std::size_t count, std::size_t limit) {
+  std::vector<std::size_t> indices(std::min(count, limit));
+  for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = i * count / indices.size();
+  return indices;
+}
+
+DatasetReport describe(const DatasetReader& reader, const std::vector<std::size_t>& decoded,
+                       const DescribeCalls& calls) {
   DatasetReport report;
   std::set<std::string> sequences;
   for (std::size_t i = 0; i < reader.size(); ++i) {
@@ -105,14 +112,17 @@ DatasetReport describe(const DatasetReader& reader, CheckDepth depth) {
     report.dataset = id.dataset;
     sequences.insert(id.sequence);
     try {
-      if (depth == CheckDepth::kPixels) {
-        reader.read(i);
+      if (std::binary_search(decoded.begin(), decoded.end(), i)) {
+        const ImagePair pair = reader.read(i);
+        if (calls.decoded) calls.decoded(pair);
       } else {
         reader.check(i);
       }
     } catch (const DatasetError& error) {
       report.problems.push_back(id.text() + ": " + error.what());
+      report.broken.push_back(i);
     }
+    if (calls.progress) calls.progress(i + 1, id);
   }
   report.sequences = sequences.size();
   report.pairs = reader.size();

@@ -6,13 +6,20 @@
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
 #include "datasets/adelaide_rmf.h"
+#include "datasets/colmap.h"
+#include "datasets/euroc.h"
+#include "datasets/evd.h"
 #include "datasets/files.h"
 #include "datasets/heinly_generated.h"
 #include "datasets/homography_pairs.h"
 #include "datasets/pair_folders.h"
+#include "datasets/pair_list.h"
+#include "datasets/posed_pairs.h"
 #include "datasets/sample.h"
+#include "datasets/tum_rgbd.h"
 #include "datasets/unreadable.h"
 #include "datasets/unrelated.h"
+#include "datasets/wxbs.h"
 
 namespace corrsel::core {
 namespace {
@@ -26,12 +33,14 @@ Reader openHomographies(const std::string& name, const std::string& path, int) {
   return std::make_unique<HomographyPairReader>(name, path, layout);
 }
 
-Reader openPairFolders(const std::string& name, const std::string& path, int) {
-  return std::make_unique<PairFolderReader>(name, path);
+template <typename NamedReader>
+Reader openNamed(const std::string& name, const std::string& path, int) {
+  return std::make_unique<NamedReader>(name, path);
 }
 
-Reader openAdelaideRmf(const std::string& name, const std::string& path, int) {
-  return std::make_unique<AdelaideRmfReader>(name, path);
+template <PosedDataset (*find)(const std::string& name, const std::string& root)>
+Reader openPosed(const std::string& name, const std::string& path, int) {
+  return std::make_unique<PosedPairReader>(find(name, path));
 }
 
 template <typename Generated>
@@ -45,15 +54,21 @@ struct Entry {
 };
 
 constexpr Entry kDatasets[] = {
-    {"adelaidermf", openAdelaideRmf},
-    {"adelaidermf_reconstructed", openAdelaideRmf},
+    {"adelaidermf", openNamed<AdelaideRmfReader>},
+    {"adelaidermf_reconstructed", openNamed<AdelaideRmfReader>},
+    {"colmap", openPosed<readColmap>},
+    {"euroc", openPosed<readEuroc>},
+    {"evd", openNamed<EvdReader>},
     {"heinly", openHomographies<HomographyLayout::kNumbered>},
     {"heinly_generated", openGenerated<HeinlyGeneratedReader>},
     {"hpatches", openHomographies<HomographyLayout::kHpatches>},
-    {"pairs", openPairFolders},
+    {"pair_list", openPosed<readPairList>},
+    {"pairs", openNamed<PairFolderReader>},
     {"sample", openGenerated<SampleReader>},
     {"symbench", openHomographies<HomographyLayout::kSymbench>},
+    {"tum_rgbd", openPosed<readTumRgbd>},
     {"vgg", openHomographies<HomographyLayout::kVgg>},
+    {"wxbs", openNamed<WxbsReader>},
 };
 
 struct Layout {
@@ -74,39 +89,61 @@ std::vector<Layout> layouts() {
   return {homographyLayout<HomographyLayout::kNumbered>("heinly"),
           homographyLayout<HomographyLayout::kHpatches>("hpatches"),
           homographyLayout<HomographyLayout::kSymbench>("symbench"),
-          {{"pairs", PairFolderReader::describe(), PairFolderReader::fit}, openPairFolders}};
+          {{"pairs", PairFolderReader::describe(), PairFolderReader::fit}, openNamed<PairFolderReader>}};
 }
 
-std::vector<FolderLayout> folderLayouts() {
-  std::vector<FolderLayout> result;
-  for (const Layout& layout : layouts()) result.push_back(layout.folders);
+/// Layouts that are recognised from the folder as a whole, by the names that mean them.
+std::vector<RootLayout> rootLayouts() {
+  return {
+      {"adelaidermf", "NAME.mat", hasMatFile},
+      {"evd", "1/NAME.png, 2/NAME.png and h/NAME.txt", EvdReader::fits},
+      {"wxbs", "KIND/SCENE/ with 01.png, 02.png and corrs.txt", WxbsReader::fits},
+      {"pair_list", "pairs.txt with lines image_a image_b turns_a turns_b K_a K_b T_ab", hasPairList},
+      {"colmap", "NAME/sparse/0 (or NAME/sparse) with cameras and images (.bin or .txt)", hasColmap, true},
+      {"tum_rgbd", "NAME/ with rgb.txt and groundtruth.txt", hasTumRgbd, true},
+      {"euroc", "NAME/mav0/ with cam0/data.csv and cam0/sensor.yaml", hasEuroc, true}};
+}
+
+SearchedLayouts allLayouts() {
+  SearchedLayouts result{{}, rootLayouts()};
+  for (const Layout& layout : layouts()) result.folders.push_back(layout.folders);
   return result;
+}
+
+/// Null where the name is not known.
+const Entry* findEntry(const std::string& name) {
+  const auto* const found = std::find_if(std::begin(kDatasets), std::end(kDatasets),
+                                         [&name](const Entry& known) { return name == known.name; });
+  return found == std::end(kDatasets) ? nullptr : found;
 }
 
 [[noreturn]] void failUnreadable(const std::string& name, const std::string& path,
                                  const SearchedLayouts& searched) {
-  throw DatasetError("dataset '" + name + "': " + explainUnreadable(path, searched, folderLayouts()));
+  throw DatasetError("dataset '" + name + "': " + explainUnreadable(path, searched, allLayouts()));
 }
 
 /// Opens a dataset of datasetNames().
 Reader openKnown(const Entry& entry, const std::string& path, int seed) {
   std::error_code ignored;
-  if (entry.open == openAdelaideRmf && fs::is_directory(path, ignored) && !hasMatFile(path)) {
-    failUnreadable(entry.name, path, {{}, true});
+  for (const RootLayout& layout : rootLayouts()) {
+    const bool expected = entry.open == findEntry(layout.dataset)->open;
+    if (expected && fs::is_directory(path, ignored) && !layout.has(path)) {
+      failUnreadable(entry.name, path, {{}, {layout}});
+    }
   }
   Reader reader = entry.open(entry.name, path, seed);
   if (reader->size() > 0) return reader;
   std::vector<Layout> expected = layouts();
   expected.push_back(homographyLayout<HomographyLayout::kVgg>("vgg"));
   for (const Layout& layout : expected) {
-    if (layout.folders.dataset == entry.name) failUnreadable(entry.name, path, {{layout.folders}, false});
+    if (layout.folders.dataset == entry.name) failUnreadable(entry.name, path, {{layout.folders}, {}});
   }
   return reader;
 }
 
 /// Throws where `path` is missing because the folder of all datasets is given wrongly.
 void requireNotMisplaced(const std::string& name, const std::string& path) {
-  const std::string fault = explainMissing(path, folderLayouts());
+  const std::string fault = explainMissing(path, allLayouts());
   if (!fault.empty()) throw DatasetError("dataset '" + name + "': '" + path + "' is not a folder. " + fault);
 }
 
@@ -118,15 +155,16 @@ Reader openUnknown(const std::string& name, const std::string& path, int seed) {
     recognised.push_back("folders with " + layout.folders.files);
     open = layout.open;
   }
-  if (hasMatFile(path)) {
-    recognised.emplace_back("NAME.mat files with img1, img2, data and label");
-    open = openAdelaideRmf;
+  for (const RootLayout& layout : rootLayouts()) {
+    if (!layout.has(path)) continue;
+    recognised.push_back(layout.files);
+    open = findEntry(layout.dataset)->open;
   }
   if (recognised.size() > 1) {
     throw DatasetError("dataset '" + name + "': '" + path + "' holds several layouts (" +
                        joinList(recognised, "; ") + "); give each a folder of its own");
   }
-  if (!open) failUnreadable(name, path, {folderLayouts(), true});
+  if (!open) failUnreadable(name, path, allLayouts());
   return open(name, path, seed);
 }
 
@@ -172,9 +210,8 @@ std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::s
     return std::make_unique<UnrelatedReader>(openDataset(imageDataset(name), path, seed), seed);
   }
   requireNotMisplaced(name, path);
-  const auto* const entry = std::find_if(std::begin(kDatasets), std::end(kDatasets),
-                                         [&name](const Entry& known) { return name == known.name; });
-  const bool is_known = entry != std::end(kDatasets);
+  const Entry* const entry = findEntry(name);
+  const bool is_known = entry != nullptr;
   std::error_code ignored;
   if (!fs::is_directory(path, ignored) && !needsSamplePhotographs(name)) {
     if (is_known) throw DatasetError("dataset '" + name + "': " + whatIsThere(name, path));

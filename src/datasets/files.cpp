@@ -251,6 +251,20 @@ std::string describeDataRoot(const std::string& root) {
          (more > 0 ? " and " + std::to_string(more) + " more" : "");
 }
 
+std::string roundedText(double value) {
+  char buffer[320];
+  std::snprintf(buffer, sizeof(buffer), "%.2f", value);
+  return buffer;
+}
+
+std::string below(const std::string& folder, const std::string& name) {
+  return (fs::path(folder) / name).string();
+}
+
+std::string folderName(const std::string& folder) {
+  return (fs::absolute(folder) / "").lexically_normal().parent_path().filename().string();
+}
+
 std::vector<std::string> fileNames(const std::string& folder) {
   std::vector<std::string> names;
   std::error_code error, ignored;

@@ -76,6 +76,15 @@ std::vector<std::string> subfolders(const std::string& root);
 /// file", "'/d' holds no folder" or "'/d' holds the folders a, b" (at most twenty of them).
 std::string describeDataRoot(const std::string& root);
 
+/// Decimal text with two digits after the point, for people.
+std::string roundedText(double value);
+
+/// The path of a file or folder in a folder.
+std::string below(const std::string& folder, const std::string& name);
+
+/// The name of a folder, whose path may end with a slash or be relative.
+std::string folderName(const std::string& folder);
+
 /// Names of the regular files in `folder`, in byte order; none where it cannot be listed.
 std::vector<std::string> fileNames(const std::string& folder);
 

@@ -24,6 +24,13 @@ constexpr const char* kAloeLeft = "aloeL.jpg";
 constexpr const char* kAloeRight = "aloeR.jpg";
 constexpr const char* kAloeDisparity = "aloeGT.png";
 
+// The pair is Aloe of Middlebury's set of 2006 at full size. The set states for all scenes (Scharstein and
+// Pal, Learning conditional random fields for stereo, CVPR 2007): the focal length and the baseline, and that
+// each scene's disparities had a number of px, its dmin, subtracted.
+constexpr double kAloeFocalLength = 3740;    // px
+constexpr double kAloeBaseline = 0.16;       // m
+constexpr double kAloeDisparityShift = 270;  // px
+
 enum class Nuisance { kZoomRotation, kBlur, kViewpoint, kLight, kJpeg, kZoom, kRotation };
 
 struct Sequence {
@@ -211,6 +218,18 @@ cv::Mat readDisparity(const std::string& path, const cv::Size& size) {
   return disparity;
 }
 
+/// A sideways step. The subtracted disparity is a difference of the principal points. Where these lie is not
+/// published; their mean is taken to be the centre of the image, which is where the centres of both
+/// photographs lie before the columns without a counterpart are cut off.
+RelativePose aloePose(const cv::Size& size) {
+  RelativePose pose;
+  const double x = 0.5 * (size.width - 1), y = 0.5 * (size.height - 1), half = 0.5 * kAloeDisparityShift;
+  pose.left_camera = {kAloeFocalLength, 0, x - half, 0, kAloeFocalLength, y, 0, 0, 1};
+  pose.right_camera = {kAloeFocalLength, 0, x + half, 0, kAloeFocalLength, y, 0, 0, 1};
+  pose.translation = {-kAloeBaseline, 0, 0};
+  return pose;
+}
+
 }  // namespace
 
 SampleReader::SampleReader(const std::string& root, int seed) : root_(root), seed_(seed) {
@@ -251,6 +270,7 @@ ImagePair SampleReader::read(std::size_t index) const {
     pair.right = readImageFile(path(kAloeRight), kSampleRemedy);
     pair.truth.kind = TruthKind::kDisparity;
     pair.truth.disparity = readDisparity(path(kAloeDisparity), pair.left.size());
+    pair.truth.pose = aloePose(pair.left.size());
     return pair;
   }
   const Sequence& sequence = sequenceOf(index);

@@ -32,10 +32,6 @@ bool isUnreadImage(const std::string& name) {
 
 bool isReadImage(const std::string& name) { return isImageExtension(extensionOf(name)); }
 
-std::string below(const std::string& root, const std::string& name) {
-  return (fs::path(root) / name).string();
-}
-
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
 /// The folder of a path that may end with a slash.
@@ -53,10 +49,11 @@ std::string shown(const std::vector<std::string>& names, std::size_t most = kSho
   return text;
 }
 
-bool isDataset(const std::string& folder, const std::vector<FolderLayout>& all) {
-  return hasMatFile(folder) || std::any_of(all.begin(), all.end(), [&folder](const FolderLayout& layout) {
-           return hasPairOf(layout, folder);
-         });
+bool isDataset(const std::string& folder, const SearchedLayouts& all) {
+  return std::any_of(all.roots.begin(), all.roots.end(),
+                     [&folder](const RootLayout& layout) { return layout.has(folder); }) ||
+         std::any_of(all.folders.begin(), all.folders.end(),
+                     [&folder](const FolderLayout& layout) { return hasPairOf(layout, folder); });
 }
 
 /// The layout of which the folders hold most files; the last of equal ones.
@@ -110,7 +107,9 @@ std::string searchedFor(const SearchedLayouts& searched) {
   for (const FolderLayout& layout : searched.folders) {
     text += "\n  NAME/ with " + layout.files + " (as in " + layout.dataset + ")";
   }
-  if (searched.mat_files) text += "\n  NAME.mat (as in adelaidermf)";
+  for (const RootLayout& layout : searched.roots) {
+    text += "\n  " + layout.files + " (as in " + layout.dataset + ")";
+  }
   return text + "\nThese layouts are described in docs/datasets.md.";
 }
 
@@ -154,18 +153,25 @@ std::string explainFolders(const std::string& root, const std::vector<std::strin
   return text + unreadTypes(names);
 }
 
+/// That the folder has another layout than the one that was expected.
+std::string explainOther(const std::string& files, const std::string& dataset) {
+  return files + ", which is the layout of " + dataset +
+         ". Give the dataset that name, or any other one that does not stand for a layout.";
+}
+
 std::string explain(const std::string& root, const std::vector<FolderLayout>& expected,
-                    const std::vector<FolderLayout>& all) {
+                    const SearchedLayouts& all) {
   const std::vector<std::string> names = fileNames(root), folders = subfolders(root);
-  for (const FolderLayout& layout : all) {
+  for (const RootLayout& layout : all.roots) {
+    if (layout.has(root)) return explainOther("It holds " + layout.files, layout.dataset);
+  }
+  for (const FolderLayout& layout : all.folders) {
     if (!layout.fit(names).whole()) continue;
     return "It is the folder of one pair (it holds " + shown(names) +
            "). The dataset is the folder above it, " + quoted(parentOf(root)) + ".";
   }
-  for (const FolderLayout& layout : all) {
-    if (!hasPairOf(layout, root)) continue;
-    return "Its folders hold " + layout.files + ", which is the layout of " + layout.dataset +
-           ". Give the dataset that name, or any other one that does not stand for a layout.";
+  for (const FolderLayout& layout : all.folders) {
+    if (hasPairOf(layout, root)) return explainOther("Its folders hold " + layout.files, layout.dataset);
   }
   if (folders.empty()) return explainWithoutFolders(root, expected);
   std::vector<std::string> datasets;
@@ -197,15 +203,19 @@ bool hasMatFile(const std::string& root) {
 }
 
 std::string explainUnreadable(const std::string& root, const SearchedLayouts& searched,
-                              const std::vector<FolderLayout>& all) {
+                              const SearchedLayouts& all) {
   return quoted(root) + " has no complete pair. " + explain(root, searched.folders, all) +
          searchedFor(searched);
 }
 
-std::string explainMissing(const std::string& path, const std::vector<FolderLayout>& all) {
+std::string explainMissing(const std::string& path, const SearchedLayouts& all) {
   const std::string parent = parentOf(path);
+  // The folder that holds all datasets looks like a dataset of the sequences that are datasets in it.
+  SearchedLayouts certain{all.folders, {}};
+  std::copy_if(all.roots.begin(), all.roots.end(), std::back_inserter(certain.roots),
+               [](const RootLayout& layout) { return !layout.by_sequence; });
   std::error_code ignored;
-  if (fs::is_directory(path, ignored) || !fs::is_directory(parent, ignored) || !isDataset(parent, all))
+  if (fs::is_directory(path, ignored) || !fs::is_directory(parent, ignored) || !isDataset(parent, certain))
     return "";
   return "The folder above it, " + quoted(parent) +
          ", is a dataset itself; the folder that holds all datasets " + "(data_root) is " +

@@ -14,6 +14,14 @@ struct FolderLayout {
   FolderFit (*fit)(const std::vector<std::string>& names);
 };
 
+/// A layout that is recognised from the dataset's folder as a whole.
+struct RootLayout {
+  std::string dataset;                   ///< a name of openDataset() that means it, e.g. "colmap"
+  std::string files;                     ///< in words, e.g. "NAME.mat"
+  bool (*has)(const std::string& root);  ///< whether the folder has files of the layout
+  bool by_sequence = false;  ///< whether each folder of a sequence is a dataset in this layout, too
+};
+
 /// Whether a folder below `root` has a complete pair of the layout.
 bool hasPairOf(const FolderLayout& layout, const std::string& root);
 
@@ -23,7 +31,7 @@ bool hasMatFile(const std::string& root);
 /// Layouts that a dataset's folder is searched for.
 struct SearchedLayouts {
   std::vector<FolderLayout> folders;
-  bool mat_files;  ///< whether .mat files were looked for, too
+  std::vector<RootLayout> roots;
 };
 
 /// Why no pair can be read from `root`, in several lines: what the first folders hold, what each of them
@@ -32,10 +40,10 @@ struct SearchedLayouts {
 /// layout than expected.
 /// @param all  all layouts, whether looked for or not
 std::string explainUnreadable(const std::string& root, const SearchedLayouts& searched,
-                              const std::vector<FolderLayout>& all);
+                              const SearchedLayouts& all);
 
 /// Where `path` is not a folder because the folder above it is the dataset itself: a sentence that says so.
 /// Empty otherwise.
-std::string explainMissing(const std::string& path, const std::vector<FolderLayout>& all);
+std::string explainMissing(const std::string& path, const SearchedLayouts& all);
 
 }  // namespace corrsel::core

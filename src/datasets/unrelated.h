@@ -31,6 +31,7 @@ class UnrelatedReader : public DatasetReader {
   void check(std::size_t index) const override;
   std::vector<std::string> ignored() const override { return scenes_->ignored(); }
   std::vector<std::string> files() const override { return scenes_->files(); }
+  std::vector<std::string> remarks() const override { return scenes_->remarks(); }
 
  private:
   struct Pair {

@@ -20,7 +20,9 @@ double quantile(std::vector<double> values, double q) {
   const double position = q * static_cast<double>(values.size() - 1);
   const auto below = static_cast<std::size_t>(std::floor(position));
   const std::size_t above = std::min(below + 1, values.size() - 1);
-  return values[below] + (position - static_cast<double>(below)) * (values[above] - values[below]);
+  const double share = position - static_cast<double>(below);
+  if (share == 0 || values[below] == values[above]) return values[below];  // also where they are infinite
+  return values[below] + share * (values[above] - values[below]);
 }
 
 Interval bootstrapMean(const std::vector<double>& values, std::uint64_t seed, int resamples) {

@@ -9,7 +9,7 @@ namespace corrsel {
 namespace {
 
 constexpr std::size_t kColumns = 110;
-constexpr char kHelp[] = "help";
+constexpr char kHelp[] = "help", kBool[] = "BOOL";
 
 std::string typed(const std::string& name) { return "--" + name; }
 
@@ -29,6 +29,11 @@ const Argument* find(const CommandLineTable& table, const std::string& name) {
 std::string nameIn(const std::string& word) {
   if (word.compare(0, 1, "-") == 0) return word.substr(0, word.find('='));
   return word.substr(0, word.find(":="));
+}
+
+/// Whether a word is no value of the argument before it.
+bool beginsArgument(const std::string& word) {
+  return word.compare(0, 2, "--") == 0 || word.find(":=") != std::string::npos;
 }
 
 UsageError unknown(const CommandLineTable& table, const std::string& word) {
@@ -162,6 +167,8 @@ ArgumentValues parseCommandLine(const CommandLineTable& table, const std::vector
       value = "true";
     } else if (joined) {
       value = word.substr(assigned ? assignment + 2 : equals + 1);
+    } else if (argument->value == kBool && (i + 1 == words.size() || beginsArgument(words[i + 1]))) {
+      value = "true";
     } else if (i + 1 < words.size()) {
       value = words[++i];
     } else {

@@ -60,9 +60,9 @@ class ArgumentValues {
   std::vector<std::string> given_;
 };
 
-/// Reads `--name value`, `--name=value`, `name:=value`, `--switch` and positional arguments, in any order.
-/// Where `--help` or `-h` is given, nothing else is
-/// checked. Names that roslaunch adds (`__name:=x`, `_parameter:=x`) are skipped.
+/// Reads `--name value`, `--name=value`, `name:=value`, `--switch` and positional arguments, in any order. An
+/// argument whose placeholder is BOOL is true where no value follows its name. Where `--help` or `-h` is
+/// given, nothing else is checked. Names that roslaunch adds (`__name:=x`, `_parameter:=x`) are skipped.
 /// @param words  without the program's name
 /// @param rest   takes the words that the table does not know; without it they are an error
 /// Throws UsageError for an unknown name (with the nearest and all valid ones), an argument that is given

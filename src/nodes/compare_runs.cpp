@@ -143,8 +143,11 @@ int run(const Arguments& arguments) {
   const core::RecordedRun before = core::readRun(arguments.before), after = core::readRun(arguments.after);
   const core::RunComparison result = core::compareRuns(before, after, options);
   std::cout << "before: " << before.folder << "\nafter:  " << after.folder << "\n"
-            << options.metric << " at tau = " << core::formatNumber(options.tau) << " px, tolerance "
-            << core::formatNumber(options.tolerance) << (arguments.strict ? ", strict" : "") << "\n";
+            << options.metric
+            << (core::hasTolerances(options.metric) ? " at tau = " + core::formatNumber(options.tau) + " px"
+                                                    : "")
+            << ", tolerance " << core::formatNumber(options.tolerance) << (arguments.strict ? ", strict" : "")
+            << "\n";
   printList("the configurations differ (for information):", result.config_differences, arguments.all);
   printList("missing in AFTER:", textsOf(result.lost), arguments.all);
   printList("only in AFTER:", textsOf(result.added), arguments.all);

@@ -39,14 +39,13 @@ corrsel::CommandLineTable argumentTable() {
               {"path", "FOLDER", "", "folder of the dataset"},
               {"output", "FILE.bag", "", "the bag to write; an existing file is replaced"},
               {"check", "", "",
-               "decode everything and report what the folder holds, what it lacks, which pairs are broken "
-               "and whose "
-               "ground truth contradicts the images; write no bag"},
+               "decode everything and report what the folder holds, what it lacks, which pairs are broken, "
+               "and whose sizes or ground truth contradict the images; write no bag"},
               {"compressed", "", "", "write the images as PNG (smaller, slower) instead of raw"},
               {"period", "S", corrsel::core::formatNumber(defaults.period), "time between two pairs, s"},
               {"seed", "N", "0", "seed of datasets that generate pairs"},
           },
-          "exit code: 0 = all pairs written (--check: no pair is broken, no ground truth doubtful), 1 = "
+          "exit code: 0 = all pairs written (--check: no pair is broken, odd or doubtful), 1 = "
           "problems,\n"
           "which are listed, 2 = wrong arguments\n"};
 }
@@ -68,24 +67,28 @@ Arguments argumentsOf(const corrsel::ArgumentValues& values) {
   return arguments;
 }
 
-/// Prints which ground truth is doubtful. @return whether none is
-bool checkTruth(const corrsel::core::DatasetReader& reader) {
-  const std::vector<corrsel::core::TruthWarning> warnings = corrsel::core::doubtfulTruths(
-      reader, static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
-  for (const corrsel::core::TruthWarning& warning : warnings) {
-    std::cout << "doubtful: " << warning.text() << std::endl;
-  }
-  return warnings.empty();
+void printNotes(const std::vector<std::string>& remarks) {
+  for (const std::string& remark : remarks) std::cout << "note: " << remark << "\n";
+}
+
+/// Decodes all pairs and prints what is broken, odd or doubtful. @return whether nothing is
+bool check(const corrsel::core::DatasetReader& reader) {
+  corrsel::core::PairInspector inspector(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+  const corrsel::core::DatasetReport report =
+      corrsel::core::describe(reader, corrsel::core::evenlySpaced(reader.size(), reader.size()),
+                              {[&inspector](const corrsel::core::ImagePair& pair) { inspector.add(pair); }});
+  std::cout << report.text();
+  printNotes(reader.remarks());
+  const std::vector<std::string> findings = inspector.findings();
+  for (const std::string& finding : findings) std::cout << finding << "\n";
+  return report.problems.empty() && findings.empty();
 }
 
 int run(const Arguments& arguments) {
   const std::unique_ptr<corrsel::core::DatasetReader> reader =
       corrsel::core::openDataset(arguments.dataset, arguments.path, arguments.seed);
-  // The images are decoded once: here, or when they are written.
-  const auto depth = arguments.check ? corrsel::core::CheckDepth::kPixels : corrsel::core::CheckDepth::kFiles;
-  const corrsel::core::DatasetReport report = corrsel::core::describe(*reader, depth);
-  std::cout << report.text() << std::flush;
-  if (arguments.check) return checkTruth(*reader) && report.problems.empty() ? kOk : kProblems;
+  if (arguments.check) return check(*reader) ? kOk : kProblems;
+  std::cout << corrsel::core::describe(*reader, {}).text() << std::flush;
   std::vector<corrsel::UnreadablePair> problems;
   std::vector<std::string> remarks;
   const auto progress = [](std::size_t done, std::size_t total, const corrsel::core::PairId& id) {
@@ -93,7 +96,7 @@ int run(const Arguments& arguments) {
   };
   const std::size_t written =
       corrsel::writeDatasetBag(*reader, arguments.output, arguments.bag, progress, &problems, &remarks);
-  for (const std::string& remark : remarks) std::cout << "note: " << remark << "\n";
+  printNotes(remarks);
   for (const corrsel::UnreadablePair& problem : problems) {
     std::cerr << "problem: " << problem.text() << "\n";
   }

@@ -53,6 +53,12 @@ Json describe(const core::OptionSet& options, const core::OptionSet* live = null
   return list;
 }
 
+Json mainParameter(const core::SelectorFactory& selector) {
+  Json parameter = Json::object();
+  for (const auto& [option, values] : selector.mainParameter()) parameter[option] = values;
+  return parameter;
+}
+
 Json selectors() {
   Json list = Json::array();
   for (const core::SelectorFactory& selector : core::builtInSelectors()) {
@@ -70,6 +76,7 @@ Json selectors() {
                     {"needs", needs},
                     {"needs_of_presets", needs_of_presets},
                     {"presets", presets},
+                    {"main_parameter", mainParameter(selector)},
                     {"options", describe(selector.create()->options())}});
   }
   return list;

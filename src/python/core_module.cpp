@@ -14,6 +14,7 @@
 #include "base/text.h"
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/metrics.h"
+#include "corrsel/evaluation/pose.h"
 #include "corrsel/selectors/factory.h"
 #include "python/arrays.h"
 
@@ -136,6 +137,41 @@ py::dict evaluate(const std::string& kind, const py::object& errors, const py::o
   return result;
 }
 
+cv::Vec3d vectorOfThree(const py::object& values) {
+  const std::vector<double> numbers = vectorFrom<double>(values);
+  if (numbers.size() != 3) throw std::invalid_argument("a translation has not three numbers");
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+core::RelativePose poseFrom(const py::object& rotation, const py::object& translation) {
+  core::RelativePose pose;
+  pose.rotation = matrixFrom(rotation);
+  pose.translation = vectorOfThree(translation);
+  return pose;
+}
+
+py::tuple poseErrors(const py::object& rotation, const py::object& translation,
+                     const py::object& true_rotation, const py::object& true_translation) {
+  const core::RelativePose truth = poseFrom(true_rotation, true_translation);
+  truth.check();
+  const core::PoseErrors errors = core::poseErrors(matrixFrom(rotation), vectorOfThree(translation), truth);
+  return py::make_tuple(errors.rotation, errors.translation, errors.pose);
+}
+
+py::array epipolarErrors(const py::object& matches, const py::object& rotation, const py::object& translation,
+                         const py::object& left_camera, const py::object& right_camera) {
+  core::RelativePose truth = poseFrom(rotation, translation);
+  truth.left_camera = matrixFrom(left_camera);
+  truth.right_camera = matrixFrom(right_camera);
+  truth.check();
+  return arrayFrom(core::epipolarErrors(truth, correspondencesFrom(matches)));
+}
+
+double cornerError(const py::object& homography, const py::object& truth,
+                   const std::pair<int, int>& left_size) {
+  return core::cornerError(matrixFrom(homography), matrixFrom(truth), {left_size.first, left_size.second});
+}
+
 /// Group, its meaning, name and meaning of every built-in selector, in the order of the factory.
 py::list selectorList() {
   py::list result;
@@ -161,6 +197,14 @@ PYBIND11_MODULE(_core, module) {
   module.def("selector_presets", &core::selectorPresets);
   module.def("ground_truth_errors", &groundTruthErrors);
   module.def("evaluate", &evaluate);
+  module.def("pose_errors", &poseErrors);
+  module.def("epipolar_errors", &epipolarErrors);
+  module.def("corner_error", &cornerError);
+  module.def("error_auc", &core::errorAuc);
+  module.def("threshold_accuracy", &core::thresholdAccuracy);
+  module.attr("FAILED_POSE") = core::kFailedPose;
+  module.attr("POSE_THRESHOLDS") = core::kPoseThresholds;
+  module.attr("ACCURACY_THRESHOLDS") = core::kAccuracyThresholds;
   py::class_<core::Selector>(module, "Selector")
       .def(py::init([](const std::string& spec, const core::OptionMap& options) {
         return core::createSelector(spec, options);

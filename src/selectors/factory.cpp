@@ -35,8 +35,16 @@ namespace corrsel::core {
 namespace {
 
 template <class S>
-SelectorFactory builtIn(SelectorGroup group, const char* cost, const char* meaning) {
-  return {S().name(), group, cost, meaning, [] { return std::make_unique<S>(); }};
+SelectorFactory builtIn(SelectorGroup group, const char* cost, const char* meaning,
+                        MainParameter parameter = {}) {
+  return {S().name(), group, cost, meaning, [] { return std::make_unique<S>(); }, std::move(parameter)};
+}
+
+/// Options that take the same values.
+MainParameter sweep(const std::vector<std::string>& options, const std::vector<double>& values) {
+  MainParameter parameter;
+  for (const std::string& option : options) parameter.emplace_back(option, values);
+  return parameter;
 }
 
 struct LoaderSlot {
@@ -113,33 +121,60 @@ const std::vector<SelectorFactory>& builtInSelectors() {
                           kLocal = SelectorGroup::kLocal, kGraph = SelectorGroup::kGraph,
                           kField = SelectorGroup::kField, kMultiStructure = SelectorGroup::kMultiStructure,
                           kAutomatic = SelectorGroup::kAutomatic, kBaseline = SelectorGroup::kBaseline;
+  const std::vector<double> thresholds = {1, 1.5, 2, 3, 5, 7, 10, 15, 20};  // px
   static const std::vector<SelectorFactory> table = {
-      builtIn<NnsrSelector>(kPaper, "N", "Ratio of descriptor distances, threshold by Otsu"),
-      builtIn<RansacSelector>(kPaper, "N", "Random sample consensus, homography or fundamental matrix"),
-      builtIn<StSelector>(kPaper, "N^2", "Spectral technique"),
-      builtIn<GtmSelector>(kPaper, "N^2", "Game-theoretic matching; needs local affine frames"),
-      builtIn<UsacSelector>(kPaper, "N", "Universal framework for random sample consensus"),
-      builtIn<VfcSelector>(kPaper, "N log N", "Vector field consensus"),
-      builtIn<GmsSelector>(kPaper, "N", "Grid-based motion statistics"),
-      builtIn<LpmSelector>(kPaper, "N log N", "Locality preserving matching"),
+      builtIn<NnsrSelector>(
+          kPaper, "N", "Ratio of descriptor distances, threshold by Otsu",
+          sweep({"min_threshold", "max_threshold"}, {0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95})),
+      builtIn<RansacSelector>(kPaper, "N", "Random sample consensus, homography or fundamental matrix",
+                              sweep({"threshold"}, thresholds)),
+      builtIn<StSelector>(kPaper, "N^2", "Spectral technique",
+                          sweep({"threshold"}, {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8})),
+      builtIn<GtmSelector>(kPaper, "N^2", "Game-theoretic matching; needs local affine frames",
+                           sweep({"lambda"}, {1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 0.01})),
+      builtIn<UsacSelector>(kPaper, "N", "Universal framework for random sample consensus",
+                            sweep({"threshold"}, thresholds)),
+      builtIn<VfcSelector>(kPaper, "N log N", "Vector field consensus",
+                           sweep({"threshold"}, {0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999})),
+      builtIn<GmsSelector>(kPaper, "N", "Grid-based motion statistics",
+                           sweep({"alpha"}, {1, 1.5, 2, 3, 4, 6, 8, 11, 16})),
+      // With 4 neighbours, costs are 0, 2, 4, 6 and 8.
+      builtIn<LpmSelector>(kPaper, "N log N", "Locality preserving matching",
+                           sweep({"lambda_first", "lambda_second"}, {0, 2, 4, 6, 8})),
       builtIn<AcransacSelector>(kConsensus, "N log N",
-                                "A contrario random sample consensus, without a threshold"),
-      builtIn<AdalamSelector>(kLocal, "N", "Adaptive locally-affine matching; uses local affine frames"),
-      builtIn<LafSelector>(kLocal, "N", "Linear adaptive filtering"),
-      builtIn<LapSelector>(kLocal, "N log N", "Local affine preservation"),
-      builtIn<RanksSelector>(kLocal, "N log N", "Multi-scale top K rank preservation"),
-      builtIn<SignificantSelector>(kLocal, "N log N", "Neighbours that agree more often than by chance"),
-      builtIn<RfmScanSelector>(kLocal, "N^1.5", "Dense clusters of matches: RFM-SCAN"),
+                                "A contrario random sample consensus, without a threshold",
+                                sweep({"min_threshold"}, thresholds)),
+      builtIn<AdalamSelector>(kLocal, "N", "Adaptive locally-affine matching; uses local affine frames",
+                              sweep({"confidence"}, {2, 5, 20, 50, 100, 200, 500, 2000, 10000})),
+      builtIn<LafSelector>(kLocal, "N", "Linear adaptive filtering",
+                           sweep({"accept"}, {0.5, 0.55, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.99})),
+      builtIn<LapSelector>(kLocal, "N log N", "Local affine preservation",
+                           sweep({"lambda"}, {0.2, 0.35, 0.5, 0.65, 0.8, 0.95, 1.1, 1.4, 1.8})),
+      builtIn<RanksSelector>(kLocal, "N log N", "Multi-scale top K rank preservation",
+                             sweep({"lambda_second"}, {0.05, 0.1, 0.2, 0.28, 0.35, 0.45, 0.6, 0.8, 1})),
+      builtIn<SignificantSelector>(kLocal, "N log N", "Neighbours that agree more often than by chance",
+                                   sweep({"cut"}, {-32, -16, -8, -4, -2, -1, 0, 1, 2})),
+      builtIn<RfmScanSelector>(
+          kLocal, "N^1.5", "Dense clusters of matches: RFM-SCAN",
+          sweep({"second_epsilon"}, {0.01, 0.02, 0.04, 0.06, 0.08, 0.12, 0.2, 0.4, 0.8})),
       builtIn<LogosSelector>(kLocal, "N log N",
-                             "Local geometric support of rotations and scales; needs frames"),
-      builtIn<FrameVotesSelector>(kGraph, "N log N", "Votes of neighbouring local frames: HVIV, ACC"),
-      builtIn<GaimSelector>(kGraph, "N log N", "Graph of neighbouring local frames: GAIM in a binary form"),
-      builtIn<IcfSelector>(kField, "N", "Correspondence functions in both directions, reduced form"),
+                             "Local geometric support of rotations and scales; needs frames",
+                             sweep({"max_difference"}, {0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.7, 1, 1.5})),
+      builtIn<FrameVotesSelector>(kGraph, "N log N", "Votes of neighbouring local frames: HVIV, ACC",
+                                  sweep({"share"}, {0.02, 0.05, 0.1, 0.15, 0.25, 0.35, 0.5, 0.7, 0.9})),
+      builtIn<GaimSelector>(kGraph, "N log N", "Graph of neighbouring local frames: GAIM in a binary form",
+                            sweep({"theta"}, {0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3, 5, 8})),
+      builtIn<IcfSelector>(kField, "N", "Correspondence functions in both directions, reduced form",
+                           sweep({"last_threshold"}, thresholds)),
       builtIn<PlanesSelector>(kMultiStructure, "N log N",
-                              "Planes one after another, each found by its significance"),
+                              "Planes one after another, each found by its significance",
+                              sweep({"min_threshold"}, {1, 1.5, 2, 3, 4, 5, 7, 10, 15})),
       builtIn<TlinkageSelector>(kMultiStructure, "N^2 log N",
-                                "Clusters of matches that prefer the same homographies; small inputs"),
-      builtIn<AutoSelector>(kAutomatic, "N", "Finds out by itself what kind of scene it has"),
+                                "Clusters of matches that prefer the same homographies; small inputs",
+                                sweep({"tau"}, thresholds)),
+      builtIn<AutoSelector>(
+          kAutomatic, "N", "Finds out by itself what kind of scene it has",
+          {{"threshold", thresholds}, {"fundamental_threshold", {0.3, 0.45, 0.6, 0.9, 1.5, 2.1, 3, 4.5, 6}}}),
       builtIn<KeepAllSelector>(kBaseline, "N", "Selects every match: the baseline"),
   };
   return table;
@@ -192,12 +227,13 @@ std::string meaningOf(SelectorGroup group) {
 }
 
 SelectorFactory::SelectorFactory(std::string name, SelectorGroup group, std::string cost, std::string meaning,
-                                 Make make)
+                                 Make make, MainParameter parameter)
     : name_(std::move(name)),
       group_(group),
       cost_(std::move(cost)),
       meaning_(std::move(meaning)),
-      make_(std::move(make)) {}
+      make_(std::move(make)),
+      parameter_(std::move(parameter)) {}
 
 std::unique_ptr<Selector> SelectorFactory::make() const {
   std::unique_ptr<Selector> selector = make_();
@@ -258,10 +294,15 @@ bool isPluginName(const std::string& spec) { return spec.find('/') != std::strin
 
 std::unique_ptr<Selector> createSelector(const std::string& spec, const OptionMap& options,
                                          const OptionMap& common) {
-  const std::size_t colon = spec.find(':');
-  std::optional<std::string> preset;
-  if (colon != std::string::npos) preset = spec.substr(colon + 1);
-  return findSelector(spec.substr(0, colon)).create(preset, options, common);
+  const SelectorSpec parts = SelectorSpec::fromText(spec);
+  if (parts.options.empty()) return findSelector(parts.name).create(parts.preset, options, common);
+  OptionMap values = parts.options;
+  values.insert(options.begin(), options.end());
+  try {
+    return findSelector(parts.name).create(parts.preset, values, common);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("selector '" + spec + "': " + error.what());
+  }
 }
 
 std::vector<std::string> selectorNames() {

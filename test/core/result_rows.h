@@ -28,4 +28,26 @@ inline std::vector<ResultRow> rowsOf(const std::string& pair, double f = 0.5) {
   return rows;
 }
 
+/// The rows of the same pair in poses.csv: the two selections and the ground-truth inliers.
+inline std::vector<PoseRow> posesOf(const std::string& pair, double rotation_error = 2) {
+  std::vector<PoseRow> rows;
+  for (const char* selector : {"gms", "keep_all", kGroundTruthSelection}) {
+    PoseRow row;
+    row.id = {"set", "scene, \"one\"", pair};
+    row.features = "orb+orb";
+    row.preselection = "none";
+    row.selector = selector;
+    row.n_selected = 40;
+    row.model = PoseModel::kEssential;
+    row.n_inliers = 30;
+    row.rotation_error = rotation_error;
+    row.translation_error = rotation_error / 2;
+    row.pose_error = rotation_error;
+    row.epipolar_precision = 0.5;
+    row.seconds = 0.01;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
 }  // namespace corrsel::core::testing

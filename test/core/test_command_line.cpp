@@ -58,6 +58,15 @@ TEST(CommandLine, ValuesMayHoldSeparators) {
   EXPECT_EQ(parseCommandLine(kTable, {"--data_root="}).text("data_root"), "");
 }
 
+TEST(CommandLine, FlagsAreTrueWithoutAValue) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--resume"}, std::vector<std::string>{"--resume", "--rate", "3"},
+        std::vector<std::string>{"--resume", "rate:=3"}, std::vector<std::string>{"--resume", "true"}}) {
+    EXPECT_TRUE(parseCommandLine(kTable, words).flag("resume"));
+  }
+  EXPECT_FALSE(parseCommandLine(kTable, {"--resume", "false"}).flag("resume"));
+}
+
 TEST(CommandLine, NamesOfRoslaunchAreSkipped) {
   EXPECT_EQ(parseCommandLine(kTable, {"__name:=x", "_parameter:=y", "__log:=/z"}).text("data_root"), "");
 }

@@ -12,6 +12,7 @@
 #include "corrsel/benchmark/comparison.h"
 #include "corrsel/benchmark/run_folder.h"
 #include "corrsel/random.h"
+#include "result_rows.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -125,6 +126,32 @@ TEST(Comparison, SmallCertainChangesAreWithinTolerance) {
   EXPECT_FALSE(comparison.passes(false));
 }
 
+TEST(Comparison, MetricsOfPoses) {
+  RecordedRun before = runOf(randomCounts(8, 1)), after = before;
+  for (int i = 0; i < 8; ++i) {
+    for (RecordedRun* run : {&before, &after}) {
+      PoseRow row = testing::posesOf("1-" + std::to_string(i), run == &before ? 1.5 : 3.5 + 0.1 * i).front();
+      row.epipolar_precision = kUndefined;
+      run->poses.push_back(row);
+    }
+  }
+  ComparisonOptions options;
+  options.metric = "pose_maa";
+  const GroupComparison group = onlyGroup(compareRuns(before, after, options));
+  EXPECT_EQ(group.selector, "gms");
+  EXPECT_EQ(group.pairs, 8U);
+  EXPECT_TRUE(std::isnan(group.tau));
+  EXPECT_FALSE(hasTolerances("pose_maa"));
+  EXPECT_TRUE(hasTolerances("f_paper"));
+  EXPECT_NEAR(group.before, 0.9, 1e-12);
+  EXPECT_NEAR(group.after, (5 * 0.7 + 3 * 0.6) / 8, 1e-12);  // from 4.0 on, one threshold more is missed
+  EXPECT_EQ(group.verdict, Verdict::kWorse);
+  options.metric = "epipolar_precision";
+  EXPECT_TRUE(compareRuns(before, after, options).groups.empty());
+  options.metric = "corner_maa";
+  EXPECT_TRUE(compareRuns(before, after, options).groups.empty());
+}
+
 TEST(Comparison, FalseAlarmsAreAsRareAsPromised) {
   // Two runs of the same distribution: about 5 % of the groups are called better or worse.
   RecordedRun before, after;
@@ -199,7 +226,7 @@ TEST(Comparison, EveryMetricIsCompared) {
   const std::vector<double Metrics::*> members = {&Metrics::f_paper, &Metrics::f_same_tau,
                                                   &Metrics::precision, &Metrics::recall_paper,
                                                   &Metrics::recall_same_tau};
-  ASSERT_EQ(comparisonMetrics().size(), members.size());
+  ASSERT_EQ(comparisonMetrics().size(), members.size() + 3);  // three are those of poses
   for (std::size_t i = 0; i < members.size(); ++i) {
     RecordedRun after = before;
     for (ResultRow& row : after.rows) row.metrics.*members[i] -= 0.1;

@@ -142,6 +142,30 @@ TEST(Config, OnlySelectorsThatDoNotFindTheModelThemselvesAreToldWhichItIs) {
   EXPECT_EQ(config.offeredTo("auto", false, 0), (OptionMap{{"seed", "3"}}));
 }
 
+TEST(Config, SelectorsMayCarryOptions) {
+  BenchmarkConfig config = sampleConfig();
+  config.selectors = {"gms[alpha=6]", "gms", "gms:scale[alpha=7;grid=10]", "nnsr[bins=0]"};
+  config.options["gms"]["alpha"] = "5";
+  config.resolve();
+  EXPECT_EQ(config.selectors, (std::vector<std::string>{"gms[alpha=6]", "gms", "gms:scale[alpha=7;grid=10]",
+                                                        "nnsr[bins=0]", "keep_all"}));
+  EXPECT_EQ(config.optionsOf("gms:scale[alpha=7;grid=10]"), (OptionMap{{"alpha", "5"}}));
+  EXPECT_TRUE(isNnsr("nnsr[bins=0]") && !isNnsr("gms[alpha=6]"));
+  EXPECT_EQ(config.offeredTo("usac[threshold=3]", false, 0),
+            (OptionMap{{"seed", "0"}, {"model", "fundamental"}}));
+  const std::string yaml = config.toYaml();
+  BenchmarkConfig other = config;
+  other.selectors[0] = "gms[alpha=8]";
+  const std::string differences = ::testing::PrintToString(yamlDifferences(yaml, other.toYaml()));
+  EXPECT_TRUE(contains(differences, "selector_options.gms[alpha=8].alpha: (absent) -> '8'")) << differences;
+  EXPECT_TRUE(contains(differences, "selector_options.gms[alpha=6].alpha: '6' -> (absent)")) << differences;
+  config.selectors = {"gms[alpha=101]"};
+  EXPECT_EQ(errorOf([&] { config.resolve(); }),
+            "selector 'gms[alpha=101]': gms: option alpha = 101 is outside [0, 100]");
+  config.selectors = {"gms[alpha=6,grid=3]"};
+  EXPECT_TRUE(contains(errorOf([&] { config.resolve(); }), "contains a comma"));
+}
+
 TEST(Config, OptionAssignments) {
   std::map<std::string, OptionMap> options;
   parseOptionAssignments("gms.alpha=6, ransac.threshold=1.5,gms.grid=10", options);
@@ -171,6 +195,16 @@ TEST(Config, YamlHoldsEveryOptionAndDifferencesNameTheKeys) {
   EXPECT_TRUE(contains(differences, "selector_options.gms.alpha: '6' -> '4'")) << differences;
   EXPECT_TRUE(contains(differences, "seed: '0' -> '3'")) << differences;
   EXPECT_TRUE(contains(errorOf([] { yamlDifferences("a: [1", "a: 1"); }), "YAML"));
+}
+
+TEST(Config, WhetherMatchesAreSavedIsPartOfARun) {
+  BenchmarkConfig config = sampleConfig();
+  config.resolve();
+  const std::string without = config.toYaml();
+  EXPECT_FALSE(contains(without, "save_matches")) << "runs of earlier versions would differ";
+  config.save_matches = true;
+  const std::string difference = ::testing::PrintToString(yamlDifferences(without, config.toYaml()));
+  EXPECT_TRUE(contains(difference, "save_matches: (absent) -> 'true'")) << difference;
 }
 
 TEST(Config, CellsAreTheProductUnlessGiven) {

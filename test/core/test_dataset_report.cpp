@@ -29,7 +29,7 @@ TEST_F(Report, TellsWhatIsFoundMissingAndBroken) {
   fs::remove(path("graf/H1to2p"));
   write("graf/H1to6p", "1 0 0 0 1 0 0 0 word");
 
-  const DatasetReport report = describe(*openDataset("vgg", path()), CheckDepth::kFiles);
+  const DatasetReport report = describe(*openDataset("vgg", path()), {});
   EXPECT_EQ(report.dataset, "vgg");
   EXPECT_EQ(report.sequences, 2u);
   EXPECT_EQ(report.pairs, 10u);
@@ -56,9 +56,9 @@ TEST_F(Report, ImagesAreDecodedWherePixelsAreChecked) {
   fs::resize_file(path("cut_off/right.png"), 60);
   write("empty/left.png", "");
   write("text/right.png", "no image");
-  EXPECT_TRUE(describe(*openDataset("mine", path()), CheckDepth::kFiles).problems.empty());
+  EXPECT_TRUE(describe(*openDataset("mine", path()), {}).problems.empty());
   const std::string fault = ": the image cannot be decoded: ";
-  EXPECT_EQ(describe(*openDataset("mine", path()), CheckDepth::kPixels).problems,
+  EXPECT_EQ(describe(*openDataset("mine", path()), {0, 1, 2, 3}).problems,
             (std::vector<std::string>{
                 "mine/cut_off/1-2: " + path("cut_off/right.png") + fault +
                     "the PNG data are cut off after 60 bytes; copy or download the file again",
@@ -68,18 +68,44 @@ TEST_F(Report, ImagesAreDecodedWherePixelsAreChecked) {
                     "the file is not an image, it begins with 'no image'; replace it by the image"}));
 }
 
+TEST_F(Report, OnlyTheNamedPairsAreDecoded) {
+  for (const char* pair : {"a", "b", "c"}) {
+    writeImage(fs::path(pair) / "left.png", 7);
+    write(fs::path(pair) / "right.png", "no image");
+    write(fs::path(pair) / "H.txt", "1 0 0 0 1 0 0 0 1");
+  }
+  writeImage("b/right.png", 9);
+  fs::remove(path("a/left.png"));
+  std::vector<std::string> decoded, seen;
+  const DatasetReport report = describe(
+      *openDataset("mine", path()), {1, 2},
+      {[&](const ImagePair& pair) { decoded.push_back(pair.id.sequence); },
+       [&](std::size_t done, const PairId& id) { seen.push_back(std::to_string(done) + id.sequence); }});
+  EXPECT_EQ(decoded, std::vector<std::string>{"b"});
+  EXPECT_EQ(seen, (std::vector<std::string>{"1a", "2b", "3c"}));
+  EXPECT_EQ(report.broken, (std::vector<std::size_t>{0, 2}));
+  EXPECT_EQ(report.problems.size(), 2U);
+}
+
+TEST(EvenlySpaced, CoversTheWholeRange) {
+  EXPECT_EQ(evenlySpaced(3, 5), (std::vector<std::size_t>{0, 1, 2}));
+  EXPECT_EQ(evenlySpaced(10, 5), (std::vector<std::size_t>{0, 2, 4, 6, 8}));
+  EXPECT_EQ(evenlySpaced(7, 3), (std::vector<std::size_t>{0, 2, 4}));
+  EXPECT_TRUE(evenlySpaced(0, 5).empty() && evenlySpaced(5, 0).empty());
+}
+
 TEST_F(Report, WholeDatasetsHaveOneLine) {
   writeImage("s/left.png");
   writeImage("s/right.png");
   write("s/H.txt", "1 0 0 0 1 0 0 0 1");
-  EXPECT_EQ(describe(*openDataset("mine", path()), CheckDepth::kPixels).text(),
+  EXPECT_EQ(describe(*openDataset("mine", path()), {0}).text(),
             "mine: found 1 sequence, 1 pair, none of them broken\n");
 }
 
 TEST_F(Report, BrokenMatFilesDoNotEndIt) {
   write("barrsmith.mat", "no MATLAB file");
   write("sene.mat", "");
-  const DatasetReport report = describe(*openDataset("adelaidermf", path()), CheckDepth::kFiles);
+  const DatasetReport report = describe(*openDataset("adelaidermf", path()), {});
   EXPECT_EQ(report.problems.size(), 2u);
   EXPECT_EQ(report.missing.size(), 36u);
 }
@@ -98,7 +124,7 @@ TEST(ReportOfRealData, VggSymbenchAndAdelaideRmf) {
     const std::string folder = sharedData(c.name);
     if (folder.empty()) continue;
     ++seen;
-    const DatasetReport report = describe(*openDataset(c.name, folder), CheckDepth::kFiles);
+    const DatasetReport report = describe(*openDataset(c.name, folder), {});
     EXPECT_EQ(report.sequences, c.sequences) << c.name;
     EXPECT_EQ(report.pairs, c.pairs) << c.name;
     EXPECT_EQ(report.missing, c.missing) << c.name;

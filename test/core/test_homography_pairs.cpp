@@ -106,6 +106,23 @@ TEST_F(HomographyPairs, ReadsHpatches) {
   EXPECT_EQ(pair.truth.matrix(0, 2), 6);
 }
 
+TEST_F(HomographyPairs, HpatchesHas580Pairs) {
+  const auto folderOf = [](int k) { return (k < 57 ? "i_scene" : "v_scene") + std::to_string(k); };
+  writeImage("1.ppm");
+  for (int k = 0; k < 116; ++k) {
+    write(folderOf(k) + "/H_1_2", "1 0 0 0 1 0 0 0 1");
+    for (int number = 1; number <= 6; ++number) {
+      const std::string image = folderOf(k) + "/" + std::to_string(number) + ".ppm";
+      fs::create_hard_link(root_ / "1.ppm", root_ / image);
+      if (number > 1) write(folderOf(k) + "/H_1_" + std::to_string(number), "1 0 0 0 1 0 0 0 1");
+    }
+  }
+  fs::remove(root_ / "1.ppm");
+  const HomographyPairReader reader("hpatches", path(), HomographyLayout::kHpatches);
+  ASSERT_EQ(reader.size(), 580u);
+  for (std::size_t i = 0; i < reader.size(); ++i) EXPECT_NO_THROW(reader.check(i));
+}
+
 TEST_F(HomographyPairs, TwoFilesForOneImageAreRefused) {
   const struct {
     HomographyLayout layout;

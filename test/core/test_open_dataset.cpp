@@ -31,10 +31,11 @@ class OpenDataset : public DatasetFolder {
   }
 };
 
-TEST_F(OpenDataset, KnowsNineNames) {
+TEST_F(OpenDataset, KnowsItsNames) {
   EXPECT_EQ(datasetNames(),
-            (std::vector<std::string>{"adelaidermf", "adelaidermf_reconstructed", "heinly",
-                                      "heinly_generated", "hpatches", "pairs", "sample", "symbench", "vgg"}));
+            (std::vector<std::string>{"adelaidermf", "adelaidermf_reconstructed", "colmap", "euroc", "evd",
+                                      "heinly", "heinly_generated", "hpatches", "pair_list", "pairs",
+                                      "sample", "symbench", "tum_rgbd", "vgg", "wxbs"}));
   for (const std::string& name : datasetNames()) {
     EXPECT_EQ(needsSamplePhotographs(name), name == "sample" || name == "heinly_generated") << name;
     const std::string error = errorOf<DatasetError>([&] { openDataset(name, path("nowhere")); });
@@ -95,6 +96,44 @@ TEST_F(OpenDataset, RecognisesMatchLists) {
   EXPECT_EQ(reader->read(0).truth.kind, TruthKind::kLabels);
 }
 
+TEST_F(OpenDataset, RecognisesLayoutsOfWholeFolders) {
+  const struct {
+    const char* name;
+    std::vector<std::string> files;  ///< that tell the layout
+  } layouts[] = {{"evd", {"1/a.png", "2/a.png", "h/a.txt"}},
+                 {"wxbs", {"WGABS/s/01.png", "WGABS/s/02.png", "WGABS/s/corrs.txt"}},
+                 {"pair_list", {"pairs.txt"}},
+                 {"colmap", {"s/sparse/0/cameras.txt", "s/sparse/0/images.txt"}},
+                 {"tum_rgbd", {"s/rgb.txt", "s/groundtruth.txt"}},
+                 {"euroc", {"s/mav0/cam0/data.csv"}}};
+  for (const auto& layout : layouts) {
+    fs::remove_all(root_);
+    fs::create_directories(root_);
+    const std::string error = errorOf<DatasetError>([&] { openDataset(layout.name, path()); });
+    EXPECT_TRUE(contains(error, "has no complete pair. It is empty.")) << error;
+    EXPECT_TRUE(contains(error, std::string(" (as in ") + layout.name + ")")) << error;
+    for (const std::string& file : layout.files) write(file, "a.png b.png 1");
+    for (const std::string& name : {std::string(layout.name), std::string("mine")}) {
+      // Whatever is wrong with the files is said about the pair.
+      const auto reader = openDataset(name, path());
+      ASSERT_EQ(reader->size(), 1u) << name;
+      EXPECT_EQ(reader->id(0).dataset, name);
+      EXPECT_THROW(reader->read(0), DatasetError);
+      EXPECT_FALSE(reader->files().empty() && layout.files.size() > 1);
+    }
+    const std::string other = errorOf<DatasetError>([&] { openDataset("adelaidermf", path()); });
+    EXPECT_TRUE(contains(other, std::string(", which is the layout of ") + layout.name + ". Give")) << other;
+  }
+}
+
+TEST_F(OpenDataset, AFolderOfDatasetsIsNotTakenForOneOfTheirs) {
+  write("room/rgb.txt", "");
+  write("room/groundtruth.txt", "");
+  const std::string error = errorOf([&] { openDataset("vgg", path("vgg")); });
+  EXPECT_TRUE(contains(error, "'" + path() + "' holds the folders room")) << error;
+  EXPECT_FALSE(contains(error, "is a dataset itself")) << error;
+}
+
 TEST_F(OpenDataset, UnrelatedPairsNeedImages) {
   for (const std::string scene : {"desk", "wall"}) {
     write(scene + "/matches.csv", "x_left,y_left,x_right,y_right,label\n1,2,3,4,1\n");
@@ -129,7 +168,7 @@ TEST_F(OpenDataset, RefusesToGuessBetweenLayouts) {
 TEST_F(OpenDataset, UnknownNameWithoutFolderListsTheKnownOnes) {
   const std::string error = errorOf<std::invalid_argument>([&] { openDataset("vg", path("vg")); });
   EXPECT_TRUE(contains(error, "unknown dataset 'vg'")) << error;
-  EXPECT_TRUE(contains(error, "known datasets: adelaidermf, adelaidermf_reconstructed, heinly")) << error;
+  EXPECT_TRUE(contains(error, "known datasets: adelaidermf, adelaidermf_reconstructed, colmap")) << error;
   EXPECT_TRUE(contains(error, "any other folder must have one of the layouts")) << error;
   write("file", "");
   EXPECT_TRUE(contains(errorOf<std::invalid_argument>([&] { openDataset("file", path("file")); }),

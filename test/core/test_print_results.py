@@ -74,6 +74,28 @@ class PrintResults(unittest.TestCase):
         self.assertNotIn("nnsr", lines[3])
         self.assertFalse(any("median ms" in line for line in lines))
 
+    def test_poses_follow_the_winners(self):
+        header = reading.POSE_SUMMARY_HEADER
+        rows = []
+        for selector, area in (("nnsr", 0.5), ("ransac", 0.75), ("keep_all", 0.25), ("ground_truth", 0.9)):
+            row = dict(dataset="photos", features="sift+sift", preselection="none", selector=selector)
+            row.update(poses=3, auc_10=area, auc_10_lo=area - 0.1, auc_10_hi=area + 0.1, homographies=0)
+            rows.append(row)
+        write_csv(self.folder / "pose_summary.csv", header, rows)
+        lines = self.lines()
+        start = lines.index("Highest pose AUC at 10 degrees in percent, with its 95 % interval:")
+        self.assertEqual(
+            lines[start + 1].split(), "pairs highest runner-up keep_all ground-truth inliers".split()
+        )
+        self.assertEqual(
+            " ".join(lines[start + 2].split()),
+            "photos, sift+sift 3 ransac 75.0 (65.0..85.0) nnsr 50.0 (40.0..60.0) 25.0 90.0",
+        )
+        self.assertNotIn("corner", "\n".join(lines))
+        table = [line for line in self.lines("--all") if line.split()[:1] in (["selector"], ["ransac"])]
+        self.assertIn("pose AUC 10 deg %", table[0])
+        self.assertIn(" 75.0 ", table[1])
+
     def test_ties_are_counted(self):
         rows = read_csv(self.folder / "pairs.csv")
         for row in rows:

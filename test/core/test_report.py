@@ -21,6 +21,7 @@ sys.path.insert(0, str(SCRIPT.parent))
 import report  # noqa: E402  (found through the path above)
 from corrsel_report import reading  # noqa: E402
 from corrsel_report.figures import FigureWriter  # noqa: E402
+from corrsel_report.script import SCRIPT as PAGE_SCRIPT  # noqa: E402
 
 EVIL = '<script>alert("x")</script>&\'$a$'
 JPEG = b"\xff\xd8\xff\xe0 stands for a picture \xff\xd9"
@@ -205,7 +206,7 @@ class ReportTest(unittest.TestCase):
     def test_is_self_contained(self):
         text = self.make(files=True)
         page = Page(text)
-        self.assertNotIn("script", {tag for tag, _ in page.tags})
+        self.assertEqual([attributes for tag, attributes in page.tags if tag == "script"], [{}])
         self.assertNotIn("link", {tag for tag, _ in page.tags})
         links = [v for v in page.links if not v.startswith("#")]
         self.assertEqual([v for v in links if ":" in v or v.startswith("/") or ".." in v], [])
@@ -324,10 +325,12 @@ class ReportTest(unittest.TestCase):
             json.dumps({"state": {"complete": False, "pairs_done": EVIL, "pairs_total": EVIL}})
         )
         text = self.make()
-        self.assertNotIn("<script", text)
+        self.assertEqual(text.count("<script"), 1)
+        self.assertIn("<script>%s</script>" % PAGE_SCRIPT, text)
         self.assertNotIn("</pre>&lt;", text.replace("&lt;/pre&gt;", ""))
         page = Page(text)
-        self.assertNotIn("script", {tag for tag, _ in page.tags})
+        self.assertEqual([tag for tag, _ in page.tags].count("script"), 1)
+        self.assertIn(EVIL, json.loads(next(a["data-selectors"] for tag, a in page.tags if tag == "main")))
         self.assertIn("&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt;&amp;&#x27;$a$", text)
         self.assertTrue(any(EVIL in a.get("alt", "") for tag, a in page.tags if tag == "img"))
 

@@ -19,6 +19,7 @@ from corrsel_report import (  # noqa: E402
     compared,
     paper,
     per_pair,
+    pose,
     reading,
     selectors,
     stages,
@@ -378,6 +379,80 @@ class ExperimentsTest(unittest.TestCase):
         self.assertNotIn("nnsr", [r[0]["text"] for r in self.page.table("Pairs of different scenes")])
         names = [r[0]["text"] for r in self.page.table("Highest mean F")]
         self.assertFalse([n for n in names if n.startswith("unrelated")])
+
+    def add_poses(self, folder):
+        """Write poses of three pairs of a rig and corners of three pairs of VGG; usac is best."""
+        errors = {
+            "usac": (0.5, 1, 30),
+            "gms": (2, 4, None),
+            "keep_all": (50, None, None),
+            pose.GROUND_TRUTH: (0.1,) * 3,
+        }
+        rows, summary = [], []
+        for dataset, measure in (("rig", pose.POSE), ("vgg", pose.CORNERS)):
+            for selector, found in errors.items():
+                name = dict(dataset=dataset, features="orb+orb", preselection="none", selector=selector)
+                for i, error in enumerate(found):
+                    row = dict(
+                        name, sequence="a", pair="%d" % i, seed=0, status="ok", n_selected=9, estimate_s=0.01
+                    )
+                    if measure is pose.POSE:
+                        row.update(model="none" if error is None else "essential", n_inliers=8)
+                        row.update(rotation_deg=error, pose_deg=180 if error is None else error)
+                    else:
+                        row["corner_px"] = "inf" if error is None else error
+                    rows.append(row)
+                share = np.mean([0 if e is None else max(0, 1 - e / 10) for e in found])
+                mean = dict(name)
+                mean.update({measure.pairs: 3, measure.failed: found.count(None), measure.area: share})
+                mean.update({measure.area + "_lo": share - 0.01, measure.area + "_hi": share + 0.01})
+                mean.update({"pose_deg_median": 2.0, "poses": 3} if measure is pose.POSE else {"poses": 0})
+                summary.append(mean)
+        write_csv(folder / "poses.csv", reading.POSES_HEADER, rows)
+        write_csv(folder / "pose_summary.csv", reading.POSE_SUMMARY_HEADER, summary)
+
+    def test_poses_and_corners(self):
+        folder = self.copy()
+        self.add_poses(folder)
+        text = self.make(folder, files=True)
+        self.assertIn("pose", sections_of(text))
+        self.page = Page(text)
+        usac = self.cells("Relative pose, rig, orb+orb", "usac")
+        self.assertEqual((usac["Pairs"], usac["Without result"]), ("3", "0"))
+        area = 100 * (0.95 + 0.9) / 3
+        self.assertEqual(
+            usac["AUC at 10\u00b0 (95 %)"], "%.1f\u25b2 (%.1f\u2013%.1f)" % (area, area - 1, area + 1)
+        )
+        self.assertEqual((usac["Median pose (\u00b0)"], usac["mAA"]), ("2.00", "\u2013"))
+        self.assertEqual(self.cells("Relative pose, rig", "gms")["Without result"], "1")
+        perfect = self.page.table("Relative pose, rig")[-1]
+        self.assertEqual(perfect[0]["text"], "ground-truth inliers perfect selection")
+        self.assertNotIn("\u25b2", perfect[3]["text"])
+        self.assertEqual(self.cells("Corner error, vgg, orb+orb", "keep_all")["Without result"], "2")
+        self.assert_text(
+            text, "<b>usac</b> has the highest pose AUC at 10 degrees: %.1f %%; the ground" % area
+        )
+        self.assert_text(text, 'href="poses.csv"')
+        figures = {f.name for f in (folder / "figures").iterdir()}
+        self.assertTrue({"pose_rig_orb+orb_none.svg", "corners_vgg_orb+orb_none.svg"} <= figures, figures)
+
+    def test_preset_pose_without_poses_yet(self):
+        folder = self.copy()
+        write_config(folder, ["pose"])
+        self.assert_text(self.make(folder), "no pairs with a known pose or homography yet")
+
+    def test_curves_of_the_pose_are_left_out_with_a_note(self):
+        folder = self.copy()
+        self.add_poses(folder)
+        (folder / "poses.csv").unlink()
+        text = self.make(folder)
+        self.assert_text(text, "Relative pose")
+        self.assert_text(text, "the curves of errors are left out.")
+
+    def test_recall_counts_pairs(self):
+        x, y = pose.recall(np.array([3.0, 180.0, 1.0]), 4, 20)
+        self.assertEqual(list(x), [0, 1, 1, 3, 3, 20])
+        self.assertEqual(list(y), [0, 0, 0.25, 0.25, 0.5, 0.5])
 
     def test_area_under_the_roc_is_the_share_of_comparisons_won(self):
         random = np.random.RandomState(1)

@@ -11,6 +11,7 @@ namespace {
 
 using testing::contains;
 using testing::errorOf;
+using testing::posesOf;
 using testing::rowsOf;
 
 TEST(Results, SummaryIsTheMeanOfPerPairValues) {
@@ -37,6 +38,64 @@ TEST(Results, SummaryIsTheMeanOfPerPairValues) {
   EXPECT_EQ(summary[0].confidence_median, 7);
   EXPECT_EQ(summary[2].confidence_median, 0);
   EXPECT_NEAR(summary[0].select_median, 0.001, 1e-12);
+}
+
+TEST(Results, PoseSummaryByHand) {
+  std::vector<PoseRow> rows = posesOf("1-2", 2);
+  const auto add = [&rows](const std::vector<PoseRow>& more) {
+    rows.insert(rows.end(), more.begin(), more.end());
+  };
+  add(posesOf("1-3", 4));
+  std::vector<PoseRow> failed = posesOf("1-4"), unsupported = posesOf("1-5");
+  for (PoseRow& row : failed) {
+    row.model = PoseModel::kNone;
+    row.rotation_error = row.translation_error = kUndefined;
+    row.pose_error = 180;
+    row.epipolar_precision = 0;
+  }
+  for (PoseRow& row : unsupported) row.status = Status::kUnsupportedInput;
+  add(failed);
+  add(unsupported);
+  const std::vector<PoseSummaryRow> summary = summarizePoses(rows);
+  ASSERT_EQ(summary.size(), 3U);
+  EXPECT_EQ(summary[2].selector, kGroundTruthSelection);
+  const PoseSummaryRow& gms = summary[0];
+  EXPECT_EQ(gms.selector, "gms");
+  EXPECT_EQ(gms.poses, 3U);
+  EXPECT_EQ(gms.no_pose, 1U);
+  EXPECT_EQ(gms.homographies, 0U);
+  // To 2: a triangle of height 1/3. From 2 to 4: the mean of 1/3 and 2/3. Then 2/3.
+  EXPECT_NEAR(gms.auc_5, (1.0 / 3 + 1 + 2.0 / 3) / 5, 1e-12);
+  EXPECT_NEAR(gms.auc_10, (1.0 / 3 + 1 + 4) / 10, 1e-12);
+  EXPECT_LE(gms.auc_10_low, gms.auc_10);
+  EXPECT_GE(gms.auc_10_high, gms.auc_10);
+  EXPECT_NEAR(gms.accuracy, (0.8 + 0.6 + 0) / 3, 1e-12);
+  EXPECT_EQ(gms.rotation_median, 3);
+  EXPECT_EQ(gms.translation_median, 1.5);
+  EXPECT_EQ(gms.pose_median, 4);
+  EXPECT_NEAR(gms.epipolar_precision, 1.0 / 3, 1e-12);
+  EXPECT_TRUE(std::isnan(gms.corner_auc_3));
+}
+
+TEST(Results, CornersOfFailedHomographiesAreInfinite) {
+  std::vector<PoseRow> rows;
+  for (const auto& [pair, error] : {std::pair{"a", 0.5}, {"b", 2.0}, {"c", INFINITY}}) {
+    PoseRow row = posesOf(pair)[0];
+    row.model = PoseModel::kNone;
+    row.n_inliers = 0;
+    row.rotation_error = row.translation_error = row.pose_error = row.epipolar_precision = kUndefined;
+    row.corner_error = error;
+    rows.push_back(row);
+  }
+  const std::vector<PoseSummaryRow> summary = summarizePoses(rows);
+  ASSERT_EQ(summary.size(), 1U);
+  EXPECT_EQ(summary[0].poses, 0U);
+  EXPECT_EQ(summary[0].no_pose, 0U);
+  EXPECT_EQ(summary[0].homographies, 3U);
+  EXPECT_EQ(summary[0].no_homography, 1U);
+  EXPECT_NEAR(summary[0].corner_auc_1, 0.5 * (1.0 / 6) + 0.5 * (1.0 / 3), 1e-12);
+  EXPECT_EQ(summary[0].corner_median, 2);
+  EXPECT_TRUE(std::isnan(summary[0].pose_median));
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ namespace {
 
 using testing::contains;
 using testing::errorOf;
+using testing::posesOf;
 using testing::rowsOf;
 
 namespace fs = std::filesystem;
@@ -89,7 +90,9 @@ TEST_F(RunFolders, FolderKeepsWhatWasAppendedAndResumes) {
   EXPECT_TRUE(folder.isDone({"set", "scene, \"one\"", "1-3"}));
   EXPECT_FALSE(folder.isDone({"set", "scene, \"one\"", "1-4"}));
   EXPECT_EQ(readAll(folder_ / "pairs.csv"), complete);
-  EXPECT_EQ(folder.readRows().size(), 8U);
+  std::size_t count = 0;
+  folder.forEachRow([&count](const ResultRow&) { ++count; });
+  EXPECT_EQ(count, 8U);
 }
 
 TEST_F(RunFolders, RefusesOtherRuns) {
@@ -107,6 +110,13 @@ TEST_F(RunFolders, RefusesOtherRuns) {
   fs::remove(folder_ / "config.yaml");
   error = errorOf([&] { RunFolder(folder_.string(), config, true); });
   EXPECT_TRUE(contains(error, "without its config.yaml")) << error;
+}
+
+TEST_F(RunFolders, RunThatWasKilledWhileItMadeTheFolderIsResumed) {
+  RunFolder(folder_.string(), smallConfig(), false);
+  fs::remove(folder_ / "config.yaml");
+  EXPECT_EQ(RunFolder(folder_.string(), smallConfig(), true).doneCount(), 0U);
+  EXPECT_TRUE(fs::exists(folder_ / "config.yaml"));
 }
 
 TEST_F(RunFolders, FolderThatCannotBeMade) {
@@ -149,14 +159,94 @@ TEST_F(RunFolders, PairWithoutStagesIsRunAgain) {
   EXPECT_TRUE(contains(readAll(folder_ / "stages.csv"), ",set,,,bag,3"));
 }
 
+/// The stages of a pair that has rows in poses.csv.
+std::vector<StageTime> stagesWithPose() {
+  std::vector<StageTime> stages = kStages;
+  stages.push_back({kPoseStage, 0.125});
+  return stages;
+}
+
+TEST_F(RunFolders, PairWithoutAllItsPosesIsRunAgain) {
+  {
+    RunFolder folder(folder_.string(), smallConfig(), false);
+    folder.appendPair(rowsOf("1-2"), 0, stagesWithPose(), {}, posesOf("1-2"));
+    folder.appendPair(rowsOf("1-3"), 1, stagesWithPose(), {}, posesOf("1-3"));
+    folder.appendPair(rowsOf("1-4"), 2, kStages);  // its pose is not known
+  }
+  EXPECT_EQ(RunFolder(folder_.string(), smallConfig(), true).doneCount(), 3U);
+  const std::string poses = readAll(folder_ / "poses.csv");
+  writeAll(folder_ / "poses.csv", poses.substr(0, poses.size() - 20));  // the last line is cut off
+  {
+    const RunFolder folder(folder_.string(), smallConfig(), true);
+    EXPECT_EQ(folder.doneCount(), 2U);
+    EXPECT_FALSE(folder.isDone(rowsOf("1-3").front().id));
+    ASSERT_EQ(folder.readPoses().size(), 3U);
+    EXPECT_EQ(folder.readPoses().back().id.pair, "1-2");
+  }
+  EXPECT_FALSE(contains(readAll(folder_ / "pairs.csv"), "1-3"));
+  EXPECT_FALSE(contains(readAll(folder_ / "poses.csv"), "1-3"));
+  std::string damaged = poses;
+  damaged.replace(damaged.find("essential"), 9, "guesswork");
+  writeAll(folder_ / "poses.csv", damaged);
+  const std::string error = errorOf([&] { RunFolder(folder_.string(), smallConfig(), true); });
+  EXPECT_TRUE(contains(error, "poses.csv, line 2: model: 'guesswork'")) << error;
+}
+
+TEST_F(RunFolders, RunOfAVersionWithoutPosesIsResumed) {
+  { RunFolder(folder_.string(), smallConfig(), false).appendPair(rowsOf("1-2"), 0, kStages); }
+  fs::remove(folder_ / "poses.csv");
+  RunFolder folder(folder_.string(), smallConfig(), true);
+  EXPECT_EQ(folder.doneCount(), 1U);
+  folder.appendPair(rowsOf("1-3"), 1, stagesWithPose(), {}, posesOf("1-3"));
+  EXPECT_EQ(folder.readPoses().size(), 3U);
+}
+
+TEST_F(RunFolders, PosesOfChangedLinesAreRefused) {
+  RunFolder(folder_.string(), smallConfig(), false)
+      .appendPair(rowsOf("1-2"), 0, stagesWithPose(), {}, posesOf("1-2"));
+  EXPECT_EQ(readPoses(folder_.string()).size(), 3U);
+  const std::string header = posesTable().header() + "\n";
+  const struct {
+    void (*change)(PoseRow& row);
+    const char* text;
+  } cases[] = {
+      {[](PoseRow& row) { row.pose_error = 1; }, "pose_deg = 1 instead of 2"},
+      {[](PoseRow& row) { row.rotation_error = 200; }, "rotation_deg = 200 is outside [0, 180]"},
+      {[](PoseRow& row) { row.epipolar_precision = 1.5; }, "epipolar_precision = 1.5"},
+      {[](PoseRow& row) { row.n_inliers = 41; }, "n_inliers = 41 exceeds n_selected = 40"},
+      {[](PoseRow& row) { row.model = PoseModel::kNone; }, "rotation_deg = 2 with model none"},
+  };
+  for (const auto& damaged : cases) {
+    PoseRow row = posesOf("1-2")[0];
+    damaged.change(row);
+    writeAll(folder_ / "poses.csv", header + posesTable().line(row));
+    const std::string error = errorOf([&] { readPoses(folder_.string()); });
+    EXPECT_TRUE(contains(error, "poses.csv, line 2: ") && contains(error, damaged.text)) << error;
+  }
+  const std::string line = posesTable().line(posesOf("1-2")[0]);
+  writeAll(folder_ / "poses.csv", header + line + line);
+  EXPECT_TRUE(contains(errorOf([&] { readPoses(folder_.string()); }), "line 3: repeats the selection"));
+  fs::remove(folder_ / "poses.csv");
+  EXPECT_TRUE(readPoses(folder_.string()).empty());
+}
+
 TEST_F(RunFolders, SummaryPutsPairsIntoTheOrderOfTheUncutRun) {
   RunFolder folder(folder_.string(), smallConfig(), false);
-  folder.appendPair(rowsOf("1-4"), 7, kStages);
-  folder.appendPair(rowsOf("1-2"), 0, kStages);
-  folder.appendPair(rowsOf("1-3"), 3, kStages);
+  for (const auto& [pair, number] : {std::pair{"1-4", 7U}, std::pair{"1-2", 0U}, std::pair{"1-3", 3U}}) {
+    TruthCheck check;
+    check.id = rowsOf(pair).front().id;
+    check.features = "orb+orb";
+    check.kind = TruthKind::kHomography;
+    check.reading = "inverse";
+    folder.appendPair(rowsOf(pair), number, kStages, {check, check});
+  }
   writeSummary(folder, {});
+  std::vector<std::string> checked;
+  for (const std::string& line : completeLines(readAll(folder_ / "truth_check.csv")))
+    checked.push_back(parseCsvLine(line)[2]);
+  EXPECT_EQ(checked, (std::vector<std::string>{"pair", "1-2", "1-2", "1-3", "1-3", "1-4", "1-4"}));
   std::vector<std::string> order;
-  for (const ResultRow& row : folder.readRows()) order.push_back(row.id.pair);
+  folder.forEachRow([&order](const ResultRow& row) { order.push_back(row.id.pair); });
   EXPECT_EQ(order, (std::vector<std::string>{"1-2", "1-2", "1-2", "1-2", "1-3", "1-3", "1-3", "1-3", "1-4",
                                              "1-4", "1-4", "1-4"}));
 }
@@ -167,7 +257,9 @@ TEST_F(RunFolders, MergedPartsEqualTheWhole) {
   const std::vector<std::string> pairs = {"1-2", "1-3", "1-4", "1-5", "1-6"};
   {
     RunFolder folder(whole.string(), config, false);
-    for (std::size_t k = 0; k < pairs.size(); ++k) folder.appendPair(rowsOf(pairs[k], 0.1 * k), k, kStages);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      folder.appendPair(rowsOf(pairs[k], 0.1 * k), k, stagesWithPose(), {}, posesOf(pairs[k], 0.5 * k));
+    }
     writeSummary(folder, {});
   }
   std::size_t taken = 0;
@@ -177,14 +269,15 @@ TEST_F(RunFolders, MergedPartsEqualTheWhole) {
     const std::string path = (folder_ / ("part" + std::to_string(shard.index))).string();
     RunFolder of_part(path, config, false);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      if (shard.holds(k)) of_part.appendPair(rowsOf(pairs[k], 0.1 * k), k, kStages);
+      if (!shard.holds(k)) continue;
+      of_part.appendPair(rowsOf(pairs[k], 0.1 * k), k, stagesWithPose(), {}, posesOf(pairs[k], 0.5 * k));
     }
     taken += mergeRun(folder, path, config);
     EXPECT_EQ(mergeRun(folder, path, config), 0U);
   }
   EXPECT_EQ(taken, pairs.size());
   writeSummary(folder, {});
-  for (const char* file : {"pairs.csv", "summary.csv", "config.yaml"}) {
+  for (const char* file : {"pairs.csv", "poses.csv", "summary.csv", "pose_summary.csv", "config.yaml"}) {
     EXPECT_EQ(readAll(merged / file), readAll(whole / file)) << file;
   }
   EXPECT_TRUE(contains(readAll(merged / "environment.json"), "merged_from"));

@@ -176,6 +176,116 @@ TEST_F(Runner, ShardsMergedEqualTheUncutRun) {
   EXPECT_EQ(merged.state.pairs_done, uncut.state.pairs_done);
 }
 
+/// The files below a folder, with their texts.
+std::map<std::string, std::string> textsIn(const fs::path& folder) {
+  std::map<std::string, std::string> texts;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file())
+      texts[fs::relative(entry.path(), folder).string()] = readTextFile(entry.path().string());
+  }
+  return texts;
+}
+
+TEST_F(Runner, SavedMatchesAreThoseOfTheUncutRun) {
+  config_.features = {"orb+orb"};
+  config_.selectors = {"usac", "lpm:v2"};
+  config_.repetitions = 2;
+  config_.save_matches = true;
+  config_.resolve();
+  run("uncut", 3);
+  const std::map<std::string, std::string> uncut = textsIn(root_ / "uncut" / "matches");
+  // For every pair and preselection: usac, lpm:v2 and keep_all with two seeds; the putative ones.
+  EXPECT_EQ(uncut.size(), 3U * 2 * (3 * 2 + 1) + 1);
+  EXPECT_EQ(uncut.count("csv/memory/scene/0/orb+orb/none/lpm%3Av2@1.csv"), 1U);
+  for (const ResultRow& row : readResults((root_ / "uncut").string())) {
+    const std::string file = uniqueFileName(row.selector) + "@" + std::to_string(row.seed) + ".csv";
+    const std::string& text = uncut.at("csv/memory/scene/" + row.id.pair + "/" + row.features + "/" +
+                                       row.preselection + "/" + file);
+    EXPECT_EQ(completeLines(text).size(), row.n_selected + 1) << file;
+  }
+
+  run("cut", 3, false, 1000, 1);
+  run("cut", 3, true);
+  EXPECT_EQ(textsIn(root_ / "cut" / "matches"), uncut);
+
+  for (const char* part : {"1/2", "2/2"}) {
+    const std::string name = "part" + std::string(part, 1);
+    run(name, 3, false, 1000, 1000, Shard::fromText(part));
+  }
+  {
+    RunFolder merged((root_ / "merged").string(), config_, false);
+    for (const char* part : {"part1", "part2"}) mergeRun(merged, (root_ / part).string(), config_);
+  }
+  EXPECT_EQ(run("merged", 3, true).state.pairs_done, 3U);
+  EXPECT_EQ(textsIn(root_ / "merged" / "matches"), uncut);
+}
+
+TEST_F(Runner, APairWithoutItsSavedMatchesIsRunAgain) {
+  config_.features = {"orb+orb"};
+  config_.selectors = {"usac"};
+  config_.save_matches = true;
+  config_.resolve();
+  run("run", 2);
+  const fs::path index = root_ / "run" / "matches" / "index.csv";
+  const std::string text = readTextFile(index.string());
+  std::ofstream(index) << text.substr(0, text.rfind("memory,scene,1"));
+  EXPECT_EQ(RunFolder((root_ / "run").string(), config_, true).doneCount(), 1U);
+  run("run", 2, true);
+  EXPECT_EQ(readTextFile(index.string()), text);
+}
+
+TEST_F(Runner, MatchesAreSavedOnDemandOnly) {
+  run("without", 1);
+  EXPECT_FALSE(fs::exists(root_ / "without" / "matches"));
+}
+
+TEST_F(Runner, CornersAreMeasuredInTheExperimentPoseOnly) {
+  config_.features = {"orb+orb"};
+  config_.preselection = {"none"};
+  config_.selectors = {"gms", "keep_all"};
+  run("without", 2);
+  EXPECT_TRUE(readPoses((root_ / "without").string()).empty());
+  config_.sections = {"pose"};
+  run("with", 2);
+  const std::vector<PoseRow> rows = readPoses((root_ / "with").string());
+  ASSERT_EQ(rows.size(), 2U * 3);
+  EXPECT_EQ(rows[2].selector, kGroundTruthSelection);
+  EXPECT_LT(rows[2].corner_error, 1);
+  EXPECT_TRUE(std::isnan(rows[2].pose_error));
+  EXPECT_EQ(RunFolder((root_ / "with").string(), config_, true).doneCount(), 2U);
+}
+
+TEST_F(Runner, PosesAreMeasuredWhereTheyAreKnown) {
+  /// The pairs of MemorySource, whose poses are given as well.
+  class Source : public MemorySource {
+   public:
+    using MemorySource::MemorySource;
+    bool next(ImagePair& pair) override {
+      if (!MemorySource::next(pair)) return false;
+      pair.truth.pose.emplace();
+      pair.truth.pose->left_camera = pair.truth.pose->right_camera = {300, 0, 160, 0, 300, 120, 0, 0, 1};
+      pair.truth.pose->translation = {1, 0, 0};
+      return true;
+    }
+  };
+  config_.features = {"orb+orb"};
+  config_.preselection = {"none"};
+  config_.selectors = {"gms", "keep_all"};
+  std::vector<std::unique_ptr<PairSource>> list;
+  list.push_back(std::make_unique<Source>(1));
+  RunObserver observer;
+  const std::atomic<bool> stop{false};
+  RunFolder folder((root_ / "poses").string(), config_, false);
+  BenchmarkRunner(config_, folder, observer, stop).run(list);
+  const std::vector<PoseRow> rows = folder.readPoses();
+  ASSERT_EQ(rows.size(), 3U);
+  for (const PoseRow& row : rows) {
+    EXPECT_GE(row.pose_error, 0) << row.selector;
+    EXPECT_GE(row.epipolar_precision, 0) << row.selector;
+    EXPECT_TRUE(std::isnan(row.corner_error)) << row.selector;
+  }
+}
+
 TEST_F(Runner, CellsNeedNotBeAProduct) {
   config_.cells = {{"orb+orb", "none"}, {"orb+orb", "nnsr"}, {"sift+sift", "none"}};
   config_.resolve();

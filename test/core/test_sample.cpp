@@ -16,6 +16,7 @@
 #include "corrsel/matching/matcher.h"
 #include "dataset_folder.h"
 #include "datasets/sample.h"
+#include "geometry/fundamental.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -186,6 +187,28 @@ TEST_F(SampleImages, AloeFollowsItsDisparity) {
   const double unknown = std::count_if(pair.truth.disparity.begin<float>(), pair.truth.disparity.end<float>(),
                                        [](float d) { return std::isnan(d); });
   EXPECT_NEAR(unknown / double(pair.truth.disparity.total()), 0.0345, 0.0001);
+}
+
+TEST_F(SampleImages, PoseOfAloeAgreesWithItsDisparity) {
+  const GroundTruth truth = SampleReader(sampleFolder()).read(1).truth;
+  ASSERT_TRUE(truth.pose);
+  ASSERT_NO_THROW(truth.pose->check());
+  const cv::Matx33d f = truth.pose->fundamental();
+  const cv::Matx33d &left = truth.pose->left_camera, &right = truth.pose->right_camera;
+  for (int y = 0; y < truth.disparity.rows; y += 10) {
+    for (int x = 0; x < truth.disparity.cols; x += 10) {
+      const float disparity = truth.disparity.at<float>(y, x);
+      if (std::isnan(disparity)) continue;
+      const double right_x = x - double(disparity);
+      ASSERT_LT(epipolarLineDistance(f, x, y, right_x, y), 1e-9);
+      ASSERT_GT(epipolarLineDistance(f, x, y, right_x, y + 2), 1.9);
+      // The point lies where depth = focal length * baseline / disparity puts it; 270 px were subtracted.
+      const double depth = left(0, 0) * 0.16 / (disparity + 270.0);
+      const cv::Vec3d point = left.inv() * cv::Vec3d(x, y, 1) * depth;
+      const cv::Vec3d seen = right * (truth.pose->rotation * point + truth.pose->translation);
+      ASSERT_NEAR(seen[0] / seen[2], right_x, 1e-6);
+    }
+  }
 }
 
 TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {

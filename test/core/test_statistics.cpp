@@ -23,6 +23,10 @@ TEST(Statistics, QuantileInterpolates) {
   EXPECT_DOUBLE_EQ(quantile({7}, 0.3), 7);
   EXPECT_DOUBLE_EQ(quantile({3, 1, 2}, 0.5), 2);
   EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
+  const double infinite = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(quantile({1, 2, infinite}, 0.5), 2);
+  EXPECT_EQ(quantile({1, 2, infinite, infinite}, 0.5), infinite);
+  EXPECT_EQ(quantile({1, infinite, infinite}, 0.5), infinite);
 }
 
 TEST(Statistics, BootstrapIntervalHasTheRightWidth) {

@@ -46,6 +46,11 @@ TEST(Tables, EveryColumnReadsTheCellItWrites) {
     EXPECT_EQ(withoutEnd(table, table.parse(line)), line) << table.file();
   };
   check(pairsTable(), "a,b,c,d,e,f,1,2,3,4,5,6,7,0.8,0.9,0.11,0.12,0.13,ok,2.5,14,15,16,17,18");
+  check(posesTable(), "a,b,c,d,e,f,7,ok,9,essential,8,0.5,0.25,0.5,0.75,,0.01");
+  check(posesTable(), "a,b,c,d,e,f,7,ok,9,none,0,,,180,0.75,inf,0.01");
+  check(posesTable(), "a,b,c,d,e,f,7,ok,9,,,,,,,2.5,0.01");
+  check(posesTable(), "a,b,c,d,e,f,7,unsupported_input,,,,,,,,,");
+  check(poseSummaryTable(), "a,b,c,d,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21");
   check(summaryTable(), "a,b,c,d,1,2,3,4,5,6,7,8,9,10,11,12");
   check(stagesTable(), "1,a,b,c,d,2.5");
   check(stagesTable(), ",a,,,bag,2.5");
@@ -69,6 +74,9 @@ TEST(Tables, DamagedLinesAreRefused) {
   EXPECT_TRUE(contains(count, "n: '-2'")) << count;
   const std::string status = errorOf([] { scalingTable().parse("a,1,2,3,4,fine,0.5"); });
   EXPECT_TRUE(contains(status, "fine")) << status;
+  const std::string model =
+      errorOf([] { posesTable().parse("a,b,c,d,e,f,7,ok,9,affine,8,0.5,0.25,0.5,0.75,,0.01"); });
+  EXPECT_TRUE(contains(model, "model: 'affine'")) << model;
   const std::string kind = errorOf([] { truthChecksTable().parse("a,b,c,d,guess,inverse,5,1,2,3,4,6"); });
   EXPECT_TRUE(contains(kind, "truth: 'guess'")) << kind;
   const std::string text =
@@ -98,12 +106,15 @@ void expectDescribed(const CsvTable<Row>& table) {
 
 TEST(Tables, DocumentationAndReportHaveTheSameColumns) {
   expectDescribed(pairsTable());
+  expectDescribed(posesTable());
   expectDescribed(summaryTable());
+  expectDescribed(poseSummaryTable());
   expectDescribed(stagesTable());
   expectDescribed(scalingTable());
   expectDescribed(failuresTable());
   expectDescribed(imagesTable());
-  expectInDocs(truthChecksTable());  // the report reads the warnings in summary.json
+  expectInDocs(savedMatchesTable());  // export_matches.py reads it by its columns' names
+  expectInDocs(truthChecksTable());   // the report reads the warnings in summary.json
   expectDescribed(remarksTable());
 }
 

@@ -159,6 +159,21 @@ TEST(Text, MakesFileNamesSafe) {
   EXPECT_EQ(safeFileName(""), "_");
 }
 
+TEST(Text, UniqueFileNamesDiffer) {
+  EXPECT_EQ(uniqueFileName("sift+sift_1.2-x"), "sift+sift_1.2-x");
+  EXPECT_EQ(uniqueFileName("lpm[lambda=0.5]"), "lpm%5Blambda%3D0.5%5D");
+  EXPECT_EQ(uniqueFileName("lpm:v2"), "lpm%3Av2");
+  EXPECT_EQ(uniqueFileName("../a b"), "%2E.%2Fa%20b");
+  EXPECT_EQ(uniqueFileName("100%"), "100%25");
+  EXPECT_EQ(uniqueFileName("\xc3\xa9"), "%C3%A9");
+  EXPECT_EQ(uniqueFileName(""), "%");
+  const std::string most(200, 'a'), more(201, 'a'), other = std::string(200, 'a') + "b";
+  EXPECT_EQ(uniqueFileName(most), most);
+  EXPECT_EQ(uniqueFileName(more).size(), 180U + 17U);
+  EXPECT_EQ(uniqueFileName(more).substr(0, 181), std::string(180, 'a') + "%");
+  EXPECT_NE(uniqueFileName(more), uniqueFileName(other));
+}
+
 TEST(Text, CsvLineReadsBack) {
   const std::vector<std::string> fields = {"a,b", "", "say \"x\"", "plain"};
   EXPECT_EQ(csvLine(fields), "\"a,b\",,\"say \"\"x\"\"\",plain");

@@ -21,6 +21,12 @@ constexpr const char* kAllLayouts =
     "\n  NAME/ with 01.png, 02.png and H1to2 (as in symbench)"
     "\n  NAME/ with left.png, right.png and H.txt or F.txt, or matches.csv (as in pairs)"
     "\n  NAME.mat (as in adelaidermf)"
+    "\n  1/NAME.png, 2/NAME.png and h/NAME.txt (as in evd)"
+    "\n  KIND/SCENE/ with 01.png, 02.png and corrs.txt (as in wxbs)"
+    "\n  pairs.txt with lines image_a image_b turns_a turns_b K_a K_b T_ab (as in pair_list)"
+    "\n  NAME/sparse/0 (or NAME/sparse) with cameras and images (.bin or .txt) (as in colmap)"
+    "\n  NAME/ with rgb.txt and groundtruth.txt (as in tum_rgbd)"
+    "\n  NAME/mav0/ with cam0/data.csv and cam0/sensor.yaml (as in euroc)"
     "\nThese layouts are described in docs/datasets.md.";
 
 /// What openDataset() says about folders without a pair that can be read.

@@ -100,6 +100,80 @@ class Kinds(unittest.TestCase):
         self.assertTrue(np.isnan(evaluation.precision))
 
 
+def reference_auc(errors, thresholds):
+    """The area under the recall curve, as a sum over the trapezoids of the curve's points."""
+    errors = np.sort(errors)
+    areas = []
+    for threshold in thresholds:
+        below = np.concatenate([[0.0], errors[errors < threshold]])
+        x = np.append(below, threshold)
+        y = np.append(np.arange(len(below)), len(below) - 1) / len(errors)
+        areas.append(np.sum(np.diff(x) * (y[1:] + y[:-1]) / 2) / threshold)
+    return areas
+
+
+def turned(degrees):
+    """A rotation about z."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+class Poses(unittest.TestCase):
+    """Errors of poses and homographies, and their areas."""
+
+    def test_pose_errors(self):
+        errors = corrsel.pose_errors(turned(33), [0, 2, 0], turned(30), (0, -1, np.tan(0.1)))
+        self.assertAlmostEqual(errors.rotation, 3)
+        self.assertAlmostEqual(errors.translation, np.degrees(0.1))
+        self.assertEqual(errors.pose, errors.translation)
+        only_turned = corrsel.pose_errors(turned(33), [[0], [2], [0]], turned(30), np.zeros(3))
+        self.assertAlmostEqual(only_turned.pose, 3)
+        self.assertTrue(np.isnan(only_turned.translation))
+
+    def test_area(self):
+        random = np.random.RandomState(1)
+        errors = np.append(random.exponential(6, 200), [180, np.inf])
+        areas = corrsel.error_auc(errors)
+        np.testing.assert_allclose(areas, reference_auc(errors, (5, 10, 20)), atol=1e-12)
+        np.testing.assert_array_equal(corrsel.error_auc(np.append(errors[:-1], np.nan)), areas)
+        np.testing.assert_allclose(corrsel.error_auc([1, 3, 10], 5), [0.5])
+        self.assertTrue(np.isnan(corrsel.error_auc([])).all())
+
+    def test_accuracy(self):
+        self.assertAlmostEqual(corrsel.mean_average_accuracy([0.5, 5, 180, np.nan]), (1 + 0.5) / 4)
+        self.assertAlmostEqual(corrsel.mean_average_accuracy([2], [1, 3]), 0.5)
+        self.assertTrue(np.isnan(corrsel.mean_average_accuracy([])))
+
+    def test_epipolar_errors(self):
+        matches = corrsel.Matches([[10.0, 20], [10, 20]], [[5.0, 20], [5, 23]])
+        camera = [[100, 0, 50], [0, 100, 40], [0, 0, 1]]
+        errors = corrsel.epipolar_errors(matches, np.eye(3), [1, 0, 0], camera, camera)
+        np.testing.assert_allclose(errors, [0, 2 * 0.03**2], atol=1e-12)
+
+    def test_corner_error(self):
+        shift = [[1, 0, 3], [0, 1, 4], [0, 0, 1]]
+        self.assertAlmostEqual(corrsel.corner_error(shift, np.eye(3), (101, 51)), 5)
+        self.assertAlmostEqual(corrsel.corner_error(np.multiply(shift, -2), np.eye(3), (101, 51)), 5)
+
+    def test_wrong_arguments(self):
+        eye, matches = np.eye(3), corrsel.Matches([[1.0, 2]], [[3.0, 4]])
+        for words, action in (
+            (
+                "translation has shape (2,); needed: three numbers",
+                lambda: corrsel.pose_errors(eye, [1, 2], eye, [1, 0, 0]),
+            ),
+            ("is not a rotation", lambda: corrsel.pose_errors(eye, [1, 0, 0], 2 * eye, [1, 0, 0])),
+            ("errors is [-1]; needed", lambda: corrsel.error_auc([-1])),
+            ("thresholds is 0; needed", lambda: corrsel.error_auc([1], 0)),
+            ("only turned", lambda: corrsel.epipolar_errors(matches, eye, [0, 0, 0], eye, eye)),
+            ("is not a camera matrix", lambda: corrsel.epipolar_errors(matches, eye, [1, 0, 0], -eye, eye)),
+            ("size of the left image is empty", lambda: corrsel.corner_error(eye, eye, (0, 10))),
+        ):
+            with self.subTest(words), self.assertRaises(ValueError) as caught:
+                action()
+            self.assertIn(words, str(caught.exception))
+
+
 class Errors(unittest.TestCase):
     """Errors name the argument, what came and what is needed."""
 

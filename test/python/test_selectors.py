@@ -343,6 +343,9 @@ class Errors(unittest.TestCase):
             ),
             ("gsm", {}, "unknown selector 'gsm'; did you mean 'gms'? valid: "),
             ("lpm:v9", {}, "unknown preset 'v9' of selector lpm; valid: "),
+            ("gms[alpha=-1]", {}, "selector 'gms[alpha=-1]': gms: option alpha = -1 is outside [0, 100]"),
+            ("gms[alpa=1]", {}, "selector 'gms[alpa=1]': unknown option gms.alpa; did you mean 'alpha'?"),
+            ("gms[alpha=1", {}, "selector 'gms[alpha=1': ']' is missing"),
             ("other/Selector", {}, "other/Selector"),
         ):
             with self.subTest(selector=spec, options=options):
@@ -407,6 +410,19 @@ class Options(unittest.TestCase):
     def test_a_preset_shows_in_the_values(self):
         self.assertNotEqual(corrsel.options("lpm"), corrsel.options("lpm:v2"))
         self.assertEqual(corrsel.options("lpm:v2"), corrsel.Selector("lpm:v2").options)
+
+    def test_options_in_brackets_win_over_the_preset_and_over_keywords(self):
+        spec = "lpm:v2[lambda_first=3;k=5]"
+        values = {option.name: option.value for option in corrsel.options(spec)}
+        self.assertEqual((values["lambda_first"], values["k"], values["lambda_second"]), (3.0, 5, 0.5))
+        selector = corrsel.Selector(spec, k=7, lambda_second=1)
+        self.assertEqual(selector.name, "lpm")
+        values = {option.name: option.value for option in selector.options}
+        self.assertEqual((values["k"], values["lambda_second"]), (5, 1.0))
+        matches = scene(0)
+        self.assertTrue(same(matches.select("gms[alpha=1]"), matches.select("gms", alpha=1)))
+        with self.assertRaisesRegex(ValueError, "unknown selector or algorithm of features 'gsm"):
+            corrsel.options("gsm[alpha=1]")
 
     def test_choices_have_meanings(self):
         model = next(option for option in corrsel.options("usac") if option.name == "model")

@@ -17,12 +17,15 @@
 #include <vector>
 
 #include "../core/test_support.h"
+#include "benchmark/saved_matches.h"
 #include "corrsel/Score.h"
 #include "corrsel/Selection.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/selectors/factory.h"
 #include "ros/bags/dataset_bag_writer.h"
+#include "shell.h"
+#include "test_paths.h"
 
 namespace corrsel {
 namespace {
@@ -96,7 +99,8 @@ class BagReplay : public ::testing::Test {
 
   /// Plays the bag and collects the results by their stamps. Waits until every pair has a selection and, if
   /// wanted, a score.
-  std::map<ros::Time, SelectionConstPtr> play(const std::vector<std::string>& arguments, bool scored) {
+  std::map<ros::Time, SelectionConstPtr> play(const std::vector<std::string>& arguments, bool scored,
+                                              const fs::path& bag = bag_) {
     std::mutex mutex;
     std::map<ros::Time, SelectionConstPtr> selections;
     scores_.clear();
@@ -111,7 +115,7 @@ class BagReplay : public ::testing::Test {
     };
     const ros::Subscriber selection = node.subscribe<Selection>("/selection", 100, on_selection);
     const ros::Subscriber score = node.subscribe<Score>("/score", 100, on_score);
-    std::vector<std::string> all = {"bag:=" + bag_.string(), "rate:=1", "start_delay:=6"};
+    std::vector<std::string> all = {"bag:=" + bag.string(), "rate:=1", "start_delay:=6"};
     all.insert(all.end(), arguments.begin(), arguments.end());
     const Launch launch(all);
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(45);
@@ -175,6 +179,31 @@ TEST_F(BagReplay, ThroughFeaturesAndMatching) {
     EXPECT_GT(offline.n_selected, 0U);
     ++k;
   }
+}
+
+TEST_F(BagReplay, MatchesFromFilesAreSelected) {
+  const fs::path folder = bag_.parent_path() / ("corrsel_match_files_" + std::to_string(getpid()));
+  for (const core::ImagePair& pair : pairs_) {
+    core::SavedMatches files(folder.string(), pair, false);
+    files.writePutative({"given", "none"}, *pair.given);
+  }
+  const fs::path bag = folder / "files.bag";
+  const testing::Output output =
+      testing::shell("python3 " + testing::sourceDir() + "/scripts/matches_to_bag.py " +
+                     (folder / "matches").string() + " --size " + std::to_string(core::testing::kSceneWidth) +
+                     "x" + std::to_string(core::testing::kSceneHeight) + " --output " + bag.string());
+  ASSERT_EQ(output.code, 0) << output.text;
+  const auto selections = play({"given:=true", "selector:=lpm"}, false, bag);
+  ASSERT_EQ(selections.size(), static_cast<std::size_t>(kPairs));
+  const auto selector = core::createSelector("lpm");
+  std::size_t k = 0;
+  for (const auto& answer : selections) {
+    const core::Selection offline = selector->select(*pairs_[k].given);
+    EXPECT_EQ(answer.second->mask, offline.mask);
+    EXPECT_GT(offline.n_selected, 0U);
+    ++k;
+  }
+  fs::remove_all(folder);
 }
 
 }  // namespace

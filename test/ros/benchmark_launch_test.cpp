@@ -14,6 +14,9 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <regex>
+#include <set>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -525,6 +528,82 @@ TEST_F(BenchmarkLaunch, ShardsMadeSideBySideMergeIntoTheUncutRun) {
   EXPECT_EQ(refused.code, 2) << refused.text;
   EXPECT_NE(refused.text.find("seed: '0' -> '3'"), std::string::npos) << refused.text;
   EXPECT_FALSE(fs::exists(root_ / "merged_otherwise"));
+}
+
+/// All files below a folder.
+std::set<std::string> filesBelow(const fs::path& folder) {
+  std::set<std::string> files;
+  if (!fs::exists(folder)) return files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    files.insert(entry.path().string());
+  }
+  return files;
+}
+
+TEST_F(BenchmarkLaunch, DryRunTellsWhatTheRunWouldDoAndLeavesNothing) {
+  const fs::path run = root_ / "dry", temporary = root_ / "dry_temporary";
+  fs::create_directories(temporary);
+  const std::string environment =
+      "TMPDIR=" + temporary.string() + " XDG_CACHE_HOME=" + (root_ / "dry_cache").string() + " ";
+  const std::string arguments =
+      "--features orb+orb --tolerances 3,5 --repetitions 2 --output_dir " + run.string();
+  const std::set<std::string> before = filesBelow(root_);
+  const Output output = shell(environment + benchmark(arguments + " --dry_run"));
+  EXPECT_EQ(output.code, 0) << output.text;
+  EXPECT_EQ(filesBelow(root_), before);
+  EXPECT_NE(output.text.find("vgg: found 1 sequence, 5 pairs, none of them broken"), std::string::npos)
+      << output.text;
+  EXPECT_NE(output.text.find("no problems were found"), std::string::npos) << output.text;
+  std::istringstream lines(output.text);
+  std::string name, pairs, made, rows;
+  for (std::string line; std::getline(lines, line) && name != "sum";) {
+    std::istringstream(line) >> name >> pairs >> made >> rows;
+  }
+  EXPECT_EQ(pairs, "5");
+  EXPECT_EQ(made, std::to_string(5 * selections() * 2));
+  EXPECT_EQ(rows, std::to_string(5 * selections() * 2 * 2));
+
+  // The second of two parts has the pairs 2 and 4; roslaunch passes the argument on.
+  const Output part =
+      shell(environment + "roslaunch corrsel benchmark.launch dataset:=vgg features:=orb+orb data_root:=" +
+            (root_ / "data").string() + " shard:=2/2 dry_run:=true output_dir:=" + run.string());
+  EXPECT_TRUE(std::regex_search(part.text, std::regex("\nvgg +2 "))) << part.text;
+  EXPECT_FALSE(fs::exists(run));
+}
+
+TEST_F(BenchmarkLaunch, DryRunPrintsEveryProblemOfTheData) {
+  writeScene("faulty", "one");
+  writeScene("faulty", "two", 4);
+  const fs::path folder = root_ / "faulty" / "vgg" / "one", other = root_ / "faulty" / "vgg" / "two";
+  fs::remove(folder / "img2.ppm");
+  std::ofstream(folder / "img3.ppm") << "no image";
+  std::ofstream(folder / "H1to4p") << "1 0 0 0 1 0 0 0";
+  // Images and homographies of the other scene are good, but for one image of another size.
+  cv::Mat image = cv::imread((other / "img5.ppm").string());
+  cv::resize(image, image, {160, 120});
+  cv::imwrite((other / "img5.ppm").string(), image);
+  std::ofstream(folder / "H1to6p") << "1 0 5000 0 1 0 0 0 1";
+  const fs::path run = root_ / "dry_faulty";
+  const Output output =
+      shell("rosrun corrsel benchmark dataset:=vgg features:=orb+orb selectors:=gms data_root:=" +
+            (root_ / "faulty").string() + " dry_run:=true output_dir:=" + run.string());
+  EXPECT_EQ(output.code, 1) << output.text;
+  EXPECT_FALSE(fs::exists(run));
+  for (const std::string& expected :
+       {"broken: vgg/one/1-2: " + (folder / "img2").string() + ": the image is missing",
+        "broken: vgg/one/1-3: " + (folder / "img3.ppm").string() + ": the image cannot be decoded",
+        "broken: vgg/one/1-4: " + (folder / "H1to4p").string() + ": holds 8 numbers where a homography has 9",
+        std::string("odd: vgg/one/1-6: the homography maps 0 % of the left image into the right one"),
+        std::string("odd: vgg/two/1-5: the right image has 160x120 px"),
+        std::string("\n5 problems, see above")}) {
+    EXPECT_NE(output.text.find(expected), std::string::npos) << expected << "\nis not in:\n" << output.text;
+  }
+  const Output missing =
+      shell("rosrun corrsel benchmark dataset:=vgg,symbench data_root:=" + (root_ / "data").string() +
+            " features:=orb+orb selectors:=gms dry_run:=true");
+  EXPECT_EQ(missing.code, 2) << missing.text;
+  EXPECT_NE(missing.text.find("unusable: "), std::string::npos) << missing.text;
+  EXPECT_NE(missing.text.find("vgg: found 1 sequence"), std::string::npos) << missing.text;
 }
 
 TEST_F(BenchmarkLaunch, NamesAreTextNotPathsOrMarkup) {

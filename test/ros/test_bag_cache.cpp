@@ -2,6 +2,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -61,14 +62,32 @@ TEST_F(BagCache, ReusesUntilFilesOrSeedChange) {
   EXPECT_FALSE(first.reused);
   EXPECT_TRUE(fs::exists(first.path));
   EXPECT_EQ(openBag(first.path)->size(), 2U);
+  EXPECT_TRUE(hasCachedBag(bags_folder, "tiny", reader, 0));
+  EXPECT_FALSE(hasCachedBag(bags_folder, "tiny", reader, 1));
   EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 0).reused);
   const CachedBag seeded = cachedDatasetBag(bags_folder, "tiny", reader, 1);
   EXPECT_FALSE(seeded.reused);
   EXPECT_NE(seeded.path, first.path);
-  EXPECT_EQ(bags(), 1U);
   std::ofstream(folder_ / "source") << "another length";
   EXPECT_FALSE(cachedDatasetBag(bags_folder, "tiny", reader, 1).reused);
-  EXPECT_EQ(bags(), 1U);
+}
+
+TEST_F(BagCache, BagsOfOtherSeedsAreKeptWhileTheyAreUsed) {
+  const std::string bags_folder = (folder_ / "bags").string();
+  const TinyReader reader((folder_ / "source").string());
+  const fs::path old = cachedDatasetBag(bags_folder, "tiny", reader, 0).path;
+  const fs::path used = cachedDatasetBag(bags_folder, "tiny", reader, 1).path;
+  const auto three_days_ago = fs::file_time_type::clock::now() - std::chrono::hours(72);
+  fs::last_write_time(old, three_days_ago);
+  fs::last_write_time(used, three_days_ago);
+  const fs::path killed = used.string() + "-host-1.part";
+  std::ofstream(killed) << "x";
+  fs::last_write_time(killed, three_days_ago);
+  EXPECT_TRUE(cachedDatasetBag(bags_folder, "tiny", reader, 1).reused);
+  EXPECT_FALSE(fs::exists(old) || fs::exists(killed));
+  cachedDatasetBag(bags_folder, "tiny", reader, 2);
+  EXPECT_TRUE(fs::exists(used)) << "its use was not noted";
+  EXPECT_EQ(bags(), 2U);
 }
 
 TEST_F(BagCache, AnotherDatasetIsLeftAlone) {

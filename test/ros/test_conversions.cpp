@@ -259,6 +259,35 @@ TEST(GroundTruthMessage, RoundTripOfEveryKind) {
   EXPECT_EQ(fromMsg(toMsg(core::GroundTruth(), {})).kind, core::TruthKind::kNone);
 }
 
+TEST(GroundTruthMessage, PoseIsKeptWithAnyKind) {
+  core::GroundTruth truth;
+  truth.pose.emplace();
+  truth.pose->left_camera = {700, 0, 320, 0, 710, 240, 0, 0, 1};
+  truth.pose->right_camera = {800, 1, 300, 0, 810, 200, 0, 0, 1};
+  truth.pose->rotation = {0, -1, 0, 1, 0, 0, 0, 0, 1};
+  truth.pose->translation = {0.5, 0, -0.25};
+  const core::GroundTruth back = fromMsg(toMsg(truth, {}));
+  ASSERT_TRUE(back.pose.has_value());
+  EXPECT_EQ(back.pose->left_camera, truth.pose->left_camera);
+  EXPECT_EQ(back.pose->right_camera, truth.pose->right_camera);
+  EXPECT_EQ(back.pose->rotation, truth.pose->rotation);
+  EXPECT_EQ(back.pose->translation, truth.pose->translation);
+
+  EXPECT_FALSE(fromMsg(toMsg(core::GroundTruth(), {})).pose.has_value());
+  EXPECT_FALSE(fromMsg(GroundTruth()).pose.has_value()) << "a message that was filled in by hand holds zeros";
+}
+
+TEST(GroundTruthMessage, PartOfAPoseIsNamed) {
+  core::GroundTruth truth;
+  truth.pose.emplace();
+  GroundTruth msg = toMsg(truth, {});
+  msg.right_camera.fill(std::numeric_limits<double>::quiet_NaN());
+  expectRefused([&] { fromMsg(msg); }, "right_camera");
+  msg = toMsg(truth, {});
+  msg.rotation[0] = -1;
+  expectRefused([&] { fromMsg(msg); }, "rotation");
+}
+
 TEST(GroundTruthMessage, NonsenseIsNamed) {
   GroundTruth msg = toMsg(core::GroundTruth(), {});
   msg.kind = 5;

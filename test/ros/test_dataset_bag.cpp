@@ -79,6 +79,7 @@ class BrokenMiddle : public core::DatasetReader {
     return index == 0 ? homographyPair() : labelledPair();
   }
   std::vector<std::string> files() const override { return {}; }
+  std::vector<std::string> remarks() const override { return {"one pair is left out"}; }
 };
 
 class DatasetBag : public ::testing::Test {
@@ -202,6 +203,29 @@ TEST_F(DatasetBag, PairsOfMatchesNeedNoImages) {
   EXPECT_NE(errorOf([&] { writer.write(half); }).find("right"), std::string::npos);
 }
 
+TEST_F(DatasetBag, NamesOfImagesSurvive) {
+  core::ImagePair images = homographyPair(), both = labelledPair(), matches = labelledPair();
+  matches.left = matches.right = cv::Mat();
+  matches.id.pair = "matches";
+  for (core::ImagePair* const pair : {&images, &both, &matches}) {
+    pair->left_name = "db/1.jpg";
+    pair->right_name = "query/night 2.jpg";
+  }
+  for (const std::vector<core::ImagePair>& pairs :
+       {std::vector<core::ImagePair>{images, both}, std::vector<core::ImagePair>{matches}}) {
+    write(pairs);
+    const auto source = openBag(path_);
+    for (core::ImagePair pair; source->next(pair);) {
+      EXPECT_EQ(pair.left_name, "db/1.jpg") << pair.id.text();
+      EXPECT_EQ(pair.right_name, "query/night 2.jpg") << pair.id.text();
+    }
+  }
+  write({homographyPair()});
+  core::ImagePair pair;
+  ASSERT_TRUE(openBag(path_)->next(pair));
+  EXPECT_EQ(pair.left_name, "") << "a camera is no image";
+}
+
 TEST_F(DatasetBag, DisparityAndUnknownTruthSurvive) {
   core::ImagePair unknown = homographyPair();
   unknown.truth = {};
@@ -276,7 +300,9 @@ TEST_F(DatasetBag, ConversionSkipsBrokenPairs) {
   const auto progress = [&](std::size_t done, std::size_t total, const core::PairId& id) {
     seen.push_back(std::to_string(done) + "/" + std::to_string(total) + " " + id.text());
   };
-  EXPECT_EQ(writeDatasetBag(BrokenMiddle(), path_, {}, progress, &problems), 2u);
+  std::vector<std::string> remarks;
+  EXPECT_EQ(writeDatasetBag(BrokenMiddle(), path_, {}, progress, &problems, &remarks), 2u);
+  EXPECT_EQ(remarks, (std::vector<std::string>{"one pair is left out"}));
   EXPECT_EQ(seen, (std::vector<std::string>{"1/3 made_up/scene/1-2", "2/3 made_up/broken/x",
                                             "3/3 made_up/scene/1-3"}));
   ASSERT_EQ(problems.size(), 1u);

@@ -91,6 +91,25 @@ TEST(LiveSelector, WhatDoesNotWorkLeavesTheSelectorBeforeInForce) {
   EXPECT_EQ(selector.select(message(70), 0.0).selection->selector, "vfc");
 }
 
+TEST(LiveSelector, RefusesOptionsInBracketsAndNamesTheParameter) {
+  LiveSelector selector;
+  SelectorConfig good = config("vfc");
+  ASSERT_EQ(selector.configure(good).error, "");
+  SelectorConfig bad = config("usac[threshold=3]");
+  std::string error = selector.configure(bad).error;
+  EXPECT_NE(error.find("'usac[threshold=3]': a nodelet takes no options in brackets; set the parameter "
+                       "usac_threshold; 'vfc' stays in force"),
+            std::string::npos)
+      << error;
+  bad = config("a/B[size=3]");
+  error = selector.configure(bad).error;
+  EXPECT_NE(error.find("set the parameter plugin_options"), std::string::npos) << error;
+  bad = config("lpm");
+  bad.preset = "v2[k=5]";
+  error = selector.configure(bad).error;
+  EXPECT_NE(error.find("set the parameter lpm_k"), std::string::npos) << error;
+}
+
 TEST(LiveSelector, StartsWithTheDefaultWhereTheFirstConfigurationDoesNotWork) {
   LiveSelector selector;
   SelectorConfig bad = config("nonsense");

@@ -270,6 +270,30 @@ TEST(StereoRig, RectifiedImagesAreTakenAsTheyAre) {
   }
 }
 
+TEST(StereoRig, PoseProjectsPointsWhereTheImagesShowThem) {
+  RigParts parts;
+  parts.baseline = {-0.3, 0, 0};
+  const core::RelativePose pose = rig(parts, true).pose();
+  EXPECT_NO_THROW(pose.check());
+  EXPECT_EQ(pose.rotation, cv::Matx33d::eye());
+  EXPECT_LT(cv::norm(pose.translation - parts.baseline), 1e-9);
+  for (const cv::Vec3d& point : points()) {
+    const cv::Point2d left = rectifiedPixel(parts, false, point), right = rectifiedPixel(parts, true, point);
+    const cv::Vec3d a = pose.left_camera * point;
+    const cv::Vec3d b = pose.right_camera * (pose.rotation * point + pose.translation);
+    EXPECT_LT(cv::norm(cv::Point2d(a[0] / a[2], a[1] / a[2]) - left), 1e-6);
+    EXPECT_LT(cv::norm(cv::Point2d(b[0] / b[2], b[1] / b[2]) - right), 1e-6);
+  }
+  // Rectified images are cut to their areas, and so are their cameras.
+  const StereoRig raw = rig(parts);
+  const cv::Vec3d point(0.3, -0.2, 3);
+  const cv::Point2d seen =
+      centroid(raw.rectifyLeft(dotImage(rawPixel(parts, false, point), {kWidth, kHeight})));
+  const cv::Vec3d a = raw.pose().left_camera * point;
+  EXPECT_LT(cv::norm(cv::Point2d(a[0] / a[2], a[1] / a[2]) - seen), 0.1);
+  EXPECT_EQ(raw.pose().fundamental(), raw.fundamental());
+}
+
 TEST(StereoRig, RectifiedImagesNeedNoLens) {
   const auto change = [](RigCamera camera) {
     camera.info.distortion_model = "omnidirectional";

@@ -15,17 +15,22 @@ struct RecordedRun {
   std::string folder;
   std::string config;  ///< text of config.yaml
   std::vector<ResultRow> rows;
+  std::vector<PoseRow> poses;
 };
 
 /// Reads a run folder. Throws RunFolderError where a file is missing or damaged; the text names the file, the
 /// line and the remedy.
 RecordedRun readRun(const std::string& folder);
 
-/// Columns of pairs.csv that can be compared; all of them are better when higher.
+/// Columns of pairs.csv that can be compared; of poses.csv epipolar_precision, and pose_maa and corner_maa,
+/// the thresholdAccuracy() of the errors. All of them are better when higher.
 std::vector<std::string> comparisonMetrics();
 
+/// Whether a metric is one of pairs.csv, which has rows of several tolerances.
+bool hasTolerances(const std::string& metric);
+
 struct ComparisonOptions {
-  double tau = 5.0;  ///< px; labelled rows, which have none, are always compared
+  double tau = 5.0;  ///< px; labelled rows and those of poses.csv, which have none, are always compared
   std::string metric = "f_paper";
   double tolerance = 0.002;             ///< mean differences up to this are ignored, in units of the metric
   int resamples = kBootstrapResamples;  ///< of the bootstrap, at least 1

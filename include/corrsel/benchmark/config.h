@@ -40,17 +40,19 @@ struct BenchmarkConfig {
   int threads = 1;      ///< 0 = all cores
   int seed = 0;
   int max_pairs = 0;                         ///< first pairs of every dataset or bag; 0 = all
+  bool save_matches = false;                 ///< whether the matches of every selection are written, too
   std::map<std::string, OptionMap> options;  ///< per algorithm ("gms", "sift"): options given by the user
 
-  /// Replaces "all", adds the baseline keep_all, drops repeated names, and makes cells, features and
-  /// preselection agree. Every value is checked; each extractor and selector is created once for that. Throws
-  /// std::invalid_argument naming the argument, the value and what is valid.
+  /// Replaces "all", adds the baseline keep_all and the variants of the preset, drops repeated names, and
+  /// makes cells, features and preselection agree. Every value is checked; each extractor and selector is
+  /// created once for that. Throws std::invalid_argument naming the argument, the value and what is valid.
   void resolve();
 
   /// The resolved configuration as YAML, every option of every algorithm with its value.
   std::string toYaml() const;
 
-  /// Options given by the user for the algorithm of "name", "name:preset" or "name+name".
+  /// Options given by the user for the algorithm of "name", "name:preset" or "name[option=value]", without
+  /// those in the brackets.
   OptionMap optionsOf(const std::string& spec) const;
 
   /// What the benchmark offers a selector beside optionsOf(): the seed of the repetition, and the kind of
@@ -73,7 +75,7 @@ struct BenchmarkConfig {
   bool measuresScaling() const;
 };
 
-/// Whether the selector is NNSR, with or without a preset. It is not run on the matches that it has
+/// Whether the selector is NNSR, whatever its preset and options. It is not run on the matches that it has
 /// preselected.
 bool isNnsr(const std::string& spec);
 

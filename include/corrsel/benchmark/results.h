@@ -7,6 +7,7 @@
 
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/image_pair.h"
+#include "corrsel/pose/estimator.h"
 #include "corrsel/selection.h"
 
 namespace corrsel::core {
@@ -35,6 +36,46 @@ struct ResultRow {
   bool judged() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
 };
 
+/// Name of the row of poses.csv whose matches are the ground-truth inliers, that is, of a perfect selection.
+inline constexpr char kGroundTruthSelection[] = "ground_truth";
+
+/// One row of poses.csv: what the selected matches of a pair are good for. Undefined numbers are NaN here and
+/// empty in the file.
+struct PoseRow {
+  PairId id;
+  std::string features, preselection, selector;  ///< selector: a specification, or kGroundTruthSelection
+  int seed = 0;
+  Status status = Status::kOk;  ///< of the selection
+  std::size_t n_selected = 0;
+  PoseModel model = PoseModel::kNone;                                  ///< that the pose was computed from
+  std::size_t n_inliers = 0;                                           ///< of the pose
+  double rotation_error = kUndefined, translation_error = kUndefined;  ///< degrees, see PoseErrors
+  double pose_error = kUndefined;          ///< degrees; kFailedPose without a pose; NaN: the truth is unknown
+  double epipolar_precision = kUndefined;  ///< NaN: no true translation
+  double corner_error = kUndefined;        ///< px; +Inf without a homography; NaN: the truth is none
+  double seconds = kUndefined;             ///< time of the estimators, s
+
+  /// Returns whether there is a selection to estimate from, see ResultRow::judged().
+  bool judged() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
+};
+
+/// One row of pose_summary.csv: measures over the pairs with a known pose or homography.
+struct PoseSummaryRow {
+  std::string dataset, features, preselection, selector;
+  std::size_t poses = 0, no_pose = 0;  ///< pairs with a known pose; estimates without a result
+  double auc_5 = kUndefined, auc_10 = kUndefined, auc_20 = kUndefined;  ///< errorAuc() of the pose errors
+  double auc_10_low = kUndefined, auc_10_high = kUndefined;             ///< 95 % interval, see bootstrapAuc()
+  double accuracy = kUndefined;                                         ///< mean of thresholdAccuracy()
+  double rotation_median = kUndefined, translation_median = kUndefined;  ///< degrees, of the poses found
+  double pose_median = kUndefined;                                       ///< degrees
+  double epipolar_precision = kUndefined;                                ///< mean
+  std::size_t homographies = 0, no_homography = 0;                       ///< pairs with a known homography
+  double corner_auc_1 = kUndefined, corner_auc_3 = kUndefined, corner_auc_5 = kUndefined;
+  double corner_auc_3_low = kUndefined, corner_auc_3_high = kUndefined;
+  double corner_median = kUndefined;   ///< px
+  double seconds_median = kUndefined;  ///< of the estimators, s
+};
+
 /// One row of summary.csv: means over pairs of the per-pair values.
 struct SummaryRow {
   std::string dataset, features, preselection, selector;
@@ -52,9 +93,17 @@ struct SummaryRow {
 /// 1e-6). Throws RunFolderError naming the file, the line, the fault and the remedy. O(rows log rows).
 std::vector<ResultRow> readResults(const std::string& folder);
 
+/// The same of poses.csv; none where the folder has no such file, as those of versions without poses.
+std::vector<PoseRow> readPoses(const std::string& folder);
+
 /// Groups rows by dataset, features, preselection, selector and tolerance, in the order of first appearance.
 /// The repetitions of a pair are averaged before the mean over pairs. O(rows log rows + groups * 2000 *
 /// pairs).
 std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows);
+
+/// Groups rows by dataset, features, preselection and selector, in the order of first appearance. Rows that
+/// are not judged are left out. The repetitions of a pair count like further pairs; the intervals are
+/// resampled over pairs. O(rows log rows + groups * 2000 * pairs).
+std::vector<PoseSummaryRow> summarizePoses(const std::vector<PoseRow>& rows);
 
 }  // namespace corrsel::core

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <set>
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "corrsel/benchmark/results.h"
 #include "corrsel/evaluation/truth_check.h"
 #include "corrsel/image_pair.h"
+#include "corrsel/selection.h"
 
 namespace corrsel::core {
 
@@ -29,11 +31,29 @@ struct Remark {
   std::string sentence() const;
 };
 
-/// Wall time of one stage of the work on a pair: "read", "features", "match", "select", "evaluate".
+/// One row of matches/index.csv: a selection whose matches were saved.
+struct SavedSelection {
+  std::string file, putative;  ///< the selected and the putative matches, inside matches/
+  PairId id;
+  std::string features, preselection, selector;
+  int seed = 0;
+  Status status = Status::kOk;
+  std::size_t n_putative = 0, n_selected = 0;
+  std::string model_kind, model;  ///< "homography", "fundamental" or "none"; nine numbers, row by row
+  /// Names of the images. '#' and a checksum of the pixels stands for a name that is not known; empty: there
+  /// are no images either.
+  std::string left_image, right_image;
+  std::size_t left_width = 0, left_height = 0, right_width = 0, right_height = 0;  ///< px, 0 = unknown
+};
+
+/// Wall time of one stage of the work on a pair: "read", "features", "match", "select", "evaluate", and
+/// kPoseStage where the pair has rows in poses.csv.
 struct StageTime {
   std::string stage;
   double seconds = kUndefined;
 };
+
+inline constexpr char kPoseStage[] = "pose";
 
 /// How far a run has got, or how it ended.
 struct RunState {
@@ -46,10 +66,10 @@ struct RunState {
   bool complete() const { return !interrupted && pairs_failed == 0 && pairs_done == pairs_total; }
 };
 
-/// The folder that a run writes: config.yaml, environment.json, pairs.csv, stages.csv, truth_check.csv,
-/// scaling.csv, failures.csv, remarks.csv, images/, summary.csv, summary.json (docs/evaluation.md describes
-/// them). Everything that was appended is on disk when the call returns, so that an interrupted run can be
-/// resumed.
+/// The folder that a run writes: config.yaml, environment.json, pairs.csv, poses.csv, stages.csv,
+/// truth_check.csv, scaling.csv, failures.csv, remarks.csv, images/, matches/, summary.csv,
+/// pose_summary.csv, summary.json (docs/evaluation.md describes them). Everything that was appended is on
+/// disk when the call returns, so that an interrupted run can be resumed.
 class RunFolder {
  public:
   /// Creates the folder, or resumes the run that it holds. Pairs that were cut off are dropped then, and
@@ -68,12 +88,14 @@ class RunFolder {
   /// Number of finished pairs, those of earlier sessions included.
   std::size_t doneCount() const { return done_.size(); }
 
-  /// Reads the rows from pairs.csv, those of earlier sessions first. They are not kept in memory.
-  std::vector<ResultRow> readRows() const;
+  /// Calls `use` with the rows of pairs.csv, those of earlier sessions first. They are not kept in memory.
+  void forEachRow(const std::function<void(const ResultRow&)>& use) const;
+  std::vector<PoseRow> readPoses() const;  ///< the rows of poses.csv
 
   /// Appends a finished pair. @param number  place of the pair in the undivided run, from 0
   void appendPair(const std::vector<ResultRow>& rows, std::size_t number,
-                  const std::vector<StageTime>& stages, const std::vector<TruthCheck>& checks = {});
+                  const std::vector<StageTime>& stages, const std::vector<TruthCheck>& checks = {},
+                  const std::vector<PoseRow>& poses = {}, const std::vector<SavedSelection>& saved = {});
 
   /// The sequences whose ground truth is probably not what it was given as, judged by the pairs of all
   /// sessions, see truthWarnings().
@@ -101,8 +123,9 @@ void requireMergeable(const std::string& folder, const BenchmarkConfig& config);
 /// Throws RunFolderError like requireMergeable(), and for a damaged file (the text names the line).
 std::size_t mergeRun(RunFolder& folder, const std::string& from, const BenchmarkConfig& config);
 
-/// Sorts pairs.csv into the order of the undivided run, whatever the order in which the pairs were finished,
-/// and writes summary.csv and summary.json. @return the summary
+/// Sorts pairs.csv, poses.csv and truth_check.csv into the order of the undivided run, whatever the order in
+/// which the pairs were finished, and writes summary.csv, pose_summary.csv and summary.json. @return the
+/// summary
 std::vector<SummaryRow> writeSummary(const RunFolder& folder, const RunState& state);
 
 }  // namespace corrsel::core

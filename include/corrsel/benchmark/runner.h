@@ -50,7 +50,8 @@ class BenchmarkRunner {
 
   /// Draws what every selector keeps on example pairs, which are chosen from the folder's rows so that every
   /// selector is shown at a success and at a failure. The pictures are drawn with the features and the
-  /// preselection of the first cell. Nothing is done where these pictures exist already.
+  /// preselection of the first cell. Nothing is done where these pictures exist already, and nothing where
+  /// the experiment makes variants of the selectors.
   /// @param sources  those of run(), opened again
   void drawExamples(const std::vector<std::unique_ptr<PairSource>>& sources);
 
@@ -63,6 +64,9 @@ class BenchmarkRunner {
   const Selector& selectorFor(const ImagePair& pair, std::size_t selector, int repetition) const;
   std::vector<ResultRow> judge(const ImagePair& pair, const Putative& putative, const Cell& cell,
                                const std::string& selector, int repetition, const Selection& selection) const;
+  PoseRow poseRow(const ImagePair& pair, const Putative& putative, const Cell& cell,
+                  const std::string& selector, int repetition, const Selection& selection) const;
+  PoseRow groundTruthPose(const ImagePair& pair, const Putative& putative, const Cell& cell) const;
   void drawExample(const ImagePair& pair, const Putative& putative, const Cell& cell,
                    const std::string& selector, const Selection& selection);
   void runPair(const ImagePair& pair, std::size_t number, double read_seconds);

@@ -36,15 +36,18 @@ class DatasetReader {
   /// Names of folders in the dataset's folder that have no file of the layout.
   virtual std::vector<std::string> ignored() const { return {}; }
 
+  /// What the reader decided, left out or did to the images, one sentence without its full stop each.
+  virtual std::vector<std::string> remarks() const { return {}; }
+
   /// Files that the pairs are read from or made of. Their sizes and times identify the state of the dataset.
   virtual std::vector<std::string> files() const = 0;
 };
 
 /// Opens dataset `name` from folder `path`. A name of datasetNames() means that dataset and its layout.
 /// Under any other name the folder's layout is recognised from its files: numbered images with homographies
-/// as in VGG or as in HPatches, a folder per pair as in SymBench or as in `pairs` (which may hold a
-/// homography, a fundamental matrix or a list of matches), or .mat files as in AdelaideRMF
-/// (docs/datasets.md). The ids of the pairs contain the name as given.
+/// as in VGG or as in HPatches, a folder per pair as in SymBench or as in `pairs`, .mat files as in
+/// AdelaideRMF, EVD, WxBS, a list of pairs as SuperGlue publishes them, reconstructions by COLMAP, sequences
+/// of TUM RGB-D or of EuRoC (docs/datasets.md). The ids of the pairs contain the name as given.
 ///
 /// A name that begins with kUnrelatedPrefix means pairs of different scenes, made from the images of the
 /// dataset that the rest of the name means; `path` is the folder of that dataset.

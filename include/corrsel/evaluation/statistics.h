@@ -8,7 +8,8 @@ namespace corrsel::core {
 /// Mean; NaN for no values.
 double mean(const std::vector<double>& values);
 
-/// Linearly interpolated quantile, q in [0, 1]; q = 0.5 is the median. NaN for no values. O(N log N).
+/// Linearly interpolated quantile, q in [0, 1]; q = 0.5 is the median. NaN for no values, +Inf above a finite
+/// value where the next one is infinite. O(N log N).
 double quantile(std::vector<double> values, double q);
 
 struct Interval {

@@ -81,8 +81,9 @@ GroundTruth toMsg(const core::GroundTruth& truth, const PairInfo& info);
 
 /// Converts a message to ground truth.
 /// @param info  header and id are filled where it is not null
-/// Throws std::invalid_argument that names the field if the kind is unknown, if a matrix is not finite, or if
-/// the disparity array does not have width times height elements.
+/// Throws std::invalid_argument that names the field if the kind is unknown, if a matrix is not finite, if
+/// the disparity array does not have width times height elements, or if a pose is given in part or is none
+/// (RelativePose::check()).
 core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info = nullptr);
 
 Score toMsg(const core::Evaluation& evaluation, const ScoreLabels& labels);

@@ -5,11 +5,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "corrsel/options.h"
 #include "corrsel/selectors/presets.h"
 #include "corrsel/selectors/selector.h"
+#include "corrsel/selectors/selector_spec.h"
 
 namespace corrsel::core {
 
@@ -33,6 +35,10 @@ std::string toString(SelectorGroup group);
 /// A few words on what the selectors of a group have in common, for listings.
 std::string meaningOf(SelectorGroup group);
 
+/// What trades a selector's precision against its recall, and the values at which operating curves are
+/// measured: options that change together, all with the same number of values. Empty: the selector has none.
+using MainParameter = std::vector<std::pair<std::string, std::vector<double>>>;
+
 /// Makes the selectors of one class, built in or from another package: its name, group, presets and options,
 /// and instances of it. Copyable; its functions may be called from any thread.
 class SelectorFactory {
@@ -42,13 +48,16 @@ class SelectorFactory {
 
   /// @param cost     growth of the time with the number of matches N, e.g. "N log N"; empty if unknown
   /// @param meaning  a few words for lists, e.g. "Grid-based motion statistics"
-  SelectorFactory(std::string name, SelectorGroup group, std::string cost, std::string meaning, Make make);
+  /// @param parameter  of operating curves, with ascending values
+  SelectorFactory(std::string name, SelectorGroup group, std::string cost, std::string meaning, Make make,
+                  MainParameter parameter = {});
 
   /// As in createSelector(), without preset.
   const std::string& name() const { return name_; }
   SelectorGroup group() const { return group_; }
   const std::string& cost() const { return cost_; }
   const std::string& meaning() const { return meaning_; }
+  const MainParameter& mainParameter() const { return parameter_; }
 
   /// Presets beside the default; may be empty. Throws what create() throws.
   Presets presets() const;
@@ -70,6 +79,7 @@ class SelectorFactory {
   std::string cost_;
   std::string meaning_;
   Make make_;
+  MainParameter parameter_;
 };
 
 /// The selectors of this library in the order of listings: group by group, those of the paper in its order.
@@ -87,8 +97,9 @@ using SelectorLoader = std::function<std::unique_ptr<Selector>(const std::string
 /// May be called from any thread.
 void setSelectorLoader(SelectorLoader loader);
 
-/// Creates a selector from "name" or "name:preset", e.g. "gms", "lpm:v2", "package/Class",
-/// "package/Class:preset". Parameters and errors are those of findSelector() and SelectorFactory::create().
+/// Creates a selector from the text of a SelectorSpec, e.g. "gms", "lpm:v2", "package/Class:preset",
+/// "usac[max_seconds=0.01]". Options in the brackets win over `options`. Other parameters and errors are
+/// those of findSelector() and SelectorFactory::create(); where the text has brackets, the error names it.
 std::unique_ptr<Selector> createSelector(const std::string& spec, const OptionMap& options = {},
                                          const OptionMap& common = {});
 

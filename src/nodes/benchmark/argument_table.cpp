@@ -39,8 +39,8 @@ const CommandLineTable& benchmarkArguments() {
            "what reduces the putative matches first: none, nnsr; default: that of the experiment, or "
            "none,nnsr"},
           {"selectors", "LIST", "",
-           "selectors, comma-separated, each optionally with a preset (lpm:v2), or all (the "
-           "paper's eight and auto), or every, or package/Class of "
+           "selectors, comma-separated, each optionally with a preset (lpm:v2) and options in brackets "
+           "('lpm[k=5;lambda_first=4]'), or all (the paper's eight and auto), or every, or package/Class of "
            "another package; default: all"},
           {"options", "LIST", "",
            "options of the algorithms, comma-separated: gms.alpha=6,sift.max_features=2000"},
@@ -56,15 +56,21 @@ const CommandLineTable& benchmarkArguments() {
           {"shard", "I/N", "", "run only the i-th of n parts of the pairs; merge joins the parts"},
           {"merge", "LIST", "",
            "folders of such parts, comma-separated, whose pairs are copied before the run continues"},
+          {"save_matches", "LIST", "",
+           "save what every selector keeps of every pair, comma-separated: csv, npz, colmap; default: "
+           "nothing"},
           {"report", "BOOL", "true", "write report.html at the end"},
           {"verbose", "BOOL", "false",
            "print every judged selection, and at the end the tables of all selectors"},
+          {"dry_run", "BOOL", "false",
+           "check the arguments and the data, print what the run would do and take, and exit; nothing is "
+           "kept"},
           {"working_dir", "FOLDER", "", "folder that relative paths start from; default: the current one"},
           {"list", "", "", "print datasets, features, selectors with presets, and their options, and exit"},
-          {"dry-run", "", "", "check the arguments and the datasets, print what would be run, and exit"},
       },
-      "exit code: 0 = run complete, 1 = incomplete (failed pairs, see failures.csv), 2 = wrong arguments or\n"
-      "unusable data or folder, 130 = interrupted (continue with --resume true)\n"};
+      "exit code: 0 = run complete, 1 = incomplete (failed pairs, see failures.csv; dry_run: the data have\n"
+      "problems), 2 = wrong arguments or unusable data or folder, 130 = interrupted (continue with --resume "
+      "true)\n"};
   return table;
 }
 

@@ -103,6 +103,15 @@ BagTopics bagTopics(const Values& values, core::BenchmarkConfig& config) {
   return topics;
 }
 
+std::vector<std::string> matchForms(const Values& values) {
+  const std::vector<std::string> known = {"csv", "npz", "colmap"}, forms = values.list("save_matches");
+  for (const std::string& form : forms) {
+    if (std::find(known.begin(), known.end(), form) == known.end())
+      throw UsageError("save_matches: unknown form '" + form + "'" + core::validNames(form, known));
+  }
+  return forms;
+}
+
 void readValues(const Values& values, Arguments& arguments) {
   core::BenchmarkConfig& config = arguments.config;
   const auto text = [&values](const char* name) -> const std::string& { return values.text(name); };
@@ -115,7 +124,7 @@ void readValues(const Values& values, Arguments& arguments) {
   config.data_root = text("data_root").empty() ? "" : absolutePath(text("data_root"), values);
   config.features = values.list("features");
   config.preselection = values.list("preselection");
-  config.selectors = values.list("selectors");
+  config.selectors = core::splitSelectors(text("selectors"));
   core::applyExperiment(text("experiment"), config);
   if (config.datasets.empty() && config.bags.empty()) {
     config.datasets = text("experiment").empty()
@@ -134,6 +143,8 @@ void readValues(const Values& values, Arguments& arguments) {
   config.seed = values.integer("seed");
   config.max_pairs = values.integer("max_pairs");
   core::parseOptionAssignments(text("options"), config.options);
+  arguments.match_forms = matchForms(values);
+  config.save_matches = !arguments.match_forms.empty();
   config.resolve();
 
   arguments.shard = core::Shard::fromText(text("shard"));
@@ -141,6 +152,7 @@ void readValues(const Values& values, Arguments& arguments) {
   arguments.resume = values.flag("resume");
   arguments.report = values.flag("report");
   arguments.verbose = values.flag("verbose");
+  arguments.dry_run = values.flag("dry_run");
   if (arguments.resume && text("output_dir").empty())
     throw UsageError("resume needs output_dir: the folder of the run");
   arguments.output_dir =
@@ -206,7 +218,6 @@ Arguments parseArguments(int argc, char** argv) {
   arguments.help = values.help;
   if (arguments.help) return arguments;
   arguments.list = values.isOn("list");
-  arguments.dry_run = values.isOn("dry-run");
   if (!arguments.list) readValues(values, arguments);
   return arguments;
 }

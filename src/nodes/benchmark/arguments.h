@@ -16,8 +16,9 @@ struct Arguments {
   core::BenchmarkConfig config;  ///< resolved
   BagTopics bag_topics;
   core::Shard shard;
-  std::vector<std::string> merge;  ///< absolute folders
-  std::string output_dir;          ///< absolute
+  std::vector<std::string> merge;        ///< absolute folders
+  std::string output_dir;                ///< absolute
+  std::vector<std::string> match_forms;  ///< in which forms the matches are saved: csv, npz, colmap
   bool resume = false, report = true, verbose = false;
   bool help = false, list = false, dry_run = false;
   std::vector<std::pair<std::string, std::string>> left_out;  ///< datasets of the preset that are not there

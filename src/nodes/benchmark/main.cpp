@@ -28,6 +28,7 @@
 #include "datasets/sample.h"
 #include "nodes/benchmark/argument_table.h"
 #include "nodes/benchmark/arguments.h"
+#include "nodes/benchmark/dry_run.h"
 #include "nodes/benchmark/node_name.h"
 #include "nodes/benchmark/reporter.h"
 #include "ros/bags/bag_cache.h"
@@ -99,25 +100,31 @@ std::string datasetFolder(const std::string& name, const std::string& data_root)
   return (fs::path(data_root) / core::imageDataset(name)).string();
 }
 
-void fetchSamplesIfMissing(const std::string& folder) {
+/// @param fetch  whether photographs that are missing are fetched; otherwise they are an error
+void requireSamples(const std::string& folder, bool fetch) {
+  constexpr char kFetch[] = "rosrun corrsel fetch_samples.sh";
   for (const std::string& image : core::SampleReader::imageNames()) {
     if (fs::exists(fs::path(folder) / image)) continue;
+    const std::string missing = "the sample photographs are missing in " + folder;
+    if (!fetch) throw core::DatasetError(missing + "; a run fetches them, and so does: " + kFetch);
     std::cout << "fetching the sample photographs (Debian's opencv-doc, once, 96 MB)..." << std::endl;
     if (runScript("fetch_samples.sh", {folder}) != 0) {
-      throw core::DatasetError("the sample photographs are missing in " + folder +
-                               " and could not be fetched; run: rosrun corrsel fetch_samples.sh");
+      throw core::DatasetError(missing + " and could not be fetched; run: " + kFetch);
     }
     return;
   }
 }
 
+std::unique_ptr<core::DatasetReader> openDataset(const std::string& name, const core::BenchmarkConfig& config,
+                                                 bool fetch) {
+  const std::string folder = datasetFolder(name, config.data_root);
+  if (core::needsSamplePhotographs(name)) requireSamples(folder, fetch);
+  return core::openDataset(name, folder, config.seed);
+}
+
 Readers openDatasets(const core::BenchmarkConfig& config) {
   Readers readers;
-  for (const std::string& name : config.datasets) {
-    const std::string folder = datasetFolder(name, config.data_root);
-    if (core::needsSamplePhotographs(name)) fetchSamplesIfMissing(folder);
-    readers[name] = core::openDataset(name, folder, config.seed);
-  }
+  for (const std::string& name : config.datasets) readers[name] = openDataset(name, config, true);
   return readers;
 }
 
@@ -177,13 +184,24 @@ Sources openBags(const std::vector<std::string>& bags, const Arguments& argument
   return sources;
 }
 
-int dryRun(const Arguments& arguments, const Readers& readers) {
-  std::cout << arguments.config.toYaml() << "output_dir: " << arguments.output_dir << "\n";
-  for (const auto& [name, reader] : readers) std::cout << name << ": " << reader->size() << " pairs\n";
-  for (const std::string& bag : arguments.config.bags) {
-    std::cout << bag << ": " << openBag(bag, arguments.bag_topics)->size() << " pairs\n";
+/// @return exit code
+int runDry(const Arguments& arguments) {
+  std::signal(SIGINT, requestStop);
+  std::signal(SIGTERM, requestStop);
+  const auto open = [&arguments](const std::string& name) {
+    return openDataset(name, arguments.config, false);
+  };
+  switch (dryRun(arguments, open, stop_requested)) {
+    case DryRunOutcome::kInOrder:
+      return kExitComplete;
+    case DryRunOutcome::kProblems:
+      return kExitIncomplete;
+    case DryRunOutcome::kUnusable:
+      return kExitUsage;
+    case DryRunOutcome::kInterrupted:
+      break;
   }
-  return kExitComplete;
+  return kExitInterrupted;
 }
 
 /// Runs the grid, and then the stages that need its results. @return the state at the end
@@ -240,6 +258,25 @@ bool writeReport(const core::BenchmarkConfig& config, const std::string& output_
   return written;
 }
 
+/// Converts the saved matches, which are CSV files, to the other forms that are wanted. The parts of a run
+/// are converted once they have been merged. @return whether all forms could be made
+bool exportMatches(const Arguments& arguments) {
+  if (arguments.match_forms.empty()) return true;
+  const std::string folder = (fs::path(arguments.output_dir) / "matches").string();
+  std::cout << "matches: " << folder << "/index.csv lists them" << std::endl;
+  bool written = true;
+  for (const std::string& form : arguments.match_forms) {
+    if (form == "csv" || runScript("export_matches.py", {"--format", form, arguments.output_dir}) == 0)
+      continue;
+    std::cerr << "the matches could not be written as " << form
+              << ": see the message above; when its cause is "
+              << "removed, run: rosrun corrsel export_matches.py --format " << form << " "
+              << arguments.output_dir << std::endl;
+    written = false;
+  }
+  return written;
+}
+
 /// Names the node and, where there is a master, registers it.
 /// @return keeps the node registered
 std::optional<ros::NodeHandle> initRos(int argc, char** argv, const core::Shard& shard) {
@@ -274,8 +311,8 @@ int run(int argc, char** argv) {
   }
   const core::BenchmarkConfig& config = arguments.config;
   const std::string& output_dir = arguments.output_dir;
+  if (arguments.dry_run) return runDry(arguments);
   const Readers readers = openDatasets(config);
-  if (arguments.dry_run) return dryRun(arguments, readers);
 
   const std::optional<ros::NodeHandle> node = initRos(argc, argv, arguments.shard);
   // All input is checked before the folder is made, so that a run that cannot start leaves no folder.
@@ -319,9 +356,11 @@ int run(int argc, char** argv) {
   if (state.interrupted)
     std::cout << "interrupted: continue with resume:=true output_dir:=" << output_dir << "\n";
   const bool reported = !arguments.report || writeReport(config, output_dir);
+  const bool whole = arguments.shard.count == 1 && !state.interrupted;
+  const bool exported = !whole || exportMatches(arguments);
   std::cout << "results: " << output_dir << std::endl;
   if (state.interrupted) return kExitInterrupted;
-  return state.complete() && reported ? kExitComplete : kExitIncomplete;
+  return state.complete() && reported && exported ? kExitComplete : kExitIncomplete;
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include <array>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,7 +17,12 @@ namespace {
 namespace fs = std::filesystem;
 
 // Must be raised whenever the content of the bags changes.
-constexpr char kFormat[] = "6";
+constexpr char kFormat[] = "7";
+
+constexpr std::chrono::hours kKept{48};
+
+// Endings of the files beside a bag.
+constexpr char kIncomplete[] = ".incomplete", kRemarks[] = ".remarks";
 
 /// Whether a file name is prefix + fingerprint + ".bag", with or without a further ending. The bags of
 /// "set-2" must not be taken for those of "set".
@@ -27,17 +34,10 @@ bool isBagOf(const std::string& prefix, const std::string& name) {
          name.find_first_not_of("0123456789abcdef", prefix.size()) == end;
 }
 
-}  // namespace
+/// Beginning of the names of a dataset's bags.
+std::string beginningOfName(const std::string& dataset) { return core::safeFileName(dataset) + "-"; }
 
-std::string cacheFolder() {
-  const char* const cache = std::getenv("XDG_CACHE_HOME");
-  if (cache && *cache) return (fs::path(cache) / "corrsel").string();
-  const char* const home = std::getenv("HOME");
-  return (fs::path(home && *home ? home : ".") / ".cache" / "corrsel").string();
-}
-
-CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset,
-                           const core::DatasetReader& reader, int seed, const BagProgress& progress) {
+std::string nameOfBag(const std::string& dataset, const core::DatasetReader& reader, int seed) {
   core::Checksum fingerprint;
   const auto addLine = [&fingerprint](const std::string& text) { fingerprint.add(text + '\n'); };
   addLine(kFormat);
@@ -49,35 +49,92 @@ CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset
     addLine(std::to_string(fs::file_size(file, error)));
     addLine(std::to_string(fs::last_write_time(file, error).time_since_epoch().count()));
   }
+  return beginningOfName(dataset) + fingerprint.text() + ".bag";
+}
+
+/// Whether a bag is there and lacks no pair.
+bool isComplete(const std::string& bag) { return fs::exists(bag) && !fs::exists(bag + kIncomplete); }
+
+/// An ending that no other process writes, on any machine that shares the folder.
+std::string ownEnding() {
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return "-" + core::safeFileName(host.data()) + "-" + std::to_string(::getpid());
+}
+
+/// Writes a text file that other processes see either whole or not at all.
+void writeAtOnce(const fs::path& path, const std::string& text) {
+  const fs::path written = path.string() + ownEnding();
+  std::ofstream(written) << text;
+  std::error_code error;
+  fs::rename(written, path, error);
+}
+
+/// Removes what no process has used for kKept: bags of the dataset with another fingerprint than that of
+/// `own`, and files that were being written when their process was killed. Runs with other seeds may use the
+/// younger ones now.
+void removeUnused(const fs::path& folder, const std::string& prefix, const std::string& own) {
+  const auto limit = fs::file_time_type::clock::now() - kKept;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (!isBagOf(prefix, name)) continue;
+    const std::string bag = name.substr(0, own.size());
+    const bool complete = name == bag || name == bag + kIncomplete || name == bag + kRemarks;
+    if (complete && bag == own) continue;
+    std::error_code error;
+    auto used = entry.last_write_time(error);
+    if (complete && fs::exists(folder / bag)) used = fs::last_write_time(folder / bag, error);
+    if (!error && used < limit) fs::remove(entry.path(), error);
+  }
+}
+
+}  // namespace
+
+std::string cacheFolder() {
+  const char* const cache = std::getenv("XDG_CACHE_HOME");
+  if (cache && *cache) return (fs::path(cache) / "corrsel").string();
+  const char* const home = std::getenv("HOME");
+  return (fs::path(home && *home ? home : ".") / ".cache" / "corrsel").string();
+}
+
+bool hasCachedBag(const std::string& folder, const std::string& dataset, const core::DatasetReader& reader,
+                  int seed) {
+  return isComplete((fs::path(folder) / nameOfBag(dataset, reader, seed)).string());
+}
+
+CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset,
+                           const core::DatasetReader& reader, int seed, const BagProgress& progress) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw core::DatasetError("cannot create the cache folder " + folder + ": " + error.message());
-  const std::string prefix = core::safeFileName(dataset) + "-";
+  const std::string name = nameOfBag(dataset, reader, seed);
   CachedBag bag;
-  bag.path = (fs::path(folder) / (prefix + fingerprint.text() + ".bag")).string();
-  const fs::path incomplete = bag.path + ".incomplete", remarks = bag.path + ".remarks";
-  if (fs::exists(bag.path) && !fs::exists(incomplete)) {
+  bag.path = (fs::path(folder) / name).string();
+  const fs::path incomplete = bag.path + kIncomplete, remarks = bag.path + kRemarks;
+  removeUnused(folder, beginningOfName(dataset), name);
+  if (isComplete(bag.path)) {
     bag.reused = true;
+    fs::last_write_time(bag.path, fs::file_time_type::clock::now(), error);
     std::ifstream lines(remarks);
     for (std::string line; std::getline(lines, line);) bag.remarks.push_back(line);
     return bag;
   }
-  const std::string own = fs::path(bag.path).filename().string();
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    // Another process may be writing the very same bag.
-    if (isBagOf(prefix, name) && name.compare(0, own.size(), own) != 0) fs::remove(entry.path(), error);
-  }
-  // Other processes may make the same bag now: each writes a file of its own, and the last one's stays.
-  const std::string written = bag.path + "-" + std::to_string(::getpid());
+  // Other processes may make the same bag now: each writes a file of its own, and the last one's stays. What
+  // belongs to the bag is there before the bag is.
+  const std::string written = bag.path + ownEnding();
   const bool any = writeDatasetBag(reader, written, {}, progress, &bag.problems, &bag.remarks) > 0;
-  fs::remove(remarks, error);
-  if (!bag.remarks.empty()) std::ofstream(remarks) << core::joinList(bag.remarks, "\n") << "\n";
+  if (bag.remarks.empty()) {
+    fs::remove(remarks, error);
+  } else {
+    writeAtOnce(remarks, core::joinList(bag.remarks, "\n") + "\n");
+  }
+  if (!bag.problems.empty()) {
+    std::string list;
+    for (const UnreadablePair& problem : bag.problems) list += problem.text() + "\n";
+    writeAtOnce(incomplete, list);
+  }
   if (any) fs::rename(written, bag.path);
-  fs::remove(incomplete, error);
-  if (bag.problems.empty()) return bag;
-  std::ofstream list(incomplete);
-  for (const UnreadablePair& problem : bag.problems) list << problem.text() << "\n";
+  if (bag.problems.empty()) fs::remove(incomplete, error);
   return bag;
 }
 

@@ -19,11 +19,15 @@ struct CachedBag {
   bool reused = false;
 };
 
+/// Whether cachedDatasetBag() would reuse a bag.
+bool hasCachedBag(const std::string& folder, const std::string& dataset, const core::DatasetReader& reader,
+                  int seed);
+
 /// Returns the bag of a dataset from `folder` and makes it if it is missing. The name contains a fingerprint
 /// of the dataset's files (path, size, time of change) and of the seed; bags of the same dataset with another
-/// fingerprint are removed. Several processes may do this at the same time. A bag that lacks pairs is made
-/// anew each time, so that its problems are reported each time. Throws core::DatasetError if the bag cannot
-/// be written.
+/// fingerprint are removed when they have not been used for two days. Several processes may do this at the
+/// same time, also on several machines that share the folder. A bag that lacks pairs is made anew each time,
+/// so that its problems are reported each time. Throws core::DatasetError if the bag cannot be written.
 CachedBag cachedDatasetBag(const std::string& folder, const std::string& dataset,
                            const core::DatasetReader& reader, int seed,
                            const BagProgress& progress = nullptr);

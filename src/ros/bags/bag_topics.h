@@ -14,6 +14,16 @@ inline constexpr char kGroundTruth[] = "/ground_truth";                ///< corr
 inline constexpr char kCorrespondences[] = "/correspondences";  ///< corrsel/Correspondences, given matches
 }  // namespace bag_topics
 
+/// Begins a frame id that names an image file instead of a camera, e.g. "image:db/1.jpg". Pairs with the same
+/// name share this image.
+inline constexpr char kImageFrame[] = "image:";
+
+/// The name in such a frame id; empty for that of a camera.
+inline std::string imageName(const std::string& frame_id) {
+  const std::size_t length = std::string(kImageFrame).size();
+  return frame_id.compare(0, length, kImageFrame) == 0 ? frame_id.substr(length) : "";
+}
+
 /// Topics of a bag and how its messages become pairs. The defaults are those of a dataset bag. A topic may be
 /// given with or without the leading slash, a topic of images with or without "/compressed".
 struct BagTopics {

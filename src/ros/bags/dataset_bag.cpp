@@ -37,6 +37,13 @@ struct DatasetBagSource::Impl {
   };
   /// The messages of one stamp, by topic.
   using Group = std::map<std::string, Item>;
+  /// The name that the frame id of an image gives; empty where there is none.
+  static std::string imageNameIn(const Group& group, const std::string& topic) {
+    const auto found = group.find(topic);
+    if (found == group.end()) return "";
+    const Item& item = found->second;
+    return imageName(item.raw ? item.raw->header.frame_id : item.compressed->header.frame_id);
+  }
 
   explicit Impl(BagFile bag);
   static Item read(const rosbag::MessageInstance& message);
@@ -146,6 +153,12 @@ void DatasetBagSource::Impl::build(const ros::Time& stamp, const Group& group, c
     if (given != group.end()) pair.given = fromMsg(*given->second.given);
   } catch (const std::invalid_argument& error) {
     fail(pair.id.text() + ": " + topic + ": " + error.what());
+  }
+  pair.left_name = imageNameIn(group, left_topic);
+  pair.right_name = imageNameIn(group, right_topic);
+  if (given != group.end()) {
+    pair.left_name = imageName(given->second.given->header.frame_id);
+    pair.right_name = imageName(given->second.given->right_frame_id);
   }
   const bool images = group.count(left_topic) != 0 || group.count(right_topic) != 0;
   if (pair.given && !images) return;

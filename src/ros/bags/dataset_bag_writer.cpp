@@ -87,14 +87,17 @@ void DatasetBagWriter::write(const core::ImagePair& pair) {
 
   PairInfo info;
   info.header.stamp = stamp;
-  info.header.frame_id = kLeftFrame;
+  const auto frame = [](const std::string& name, const char* camera) {
+    return name.empty() ? camera : kImageFrame + name;
+  };
+  info.header.frame_id = frame(pair.left_name, kLeftFrame);
   info.right_stamp = stamp;
-  info.right_frame_id = kRightFrame;
+  info.right_frame_id = frame(pair.right_name, kRightFrame);
   info.id = pair.id;
   info.features = "given";
 
   std_msgs::Header right_header = info.header;
-  right_header.frame_id = kRightFrame;
+  right_header.frame_id = info.right_frame_id;
   const bool images = !pair.given || !pair.left.empty() || !pair.right.empty();
   cv_bridge::CvImage left, right;
   if (images) {
@@ -130,6 +133,7 @@ std::size_t writeDatasetBag(const core::DatasetReader& reader, const std::string
                             const DatasetBagOptions& options, const BagProgress& progress,
                             std::vector<UnreadablePair>* problems, std::vector<std::string>* remarks) {
   DatasetBagWriter writer(path, options);
+  if (remarks != nullptr) *remarks = reader.remarks();
   std::set<int> stretched;
   std::size_t written = 0;
   for (std::size_t i = 0; i < reader.size(); ++i) {

@@ -55,8 +55,8 @@ struct UnreadablePair {
 };
 
 /// Converts a dataset to a bag. Pairs that cannot be read are left out and appended to `problems` (may be
-/// null). What was done to images is described in `remarks` (may be null), once per number of bits. Throws
-/// core::DatasetError if writing fails.
+/// null). `remarks` (may be null) receives those of the reader and what was done to images of 16 bits, once
+/// per number of bits. Throws core::DatasetError if writing fails.
 /// @return number of pairs written; if it is 0, no file is created
 std::size_t writeDatasetBag(const core::DatasetReader& reader, const std::string& path,
                             const DatasetBagOptions& options, const BagProgress& progress = nullptr,

@@ -154,9 +154,9 @@ struct RecordedMatchesSource::Impl {
   double shareNearLines(const StereoRig& candidate) const;
   bool simultaneous(const Stamped& message) const;
   void makePairs();
-  core::Correspondences read(const Stamped& message, core::PairId& id) const;
+  core::Correspondences read(const Stamped& message, core::ImagePair& pair) const;
   core::Correspondences read(const Stamped& message) const {
-    core::PairId ignored;
+    core::ImagePair ignored;
     return read(message, ignored);
   }
 };
@@ -351,12 +351,14 @@ void RecordedMatchesSource::Impl::makePairs() {
                              : rig_problem));
 }
 
-/// Throws std::invalid_argument, or an exception of rosbag.
-core::Correspondences RecordedMatchesSource::Impl::read(const Stamped& message, core::PairId& id) const {
+/// Fills in the names of the pair and of its images. Throws std::invalid_argument, or an exception of rosbag.
+core::Correspondences RecordedMatchesSource::Impl::read(const Stamped& message, core::ImagePair& pair) const {
   const auto msg = message.message.instantiate<Correspondences>();
   PairInfo info;
   core::Correspondences result = fromMsg(*msg, &info);
-  id = info.id.pair.empty() ? file.idAt(message.stamp) : info.id;
+  pair.id = info.id.pair.empty() ? file.idAt(message.stamp) : info.id;
+  pair.left_name = imageName(info.header.frame_id);
+  pair.right_name = imageName(info.right_frame_id);
   return result;
 }
 
@@ -391,7 +393,7 @@ bool RecordedMatchesSource::next(core::ImagePair& pair) {
   pair.id = impl_->file.idAt(from.matches.stamp);
   const std::string* topic = &impl_->topic;
   try {
-    core::Correspondences matches = impl_->read(from.matches, pair.id);
+    core::Correspondences matches = impl_->read(from.matches, pair);
     if (from.truth) {
       topic = &impl_->truth_topic;
       pair.truth = readTruth(from.truth->message);

@@ -35,6 +35,7 @@ core::GroundTruth truthOf(const StereoRig& rig) {
   core::GroundTruth truth;
   truth.kind = core::TruthKind::kFundamental;
   truth.matrix = rig.fundamental();
+  truth.pose = rig.pose();
   return truth;
 }
 

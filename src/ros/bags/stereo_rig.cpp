@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "base/text.h"
-#include "geometry/cross_matrix.h"
 
 namespace corrsel {
 namespace {
@@ -301,9 +300,8 @@ void StereoRig::chooseAreas() {
 }
 
 StereoRig::StereoRig(const RigCamera& left, const RigCamera& right) : left_(left), right_(right) {
-  const cv::Vec3d shift = right_.translation() - left_.translation();
-  baseline_ = cv::norm(shift);
-  if (!(baseline_ >= kLeastBaseline)) {
+  pose_.translation = right_.translation() - left_.translation();
+  if (!(baseline() >= kLeastBaseline)) {
     throw std::invalid_argument(
         "camera_info on " + left.name + " and " + right.name +
         " have the same fourth column in P, a baseline of zero: the cameras were calibrated one by one, or "
@@ -311,9 +309,9 @@ StereoRig::StereoRig(const RigCamera& left, const RigCamera& right) : left_(left
         kCalibrate);
   }
   chooseAreas();
-  const cv::Matx33d f = (right_.ray() * shiftBy(right_.area.tl())).t() * core::crossMatrix(shift) *
-                        left_.ray() * shiftBy(left_.area.tl());
-  fundamental_ = f * (1.0 / cv::norm(f));
+  pose_.left_camera = (left_.ray() * shiftBy(left_.area.tl())).inv();
+  pose_.right_camera = (right_.ray() * shiftBy(right_.area.tl())).inv();
+  fundamental_ = pose_.fundamental();
 }
 
 }  // namespace corrsel

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "corrsel/relative_pose.h"
+
 namespace corrsel {
 
 /// One camera of a rig: its calibration and the kind of its images.
@@ -43,8 +45,12 @@ class StereoRig {
   /// norm 1.
   const cv::Matx33d& fundamental() const { return fundamental_; }
 
+  /// Calibration of these images, and the pose of the right camera: no rotation, and the translation of P in
+  /// m.
+  const core::RelativePose& pose() const { return pose_; }
+
   /// Distance of the cameras, m.
-  double baseline() const { return baseline_; }
+  double baseline() const { return cv::norm(pose_.translation); }
 
   /// Returns the image itself if the camera's images are rectified already. Otherwise the image is
   /// undistorted, rotated, interpolated linearly and cut to its area. Throws std::invalid_argument if the
@@ -113,8 +119,8 @@ class StereoRig {
   void chooseAreas();
 
   Camera left_, right_;
+  core::RelativePose pose_;
   cv::Matx33d fundamental_;
-  double baseline_ = 0.0;
 };
 
 }  // namespace corrsel

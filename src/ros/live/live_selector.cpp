@@ -25,6 +25,13 @@ double orZero(double seconds) { return seconds >= 0 ? seconds : 0.0; }
 LiveSelector::Active LiveSelector::create(const SelectorConfig& config) {
   Active active;
   active.spec = specOf(config);
+  const core::SelectorSpec spec = core::SelectorSpec::fromText(active.spec);
+  if (!spec.options.empty()) {
+    const std::string& option = spec.options.begin()->first;
+    throw std::invalid_argument(
+        "'" + active.spec + "': a nodelet takes no options in brackets; set the parameter " +
+        (core::isPluginName(spec.name) ? "plugin_options" : spec.name + "_" + option));
+  }
   active.max_seconds = config.max_seconds;
   core::OptionMap options = core::isPluginName(config.selector)
                                 ? parseOptions(config.plugin_options)

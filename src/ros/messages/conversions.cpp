@@ -9,6 +9,7 @@
 #include <cstring>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -62,18 +63,53 @@ cv::Size imageSize(const std::string& message, const std::string& field, std::ui
 }
 
 template <class Array>
+void writeNumbers(const double* values, bool defined, Array& numbers) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = defined ? values[i] : kNaN;
+}
+
+template <class Array>
+void readNumbers(const std::string& message, const std::string& field, const Array& numbers, double* values) {
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (!std::isfinite(numbers[i])) refuse(message, field, "holds a number that is not finite");
+    values[i] = numbers[i];
+  }
+}
+
+template <class Array>
 void writeMatrix(const cv::Matx33d& matrix, bool defined, Array& numbers) {
-  for (int i = 0; i < 9; ++i) numbers[static_cast<std::size_t>(i)] = defined ? matrix.val[i] : kNaN;
+  writeNumbers(matrix.val, defined, numbers);
 }
 
 template <class Array>
 cv::Matx33d readMatrix(const std::string& message, const std::string& field, const Array& numbers) {
   cv::Matx33d matrix;
-  for (std::size_t i = 0; i < 9; ++i) {
-    if (!std::isfinite(numbers[i])) refuse(message, field, "holds a number that is not finite");
-    matrix.val[i] = numbers[i];
-  }
+  readNumbers(message, field, numbers, matrix.val);
   return matrix;
+}
+
+/// Messages that are filled in by hand hold zeros where nothing was set.
+bool isDefined(double number) { return !std::isnan(number) && number != 0; }
+
+/// Nothing where all numbers are NaN or zero.
+std::optional<core::RelativePose> readPose(const std::string& message, const GroundTruth& msg) {
+  const auto defined = [](const auto& numbers) {
+    return std::any_of(numbers.begin(), numbers.end(), isDefined);
+  };
+  if (!defined(msg.left_camera) && !defined(msg.right_camera) && !defined(msg.rotation) &&
+      !defined(msg.translation)) {
+    return {};
+  }
+  core::RelativePose pose;
+  pose.left_camera = readMatrix(message, "left_camera", msg.left_camera);
+  pose.right_camera = readMatrix(message, "right_camera", msg.right_camera);
+  pose.rotation = readMatrix(message, "rotation", msg.rotation);
+  readNumbers(message, "translation", msg.translation, pose.translation.val);
+  try {
+    pose.check();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(message + ": " + error.what());
+  }
+  return pose;
 }
 
 bool isSupported(const std::string& encoding) {
@@ -324,6 +360,12 @@ GroundTruth toMsg(const core::GroundTruth& truth, const PairInfo& info) {
       msg.disparity.insert(msg.disparity.end(), row, row + truth.disparity.cols);
     }
   }
+  const core::RelativePose pose = truth.pose.value_or(core::RelativePose());
+  const bool known = truth.pose.has_value();
+  writeMatrix(pose.left_camera, known, msg.left_camera);
+  writeMatrix(pose.right_camera, known, msg.right_camera);
+  writeMatrix(pose.rotation, known, msg.rotation);
+  writeNumbers(pose.translation.val, known, msg.translation);
   return msg;
 }
 
@@ -354,6 +396,7 @@ core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info) {
       break;
     }
   }
+  truth.pose = readPose(kName, msg);
   if (info != nullptr) {
     info->header = msg.header;
     info->id = {msg.dataset, msg.sequence, msg.pair};

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace corrsel::core {
+
+/// How much of something a number of pairs took.
+struct Measured {
+  std::size_t count = 0;  ///< of pairs or pictures
+  double seconds = 0, bytes = 0;
+
+  /// The same for another count, in proportion; zero where nothing was measured.
+  Measured scaledTo(std::size_t other) const;
+};
+
+/// What a trial with some pairs of a dataset or bag showed.
+struct Trial {
+  std::string name;                      ///< of the dataset or bag
+  std::size_t pairs = 0;                 ///< that the run takes from it
+  std::size_t bag_pairs = 0;             ///< that its bag is still to be made of; 0: there is a bag
+  std::size_t selections = 0, rows = 0;  ///< of the pairs that were tried, `run.count`
+  Measured run, bag, pictures;
+};
+
+/// What a run will take.
+struct Estimate {
+  std::size_t pairs = 0;
+  double selections = 0, rows = 0;
+  double seconds = 0, run_bytes = 0, bag_bytes = 0;
+
+  Estimate& operator+=(const Estimate& other);
+};
+
+/// In proportion to what the trial took, without pictures.
+Estimate estimateOf(const Trial& trial);
+
+/// At most this many pictures are drawn, see BenchmarkRunner::drawExamples().
+/// @param selectors  without keep_all
+std::size_t mostPictures(const std::vector<Trial>& trials, std::size_t selectors);
+
+/// A table with a line per trial, the pictures and the sum. A trial without any pair has "?" for what is
+/// unknown.
+/// @param pictures  number of pictures; 0: none are drawn
+std::string estimateTable(const std::vector<Trial>& trials, std::size_t pictures);
+
+/// The sum of all lines of the table.
+Estimate sumOf(const std::vector<Trial>& trials, std::size_t pictures);
+
+}  // namespace corrsel::core

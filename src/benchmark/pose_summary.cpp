@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "corrsel/benchmark/results.h"
+#include "corrsel/evaluation/pose.h"
+#include "corrsel/evaluation/statistics.h"
+
+namespace corrsel::core {
+namespace {
+
+/// The errors of one kind of the repetitions of each pair.
+class PairErrors {
+ public:
+  void add(const PairId& pair, double error) {
+    if (std::isnan(error)) return;
+    const auto [found, is_new] = index_.emplace(pair, pairs_.size());
+    if (is_new) pairs_.emplace_back();
+    pairs_[found->second].push_back(error);
+    all_.push_back(error);
+  }
+
+  std::size_t pairs() const { return pairs_.size(); }
+  const std::vector<double>& all() const { return all_; }
+  double auc(double threshold) const { return errorAuc(all_, threshold); }
+  Interval interval(double threshold) const { return bootstrapAuc(pairs_, threshold, kBootstrapSeed); }
+
+ private:
+  std::map<PairId, std::size_t> index_;
+  std::vector<std::vector<double>> pairs_;
+  std::vector<double> all_;
+};
+
+struct Group {
+  PoseSummaryRow row;
+  PairErrors poses, corners;
+  std::vector<double> accuracies, rotations, translations, precisions, seconds;
+};
+
+void addDefined(std::vector<double>& values, double value) {
+  if (!std::isnan(value)) values.push_back(value);
+}
+
+}  // namespace
+
+std::vector<PoseSummaryRow> summarizePoses(const std::vector<PoseRow>& rows) {
+  using GroupKey = std::tuple<std::string, std::string, std::string, std::string>;
+  std::vector<Group> groups;
+  std::map<GroupKey, std::size_t> index;
+  for (const PoseRow& row : rows) {
+    const GroupKey key{row.id.dataset, row.features, row.preselection, row.selector};
+    const auto [found, is_new] = index.emplace(key, groups.size());
+    if (is_new) {
+      groups.emplace_back();
+      PoseSummaryRow& head = groups.back().row;
+      std::tie(head.dataset, head.features, head.preselection, head.selector) = key;
+    }
+    if (!row.judged()) continue;
+    Group& group = groups[found->second];
+    group.poses.add(row.id, row.pose_error);
+    group.corners.add(row.id, row.corner_error);
+    if (!std::isnan(row.pose_error)) {
+      group.row.no_pose += row.model == PoseModel::kNone ? 1 : 0;
+      group.accuracies.push_back(thresholdAccuracy(row.pose_error));
+    }
+    group.row.no_homography += std::isinf(row.corner_error) ? 1 : 0;
+    addDefined(group.rotations, row.rotation_error);
+    addDefined(group.translations, row.translation_error);
+    addDefined(group.precisions, row.epipolar_precision);
+    addDefined(group.seconds, row.seconds);
+  }
+  std::vector<PoseSummaryRow> summary;
+  for (const Group& group : groups) {
+    PoseSummaryRow row = group.row;
+    row.poses = group.poses.pairs();
+    row.auc_5 = group.poses.auc(5);
+    row.auc_10 = group.poses.auc(10);
+    row.auc_20 = group.poses.auc(20);
+    const Interval pose_interval = group.poses.interval(10);
+    row.auc_10_low = pose_interval.low;
+    row.auc_10_high = pose_interval.high;
+    row.accuracy = mean(group.accuracies);
+    row.rotation_median = quantile(group.rotations, 0.5);
+    row.translation_median = quantile(group.translations, 0.5);
+    row.pose_median = quantile(group.poses.all(), 0.5);
+    row.epipolar_precision = mean(group.precisions);
+    row.homographies = group.corners.pairs();
+    row.corner_auc_1 = group.corners.auc(1);
+    row.corner_auc_3 = group.corners.auc(3);
+    row.corner_auc_5 = group.corners.auc(5);
+    const Interval corner_interval = group.corners.interval(3);
+    row.corner_auc_3_low = corner_interval.low;
+    row.corner_auc_3_high = corner_interval.high;
+    row.corner_median = quantile(group.corners.all(), 0.5);
+    row.seconds_median = quantile(group.seconds, 0.5);
+    summary.push_back(row);
+  }
+  return summary;
+}
+
+}  // namespace corrsel::core

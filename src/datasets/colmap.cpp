@@ -1,0 +1,206 @@
+#include "datasets/colmap.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <stdexcept>
+
+#include "base/text.h"
+#include "datasets/colmap_model.h"
+#include "datasets/dataset_report.h"
+#include "datasets/files.h"
+
+namespace corrsel::core {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kImages[] = "images";
+
+/// How the parameters of a model are those of OpenCV.
+struct Model {
+  const char* name;
+  std::size_t parameters;
+  bool one_focal;  ///< f cx cy instead of fx fy cx cy, before the coefficients of the distortion
+};
+constexpr Model kModels[] = {{"SIMPLE_PINHOLE", 3, true}, {"PINHOLE", 4, false}, {"SIMPLE_RADIAL", 4, true},
+                             {"RADIAL", 5, true},         {"OPENCV", 8, false},  {"FULL_OPENCV", 12, false}};
+
+/// The folder of the model of a scene; empty where it has none.
+std::string modelFolder(const std::string& scene) {
+  for (const std::string& folder : {below(scene, "sparse/0"), below(scene, "sparse"), scene}) {
+    if (hasColmapModel(folder)) return folder;
+  }
+  return "";
+}
+
+bool isScene(const std::string& folder) { return !modelFolder(folder).empty(); }
+
+Lens lensOf(const ColmapCamera& camera) {
+  const auto* const model = std::find_if(std::begin(kModels), std::end(kModels),
+                                         [&](const Model& known) { return camera.model == known.name; });
+  if (model == std::end(kModels)) {
+    std::vector<std::string> names;
+    for (const Model& known : kModels) names.push_back(known.name);
+    throw DatasetError(camera.place + ": the camera model " + camera.model + " is not read (" +
+                       joinList(names) + " are); undistort the images with colmap image_undistorter");
+  }
+  if (camera.parameters.size() != model->parameters) {
+    throw DatasetError(camera.place + ": has " + std::to_string(camera.parameters.size()) + " parameters, " +
+                       camera.model + " has " + std::to_string(model->parameters));
+  }
+  std::vector<double> p = camera.parameters;
+  if (model->one_focal) p.insert(p.begin(), p.front());
+  std::vector<double> distortion(p.begin() + 4, p.end());
+  if (!distortion.empty() && distortion.size() < 4) distortion.resize(4);  // k1 [k2], no tangential part
+  try {
+    return Lens("camera " + std::to_string(camera.id), cameraMatrix(p[0], p[1], p[2] - 0.5, p[3] - 0.5),
+                distortion, camera.size);
+  } catch (const std::invalid_argument& error) {
+    throw DatasetError(camera.place + ": " + error.what());
+  }
+}
+
+/// Two images, by index, and the number of points that both see.
+struct Candidate {
+  std::size_t left, right, points;
+};
+
+/// Pairs with enough common points, those with the most first.
+std::vector<Candidate> candidatesOf(const std::vector<ColmapImage>& images, std::size_t least) {
+  std::map<std::int64_t, std::vector<std::size_t>> seen_by;  // images by point, ascending
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    for (const std::int64_t point : images[i].points) seen_by[point].push_back(i);
+  }
+  std::vector<Candidate> candidates;
+  std::vector<std::size_t> common(images.size());
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    std::fill(common.begin(), common.end(), 0);
+    for (const std::int64_t point : images[i].points) {
+      const std::vector<std::size_t>& others = seen_by[point];
+      for (auto other = std::upper_bound(others.begin(), others.end(), i); other != others.end(); ++other) {
+        ++common[*other];
+      }
+    }
+    for (std::size_t j = i + 1; j < images.size(); ++j) {
+      if (common[j] >= least) candidates.push_back({i, j, common[j]});
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.points > b.points; });
+  return candidates;
+}
+
+/// "a_b" for "a/b.jpg"
+std::string pairName(const std::string& image) {
+  std::string name = fs::path(image).replace_extension().string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+/// The cameras of a model. What is wrong with one is found out where one of its images is used.
+class Lenses {
+ public:
+  explicit Lenses(const ColmapModel& model) {
+    for (const ColmapCamera& camera : model.cameras) {
+      try {
+        lenses_[camera.id].lens = std::make_shared<const Lens>(lensOf(camera));
+      } catch (const DatasetError& error) {
+        lenses_[camera.id].fault = error.what();
+      }
+    }
+  }
+
+  /// Throws DatasetError.
+  std::shared_ptr<const Lens> of(const ColmapImage& image) const {
+    const auto found = lenses_.find(image.camera);
+    if (found == lenses_.end()) {
+      throw DatasetError(image.place + ": the image " + image.name + " has the camera " +
+                         std::to_string(image.camera) + ", which the model does not list");
+    }
+    if (!found->second.fault.empty()) throw DatasetError(found->second.fault);
+    return found->second.lens;
+  }
+
+ private:
+  struct Entry {
+    std::shared_ptr<const Lens> lens;
+    std::string fault;
+  };
+  std::map<std::int64_t, Entry> lenses_;
+};
+
+void addScene(const std::string& name, const std::string& scene, const ColmapModel& all,
+              const PairChoice& choice, PosedDataset& dataset) {
+  const std::string sequence = folderName(scene);
+  std::vector<ColmapImage> images = all.images;
+  std::sort(images.begin(), images.end(),
+            [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
+  const Lenses lenses(all);
+  const auto most = static_cast<std::size_t>(choice.most_pairs);
+  const std::vector<Candidate> candidates =
+      candidatesOf(images, static_cast<std::size_t>(choice.least_points));
+  std::vector<PosedPair> pairs;
+  std::map<std::shared_ptr<const Lens>, std::size_t> undistorted;  // images that are used
+  for (const std::size_t i : evenlySpaced(candidates.size(), most)) {
+    const ColmapImage &left = images[candidates[i].left], &right = images[candidates[i].right];
+    PosedPair pair;
+    pair.id = {name, sequence, pairName(left.name) + "-" + pairName(right.name)};
+    try {
+      pair.left = {below(below(scene, kImages), left.name), lenses.of(left)};
+      pair.right = {below(below(scene, kImages), right.name), lenses.of(right)};
+      for (const PosedImage& image : {pair.left, pair.right}) {
+        if (image.lens->distorted()) ++undistorted[image.lens];
+      }
+    } catch (const DatasetError& error) {
+      pair.fault = error.what();
+    }
+    pair.motion = right.pose * left.pose.inverse();
+    pairs.push_back(std::move(pair));
+  }
+  std::sort(pairs.begin(), pairs.end(), [](const PosedPair& a, const PosedPair& b) { return a.id < b.id; });
+  std::move(pairs.begin(), pairs.end(), std::back_inserter(dataset.pairs));
+  dataset.remarks.push_back(
+      sequence + ": " + std::to_string(std::min(most, candidates.size())) + " of the " +
+      std::to_string(candidates.size()) + " pairs of its " + std::to_string(images.size()) +
+      " images that see at least " + std::to_string(choice.least_points) +
+      " common points are used (least_points, most_pairs in " + std::string(PairChoice::kFile) + ")");
+  std::vector<std::string> texts;
+  for (const auto& used : undistorted) texts.push_back(used.first->text());
+  std::sort(texts.begin(), texts.end());
+  if (!texts.empty()) {
+    dataset.remarks.push_back(sequence + ": " + texts.front() +
+                              (texts.size() > 1 ? "; those of " + std::to_string(texts.size() - 1) +
+                                                      " more cameras are undistorted likewise"
+                                                : ""));
+  }
+}
+
+}  // namespace
+
+PosedDataset readColmap(const std::string& name, const std::string& root) {
+  requireFolder(root, "dataset '" + name + "'", "set the path to the folder that holds the scenes");
+  const PairChoice choice = readPairChoice(root);
+  PosedDataset dataset;
+  dataset.remedy =
+      "the images of a model lie in the folder 'images' of its scene, under the names that the "
+      "model has for them";
+  dataset.files = {below(root, PairChoice::kFile)};
+  for (const std::string& scene : sequenceFolders(root, isScene, &dataset.ignored)) {
+    const std::string folder = modelFolder(scene);
+    for (const std::string& file : colmapFiles(folder)) dataset.files.push_back(file);
+    try {
+      addScene(name, scene, readColmapModel(folder), choice, dataset);
+    } catch (const DatasetError& error) {
+      dataset.addBroken(name, folderName(scene), error.what());
+    }
+  }
+  if (dataset.pairs.empty() && !dataset.remarks.empty()) {
+    failWithoutPairs(name, root, joinList(dataset.remarks, "; "));
+  }
+  return dataset;
+}
+
+bool hasColmap(const std::string& root) { return !sequenceFolders(root, isScene).empty(); }
+
+}  // namespace corrsel::core

@@ -1,0 +1,173 @@
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "colmap_files.h"
+#include "datasets/colmap.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using namespace testing;
+
+class Colmap : public ColmapFiles {
+ protected:
+  /// Ids of points [first, last).
+  static std::vector<std::int64_t> range(std::int64_t first, std::int64_t last) {
+    std::vector<std::int64_t> ids(static_cast<std::size_t>(last - first));
+    std::iota(ids.begin(), ids.end(), first);
+    return ids;
+  }
+
+  static RigidMotion poseOf(int i) {
+    return pose({0.02 * i, -0.03 * i, 0.05 * i}, {0.3 * i - 0.3, 0.1 * i, -0.1 * i});
+  }
+
+  /// Images 0, 1 and 2: 0 and 1 have 60 points in common, 1 and 2 have 40, 0 and 2 have 20.
+  static std::vector<Image> images() {
+    const std::vector<std::int64_t> points[] = {range(0, 80), range(20, 100), range(60, 140)};
+    std::vector<Image> result;
+    for (int i = 0; i < 3; ++i) {
+      result.push_back({i + 1, 1, "v/" + std::to_string(i) + ".png", poseOf(i).inverse(), points[i]});
+    }
+    return result;
+  }
+
+  void writeViews(const std::string& scene, const std::vector<double>& distortion = {}) const {
+    for (int i = 0; i < 3; ++i) {
+      writeView(scene + "/images/v/" + std::to_string(i) + ".png", poseOf(i), distortion);
+    }
+  }
+
+  PosedPairReader open() const { return PosedPairReader(readColmap("mine", path())); }
+};
+
+TEST_F(Colmap, ReadsScenesWithPose) {
+  for (const std::string model : {"a/sparse/0", "b/sparse", "c"}) {
+    writeViews(model.substr(0, 1));
+    model == "b/sparse" ? writeBinary(model, {pinhole()}, images()) : writeText(model, {pinhole()}, images());
+  }
+  write("other/readme", "");
+  EXPECT_TRUE(hasColmap(path()));
+  const PosedPairReader reader = open();
+  ASSERT_EQ(reader.size(), 6u);  // 0 and 2 have 20 points in common, less than 30
+  EXPECT_EQ(reader.id(0).text(), "mine/a/v_0-v_1");
+  EXPECT_EQ(reader.id(5).text(), "mine/c/v_1-v_2");
+  for (std::size_t i = 0; i < 6; ++i) {
+    const ImagePair pair = reader.read(i);
+    EXPECT_EQ(pair.truth.kind, TruthKind::kFundamental);
+    expectTruth(pair, poseOf(i % 2 == 0 ? 0 : 1));
+  }
+  EXPECT_LT(cv::norm(reader.read(0).truth.pose->left_camera - camera()), 1e-9);  // half a pixel subtracted
+  EXPECT_EQ(reader.ignored(), (std::vector<std::string>{"other"}));
+  EXPECT_EQ(reader.files().size(), 3u * (2 + 3));
+  EXPECT_EQ(reader.remarks()[0],
+            "a: 2 of the 2 pairs of its 3 images that see at least 30 common points are used (least_points, "
+            "most_pairs in corrsel.yaml)");
+}
+
+TEST_F(Colmap, TheRootMayBeTheScene) {
+  writeViews(".");
+  writeBinary("sparse/0", {pinhole()}, images());
+  EXPECT_EQ(open().id(0).sequence, root_.filename().string());
+}
+
+TEST_F(Colmap, OptionsChooseThePairs) {
+  writeViews("a");
+  writeText("a/sparse", {pinhole()}, images());
+  write("corrsel.yaml", "least_points: 20\n");
+  EXPECT_EQ(open().size(), 3u);
+  write("corrsel.yaml", "least_points: 20\nmost_pairs: 2\n");  // of 60, 40 and 20 common points
+  const PosedPairReader two = open();
+  ASSERT_EQ(two.size(), 2u);
+  EXPECT_EQ(two.id(0).pair, "v_0-v_1");
+  EXPECT_EQ(two.id(1).pair, "v_1-v_2");
+  write("corrsel.yaml", "least_points: 200\n");
+  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { open(); }),
+                       "gives no pair: a: 0 of the 0 pairs of its 3 images that see at least 200 common"));
+}
+
+TEST_F(Colmap, DistortionIsRemoved) {
+  const double fx = camera()(0, 0), fy = camera()(1, 1), cx = camera()(0, 2) + 0.5, cy = camera()(1, 2) + 0.5;
+  const struct {
+    Camera camera;
+    std::vector<double> distortion;
+  } lenses[] = {
+      {{1, "OPENCV", 4, {fx, fy, cx, cy, -0.2, 0.05, 0.002, -0.001}}, {-0.2, 0.05, 0.002, -0.001}},
+      {{1, "FULL_OPENCV", 6, {fx, fy, cx, cy, -0.1, 0.02, 0.001, 0, 0.01, 0.1, 0.01, 0}},
+       {-0.1, 0.02, 0.001, 0, 0.01, 0.1, 0.01, 0}},
+  };
+  for (const auto& lens : lenses) {
+    writeViews("a", lens.distortion);
+    writeText("a/sparse", {lens.camera}, images());
+    const PosedPairReader reader = open();
+    const ImagePair pair = reader.read(0);
+    expectTruth(pair, poseOf(0));
+    EXPECT_EQ(pair.left.size(), cv::Size(kWidth, kHeight));
+    ASSERT_EQ(reader.remarks().size(), 2u);
+    EXPECT_TRUE(
+        contains(reader.remarks()[1], "a: images of camera 1 (320x240 px) are undistorted; their new"));
+  }
+}
+
+TEST_F(Colmap, CamerasWithOneFocalLength) {
+  writeViews("a");
+  const struct {
+    const char* model;
+    std::vector<double> parameters;
+    bool distorted;
+  } cameras[] = {{"SIMPLE_PINHOLE", {260, 163.5, 117.5}, false},
+                 {"SIMPLE_RADIAL", {260, 163.5, 117.5, 0}, false},
+                 {"SIMPLE_RADIAL", {260, 163.5, 117.5, -0.1}, true},
+                 {"RADIAL", {260, 163.5, 117.5, -0.1, 0.01}, true}};
+  for (const auto& camera : cameras) {
+    writeText("a/sparse", {{1, camera.model, 0, camera.parameters}}, images());
+    const cv::Matx33d k = open().read(0).truth.pose->left_camera;
+    EXPECT_EQ(k == cv::Matx33d(260, 0, 163, 0, 260, 117, 0, 0, 1), !camera.distorted) << camera.model << k;
+  }
+}
+
+TEST_F(Colmap, OtherCamerasAreRefusedByName) {
+  writeViews("a");
+  writeText("a/sparse", {{1, "OPENCV_FISHEYE", 5, {260, 260, 163, 117, 0, 0, 0, 0}}}, images());
+  const std::string error = errorOf<DatasetError>([&] { open().check(0); });
+  EXPECT_EQ(error.find(path("a/sparse/cameras.txt") +
+                       ": line 2: the camera model OPENCV_FISHEYE is not read (SIMPLE_PINHOLE, PINHOLE, "),
+            0u)
+      << error;
+  EXPECT_TRUE(contains(error, "undistort the images with colmap image_undistorter")) << error;
+  writeText("a/sparse", {{1, "PINHOLE", 1, {260, 163, 117}}}, images());
+  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { open().check(0); }), "has 3 parameters, PINHOLE has 4"));
+}
+
+TEST_F(Colmap, FaultsNameWhatIsMissing) {
+  writeViews("a");
+  std::vector<Image> other_camera = images();
+  other_camera[0].camera = 5;
+  writeText("a/sparse", {pinhole()}, other_camera);
+  EXPECT_TRUE(
+      contains(errorOf<DatasetError>([&] { open().check(0); }),
+               "images.txt: line 2: the image v/0.png has the camera 5, which the model does not list"));
+  EXPECT_NO_THROW(open().read(1));
+  writeText("a/sparse", {pinhole()}, images());
+  std::filesystem::remove(path("a/images/v/0.png"));
+  EXPECT_EQ(errorOf<DatasetError>([&] {
+              open().check(0);
+            }).find(path("a/images/v/0.png") + ": the image is missing; the images of a model lie in"),
+            0u);
+  writeImage("a/images/v/0.png");
+  EXPECT_TRUE(
+      contains(errorOf<DatasetError>([&] { open().read(0); }),
+               "0.png: the image has 20x12 px, camera 1 is for 320x240 px; give the image in the size"));
+  write("a/sparse/images.txt", "1 2 3\n");
+  const PosedPairReader broken = open();
+  ASSERT_EQ(broken.size(), 1u);
+  EXPECT_EQ(broken.id(0).text(), "mine/a/all");
+  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { broken.read(0); }), "images.txt: line 1: has 3 entries"));
+}
+
+}  // namespace
+}  // namespace corrsel::core

@@ -1,0 +1,78 @@
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "datasets/lens.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using namespace testing;
+
+const cv::Matx33d kKinect = cameraMatrix(517.3, 516.5, 318.6, 255.3);
+const std::vector<double> kKinectDistortion = {0.2624, -0.9531, -0.0054, 0.0026, 1.1633};
+
+TEST(Lens, WithoutDistortionTouchesNothing) {
+  const Lens lens("c", kKinect, {0, 0, 0, 0}, {640, 480});
+  EXPECT_FALSE(lens.distorted());
+  EXPECT_EQ(lens.camera(), kKinect);
+  const cv::Mat image(480, 640, CV_8UC3, cv::Scalar(1, 2, 3));
+  EXPECT_EQ(lens.undistorted(image).data, image.data);
+}
+
+TEST(Lens, LeavesNoBorder) {
+  const struct {
+    cv::Matx33d camera;
+    std::vector<double> distortion;
+    cv::Size size;
+  } lenses[] = {
+      {kKinect, kKinectDistortion, {640, 480}},  // TUM RGB-D
+      {cameraMatrix(520.9, 521, 325.1, 249.7), {0.2312, -0.7849, -0.0033, -0.0001, 0.9172}, {640, 480}},
+      {cameraMatrix(458.654, 457.296, 367.215, 248.375),  // EuRoC, cam0
+       {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05},
+       {752, 480}},
+      {cameraMatrix(3000, 3000, 2600, 1300), {-0.2, 0.05, 0, 0}, {6000, 4000}},
+      {cameraMatrix(500, 500, 320, 240), {0.3, 0, 0, 0}, {640, 480}},
+  };
+  for (const auto& lens : lenses) {
+    const Lens made("c", lens.camera, lens.distortion, lens.size);
+    EXPECT_TRUE(made.distorted());
+    const cv::Mat result = made.undistorted(cv::Mat(lens.size, CV_8UC1, cv::Scalar(255)));
+    EXPECT_EQ(result.size(), lens.size);
+    double least = 0;
+    cv::minMaxLoc(result, &least);
+    EXPECT_EQ(least, 255) << lens.camera;
+    // Not more than necessary is cut off.
+    EXPECT_LT(made.camera()(0, 0), 1.5 * lens.camera(0, 0));
+    EXPECT_GT(made.camera()(0, 0), 0.6 * lens.camera(0, 0));
+    EXPECT_TRUE(contains(made.text(), "images of c ("));
+  }
+}
+
+TEST(Lens, NamesWhatIsWrong) {
+  const auto errorFor = [](const cv::Matx33d& camera, const std::vector<double>& distortion) {
+    return errorOf<std::invalid_argument>([&] { Lens("cam0", camera, distortion, {640, 480}); });
+  };
+  EXPECT_EQ(errorFor(cameraMatrix(NAN, 1, 1, 1), {}), "cam0 has a number that is not finite");
+  EXPECT_EQ(errorFor(cameraMatrix(500, -500, 320, 240), {}),
+            "cam0 has the focal lengths 500 and -500 px; they must be above 0");
+  EXPECT_EQ(errorFor(cameraMatrix(500, 500, 900, 240), {}),
+            "cam0 has its principal point at (900, 240), outside its images of 640x480 px");
+  EXPECT_TRUE(contains(errorFor(cameraMatrix(500, 500, 320, 240), {-30, 0, 0, 0}),
+                       "a distortion that cannot be removed"))
+      << errorFor(cameraMatrix(500, 500, 320, 240), {-30, 0, 0, 0});
+  const Lens lens("cam0", kKinect, kKinectDistortion, {640, 480});
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] { lens.undistorted(cv::Mat(240, 320, CV_8UC1)); }),
+            "the image has 320x240 px, cam0 is for 640x480 px");
+  const Lens unknown_size("K_a", kKinect, {}, {});
+  EXPECT_NO_THROW(unknown_size.undistorted(cv::Mat(480, 640, CV_8UC1)));
+  EXPECT_TRUE(contains(
+      errorOf<std::invalid_argument>([&] { unknown_size.undistorted(cv::Mat(240, 320, CV_8UC1)); }),
+      "the image has 320x240 px, and the principal point of K_a lies outside it, at (318.6, 255.3)"));
+}
+
+}  // namespace
+}  // namespace corrsel::core

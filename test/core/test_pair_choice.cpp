@@ -1,0 +1,60 @@
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "base/text.h"
+#include "corrsel/datasets/reader.h"
+#include "dataset_folder.h"
+#include "datasets/pair_choice.h"
+#include "test_paths.h"
+#include "test_support.h"
+
+namespace corrsel::core {
+namespace {
+
+using namespace testing;
+
+using PairChoiceFile = DatasetFolder;
+
+TEST_F(PairChoiceFile, IsOptional) {
+  const PairChoice choice = readPairChoice(path());
+  EXPECT_EQ(choice.step, 10);
+  EXPECT_EQ(choice.most_pairs, 100);
+}
+
+TEST_F(PairChoiceFile, SetsOptions) {
+  write("corrsel.yaml", "# ours\nstep: 30\npairs: stereo\nleast_baseline: 0.1\n");
+  const PairChoice choice = readPairChoice(path());
+  EXPECT_EQ(choice.step, 30);
+  EXPECT_EQ(choice.pairs, FramePairs::kStereo);
+  EXPECT_EQ(choice.least_baseline, 0.1);
+  EXPECT_EQ(choice.most_pairs, 100);
+  write("corrsel.yaml", "");
+  EXPECT_EQ(readPairChoice(path()).step, 10);
+}
+
+TEST_F(PairChoiceFile, FaultsNameFileOptionAndRemedy) {
+  const auto errorFor = [&](const std::string& text) {
+    write("corrsel.yaml", text);
+    return errorOf<DatasetError>([&] { readPairChoice(path()); });
+  };
+  const std::string file = path("corrsel.yaml") + ": ";
+  EXPECT_EQ(errorFor("step: 0\n"), file + "option step = 0 is outside [1, 100000]");
+  EXPECT_EQ(errorFor("step: ten\n").find(file), 0u);
+  EXPECT_TRUE(contains(errorFor("steps: 3\n"), "did you mean 'step'?")) << errorFor("steps: 3\n");
+  EXPECT_TRUE(contains(errorFor("pairs: all\n"), "is not one of stereo, steps, both"));
+  EXPECT_TRUE(contains(errorFor("step: [1\n"), "not readable as YAML"));
+  EXPECT_TRUE(contains(errorFor("- 3\n"), "not readable as YAML")) << errorFor("- 3\n");
+}
+
+TEST(PairChoiceOptions, AreThoseOfTheDocumentation) {
+  const std::string docs = readTextFile(corrsel::testing::sourceDir() + "/docs/datasets.md");
+  for (const OptionText& option : listOptions(PairChoice())) {
+    const std::string unit = option.unit == "-" ? "" : " " + option.unit;
+    EXPECT_TRUE(contains(docs, "| `" + option.name + "` | " + option.value + unit + " | "))
+        << "| `" << option.name << "` | " << option.value << unit << " | " << option.description;
+  }
+}
+
+}  // namespace
+}  // namespace corrsel::core
