@@ -7,6 +7,7 @@ from .figures import (
     format_time_axis,
     line_figures,
     line_style,
+    marked,
     new_axes,
     part_ending,
     plot_text,
@@ -175,18 +176,22 @@ def time_panel(run, figures, group, lines, part, values, title, prefix):
         if not points:
             continue
         x, y = [p[0] for p in points], [p[1] for p in points]
-        if name in part.others:
-            draw_background(axes, x, y)
-            continue
-        style = run.styles[name]
-        edge = line_style(style)["markeredgecolor"]
-        for at, f, t in points:
-            axes.plot([at, max(at, 1e3 * t.p95)], [f, f], color=edge, linewidth=0.7, alpha=0.6, zorder=0.9)
-        draw_line(axes, x, y, style, label=plot_text(name))
+        with marked(axes, name):
+            if name in part.others:
+                draw_background(axes, x, y)
+                continue
+            style = run.styles[name]
+            edge = line_style(style)["markeredgecolor"]
+            for at, f, t in points:
+                axes.plot(
+                    [at, max(at, 1e3 * t.p95)], [f, f], color=edge, linewidth=0.7, alpha=0.6, zorder=0.9
+                )
+            draw_line(axes, x, y, style, label=plot_text(name))
     for name in part.names:
         base = run.mean(group, name, run.tau(group)) if is_baseline(name) and prefix == "budget" else None
         if base:
-            axes.axhline(base["f_paper"], label=plot_text(name), color="#767676", linestyle=(0, (1, 1.5)))
+            with marked(axes, name):
+                axes.axhline(base["f_paper"], label=plot_text(name), color="#767676", linestyle=(0, (1, 1.5)))
     low, high = axes.get_xlim()
     format_time_axis(axes, low, high)
     axes.grid(True, axis="y")

@@ -3,7 +3,16 @@ from collections import OrderedDict, namedtuple
 
 import numpy as np
 
-from .figures import draw_background, draw_line, line_figures, line_style, new_axes, part_ending, plot_text
+from .figures import (
+    draw_background,
+    draw_line,
+    line_figures,
+    line_style,
+    marked,
+    new_axes,
+    part_ending,
+    plot_text,
+)
 from .groups import MAIN_PARAMETERS
 from .inference import mean_interval
 from .markup import best_cell, group_heading, paragraph, sources, table, with_headings
@@ -287,16 +296,17 @@ def curve_panel(run, figures, group, curves, part):
         x, y = [p.recall for p in line], [p.precision for p in line]
         if not points:
             continue
-        if name in part.others:
-            draw_background(axes, x, y)
-            continue
-        style = run.styles[name]
-        draw_line(axes, x, y, style, label=plot_text(name))
-        default = default_of(points)
-        if default:
-            options = line_style(style)
-            options.update(markersize=10, linestyle="none", markeredgecolor="#222222", zorder=3)
-            axes.plot([default.recall], [default.precision], **options)
+        with marked(axes, name):
+            if name in part.others:
+                draw_background(axes, x, y)
+                continue
+            style = run.styles[name]
+            draw_line(axes, x, y, style, label=plot_text(name))
+            default = default_of(points)
+            if default:
+                options = line_style(style)
+                options.update(markersize=10, linestyle="none", markeredgecolor="#222222", zorder=3)
+                axes.plot([default.recall], [default.precision], **options)
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(-0.02, 1.02)
     axes.grid(True)

@@ -26,9 +26,8 @@ from . import (
 )
 from .figures import FigureWriter, set_up_figures
 from .markup import section, sources
-from .scopes import makes_variants, other_groups
+from .scopes import makes_variants, other_groups, switches_of
 from .script import SCRIPT
-from .selectors import selector_key
 from .style import CSS
 from .words import esc, is_unrelated
 
@@ -119,7 +118,7 @@ def build(run, figures_folder=None):
         overview.notes_html(run),
         '<nav aria-label="Contents"><ul class="toc">%s</ul></nav></header>' % toc,
         # Sections add the selectors that only their tables name.
-        '<main data-selectors="%s">' % esc(json.dumps(sorted(run.styles, key=selector_key))),
+        '<main data-switches="%s">' % esc(json.dumps(switches_of(run))),
     ]
     out += [section(i, key, name, body) for i, (key, name, body) in enumerate(parts, 1)]
     out.append(

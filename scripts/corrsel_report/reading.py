@@ -21,7 +21,7 @@ from collections import Counter, OrderedDict, namedtuple
 import numpy as np
 
 from .left_out import LeftOut, cause
-from .selectors import budget_name, curve_name, is_baseline, selector_key, selector_styles
+from .selectors import SHARED_NAMES, is_baseline, selector_key, selector_styles
 from .tables import Columns, ReportError, read_columns, read_optional_columns, read_optional_table, read_text
 from .words import is_unrelated
 
@@ -51,7 +51,6 @@ STAGES_HEADER = "number,dataset,sequence,pair,stage,seconds".split(",")
 SCALING_HEADER = "selector,threads,n,round,n_selected,status,select_s".split(",")
 REMARKS_HEADER = "dataset,sequence,selector,remark".split(",")
 REFERENCE_TAU = 5.0
-SHARED_NAMES = (budget_name, curve_name)
 Group = namedtuple("Group", "dataset features preselection")
 
 
@@ -282,7 +281,7 @@ class Run:
         self.selectors = sorted(names, key=selector_key)
         self.styles = selector_styles(self.selectors)
         # Variants that one line joins are shown under the name that they share.
-        for shared in SHARED_NAMES:
+        for shared in SHARED_NAMES.values():
             names = {shared(s) for s in self.selectors}
             if len(names) < len(self.selectors):
                 self.styles.update(selector_styles(names))

@@ -1,6 +1,7 @@
 """Which results belong to which experiment of a preset."""
 from collections import OrderedDict
 
+from .selectors import SHARED_NAMES, selector_key
 from .words import GIVEN
 
 EXPERIMENTS = (
@@ -18,7 +19,7 @@ EXPERIMENTS = (
     "curves",
 )
 # They run several variants of each selector, which only their own sections show.
-VARYING = ("budget", "curves")
+VARYING = tuple(SHARED_NAMES)
 
 
 def main_features(run):
@@ -55,6 +56,18 @@ def figure_name(run, prefix, group, *rest):
 def makes_variants(run):
     """Tell whether the run's preset runs several variants of each selector."""
     return any(name in run.sections for name in VARYING)
+
+
+def switches_of(run):
+    """Return the name of each switch of the page -> the selectors that it shows: one, or the variants of one line."""
+    shared = [name_of for experiment, name_of in SHARED_NAMES.items() if experiment in run.sections]
+    switches = OrderedDict()
+    for selector in sorted(run.styles, key=selector_key):
+        name = selector
+        for name_of in shared:
+            name = name_of(name)
+        switches.setdefault(name, []).append(selector)
+    return switches
 
 
 def other_groups(run):

@@ -8,9 +8,14 @@ data-selector (see figures.marked).
 SCRIPT = """
 (() => {
   "use strict";
-  const names = JSON.parse(document.querySelector("main").dataset.selectors);
-  const parts = new Map(names.map(name => [name, []]));
-  const add = (name, element) => { if (element && parts.has(name)) parts.get(name).push(element); };
+  const switches = JSON.parse(document.querySelector("main").dataset.switches);
+  const names = Object.keys(switches);
+  const parts = new Map();  // selector -> the elements of its switch
+  for (const name of names) {
+    const elements = [];
+    for (const selector of [name, ...switches[name]]) parts.set(selector, elements);
+  }
+  const add = (selector, element) => { if (element && parts.has(selector)) parts.get(selector).push(element); };
   // The first text of an element itself: a name, without the remark in an element behind it.
   const nameOf = element => {
     const text = [...element.childNodes].find(node => node.nodeType === 3 && node.nodeValue.trim());

@@ -56,6 +56,10 @@ def curve_name(selector):
     return without_options(selector, MAIN_PARAMETERS.get(take_apart(selector).base, ()))
 
 
+# The experiments that join variants of a selector to one line -> the name of the line that a variant belongs to.
+SHARED_NAMES = OrderedDict((("budget", budget_name), ("curves", curve_name)))
+
+
 def is_baseline(selector):
     """Tell whether a selector is the keep-everything baseline."""
     return take_apart(selector).base == BASELINE

@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 from corrsel_report import reading  # noqa: E402  (found through the path above)
 from corrsel_report.page import build  # noqa: E402
 from test_report import Page, write_run  # noqa: E402
+from test_report_variants import GMS, LPM, gms, write_run as write_variants  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 TABLE = '[...document.querySelectorAll("table")].find(t => t.caption.textContent.startsWith("Means over the pairs of sample"))'
@@ -33,11 +34,12 @@ class ScriptTest(unittest.TestCase):
     def tearDownClass(cls):
         cls.temporary.cleanup()
 
-    def browse(self, action, head=""):
-        """Return the page as the browser holds it after an action in JavaScript, with more in its head."""
+    def browse(self, action, head="", text=None):
+        """Return a page as the browser holds it after an action in JavaScript, with more in its head."""
         path = self.folder / "page.html"
-        end = self.text.rindex("</body>")
-        page = "%s<script>%s</script>%s" % (self.text[:end], action, self.text[end:])
+        text = text or self.text
+        end = text.rindex("</body>")
+        page = "%s<script>%s</script>%s" % (text[:end], action, text[end:])
         path.write_text(page.replace("<head>", "<head>" + head, 1), encoding="utf-8")
         command = [CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
         command += ["--user-data-dir=%s" % (self.folder / "profile"), "--dump-dom", path.as_uri()]
@@ -95,6 +97,25 @@ class ScriptTest(unittest.TestCase):
         self.assertEqual((legends, examples), (1, 1))
         self.assertIn("Selectors shown: 3 of 4", text)
         self.assertIn('data-off="0 0 0 0"', self.browse(switch + switch + count))
+
+    def test_variants_that_one_line_joins_share_a_switch(self):
+        runs = {
+            "curves": dict({gms(alpha): values for alpha, values in GMS.items()}, **LPM),
+            "budget": {"gms[max_seconds=%g]" % s: (0.5, 0.5, 0.5, s) for s in (0.001, 0.01)},
+        }
+        runs["budget"]["lpm"] = (0.6, 0.6, 0.6, 0.002)
+        count = "document.body.dataset.off = [...document.querySelectorAll('%s')].filter("
+        count += 'e => getComputedStyle(e).display === "none").length;'
+        switch = 'document.querySelector(".boxes input[value=gms]").click();'
+        for section, scores in runs.items():
+            with tempfile.TemporaryDirectory() as folder:
+                write_variants(Path(folder), section, dict(scores, keep_all=(0.4, 1.0, 0.57)))
+                page = build(reading.read_run(Path(folder)))
+            text = self.browse(switch, text=page)
+            self.assertIn("Selectors shown: 2 of 3", text, section)
+            for hidden in ("svg [data-selector]", ".legend li", "#%s tbody tr" % section):
+                off = self.browse(switch + count % hidden, text=page).split('data-off="')[1].split('"')[0]
+                self.assertGreaterEqual(int(off), 2, (section, hidden))  # one for each of the two datasets
 
     def test_without_the_script_there_are_no_controls(self):
         refused = "<meta http-equiv=Content-Security-Policy content=\"script-src 'none'\">"
