@@ -330,7 +330,7 @@ class ReportTest(unittest.TestCase):
         self.assertNotIn("</pre>&lt;", text.replace("&lt;/pre&gt;", ""))
         page = Page(text)
         self.assertEqual([tag for tag, _ in page.tags].count("script"), 1)
-        self.assertIn(EVIL, json.loads(next(a["data-selectors"] for tag, a in page.tags if tag == "main")))
+        self.assertIn(EVIL, json.loads(next(a["data-switches"] for tag, a in page.tags if tag == "main")))
         self.assertIn("&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt;&amp;&#x27;$a$", text)
         self.assertTrue(any(EVIL in a.get("alt", "") for tag, a in page.tags if tag == "img"))
 
