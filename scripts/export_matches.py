@@ -14,26 +14,31 @@ from pathlib import Path
 # The package lies beside this file, in the source tree as in the install space.
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from corrsel_matches.pairs import InputError, parse_size  # noqa: E402  (found through the path above)
+from corrsel_matches.program import run  # noqa: E402
 from corrsel_matches.saved import Run, write_colmap, write_npz  # noqa: E402
 
 
 def export(arguments):
     """Write the files; return what is to be printed."""
-    run = Run(arguments.run_folder)
+    saved = Run(arguments.run_folder)
     output = arguments.output or arguments.run_folder / "matches" / arguments.format
     if arguments.format == "npz":
         if arguments.database is not None:
             raise InputError("--database is for --format colmap")
-        return "%d selections written to %s" % (write_npz(run, output), output)
+        return "%d selections written to %s" % (write_npz(saved, output), output)
     size = (0, 0) if arguments.size is None else parse_size(arguments.size)
-    count, same = write_colmap(run, output, size, arguments.database)
+    count, same, spaced = write_colmap(saved, output, size, arguments.database)
     text = "%d databases written to %s" % (count, output)
-    return text + ("; %d selections of an image with itself are left out" % same if same else "")
+    if same:
+        text += "; %d selections of an image with itself are left out" % same
+    if spaced:
+        text += "; %d pairs with spaces in their names are left out of the lists of pairs" % spaced
+    return text
 
 
 def main(argv=None):
     """Run with these arguments, by default those of the command line; return the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser = argparse.ArgumentParser(prog="export_matches.py", description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument(
         "run_folder", type=Path, metavar="RUN_FOLDER", help="output folder of a run with save_matches"
     )
@@ -47,12 +52,7 @@ def main(argv=None):
         type=Path,
         help="database of COLMAP from which the matches came: its cameras, images, keypoints and descriptors are kept",
     )
-    try:
-        print(export(parser.parse_args(argv)))
-    except InputError as error:
-        print("export_matches.py: %s" % error, file=sys.stderr)
-        return 2
-    return 0
+    return run(parser, export, argv)
 
 
 if __name__ == "__main__":

@@ -16,14 +16,14 @@ from pathlib import Path
 # The package lies beside this file, in the source tree as in the install space.
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from corrsel_matches.pairs import SCORES, InputError, parse_size  # noqa: E402  (found through the path above)
+from corrsel_matches.program import run  # noqa: E402
 from corrsel_matches.reading import FORMS, Request, read_pairs  # noqa: E402
 
 
 def convert(arguments):
     """Write the bag; return what is to be printed."""
-    from corrsel_matches.bag import (
-        write_bag,
-    )  # pylint: disable=import-outside-toplevel  # errors of it need no ROS
+    # The help and errors of arguments need no ROS.
+    from corrsel_matches.bag import write_bag  # pylint: disable=import-outside-toplevel
 
     if arguments.images is not None and not arguments.images.is_dir():
         raise InputError("%s is not a folder of images" % arguments.images)
@@ -49,6 +49,7 @@ def convert(arguments):
 def main(argv=None):
     """Run with these arguments, by default those of the command line; return the exit status."""
     parser = argparse.ArgumentParser(
+        prog="matches_to_bag.py",
         description=__doc__.split("\n", maxsplit=1)[0],
         epilog="Then: roslaunch corrsel benchmark.launch bag:=FILE",
     )
@@ -73,12 +74,7 @@ def main(argv=None):
     parser.add_argument(
         "--period", type=float, default=0.5, help="between two pairs, s (default: %(default)s)"
     )
-    try:
-        print(convert(parser.parse_args(argv)))
-    except InputError as error:
-        print("matches_to_bag.py: %s" % error, file=sys.stderr)
-        return 2
-    return 0
+    return run(parser, convert, argv)
 
 
 if __name__ == "__main__":

@@ -6,13 +6,12 @@ of rows of keypoints, and the row of a pair of images has the number 2147483647 
 image_id1 < image_id2.
 """
 import contextlib
-import shutil
 import sqlite3
 
 import numpy as np
 
 from .csv_list import similarity_shapes
-from .pairs import InputError, MatchedPair
+from .pairs import InputError, MatchedPair, distinct_rows, points
 
 LARGEST_ID = 2147483647
 PIXEL_CENTRE = 0.5  # px, coordinate of the centre of the first pixel
@@ -75,7 +74,7 @@ def _reading(path):
             yield database
         finally:
             database.close()
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         raise InputError("%s is damaged or no database of COLMAP (%s)" % (path, error)) from error
 
 
@@ -87,7 +86,11 @@ def _images(database, path):
     if not rows:
         raise InputError("%s: the table images is empty; run COLMAP's feature_extractor first" % path)
     for image, name, width, height in rows:
-        if width is None or not (0 < width < 2**20 and 0 < height < 2**20):
+        if not isinstance(name, str) or not name:
+            raise InputError(
+                "%s: table images, image_id %d has the name %r, expected a text" % (path, image, name)
+            )
+        if not all(isinstance(side, int) and 0 < side < 2**20 for side in (width, height)):
             raise InputError(
                 "%s: table images, image_id %d (%s): its camera has the size %sx%s, expected px"
                 % (path, image, name, width, height)
@@ -105,7 +108,9 @@ def _keypoints(database, path, image):
     if columns not in (2, 4, 6):
         raise InputError("%s has %s columns, expected 2, 4 or 6" % (place, columns))
     values = _array(data, np.float32, count, columns, place)
-    positions = values[:, :2] - np.float32(PIXEL_CENTRE)
+    positions = points(
+        values[:, :2] - np.float32(PIXEL_CENTRE), str(path), "keypoints of image_id %d" % image
+    )
     if columns == 2:
         return positions, None
     return positions, values[:, 2:] if columns == 6 else similarity_shapes(values[:, 2], values[:, 3])
@@ -126,13 +131,14 @@ def _pairs(database, path, images, listed):
             raise InputError("%s: the table matches is empty; run one of COLMAP's matchers first" % path)
         yield from ((number, False) for number in numbers)
         return
+    matched = set(numbers)
     by_name = {name: image for image, (name, _) in images.items()}
     for left, right, _, place in listed:
         for name in (left, right):
             if name not in by_name:
                 raise InputError("%s: there is no image '%s' in %s" % (place, name, path))
         number = pair_id(by_name[left], by_name[right])
-        if number not in numbers:
+        if number not in matched:
             raise InputError(
                 "%s: the pair %s %s has no matches in %s; remove the line" % (place, left, right, path)
             )
@@ -184,7 +190,13 @@ def _pair(database, path, number, images, keypoints_of, reverse):
 
 
 def _array(data, dtype, rows, columns, place):
-    data = data or b""
+    data = b"" if data is None else data
+    for name, value, kind in (("rows", rows, int), ("cols", columns, int), ("data", data, bytes)):
+        if not isinstance(value, kind):
+            raise InputError(
+                "%s: %s is %.40r, expected %s"
+                % (place, name, value, "a whole number" if kind is int else "a BLOB")
+            )
     expected = rows * columns * np.dtype(dtype).itemsize
     if len(data) != expected:
         raise InputError(
@@ -260,8 +272,7 @@ def _write_matches(database, matches):
         together.setdefault(pair_id(first, second), []).append(rows)
     for number, parts in sorted(together.items()):
         rows = np.concatenate(parts)
-        first = np.unique(rows, axis=0, return_index=True)[1]  # COLMAP allows each match once
-        rows = rows[np.sort(first)]
+        rows = rows[np.sort(distinct_rows(rows)[1])]  # COLMAP allows each match once
         database.execute(
             "INSERT INTO matches VALUES (?, ?, 2, ?)",
             (number, len(rows), np.ascontiguousarray(rows).tobytes()),
@@ -275,10 +286,13 @@ def _writing(path, source=None):
     try:
         if part.exists():
             part.unlink()
-        if source is not None:
-            shutil.copyfile(str(source), str(part))
         database = sqlite3.connect(str(part))
         try:
+            if source is not None:
+                with _reading(source) as original:
+                    original.backup(
+                        database
+                    )  # unlike a copy of the file, with what is in its write-ahead log
             yield database
             database.commit()
         finally:

@@ -61,7 +61,8 @@ def matched_pair(columns, source, key):
     """Return the MatchedPair of columns that read_columns() has returned."""
 
     def floats(*names):
-        return np.stack([columns[name] for name in names], axis=-1).astype(np.float32)
+        with np.errstate(over="ignore"):  # infinite positions are refused later
+            return np.stack([columns[name] for name in names], axis=-1).astype(np.float32)
 
     pair = MatchedPair(source, key, floats("x_left", "y_left"), floats("x_right", "y_right"))
     if "distance" in columns:

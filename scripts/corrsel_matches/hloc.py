@@ -1,4 +1,6 @@
 """HDF5 files of hloc (Sarlin et al., CVPR 2019): keypoints in one file, matches in another one."""
+import contextlib
+
 import numpy as np
 
 from .pairs import InputError, MatchedPair, distances, image_size, matched_rows, points, vector
@@ -20,7 +22,7 @@ def read_hloc(matches, features, listed=None, scores="confidence"):
     """
     if h5py is None:
         raise InputError("%s: reading HDF5 needs the Python package h5py: apt install python3-h5py" % matches)
-    with _open(features) as feature_file, _open(matches) as match_file:
+    with _damage(matches, features), _open(features) as feature_file, _open(matches) as match_file:
         names = _image_names(feature_file)
         if not names:
             raise InputError("%s has no group with keypoints; is it the file of the features?" % features)
@@ -40,6 +42,23 @@ def _open(path):
         return h5py.File(str(path), "r")
     except OSError as error:
         raise InputError("%s is damaged or no HDF5 file (%s)" % (path, error)) from error
+
+
+@contextlib.contextmanager
+def _damage(matches, features):
+    """Turn what h5py raises inside of a damaged file into InputError."""
+    try:
+        yield
+    except (OSError, RuntimeError, KeyError) as error:
+        raise InputError("%s or %s is damaged (%s)" % (matches, features, error)) from error
+
+
+def _values(group, name, place):
+    """Return the values of a data set."""
+    item = group[name]
+    if not isinstance(item, h5py.Dataset):
+        raise InputError("%s/%s is a group, expected numbers" % (place, name))
+    return item[()]
 
 
 def _encoded(name):
@@ -97,7 +116,7 @@ def _pairs_in(match_file, path, names, features):
             continue
         for second in item:
             group = first + "/" + second
-            if "matches0" in item[second]:
+            if isinstance(item[second], h5py.Group) and "matches0" in item[second]:
                 pairs.append((decoded(first, group), decoded(second, group)))
     if not pairs:
         raise InputError("%s has no group with matches0; is it the file of the matches?" % path)
@@ -125,15 +144,18 @@ def _read_pair(match_file, group, feature_file, names, paths, scores):
                 "%s has no group %s with keypoints, which %s matches" % (features, name, matches)
             )
         item = feature_file[name]
-        keypoints.append(points(item["keypoints"][()][:, :2], features, name + "/keypoints"))
-        sizes.append(
-            image_size(item["image_size"][()], features, name + "/image_size")
-            if "image_size" in item
-            else (0, 0)
-        )
+        place = "%s: %s" % (features, name)
+        values = np.asarray(_values(item, "keypoints", place))
+        keypoints.append(points(values[:, :2] if values.ndim == 2 else values, features, name + "/keypoints"))
+        sizes.append((0, 0))
+        if "image_size" in item:
+            sizes[-1] = image_size(_values(item, "image_size", place), features, name + "/image_size")
     item = match_file[group]
     counts = tuple(len(values) for values in keypoints)
-    left, right, rows, total = matched_rows(item["matches0"][()], counts, matches, group + "/matches0")
+    place = "%s: %s" % (matches, group)
+    left, right, rows, total = matched_rows(
+        _values(item, "matches0", place), counts, matches, group + "/matches0"
+    )
     pair = MatchedPair(
         "%s, group %s" % (matches, group),
         "",
@@ -151,7 +173,7 @@ def _read_pair(match_file, group, feature_file, names, paths, scores):
     if "matching_scores0" in item:
         name = group + "/matching_scores0"
         pair.distance = distances(
-            vector(item["matching_scores0"][()], matches, name, total)[rows],
+            vector(_values(item, "matching_scores0", place), matches, name, total)[rows],
             matches,
             name,
             scores,

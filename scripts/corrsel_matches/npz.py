@@ -1,10 +1,11 @@
 """NPZ files of matchers: one file for each pair."""
 import zipfile
+import zlib
 
 import numpy as np
 
 from .pairs import InputError, MatchedPair, distances, image_size, matched_rows, points, vector
-from .truth import label_truth, matrix_truth, pose_truth
+from .truth import label_truth, matrix_truth, motion_of, pose_truth
 
 #: The keys of scores: of every left keypoint or of every match.
 SCORES = ("match_confidence", "matching_scores0", "matching_scores", "scores", "mconf", "confidence")
@@ -36,7 +37,7 @@ def read_npz(path, key, scores="confidence"):
         pair.distance = distances(values, source, "distance", "distance")
     for side, name in (("left", "0"), ("right", "1")):
         if "image" + name in arrays:
-            setattr(pair, side + "_name", str(arrays["image" + name]))
+            setattr(pair, side + "_name", _name(arrays["image" + name], source, "image" + name))
         if "image_size" + name in arrays:
             setattr(
                 pair, side + "_size", image_size(arrays["image_size" + name], source, "image_size" + name)
@@ -47,7 +48,10 @@ def read_npz(path, key, scores="confidence"):
 
 def _load(path):
     try:
-        with open(str(path), "rb") as opened, np.load(opened, allow_pickle=False) as file:
+        with open(str(path), "rb") as opened:
+            file = np.load(opened, allow_pickle=False)
+            if isinstance(file, np.ndarray):
+                raise ValueError("it holds an array without a key")
             arrays = {}
             for name in file.files:
                 try:
@@ -55,10 +59,25 @@ def _load(path):
                 except ValueError:  # objects, which would be run as a program
                     continue
             return arrays
-    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(
             "%s is damaged or no NPZ file (%s); write it with numpy.savez" % (path, error)
         ) from error
+
+
+def _name(value, source, key):
+    """Return the name of an image: one text, which may be in an array of one."""
+    array = np.asarray(value)
+    if array.size != 1 or array.dtype.kind not in "US":
+        raise InputError(
+            "%s: %s has the shape %s and the type %s, expected a text: the path of the image"
+            % (source, key, "x".join(map(str, array.shape)) or "of one value", array.dtype)
+        )
+    text = array.reshape(-1)[0]
+    try:
+        return text.decode("utf-8") if isinstance(text, bytes) else str(text)
+    except UnicodeDecodeError as error:
+        raise InputError("%s: %s is no UTF-8 text (%s)" % (source, key, error)) from error
 
 
 def _keypoints_and_matches(arrays, source, key):
@@ -117,9 +136,10 @@ def _read_truth(arrays, pair, rows, total, source):
         )
     pose = None
     if "K0" in arrays and "K1" in arrays and ("T_0to1" in arrays or ("R" in arrays and "t" in arrays)):
-        motion = np.asarray(arrays["T_0to1"]).reshape(-1, 4)[:3] if "T_0to1" in arrays else None
-        rotation = arrays["R"] if motion is None else motion[:, :3]
-        translation = arrays["t"] if motion is None else motion[:, 3]
+        if "T_0to1" in arrays:
+            rotation, translation = motion_of(arrays["T_0to1"], source)
+        else:
+            rotation, translation = arrays["R"], arrays["t"]
         pose = pose_truth(arrays["K0"], arrays["K1"], rotation, translation, source)
         pair.truth = pose
     if not found:

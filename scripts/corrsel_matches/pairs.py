@@ -77,13 +77,15 @@ def points(values, source, what):
             "%s: %s has the shape %s and the type %s, expected N x 2 numbers: x and y of every keypoint, px"
             % (source, what, "x".join(map(str, array.shape)) or "of one value", array.dtype)
         )
-    wrong = np.flatnonzero(~np.isfinite(array.astype(np.float64)).all(axis=1))
+    with np.errstate(over="ignore"):
+        positions = array.astype(np.float32)
+    wrong = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if len(wrong):
         raise InputError(
             "%s: %s, row %d is (%s, %s), which is no position; remove it"
             % (source, what, wrong[0], array[wrong[0], 0], array[wrong[0], 1])
         )
-    return array.astype(np.float32)
+    return positions
 
 
 def vector(values, source, what, length):
@@ -109,7 +111,7 @@ def matched_rows(indices, counts, source, what):
     array = np.asarray(indices)
     if array.ndim >= 2 and array.shape[0] == 1 and array.shape != (1, 2):
         array = array[0]
-    if array.dtype.kind == "f" and (array == np.round(array)).all():
+    if array.dtype.kind == "f" and (np.isfinite(array) & (array == np.round(array))).all():
         array = array.astype(np.int64)
     if array.dtype.kind not in "iu" or not (array.shape == (counts[0],) or array.shape[1:] == (2,)):
         raise InputError(
@@ -159,9 +161,18 @@ def distances(values, source, what, meaning):
 def image_size(values, source, what):
     """Return width and height, px."""
     array = np.asarray(values).reshape(-1)
-    if array.shape != (2,) or not all(1 <= side <= 2**20 and side == int(side) for side in array.tolist()):
+    whole = array.shape == (2,) and array.dtype.kind in "fiu"
+    if not whole or not all(1 <= side <= 2**20 and side == int(side) for side in array.tolist()):
         raise InputError("%s: %s is %s, expected width and height, px" % (source, what, array.tolist()))
     return int(array[0]), int(array[1])
+
+
+def distinct_rows(array):
+    """Return what numpy.unique(array, axis=0) returns with the first rows and the numbers of the distinct rows."""
+    if len(array) == 0:  # numpy before 1.19 refuses it
+        return array, np.empty(0, np.intp), np.empty(0, np.intp)
+    rows, first, inverse = np.unique(array, axis=0, return_index=True, return_inverse=True)
+    return rows, first, inverse.reshape(-1)  # numpy 2.0 returns a column
 
 
 def parse_size(text):

@@ -82,6 +82,7 @@ def form_of(path):
 
 def key_of(left, right):
     """Return the name of a pair of image files: their common folder, and both names below it."""
+    left, right = left.lstrip("/"), right.lstrip("/")
     folder = posixpath.commonpath([posixpath.dirname(left) or ".", posixpath.dirname(right) or "."])
     if folder in ("", "."):
         return "%s-%s" % (left.replace("/", ":"), right.replace("/", ":"))

@@ -7,7 +7,7 @@ import numpy as np
 
 from .colmap import replace_matches, write_database
 from .csv_list import INDICES, matched_pair, read_columns
-from .pairs import InputError
+from .pairs import InputError, distinct_rows
 
 INDEX = "index.csv"
 NO_NUMBER = -1  # of a keypoint whose matches have no feature numbers
@@ -48,8 +48,11 @@ class Run:
                 "%s is missing: %s holds no saved matches; run the benchmark with save_matches:=csv"
                 % (path, folder)
             )
-        with open(str(path), encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        try:
+            with open(str(path), encoding="utf-8", newline="") as file:
+                rows = list(csv.DictReader(file))
+        except (OSError, UnicodeDecodeError, csv.Error) as error:
+            raise InputError("%s cannot be read as CSV: %s" % (path, error)) from error
         self.selections = []
         names = {}
         for number, row in enumerate(rows, 2):
@@ -101,6 +104,10 @@ def _saved(row, names):
     values.update(left_size=size("left"), right_size=size("right"))
     if None in values.values():
         raise KeyError([name for name, value in values.items() if value is None][0])
+    if values["file"].count("/") != 6:
+        raise ValueError("file is '%s', expected csv/ and six names" % values["file"])
+    if len(values["model"].split()) not in (0, 9):
+        raise ValueError("model is '%s', expected nine numbers or none" % values["model"])
     return Saved(**values)
 
 
@@ -117,8 +124,7 @@ def keypoints_of(sides):
             np.full(len(positions), NO_NUMBER, np.float64) if numbers is None else numbers.astype(np.float64)
         )
         tables.append(np.column_stack([number, positions.astype(np.float64)]))
-    unique, first, inverse = np.unique(np.concatenate(tables), axis=0, return_index=True, return_inverse=True)
-    inverse = inverse.reshape(-1)  # numpy 2.0 returns a column
+    unique, first, inverse = distinct_rows(np.concatenate(tables))
     shapes = None
     if all(shape is not None for _, _, shape in sides):
         shapes = np.concatenate([shape for _, _, shape in sides])[first]
@@ -171,9 +177,10 @@ def write_colmap(run, output, size=(0, 0), source=None):
 
     size:   of images whose size is not known, px
     source: a database whose cameras, images and keypoints are kept
-    Returns the number of databases, and the number of selections that are left out because both images are the same.
+    Returns the number of databases, the number of selections that are left out because both images are the same, and
+    the number of pairs that the lists leave out because a name has a space, at which COLMAP would split it.
     """
-    groups, same = {}, 0
+    groups, same, spaced = {}, 0, 0
     for saved in run.selections:
         cell = (saved.dataset, saved.features, saved.preselection)
         same += saved.left_image == saved.right_image
@@ -186,20 +193,22 @@ def write_colmap(run, output, size=(0, 0), source=None):
         )
         for group in selectors.values():
             path = _database_path(output, group[0])
+            names = sorted({(saved.left_image, saved.right_image) for saved in group})
+            listed = [pair for pair in names if len(" ".join(pair).split()) == 2]
+            spaced += len(names) - len(listed)
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)
+                path.with_suffix(".pairs.txt").write_text(
+                    "".join("%s %s\n" % pair for pair in listed), encoding="utf-8"
+                )
             except OSError as error:
                 raise InputError("cannot write %s: %s" % (path, error)) from error
             if source is not None:
                 replace_matches(source, path, _numbered_matches(run, group))
             else:
                 _write_own(run, group, images, path)
-            names = sorted({(saved.left_image, saved.right_image) for saved in group})
-            path.with_suffix(".pairs.txt").write_text(
-                "".join("%s %s\n" % pair for pair in names), encoding="utf-8"
-            )
             count += 1
-    return count, same
+    return count, same, spaced
 
 
 def _database_path(output, saved):
@@ -220,7 +229,13 @@ def _images(run, selections, size):
         pair = run.putative(saved.putative)
         for side in ("left", "right"):
             name = getattr(saved, side + "_image")
-            sizes[name] = max(sizes.get(name, (0, 0)), getattr(saved, side + "_size"))
+            own, before = getattr(saved, side + "_size"), sizes.get(name, (0, 0))
+            if own != before and (0, 0) not in (own, before):
+                raise InputError(
+                    "%s: the image %s has %dx%d px, but %dx%d px in an earlier pair; give different images different "
+                    "names" % ((saved.file, name) + own + before)
+                )
+            sizes[name] = max(own, before)
             if (saved.putative, side) not in places.setdefault(name, []):
                 places[name].append((saved.putative, side))
                 shown = (getattr(pair, side), getattr(pair, side + "_index"), getattr(pair, side + "_shape"))

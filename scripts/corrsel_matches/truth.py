@@ -9,8 +9,11 @@ POSE_NUMBERS = 34  # K, K' and the 4 x 4 matrix from the left camera to the righ
 def matrix_truth(kind, values, source):
     """Return the Truth of a 3 x 3 matrix; kind is "homography" or "fundamental"."""
     matrix = _matrix(values, (3, 3), source)
-    if not np.any(matrix):
-        raise InputError("%s is all zero" % source)
+    rank, least = np.linalg.matrix_rank(matrix), 3 if kind == "homography" else 2
+    if rank < least:
+        raise InputError(
+            "%s is %s, which has the rank %d, expected %d" % (source, matrix.tolist(), rank, least)
+        )
     return Truth(kind, matrix)
 
 
@@ -22,7 +25,8 @@ def pose_truth(left_camera, right_camera, rotation, translation, source):
     rotation = _matrix(rotation, (3, 3), source + ": R")
     translation = _matrix(translation, (3,), source + ": t")
     for name, camera in (("left", left_camera), ("right", right_camera)):
-        if not (camera[0, 0] > 0 and camera[1, 1] > 0 and np.allclose(camera[2], (0, 0, 1))):
+        below = (camera[1, 0],) + tuple(camera[2])
+        if not (camera[0, 0] > 0 and camera[1, 1] > 0 and np.allclose(below, (0, 0, 0, 1))):
             raise InputError(
                 "%s: K of the %s image is %s, expected fx s cx 0 fy cy 0 0 1, px"
                 % (source, name, camera.tolist())
@@ -38,13 +42,22 @@ def pose_truth(left_camera, right_camera, rotation, translation, source):
     return Truth("fundamental", matrix / np.linalg.norm(matrix), pose=pose)
 
 
+def motion_of(values, source):
+    """Return R and t of the 4 x 4 matrix from the left camera to the right one."""
+    matrix = _matrix(values, (4, 4), source + ": T")
+    if not np.allclose(matrix[3], (0, 0, 0, 1)):
+        raise InputError(
+            "%s: the last row of T is %s, expected 0 0 0 1; is the matrix transposed?"
+            % (source, matrix[3].tolist())
+        )
+    return matrix[:3, :3], matrix[:3, 3]
+
+
 def pose_of_numbers(numbers, source):
     """Return the Truth of POSE_NUMBERS numbers."""
     numbers = _matrix(numbers, (POSE_NUMBERS,), source)
-    motion = numbers[18:].reshape(4, 4)
-    return pose_truth(
-        numbers[:9].reshape(3, 3), numbers[9:18].reshape(3, 3), motion[:3, :3], motion[:3, 3], source
-    )
+    rotation, translation = motion_of(numbers[18:].reshape(4, 4), source)
+    return pose_truth(numbers[:9].reshape(3, 3), numbers[9:18].reshape(3, 3), rotation, translation, source)
 
 
 def label_truth(labels, source):
@@ -92,7 +105,7 @@ def read_pair_list(path):
     A line is `left right`, as in hloc's lists, or `left right rotation rotation K K' T` (38 words), as in
     SuperGlue's lists, where T is the 4 x 4 matrix from the left camera to the right one.
     """
-    result = []
+    result, lines_of = [], {}
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -107,6 +120,12 @@ def read_pair_list(path):
                 "%s has %d words, expected 2 (two images), 4 (with their rotations) or %d (also K, K' and T)"
                 % (place, len(words), 4 + POSE_NUMBERS)
             )
+        if (words[0], words[1]) in lines_of:
+            raise InputError(
+                "%s: the pair %s %s stands in line %d, too; remove one of the lines"
+                % (place, words[0], words[1], lines_of[words[0], words[1]])
+            )
+        lines_of[words[0], words[1]] = number
         if any(word not in ("0", "0.0") for word in words[2:4]):
             raise InputError(
                 "%s: the images are to be rotated by %s and %s quarter turns, which is not supported; rotate images and "
@@ -126,9 +145,12 @@ def read_pair_list(path):
 
 def _matrix(values, shape, source):
     try:
-        array = np.asarray(values, np.float64)
-    except (TypeError, ValueError) as error:
+        array = np.asarray(values)
+        if array.dtype.kind not in "fiub":
+            raise ValueError("the type is %s" % array.dtype)
+    except ValueError as error:
         raise InputError("%s is not numeric: %s" % (source, error)) from error
+    array = array.astype(np.float64)
     array = array.reshape(-1) if len(shape) == 1 else array
     array = array[0] if array.ndim == 3 and array.shape[0] == 1 else array
     if array.shape != shape:

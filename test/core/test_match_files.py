@@ -222,6 +222,8 @@ class Npz(MatchFiles):
         self.expect_refused(["wide.npz: keypoints0 has the shape 4x3"], "wide.npz")
         self.npz("where.npz", keypoints0=np.where(LEFT > 60, np.nan, LEFT), keypoints1=RIGHT, matches=MATCHES)
         self.expect_refused(["where.npz: keypoints0, row 3 is (nan, nan)"], "where.npz")
+        self.npz("far.npz", keypoints0=LEFT * np.float64(1e300), keypoints1=RIGHT, matches=MATCHES)
+        self.expect_refused(["far.npz: keypoints0, row 0 is (1e+301, 2e+301)"], "far.npz")
         self.npz("other.npz", points=LEFT)
         self.expect_refused(["other.npz has no key keypoints0 (it has points)"], "other.npz")
         self.npz("one.npz", keypoints0=LEFT, matches=MATCHES)
@@ -230,6 +232,42 @@ class Npz(MatchFiles):
         self.expect_refused(["cut.npz is damaged or no NPZ file"], "cut.npz")
         (self.root / "text.npz").write_text("text", encoding="utf-8")
         self.expect_refused(["text.npz does not begin like a file of its kind"], "text.npz")
+
+    def test_wrong_truth_and_names(self):
+        """Ground truth and names of other shapes and types than those of the documentation."""
+        pose = {"K0": np.eye(3), "K1": np.eye(3), "T_0to1": np.eye(4)}
+        turned = np.eye(4)
+        turned[3, :3] = (1, 2, 3)
+        for arrays, part in (
+            ({**pose, "T_0to1": np.eye(3)}, "T has the shape 3x3, expected 4x4"),
+            ({**pose, "T_0to1": turned}, "last row of T is [1.0, 2.0, 3.0, 1.0], expected 0 0 0 1"),
+            ({**pose, "T_0to1": "x"}, "T is not numeric"),
+            ({**pose, "K0": [[1, 1, 0], [1, 1, 0], [0, 0, 1]]}, "K of the left image is"),
+            ({"H": np.eye(3) * 1j}, "H is not numeric"),
+            ({"H": np.ones((3, 3))}, "which has the rank 1, expected 3"),
+            ({"F": np.outer((1, 2, 3), (1, 2, 3))}, "which has the rank 1, expected 2"),
+            ({"image_size0": ["a", "b"]}, "image_size0 is ['a', 'b']"),
+            ({"image0": 3}, "image0 has the shape of one value and the type int64, expected a text"),
+            ({"image0": ["a", "b"]}, "image0 has the shape 2"),
+            ({"image0": np.array(b"\xff")}, "image0 is no UTF-8 text"),
+        ):
+            self.npz("a.npz", mkpts0=LEFT[:3], mkpts1=RIGHT, **arrays)
+            self.expect_refused(["a.npz", part], "a.npz")
+        for name in ("db/1.jpg", ["db/1.jpg"], np.array(b"db/1.jpg")):
+            self.npz("a.npz", mkpts0=LEFT[:3], mkpts1=RIGHT, image0=name)
+            self.assertEqual(self.read("a.npz")["a"].left_name, "db/1.jpg")
+
+    def test_damaged_files(self):
+        """A compressed array that cannot be unpacked, and an array without a key."""
+        path = self.root / "set/a.npz"
+        path.parent.mkdir()
+        np.savez_compressed(str(path), mkpts0=np.random.default_rng(0).random((99, 2)), mkpts1=RIGHT)
+        whole = path.read_bytes()
+        path.write_bytes(whole[:60] + bytes(20) + whole[80:])
+        self.expect_refused(["a.npz is damaged or no NPZ file (Error -3"], "set")
+        with open(str(path), "wb") as file:
+            np.save(file, LEFT)
+        self.expect_refused(["a.npz is damaged or no NPZ file (it holds an array without a key)"], "set")
 
     def test_objects_are_not_unpickled(self):
         """A file may not run programs."""
@@ -260,6 +298,7 @@ class Lists(MatchFiles):
             ("a b c", ["line 1 has 3 words", "expected 2"]),
             ("a.jpg b.jpg 0 1", ["line 1: the images are to be rotated by 0 and 1"]),
             ("a.jpg b.jpg 0 0 " + numbers.replace("500", "x", 1), ["line 1", "'x'"]),
+            ("a.jpg b.jpg\na.jpg b.jpg", ["line 2: the pair a.jpg b.jpg stands in line 1, too"]),
             ("a.jpg z.jpg", ["line 1: neither a_z_matches.npz nor a_z.npz is in"]),
             ("", ["holds no pair"]),
         ):
@@ -345,6 +384,8 @@ class Lists(MatchFiles):
         self.assertEqual(reading.key_of("db/1.jpg", "db/2.jpg"), "db/1.jpg-2.jpg")
         self.assertEqual(reading.key_of("s/db/1.jpg", "s/q/2.jpg"), "s/db:1.jpg-q:2.jpg")
         self.assertEqual(reading.key_of("1.jpg", "q/2.jpg"), "1.jpg-q:2.jpg")
+        self.assertEqual(reading.key_of("/db/1.jpg", "db/2.jpg"), "db/1.jpg-2.jpg")
+        self.assertEqual(reading.key_of("/1.jpg", "/2.jpg"), "1.jpg-2.jpg")
 
 
 @unittest.skipUnless(h5py, "needs h5py")
@@ -426,6 +467,35 @@ class Hloc(MatchFiles):
         self.expect_refused(
             ["matches.h5 has no group with keypoints"], "matches.h5", features=self.root / "matches.h5"
         )
+        for place, values, part in (
+            ("features.h5", {"q.jpg/keypoints": 3.0}, "q.jpg/keypoints has the shape of one value"),
+            ("features.h5", {"q.jpg/keypoints": LEFT[0]}, "q.jpg/keypoints has the shape 2"),
+            ("features.h5", {"q.jpg/keypoints/x": LEFT}, "q.jpg/keypoints is a group, expected numbers"),
+            ("features.h5", {"q.jpg/image_size/x": 3}, "q.jpg/image_size is a group, expected numbers"),
+            ("matches.h5", {"q.jpg/db-1.jpg/matches0/x": 3}, "matches0 is a group, expected numbers"),
+        ):
+            with h5py.File(str(self.features), "a") as file:
+                del file["q.jpg"]
+                file["q.jpg/keypoints"] = LEFT
+            self.matches({"q.jpg/db-1.jpg": MATCHES})
+            with h5py.File(str(self.root / place), "a") as file:
+                for name, value in values.items():
+                    if name.split("/x")[0] in file:
+                        del file[name.split("/x")[0]]
+                    file[name] = value
+                file["q.jpg/remark"] = "no pair"
+            self.expect_refused([place, part], "matches.h5", features=self.features)
+        self.matches({"q.jpg/db-1.jpg": MATCHES})
+        whole, text = (self.root / "matches.h5").read_bytes(), ""
+        for place in range(0, len(whole), 97):
+            (self.root / "hit.h5").write_bytes(
+                whole[:place] + bytes(~b & 255 for b in whole[place : place + 4]) + whole[place + 4 :]
+            )
+            try:
+                self.read("hit.h5", features=self.features)
+            except pairs.InputError as error:
+                text += str(error)
+        self.assertIn(" is damaged (", text)
         (self.root / "cut.h5").write_bytes(self.features.read_bytes()[:500])
         self.expect_refused(["cut.h5 is damaged or no HDF5 file"], "cut.h5", features=self.features)
 
@@ -531,11 +601,23 @@ class Colmap(MatchFiles):
                 (),
                 ["table images, image_id 1 (b/2.jpg): its camera has the size 0x500"],
             ),
+            ("UPDATE matches SET data = 5", (), ["pair_id 2147483649: data is 5, expected a BLOB"]),
+            ("UPDATE matches SET data = 'text'", (), ["data is 'text', expected a BLOB"]),
+            ("UPDATE matches SET rows = 'two'", (), ["rows is 'two', expected a whole number"]),
+            ("UPDATE cameras SET width = 'wide'", (), ["its camera has the size widex500"]),
+            ("UPDATE images SET name = x'ff' WHERE image_id = 1", (), ["image_id 1 has the name b'\\xff', expected a text"]),
+            (
+                "UPDATE keypoints SET data = ? WHERE image_id = 1",
+                (np.full((3, 2), np.nan, np.float32).tobytes(),),
+                ["keypoints of image_id 1, row 0 is (nan, nan)"],
+            ),
             ("DROP TABLE matches", (), ["no database of COLMAP (no such table: matches)"]),
         ):
             self.path.write_bytes(whole)
             self.change(statement, *values)
             self.expect_refused(["database.db"] + parts, "database.db")
+        self.path.write_bytes(whole.replace(b"CREATE TABLE matches", b"CREATE TABLE m\xfftches"))
+        self.expect_refused(["database.db is damaged"], "database.db")
         self.path.write_bytes(whole[: len(whole) // 2])
         self.expect_refused(["database.db is damaged"], "database.db")
 
@@ -660,6 +742,53 @@ class Export(MatchFiles):
         names = [(pair.left_name, pair.right_name) for pair in found.values()]
         self.assertEqual(names, [("set/s/ab/left", "set/s/ab/right"), ("set/s/ab/left", "set/s/ac/right")])
 
+    def test_spaces(self):
+        """COLMAP splits the lines of a list at spaces."""
+        write_run(self.root)
+        index = self.root / "matches/index.csv"
+        index.write_text(index.read_text(encoding="utf-8").replace("c.jpg", "my c.jpg"), encoding="utf-8")
+        code, text = self.export("--format", "colmap")
+        self.assertEqual(code, 0, text)
+        self.assertIn("2 pairs with spaces in their names are left out of the lists of pairs", text)
+        folder = self.root / "matches/colmap/set/given/none"
+        self.assertEqual((folder / "usac.pairs.txt").read_text(encoding="utf-8"), "a.jpg b.jpg\n")
+        self.assertEqual(len(self.read("matches/colmap/set/given/none/usac.db")), 2)
+
+    def test_one_name_for_two_images(self):
+        """The sizes tell."""
+        write_run(self.root)
+        index = self.root / "matches/index.csv"
+        text = index.read_text(encoding="utf-8")
+        for other in ("99,88", "999,888"):
+            place = text.rindex("640,480")
+            index.write_text(text[:place] + other + text[place + 7 :], encoding="utf-8")
+            code, message = self.export("--format", "colmap")
+            self.assertEqual(code, 2, message)
+            self.assertIn("the image a.jpg has %s px, but 640x480 px in" % other.replace(",", "x"), message)
+
+    def test_nothing_selected(self):
+        """numpy before 1.19 finds no distinct rows in an array without rows."""
+        whole = np.unique
+
+        def old_unique(array, *arguments, **options):
+            if options.get("axis") == 0 and len(array) == 0:
+                raise ValueError("cannot reshape array of size 0 into shape (0,newaxis)")
+            return whole(array, *arguments, **options)
+
+        write_run(self.root)
+        for name in ("putative", "usac", "lpm%3Av2"):
+            file = self.root / "matches/csv/set/s/ab/given/none" / (name + ".csv")
+            file.write_text(file.read_text(encoding="utf-8").split("\n", 1)[0] + "\n", encoding="utf-8")
+        index = self.root / "matches/index.csv"
+        text = index.read_text(encoding="utf-8").replace("ok,3,2,", "ok,0,0,")
+        index.write_text(text, encoding="utf-8")
+        with mock.patch.object(np, "unique", old_unique):
+            for form in ("npz", "colmap"):
+                code, text = self.export("--format", form)
+                self.assertEqual(code, 0, text)
+        counts = [len(pair.left) for pair in self.read("matches/colmap/set/given/none/usac.db").values()]
+        self.assertEqual(counts, [0, 1])
+
     def test_sizes(self):
         """COLMAP needs them."""
         write_run(self.root, sizes=False)
@@ -694,6 +823,17 @@ class Export(MatchFiles):
         self.assertEqual(database.execute("SELECT count(*) FROM two_view_geometries").fetchone(), (0,))
         database.close()
         self.assertEqual(source.read_bytes(), before)
+        writer = sqlite3.connect(str(source))  # as COLMAP does: what it wrote last is in another file
+        self.addCleanup(writer.close)
+        writer.execute("PRAGMA journal_mode = WAL")
+        writer.execute("UPDATE cameras SET width = 77")
+        writer.commit()
+        code, text = self.export("--format", "colmap", "--database", str(source))
+        self.assertEqual(code, 0, text)
+        found = self.read("matches/colmap/set/given/none/usac.db")
+        self.assertEqual(found["b.jpg-a.jpg"].left_size, (77, 88))
+        self.assertEqual(list(self.root.glob("matches/colmap/**/*.part*")), [])
+        writer.close()
         colmap.write_database(source, [(name, size, rows[:11], None) for name, size, rows, _ in images], [])
         code, text = self.export("--format", "colmap", "--database", str(source))
         self.assertEqual(code, 2)
@@ -725,6 +865,11 @@ class Export(MatchFiles):
         lines = index.read_text(encoding="utf-8").splitlines()
         index.write_text("\n".join(lines[:2] + [lines[2][:60]]) + "\n", encoding="utf-8")
         self.assertIn("index.csv, line 3 is damaged", self.export("--format", "npz")[1])
+        for wrong in (lines[1].replace("csv/set", "set", 1), lines[1].replace("1 0 5", "1 5")):
+            index.write_text("\n".join([lines[0], wrong]) + "\n", encoding="utf-8")
+            self.assertIn("index.csv, line 2 is damaged", self.export("--format", "npz")[1])
+        index.write_bytes("\n".join(lines).encode("utf-8") + b"\xff\n")
+        self.assertIn("index.csv cannot be read as CSV", self.export("--format", "npz")[1])
         index.write_text(lines[0] + "\n", encoding="utf-8")
         self.assertIn("index.csv lists no selection", self.export("--format", "npz")[1])
 
