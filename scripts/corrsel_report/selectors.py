@@ -52,8 +52,13 @@ def budget_name(selector):
 
 
 def curve_name(selector):
-    """Return the name that the variants of a selector on its operating curve share."""
-    return without_options(selector, MAIN_PARAMETERS.get(take_apart(selector).base, ()))
+    """Return the name that the variants of a selector on its operating curve share.
+
+    A variant that sets only some of the options that the curve varies together lies on no curve.
+    """
+    base, _, options = take_apart(selector)
+    varied = MAIN_PARAMETERS.get(base, ())
+    return without_options(selector, varied) if all(name in options for name in varied) else selector
 
 
 # The experiments that join variants of a selector to one line -> the name of the line that a variant belongs to.

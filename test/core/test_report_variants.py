@@ -99,6 +99,7 @@ class Names(unittest.TestCase):
         self.assertEqual(selectors.curve_name("lpm[lambda_first=4;lambda_second=4]"), "lpm")
         self.assertEqual(selectors.curve_name("usac[max_seconds=0.01;threshold=3]"), "usac[max_seconds=0.01]")
         self.assertEqual(selectors.curve_name("a/B:c[size=3]"), "a/B:c[size=3]")
+        self.assertEqual(selectors.curve_name("nnsr[max_threshold=0.9]"), "nnsr[max_threshold=0.9]")
 
     def test_belong_to_the_group_of_the_name_before_the_brackets(self):
         for name in ("gms", "gms:scale", "gms[alpha=6]", "gms:scale[alpha=6]"):
