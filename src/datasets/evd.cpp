@@ -44,7 +44,7 @@ std::string EvdReader::stemOf(const char* folder, std::size_t index) const {
 ImagePair EvdReader::read(std::size_t index) const {
   ImagePair pair;
   pair.id = id(index);
-  readImages(requireImage(stemOf(kLeft, index), kRemedy), requireImage(stemOf(kRight, index), kRemedy),
+  readImages(root_, requireImage(stemOf(kLeft, index), kRemedy), requireImage(stemOf(kRight, index), kRemedy),
              kRemedy, pair);
   pair.truth.kind = TruthKind::kHomography;
   pair.truth.matrix = readHomographyFile(stemOf(kTruth, index) + ".txt", kRemedy);

@@ -40,7 +40,7 @@ Reader openNamed(const std::string& name, const std::string& path, int) {
 
 template <PosedDataset (*find)(const std::string& name, const std::string& root)>
 Reader openPosed(const std::string& name, const std::string& path, int) {
-  return std::make_unique<PosedPairReader>(find(name, path));
+  return std::make_unique<PosedPairReader>(find(name, path), path);
 }
 
 template <typename Generated>

@@ -161,8 +161,8 @@ cv::Mat readImageFile(const std::string& path, const std::string& remedy) {
   return readImage(path, remedy, "; " + remedy, kEightBits);
 }
 
-void readImages(const std::string& left, const std::string& right, const std::string& remedy,
-                ImagePair& pair) {
+void readImages(const std::string& root, const std::string& left, const std::string& right,
+                const std::string& remedy, ImagePair& pair) {
   const auto stored = [&remedy](const std::string& path) {
     return StoredImage{path, [&](bool all_bits) {
                          return readImage(path, remedy, "",
@@ -170,6 +170,8 @@ void readImages(const std::string& left, const std::string& right, const std::st
                        }};
   };
   readStretched(stored(left), stored(right), pair);
+  pair.left_name = fs::path(left).lexically_relative(root).generic_string();
+  pair.right_name = fs::path(right).lexically_relative(root).generic_string();
 }
 
 cv::Matx33d readHomographyFile(const std::string& path, const std::string& remedy) {

@@ -11,11 +11,12 @@
 namespace corrsel::core {
 
 /// Reads both images of a pair as readImageFile() does, except that images that use fewer than their 16 bits
-/// are stretched (readStretched()).
+/// are stretched (readStretched()). The images get the names of their files.
+/// @param root         the dataset's folder, which the names do not contain
 /// @param left, right  paths
 /// @param remedy       what the user can do about a missing file
-void readImages(const std::string& left, const std::string& right, const std::string& remedy,
-                ImagePair& pair);
+void readImages(const std::string& root, const std::string& left, const std::string& right,
+                const std::string& remedy, ImagePair& pair);
 
 /// Reads an image as it is stored: 8 bit, one channel or three (BGR); deeper images are scaled to 8 bit, an
 /// alpha channel is dropped and an Exif orientation is not applied, since ground truth counts stored pixels.

@@ -121,7 +121,7 @@ ImagePair HomographyPairReader::read(std::size_t index) const {
   pair.id = id(index);
   const PairFiles files = pairFiles(layoutOf(layout_), folderOf(index), pairs_[index].right);
   const std::string remedy = layoutOf(layout_).remedy;
-  readImages(requireImage(files.left, remedy), requireImage(files.right, remedy), remedy, pair);
+  readImages(root_, requireImage(files.left, remedy), requireImage(files.right, remedy), remedy, pair);
   pair.truth.kind = TruthKind::kHomography;
   pair.truth.matrix = readHomographyFile(files.homography, remedy);
   return pair;

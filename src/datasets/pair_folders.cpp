@@ -31,7 +31,8 @@ bool hasImage(const std::vector<std::string>& names, const char* stem) {
 /// One pair's folder and the names of its files.
 class PairFolder {
  public:
-  explicit PairFolder(const std::string& path) : path_(path), names_(fileNames(path)) {}
+  PairFolder(const std::string& root, const std::string& path)
+      : root_(root), path_(path), names_(fileNames(path)) {}
 
   /// @param decode  whether to decode the images
   ImagePair read(bool decode) const {
@@ -44,7 +45,7 @@ class PairFolder {
       requireNames();
       const std::string left = requireImage(file("left"), kRemedy),
                         right = requireImage(file("right"), kRemedy);
-      if (decode) readImages(left, right, kRemedy, pair);
+      if (decode) readImages(root_, left, right, kRemedy, pair);
     }
     if (!listed) return pair;
     Correspondences matches = list.matches;
@@ -148,7 +149,7 @@ class PairFolder {
     }
   }
 
-  std::string path_;
+  std::string root_, path_;
   std::vector<std::string> names_;
 };
 
@@ -167,12 +168,12 @@ PairFolderReader::PairFolderReader(const std::string& name, const std::string& r
 PairId PairFolderReader::id(std::size_t index) const { return {name_, sequences_.at(index), "1-2"}; }
 
 ImagePair PairFolderReader::read(std::size_t index) const {
-  ImagePair pair = PairFolder(folderOf(index)).read(true);
+  ImagePair pair = PairFolder(root_, folderOf(index)).read(true);
   pair.id = id(index);
   return pair;
 }
 
-void PairFolderReader::check(std::size_t index) const { PairFolder(folderOf(index)).read(false); }
+void PairFolderReader::check(std::size_t index) const { PairFolder(root_, folderOf(index)).read(false); }
 
 std::vector<std::string> PairFolderReader::files() const {
   std::vector<std::string> paths;

@@ -41,6 +41,9 @@ Prepared prepared(const PosedImage& posed, const cv::Mat& stored) {
   return result;
 }
 
+/// Whether the image is another one than the stored one.
+bool isChanged(const PosedImage& image) { return image.lens->distorted() || image.quarter_turns != 0; }
+
 GroundTruth truthOf(const RelativePose& pose) {
   GroundTruth truth;
   truth.pose = pose;
@@ -66,7 +69,9 @@ ImagePair PosedPairReader::read(std::size_t index) const {
   const PosedPair& posed = usable(index);
   ImagePair pair;
   pair.id = posed.id;
-  readImages(posed.left.path, posed.right.path, dataset_.remedy, pair);
+  readImages(root_, posed.left.path, posed.right.path, dataset_.remedy, pair);
+  if (isChanged(posed.left)) pair.left_name.clear();
+  if (isChanged(posed.right)) pair.right_name.clear();
   const Prepared left = prepared(posed.left, pair.left), right = prepared(posed.right, pair.right);
   pair.left = left.image;
   pair.right = right.image;

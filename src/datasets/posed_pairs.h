@@ -50,7 +50,10 @@ struct PosedDataset {
 /// is the fundamental matrix of the pose; of a camera that only turned, the homography K' R K^-1.
 class PosedPairReader : public DatasetReader {
  public:
-  explicit PosedPairReader(PosedDataset dataset) : dataset_(std::move(dataset)) {}
+  /// @param root  the dataset's folder, below which the images have their names. Images that are changed have
+  ///              none, because their matches do not fit the files.
+  PosedPairReader(PosedDataset dataset, std::string root)
+      : dataset_(std::move(dataset)), root_(std::move(root)) {}
 
   std::size_t size() const override { return dataset_.pairs.size(); }
   PairId id(std::size_t index) const override { return dataset_.pairs.at(index).id; }
@@ -66,6 +69,7 @@ class PosedPairReader : public DatasetReader {
   const PosedPair& usable(std::size_t index) const;
 
   PosedDataset dataset_;
+  std::string root_;
 };
 
 /// The folders of the sequences of a dataset: the root itself where it is one, or else folders in it.

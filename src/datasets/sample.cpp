@@ -263,6 +263,8 @@ ImagePair SampleReader::read(std::size_t index) const {
     pair.right = readImageFile(path(kGrafRight), kSampleRemedy);
     pair.truth.kind = TruthKind::kHomography;
     pair.truth.matrix = readGrafHomography(path(kGrafHomography));
+    pair.left_name = kGrafLeft;
+    pair.right_name = kGrafRight;
     return pair;
   }
   if (index == 1) {
@@ -271,6 +273,8 @@ ImagePair SampleReader::read(std::size_t index) const {
     pair.truth.kind = TruthKind::kDisparity;
     pair.truth.disparity = readDisparity(path(kAloeDisparity), pair.left.size());
     pair.truth.pose = aloePose(pair.left.size());
+    pair.left_name = kAloeLeft;
+    pair.right_name = kAloeRight;
     return pair;
   }
   const Sequence& sequence = sequenceOf(index);

@@ -110,6 +110,8 @@ ImagePair UnrelatedReader::read(std::size_t index) const {
   const ImagePair left = scenes_->read(pair.left), right = scenes_->read(pair.right);
   result.left = left.left;
   result.right = right.right;
+  result.left_name = left.left_name;
+  result.right_name = right.right_name;
   result.stretched = left.stretched ? left.stretched : right.stretched;
   for (const auto& [image, scene] :
        {std::pair(&result.left, pair.left), std::pair(&result.right, pair.right)}) {

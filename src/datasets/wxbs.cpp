@@ -79,7 +79,7 @@ std::vector<double> distances(const cv::Matx33d& f, const Correspondences& point
 
 }  // namespace
 
-WxbsReader::WxbsReader(const std::string& name, const std::string& root) : name_(name) {
+WxbsReader::WxbsReader(const std::string& name, const std::string& root) : name_(name), root_(root) {
   requireFolder(root, "dataset '" + name + "'",
                 "set the path to the folder that holds the folders KIND/SCENE");
   std::vector<double> all;
@@ -131,8 +131,8 @@ ImagePair WxbsReader::read(std::size_t index) const {
   pair.id = id(index);
   check(index);
   const Pair& own = pairs_[index];
-  readImages(requireImage(below(own.folder, "01"), kRemedy), requireImage(below(own.folder, "02"), kRemedy),
-             kRemedy, pair);
+  readImages(root_, requireImage(below(own.folder, "01"), kRemedy),
+             requireImage(below(own.folder, "02"), kRemedy), kRemedy, pair);
   pair.truth.kind = TruthKind::kFundamental;
   pair.truth.matrix = own.fundamental;
   return pair;

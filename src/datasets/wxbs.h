@@ -40,7 +40,7 @@ class WxbsReader : public DatasetReader {
     std::string fault;  ///< of the correspondences
   };
 
-  std::string name_;
+  std::string name_, root_;
   std::vector<Pair> pairs_;
   std::vector<std::string> ignored_, remarks_;
 };

@@ -42,7 +42,7 @@ class Colmap : public ColmapFiles {
     }
   }
 
-  PosedPairReader open() const { return PosedPairReader(readColmap("mine", path())); }
+  PosedPairReader open() const { return PosedPairReader(readColmap("mine", path()), path()); }
 };
 
 TEST_F(Colmap, ReadsScenesWithPose) {
@@ -59,6 +59,9 @@ TEST_F(Colmap, ReadsScenesWithPose) {
   for (std::size_t i = 0; i < 6; ++i) {
     const ImagePair pair = reader.read(i);
     EXPECT_EQ(pair.truth.kind, TruthKind::kFundamental);
+    const std::string scene(1, "aabbcc"[i]);
+    EXPECT_EQ(pair.left_name, scene + "/images/v/" + std::to_string(i % 2) + ".png");
+    EXPECT_EQ(pair.right_name, scene + "/images/v/" + std::to_string(i % 2 + 1) + ".png");
     expectTruth(pair, poseOf(i % 2 == 0 ? 0 : 1));
   }
   EXPECT_LT(cv::norm(reader.read(0).truth.pose->left_camera - camera()), 1e-9);  // half a pixel subtracted

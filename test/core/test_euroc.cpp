@@ -77,7 +77,7 @@ class Euroc : public PosedScene {
     write(sensors + "state_groundtruth_estimate0/data.csv", poses);
   }
 
-  PosedPairReader open() const { return PosedPairReader(readEuroc("mine", path())); }
+  PosedPairReader open() const { return PosedPairReader(readEuroc("mine", path()), path()); }
 };
 
 TEST_F(Euroc, StereoPairsAndSteps) {
@@ -92,6 +92,7 @@ TEST_F(Euroc, StereoPairsAndSteps) {
     const double time = 0.1 * static_cast<double>(i % 5) + 0.002;
     const ImagePair pair = reader.read(i);
     EXPECT_EQ(pair.truth.kind, TruthKind::kFundamental);
+    EXPECT_EQ(pair.left_name + pair.right_name, "") << "matches in undistorted images do not fit the files";
     expectTruth(pair, bodyAt(time) * extrinsics(0));
   }
   EXPECT_NEAR(cv::norm(reader.read(0).truth.pose->translation), 0.3, 1e-6);

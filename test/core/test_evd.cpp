@@ -32,6 +32,8 @@ TEST_F(Evd, ReadsPairs) {
   const ImagePair pair = reader.read(1);
   EXPECT_EQ(pair.left.data[0], 3);
   EXPECT_EQ(pair.right.data[0], 7);
+  EXPECT_EQ(pair.left_name, "1/cafe.png");
+  EXPECT_EQ(pair.right_name, "2/cafe.png");
   EXPECT_EQ(pair.truth.kind, TruthKind::kHomography);
   EXPECT_EQ(pair.truth.matrix(0, 2), 4);
   EXPECT_EQ(reader.files().size(), 6u);

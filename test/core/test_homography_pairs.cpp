@@ -53,6 +53,8 @@ TEST_F(HomographyPairs, ReadsHeinlyScenesOfAnyNumberOfImages) {
   const ImagePair zoom = reader.read(12);
   EXPECT_EQ(zoom.left.data[0], 1);
   EXPECT_EQ(zoom.right.data[0], 12);
+  EXPECT_EQ(zoom.left_name, "zoom/img1.png");
+  EXPECT_EQ(zoom.right_name, "zoom/img12.png");
   EXPECT_EQ(zoom.truth.matrix, cv::Matx33d(4, 0, 0, 0, 4, 0, 0, 0, 1));
   const cv::Matx33d rotation = reader.read(1).truth.matrix;
   EXPECT_NEAR(rotation(0, 1), -1, 1e-6);

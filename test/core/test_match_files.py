@@ -605,7 +605,11 @@ class Colmap(MatchFiles):
             ("UPDATE matches SET data = 'text'", (), ["data is 'text', expected a BLOB"]),
             ("UPDATE matches SET rows = 'two'", (), ["rows is 'two', expected a whole number"]),
             ("UPDATE cameras SET width = 'wide'", (), ["its camera has the size widex500"]),
-            ("UPDATE images SET name = x'ff' WHERE image_id = 1", (), ["image_id 1 has the name b'\\xff', expected a text"]),
+            (
+                "UPDATE images SET name = x'ff' WHERE image_id = 1",
+                (),
+                ["image_id 1 has the name b'\\xff', expected a text"],
+            ),
             (
                 "UPDATE keypoints SET data = ? WHERE image_id = 1",
                 (np.full((3, 2), np.nan, np.float32).tobytes(),),

@@ -84,6 +84,8 @@ TEST_F(PairFolders, KindsOfTruthLieSideBySide) {
   EXPECT_EQ(a.truth.matrix(0, 2), 5);
   EXPECT_EQ(a.left.data[0], 10);
   EXPECT_EQ(a.right.data[0], 20);
+  EXPECT_EQ(a.left_name, "a/left.png");
+  EXPECT_EQ(a.right_name, "a/right.png");
   EXPECT_FALSE(a.given);
 
   const ImagePair b = reader.read(1);
@@ -93,6 +95,7 @@ TEST_F(PairFolders, KindsOfTruthLieSideBySide) {
 
   const ImagePair c = reader.read(2);
   EXPECT_EQ(c.truth.kind, TruthKind::kLabels);
+  EXPECT_EQ(c.left_name, "");
   EXPECT_EQ(c.truth.labels, (std::vector<std::uint32_t>{1, 0}));
   ASSERT_TRUE(c.given);
   EXPECT_EQ(c.given->size(), 2u);

@@ -36,7 +36,7 @@ class PairList : public PosedScene {
     return "scene/images/a.png scene/images/b.png " + turns + truth() + "\n";
   }
 
-  PosedPairReader open() const { return PosedPairReader(readPairList("mine", path())); }
+  PosedPairReader open() const { return PosedPairReader(readPairList("mine", path()), path()); }
 
   std::string errorOfLine(const std::string& text) const {
     write("pairs.txt", line() + text + "\n");
@@ -57,6 +57,8 @@ TEST_F(PairList, ReadsPairsWithPose) {
   EXPECT_EQ(reader.id(0).text(), "mine/scene_images/a-b");
   const ImagePair pair = reader.read(0);
   EXPECT_EQ(pair.truth.kind, TruthKind::kFundamental);
+  EXPECT_EQ(pair.left_name, "scene/images/a.png");
+  EXPECT_EQ(pair.right_name, "scene/images/b.png");
   expectTruth(pair, left_);
   EXPECT_EQ(reader.files(), (std::vector<std::string>{path("pairs.txt"), path("scene/images/a.png"),
                                                       path("scene/images/b.png")}));
@@ -73,6 +75,8 @@ TEST_F(PairList, TurnsImagesAndCamerasTogether) {
     const ImagePair pair = reader.read(i);
     EXPECT_EQ(pair.left.cols, left_turns[i] % 2 ? kHeight : kWidth);
     EXPECT_EQ(pair.right.cols, right_turns[i] % 2 ? kHeight : kWidth);
+    EXPECT_EQ(pair.left_name, left_turns[i] ? "" : "scene/images/a.png");
+    EXPECT_EQ(pair.right_name, right_turns[i] ? "" : "scene/images/b.png");
     expectTruth(pair, left_, left_turns[i]);
   }
   EXPECT_EQ(reader.id(1).pair, "a-b#2");

@@ -164,6 +164,8 @@ TEST_F(SampleImages, GeneratedPairsLookLikeTheWarpedPhotograph) {
 TEST_F(SampleImages, GrafFollowsItsHomography) {
   const ImagePair pair = SampleReader(sampleFolder()).read(0);
   ASSERT_EQ(pair.truth.kind, TruthKind::kHomography);
+  EXPECT_EQ(pair.left_name, "graf1.png");
+  EXPECT_EQ(pair.right_name, "graf3.png");
   const std::vector<Match> matches = siftMatches(pair);
   EXPECT_GT(matches.size(), 100u);
   EXPECT_GT(agreement(pair, matches, 5.0), 0.7);
@@ -172,6 +174,8 @@ TEST_F(SampleImages, GrafFollowsItsHomography) {
 TEST_F(SampleImages, AloeFollowsItsDisparity) {
   const ImagePair pair = SampleReader(sampleFolder()).read(1);
   ASSERT_EQ(pair.truth.kind, TruthKind::kDisparity);
+  EXPECT_EQ(pair.left_name, "aloeL.jpg");
+  EXPECT_EQ(pair.right_name, "aloeR.jpg");
   ASSERT_EQ(pair.truth.disparity.type(), CV_32F);
   ASSERT_EQ(pair.truth.disparity.size(), pair.left.size());
   int known = 0, right = 0;

@@ -47,7 +47,7 @@ class TumRgbd : public PosedScene {
     write(folder + "/calibration.txt", "260 255 163 117\n");
   }
 
-  PosedPairReader open() const { return PosedPairReader(readTumRgbd("mine", path())); }
+  PosedPairReader open() const { return PosedPairReader(readTumRgbd("mine", path()), path()); }
 };
 
 TEST_F(TumRgbd, PairsAreStepsApartWithInterpolatedPoses) {
@@ -62,6 +62,8 @@ TEST_F(TumRgbd, PairsAreStepsApartWithInterpolatedPoses) {
     const double time = 0.1 * static_cast<double>(i) + 0.003;
     const ImagePair pair = reader.read(i);
     EXPECT_EQ(pair.truth.kind, TruthKind::kFundamental);
+    EXPECT_EQ(pair.left_name, "walk/rgb/" + stamp(time) + ".png");
+    EXPECT_EQ(pair.right_name, "walk/rgb/" + stamp(time + 0.2) + ".png");
     expectTruth(pair, poseAt(time));
     const RigidMotion motion = poseAt(time + 0.2).inverse() * poseAt(time);
     EXPECT_LT(cv::norm(pair.truth.pose->translation - motion.translation), 1e-4);

@@ -34,6 +34,8 @@ class FakeReader : public DatasetReader {
     pair.id = id(index);
     pair.left = cv::Mat(2, 3, CV_8U, cv::Scalar(static_cast<double>(index)));
     pair.right = cv::Mat(2, 3, CV_8U, cv::Scalar(static_cast<double>(index) + 100));
+    pair.left_name = "left" + std::to_string(index);
+    pair.right_name = "right" + std::to_string(index);
     pair.truth.kind = TruthKind::kHomography;
     pair.given.emplace();
     return pair;
@@ -73,6 +75,8 @@ TEST(Unrelated, PairsImagesOfDifferentSequences) {
     const PairId left = scenes.id(pair.left.at<std::uint8_t>(0, 0));
     const PairId right = scenes.id(pair.right.at<std::uint8_t>(1, 1) - 100u);
     EXPECT_NE(left.sequence, right.sequence);
+    EXPECT_EQ(pair.left_name, "left" + std::to_string(pair.left.at<std::uint8_t>(0, 0)));
+    EXPECT_EQ(pair.right_name, "right" + std::to_string(pair.right.at<std::uint8_t>(1, 1) - 100));
     EXPECT_EQ(pair.id.dataset, "unrelated_fake");
     EXPECT_EQ(pair.id.sequence, left.sequence + "+" + right.sequence);
     EXPECT_EQ(pair.id.pair, left.pair + "+" + right.pair);

@@ -61,6 +61,8 @@ TEST_F(Wxbs, FitsTheTruthToTheMarkedPoints) {
   EXPECT_EQ(reader.ignored(), (std::vector<std::string>{"notes"}));
   EXPECT_EQ(reader.files().size(), 7u);
   const ImagePair pair = reader.read(0);
+  EXPECT_EQ(pair.left_name, "WGABS/kremlin/01.png");
+  EXPECT_EQ(pair.right_name, "WGABS/kremlin/02.png");
   EXPECT_EQ(pair.left.data[0], 3);
   EXPECT_EQ(pair.truth.kind, TruthKind::kFundamental);
   for (std::size_t i = 0; i < points_.size(); ++i) {

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Must be raised whenever the content of the bags changes.
-constexpr char kFormat[] = "7";
+constexpr char kFormat[] = "8";
 
 constexpr std::chrono::hours kKept{48};
 
