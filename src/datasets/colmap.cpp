@@ -98,45 +98,39 @@ std::string pairName(const std::string& image) {
   return name;
 }
 
-/// The cameras of a model. What is wrong with one is found out where one of its images is used.
+/// The lenses of a model's cameras. They are made for the images that are used: a model may have thousands
+/// of cameras, and a lens with distortion takes milliseconds.
 class Lenses {
  public:
-  explicit Lenses(const ColmapModel& model) {
-    for (const ColmapCamera& camera : model.cameras) {
-      try {
-        lenses_[camera.id].lens = std::make_shared<const Lens>(lensOf(camera));
-      } catch (const DatasetError& error) {
-        lenses_[camera.id].fault = error.what();
-      }
-    }
+  explicit Lenses(const std::vector<ColmapCamera>& cameras) {
+    for (const ColmapCamera& camera : cameras) cameras_.emplace(camera.id, camera);
   }
 
   /// Throws DatasetError.
-  std::shared_ptr<const Lens> of(const ColmapImage& image) const {
-    const auto found = lenses_.find(image.camera);
-    if (found == lenses_.end()) {
+  std::shared_ptr<const Lens> of(const ColmapImage& image) {
+    const auto camera = cameras_.find(image.camera);
+    if (camera == cameras_.end()) {
       throw DatasetError(image.place + ": the image " + image.name + " has the camera " +
                          std::to_string(image.camera) + ", which the model does not list");
     }
-    if (!found->second.fault.empty()) throw DatasetError(found->second.fault);
-    return found->second.lens;
+    std::shared_ptr<const Lens>& lens = lenses_[image.camera];
+    if (lens == nullptr) lens = std::make_shared<const Lens>(lensOf(camera->second));
+    return lens;
   }
 
  private:
-  struct Entry {
-    std::shared_ptr<const Lens> lens;
-    std::string fault;
-  };
-  std::map<std::int64_t, Entry> lenses_;
+  std::map<std::int64_t, ColmapCamera> cameras_;
+  std::map<std::int64_t, std::shared_ptr<const Lens>> lenses_;
 };
 
-void addScene(const std::string& name, const std::string& scene, const ColmapModel& all,
-              const PairChoice& choice, PosedDataset& dataset) {
+void addScene(const std::string& name, const std::string& scene, const PairChoice& choice,
+              PosedDataset& dataset) {
   const std::string sequence = folderName(scene);
-  std::vector<ColmapImage> images = all.images;
+  ColmapModel model = readColmapModel(modelFolder(scene));
+  std::vector<ColmapImage>& images = model.images;
   std::sort(images.begin(), images.end(),
             [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
-  const Lenses lenses(all);
+  Lenses lenses(model.cameras);
   const auto most = static_cast<std::size_t>(choice.most_pairs);
   const std::vector<Candidate> candidates =
       candidatesOf(images, static_cast<std::size_t>(choice.least_points));
@@ -176,29 +170,16 @@ void addScene(const std::string& name, const std::string& scene, const ColmapMod
   }
 }
 
+std::vector<std::string> filesOf(const std::string& scene) { return colmapFiles(modelFolder(scene)); }
+
 }  // namespace
 
 PosedDataset readColmap(const std::string& name, const std::string& root) {
-  requireFolder(root, "dataset '" + name + "'", "set the path to the folder that holds the scenes");
-  const PairChoice choice = readPairChoice(root);
-  PosedDataset dataset;
-  dataset.remedy =
-      "the images of a model lie in the folder 'images' of its scene, under the names that the "
-      "model has for them";
-  dataset.files = {below(root, PairChoice::kFile)};
-  for (const std::string& scene : sequenceFolders(root, isScene, &dataset.ignored)) {
-    const std::string folder = modelFolder(scene);
-    for (const std::string& file : colmapFiles(folder)) dataset.files.push_back(file);
-    try {
-      addScene(name, scene, readColmapModel(folder), choice, dataset);
-    } catch (const DatasetError& error) {
-      dataset.addBroken(name, folderName(scene), error.what());
-    }
-  }
-  if (dataset.pairs.empty() && !dataset.remarks.empty()) {
-    failWithoutPairs(name, root, joinList(dataset.remarks, "; "));
-  }
-  return dataset;
+  return readSequences(name, root,
+                       {"the scenes",
+                        "the images of a model lie in the folder 'images' of its scene, under the names that "
+                        "the model has for them",
+                        isScene, filesOf, addScene});
 }
 
 bool hasColmap(const std::string& root) { return !sequenceFolders(root, isScene).empty(); }

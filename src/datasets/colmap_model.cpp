@@ -1,6 +1,7 @@
 #include "datasets/colmap_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -10,13 +11,14 @@
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
 #include "datasets/files.h"
+#include "datasets/lens.h"
 #include "datasets/text_rows.h"
 
 namespace corrsel::core {
 namespace {
 
 constexpr char kRemedy[] = "export the model again (colmap model_converter)";
-constexpr double kMostSide = 1 << 20;  // px; OpenCV reads images up to this
+constexpr double kMostExact = 9007199254740992;  // 2^53: up to it, doubles hold all whole numbers
 
 /// The numbers of models in files, as src/colmap/sensor/models.h states them.
 struct Model {
@@ -47,12 +49,11 @@ bool hasFiles(const std::string& folder, bool binary) {
 }
 
 cv::Size sizeOf(double width, double height, const std::string& place) {
-  if (!(width >= 1 && height >= 1 && width <= kMostSide && height <= kMostSide)) {
-    throw DatasetError(place + ": the size of the images, " + formatNumber(width) + "x" +
-                       formatNumber(height) + ", is not one of 1 to " + formatNumber(kMostSide) + " px; " +
-                       kRemedy);
+  try {
+    return imageSize(width, height);
+  } catch (const std::invalid_argument& error) {
+    throw DatasetError(place + ": " + error.what() + "; " + kRemedy);
   }
-  return {static_cast<int>(width), static_cast<int>(height)};
 }
 
 void sortPoints(ColmapImage& image) {
@@ -62,17 +63,19 @@ void sortPoints(ColmapImage& image) {
 }
 
 RigidMotion poseOf(const double* quaternion, const double* translation, const std::string& place) {
-  if (std::all_of(quaternion, quaternion + 4, [](double value) { return value == 0; })) {
-    throw DatasetError(place + ": the quaternion is 0 0 0 0, which is no rotation; " + kRemedy);
+  try {
+    return motionOf(quaternion[0], quaternion[1], quaternion[2], quaternion[3],
+                    {translation[0], translation[1], translation[2]});
+  } catch (const std::invalid_argument& error) {
+    throw DatasetError(place + ": " + error.what() + "; " + kRemedy);
   }
-  return motionOf(quaternion[0], quaternion[1], quaternion[2], quaternion[3],
-                  {translation[0], translation[1], translation[2]});
 }
 
 std::int64_t wholeNumber(const TextRow& row, std::size_t word) {
   const double value = row.number(word);
-  if (value != static_cast<double>(static_cast<std::int64_t>(value))) {
-    row.fail("entry " + std::to_string(word + 1) + ": '" + row.words[word] + "' is not a whole number");
+  if (!(std::abs(value) <= kMostExact) || value != std::floor(value)) {
+    row.fail("entry " + std::to_string(word + 1) + ": '" + row.words[word] +
+             "' is not a whole number up to " + "2^53; " + kRemedy);
   }
   return static_cast<std::int64_t>(value);
 }

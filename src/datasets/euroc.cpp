@@ -42,11 +42,13 @@ class SensorFile {
     } catch (const YAML::Exception& error) {
       throw DatasetError(path + ": not readable as YAML: " + error.what() + "; " + kRemedy);
     }
+    if (!root_.IsMap()) throw DatasetError(path + ": has no lines 'key: value'; " + kRemedy);
   }
 
   /// The numbers of a list.
   std::vector<double> numbers(const std::string& key, std::size_t count) const {
-    const YAML::Node node = key == "T_BS" && root_[key] ? root_[key]["data"] : root_[key];
+    const YAML::Node entry = root_[key];
+    const YAML::Node node = entry && entry.IsMap() ? entry["data"] : entry;
     std::vector<double> values;
     try {
       values = node.as<std::vector<double>>();
@@ -108,8 +110,7 @@ Camera readCamera(const std::string& folder) {
   try {
     camera.lens = std::make_shared<const Lens>(
         fs::path(folder).filename().string(), cameraMatrix(k[0], k[1], k[2], k[3]),
-        sensor.numbers("distortion_coefficients", 4),
-        cv::Size(static_cast<int>(size[0]), static_cast<int>(size[1])));
+        sensor.numbers("distortion_coefficients", 4), imageSize(size[0], size[1]));
   } catch (const std::invalid_argument& error) {
     throw DatasetError(path + ": " + error.what());
   }
@@ -136,11 +137,7 @@ Trajectory readPoses(const std::string& folder) {
       row.fail("has " + std::to_string(row.words.size()) +
                " entries, at least 8 are expected (timestamp [ns], position x y z [m], quaternion w x y z)");
     }
-    const std::vector<double> p = row.numbers(1, 7);
-    if (p[3] == 0 && p[4] == 0 && p[5] == 0 && p[6] == 0) {
-      row.fail("the quaternion is 0 0 0 0, which is no rotation; remove the line");
-    }
-    poses.add(row.time(0, kNanoseconds), motionOf(p[3], p[4], p[5], p[6], {p[0], p[1], p[2]}) * from_body);
+    poses.add(row.time(0, kNanoseconds), poseIn(row, {4, 5, 6, 7}, 1) * from_body);
   }
   if (poses.empty()) throw DatasetError(path + ": holds no pose; " + kRemedy);
   return poses;
@@ -204,31 +201,20 @@ void addSequence(const std::string& name, const std::string& folder, const PairC
   addSteps(name, sequence, frames, choice, dataset);
 }
 
+std::vector<std::string> filesOf(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const char* const sensor : {kLeft, kRight, kPoses}) {
+    for (const char* const file : {kTable, kSensor}) {
+      files.push_back(below(below(below(folder, kSensors), sensor), file));
+    }
+  }
+  return files;
+}
+
 }  // namespace
 
 PosedDataset readEuroc(const std::string& name, const std::string& root) {
-  requireFolder(root, "dataset '" + name + "'", "set the path to the folder that holds the sequences");
-  const PairChoice choice = readPairChoice(root);
-  PosedDataset dataset;
-  dataset.remedy = kRemedy;
-  dataset.files = {below(root, PairChoice::kFile)};
-  for (const std::string& folder : sequenceFolders(root, isSequence, &dataset.ignored)) {
-    const std::string sensors = below(folder, kSensors);
-    for (const char* const sensor : {kLeft, kRight, kPoses}) {
-      for (const char* const file : {kTable, kSensor}) {
-        dataset.files.push_back(below(below(sensors, sensor), file));
-      }
-    }
-    try {
-      addSequence(name, folder, choice, dataset);
-    } catch (const DatasetError& error) {
-      dataset.addBroken(name, folderName(folder), error.what());
-    }
-  }
-  if (dataset.pairs.empty() && !dataset.remarks.empty()) {
-    failWithoutPairs(name, root, joinList(dataset.remarks, "; "));
-  }
-  return dataset;
+  return readSequences(name, root, {"the sequences", kRemedy, isSequence, filesOf, addSequence});
 }
 
 bool hasEuroc(const std::string& root) { return !sequenceFolders(root, isSequence).empty(); }

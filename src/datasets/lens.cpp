@@ -12,6 +12,7 @@
 namespace corrsel::core {
 namespace {
 
+constexpr double kMostSide = 1 << 20;   // px; OpenCV reads images up to this
 constexpr double kEnlargement = 1.005;  // in one step
 constexpr int kSteps = 100;             // up to a factor of 1.65
 constexpr double kMostBeyond = 0.5;     // px: the outer half of the outermost pixels is still content
@@ -104,6 +105,16 @@ std::string Lens::text() const {
   return "images of " + name_ + " (" + sizeText(size_) + ") are undistorted; their new camera has fx " +
          roundedText(camera_(0, 0)) + ", fy " + roundedText(camera_(1, 1)) + ", cx " +
          roundedText(camera_(0, 2)) + ", cy " + roundedText(camera_(1, 2)) + " px";
+}
+
+cv::Size imageSize(double width, double height) {
+  for (const double side : {width, height}) {
+    if (side >= 1 && side <= kMostSide && side == std::floor(side)) continue;
+    throw std::invalid_argument("the size of the images, " + formatNumber(width) + "x" +
+                                formatNumber(height) + ", is not one of 1 to " + formatNumber(kMostSide) +
+                                " px");
+  }
+  return {static_cast<int>(width), static_cast<int>(height)};
 }
 
 }  // namespace corrsel::core

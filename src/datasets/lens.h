@@ -45,6 +45,10 @@ class Lens {
   cv::Size size_;
 };
 
+/// The size of images as a calibration states it, px. Throws std::invalid_argument for one that OpenCV does
+/// not read, or that is not whole.
+cv::Size imageSize(double width, double height);
+
 /// [fx 0 cx; 0 fy cy; 0 0 1]
 inline cv::Matx33d cameraMatrix(double fx, double fy, double cx, double cy) {
   return {fx, 0, cx, 0, fy, cy, 0, 0, 1};

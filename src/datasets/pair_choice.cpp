@@ -39,7 +39,11 @@ PairChoice readPairChoice(const std::string& folder) {
   if (existingFiles({path}).empty()) return choice;
   OptionMap values;
   try {
-    for (const auto& entry : YAML::LoadFile(path)) {
+    const YAML::Node root = YAML::LoadFile(path);
+    if (!root.IsMap() && !root.IsNull()) {
+      throw DatasetError(path + ": has no lines 'option: value'; write one option a line, e.g. step: 30");
+    }
+    for (const auto& entry : root) {
       values[entry.first.as<std::string>()] = entry.second.as<std::string>();
     }
     setOptions(choice, values, "choice");

@@ -99,18 +99,6 @@ RigidMotion readMotion(const TextRow& row) {
   }
 }
 
-/// Makes the name of a pair the only one of that name.
-class Names {
- public:
-  std::string unique(const std::string& sequence, const std::string& name) {
-    const int number = ++used_[{sequence, name}];
-    return number == 1 ? name : name + "#" + std::to_string(number);
-  }
-
- private:
-  std::map<std::pair<std::string, std::string>, int> used_;
-};
-
 PosedPair readPair(const TextRow& row, const std::string& root, Lenses& lenses) {
   PosedPair pair;
   row.requireWords(kWords, kMeaning);
@@ -143,7 +131,6 @@ PosedDataset readPairList(const std::string& name, const std::string& root) {
   dataset.files = {list};
   dataset.remedy = "the names in " + list + " are paths below " + root;
   Lenses lenses;
-  Names names;
   std::size_t without_truth = 0;
   const std::vector<TextRow> rows = readTextRows(list, "");
   for (const TextRow& row : rows) {
@@ -164,7 +151,7 @@ PosedDataset readPairList(const std::string& name, const std::string& root) {
     }
     const std::string sequence = sequenceOf(left, list);
     const std::string stems = fs::path(left).stem().string() + "-" + fs::path(right).stem().string();
-    pair.id = {name, sequence, names.unique(sequence, two ? stems : "line" + std::to_string(row.line))};
+    pair.id = {name, sequence, two ? stems : "line" + std::to_string(row.line)};
     dataset.pairs.push_back(std::move(pair));
   }
   if (without_truth == rows.size()) {

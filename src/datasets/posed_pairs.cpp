@@ -1,5 +1,6 @@
 #include "datasets/posed_pairs.h"
 
+#include <map>
 #include <opencv2/core.hpp>
 #include <set>
 #include <stdexcept>
@@ -58,6 +59,15 @@ GroundTruth truthOf(const RelativePose& pose) {
 }
 
 }  // namespace
+
+PosedPairReader::PosedPairReader(PosedDataset dataset, std::string root)
+    : dataset_(std::move(dataset)), root_(std::move(root)) {
+  std::map<PairId, int> used;
+  for (PosedPair& pair : dataset_.pairs) {
+    const int number = ++used[pair.id];
+    if (number > 1) pair.id.pair += "#" + std::to_string(number);
+  }
+}
 
 const PosedPair& PosedPairReader::usable(std::size_t index) const {
   const PosedPair& pair = dataset_.pairs.at(index);
@@ -159,6 +169,27 @@ void addSteps(const std::string& name, const std::string& sequence, const std::v
   }
   dataset.remarks.push_back(remark + " (step, most_pairs, most_gap, least_baseline in " +
                             std::string(PairChoice::kFile) + ")");
+}
+
+PosedDataset readSequences(const std::string& name, const std::string& root, const SequenceFormat& format) {
+  requireFolder(root, "dataset '" + name + "'", "set the path to the folder that holds " + format.content);
+  const PairChoice choice = readPairChoice(root);
+  PosedDataset dataset;
+  dataset.remedy = format.remedy;
+  dataset.files = {below(root, PairChoice::kFile)};
+  for (const std::string& folder : sequenceFolders(root, format.is_sequence, &dataset.ignored)) {
+    const std::vector<std::string> files = format.files(folder);
+    dataset.files.insert(dataset.files.end(), files.begin(), files.end());
+    try {
+      format.add(name, folder, choice, dataset);
+    } catch (const DatasetError& error) {
+      dataset.addBroken(name, folderName(folder), error.what());
+    }
+  }
+  if (dataset.pairs.empty() && !dataset.remarks.empty()) {
+    failWithoutPairs(name, root, joinList(dataset.remarks, "; "));
+  }
+  return dataset;
 }
 
 void failWithoutPairs(const std::string& name, const std::string& root, const std::string& why) {

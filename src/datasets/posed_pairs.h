@@ -50,10 +50,10 @@ struct PosedDataset {
 /// is the fundamental matrix of the pose; of a camera that only turned, the homography K' R K^-1.
 class PosedPairReader : public DatasetReader {
  public:
+  /// Pairs of equal names get numbers: a second "1-2" becomes "1-2#2".
   /// @param root  the dataset's folder, below which the images have their names. Images that are changed have
   ///              none, because their matches do not fit the files.
-  PosedPairReader(PosedDataset dataset, std::string root)
-      : dataset_(std::move(dataset)), root_(std::move(root)) {}
+  PosedPairReader(PosedDataset dataset, std::string root);
 
   std::size_t size() const override { return dataset_.pairs.size(); }
   PairId id(std::size_t index) const override { return dataset_.pairs.at(index).id; }
@@ -91,6 +91,22 @@ struct PosedFrame {
 /// remark counts what was left out.
 void addSteps(const std::string& name, const std::string& sequence, const std::vector<PosedFrame>& frames,
               const PairChoice& choice, PosedDataset& dataset);
+
+/// How the sequences (or reconstructions) of a format are found and read.
+struct SequenceFormat {
+  std::string content;  ///< of a dataset's folder, in words, e.g. "the sequences"
+  std::string remedy;   ///< that of the dataset
+  bool (*is_sequence)(const std::string& folder);
+  /// Its files beside the images, whether or not they exist.
+  std::vector<std::string> (*files)(const std::string& folder);
+  /// Appends its pairs and remarks to the dataset. Where it throws DatasetError, a broken pair is appended.
+  void (*add)(const std::string& name, const std::string& folder, const PairChoice& choice,
+              PosedDataset& dataset);
+};
+
+/// Reads all sequences of a dataset. Throws DatasetError where the folder or its PairChoice cannot be read,
+/// and where sequences that can be read have no pair.
+PosedDataset readSequences(const std::string& name, const std::string& root, const SequenceFormat& format);
 
 /// Throws DatasetError where a dataset has no pair at all.
 [[noreturn]] void failWithoutPairs(const std::string& name, const std::string& root, const std::string& why);

@@ -55,7 +55,6 @@ std::vector<double> TextRow::numbers(std::size_t first, std::size_t count) const
 }
 
 std::int64_t TextRow::time(std::size_t word, int decimals) const {
-  constexpr std::size_t kMostDigits = 18;  // of 64 bits
   const std::string& text = words.at(word);
   const std::size_t point = std::min(text.find('.'), text.size());
   const std::string whole = text.substr(0, point);
@@ -66,12 +65,12 @@ std::int64_t TextRow::time(std::size_t word, int decimals) const {
          (decimals == 0 ? "nanoseconds" : "seconds"));
   }
   part.resize(static_cast<std::size_t>(decimals), '0');
-  const std::string digits = whole + part;
-  if (digits.size() > kMostDigits + 1) {
+  try {
+    return std::stoll(whole + part);
+  } catch (const std::out_of_range&) {
     fail("entry " + std::to_string(word + 1) + ": '" + text + "' has too many digits for a time in " +
          (decimals == 0 ? "nanoseconds" : "seconds"));
   }
-  return std::stoll(digits);
 }
 
 std::vector<TextRow> readTextRows(const std::string& path, const std::string& remedy) {

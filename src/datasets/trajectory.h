@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
 
+#include "datasets/text_rows.h"
 #include "geometry/rigid_motion.h"
 
 namespace corrsel::core {
@@ -23,5 +26,9 @@ class Trajectory {
  private:
   std::map<std::int64_t, RigidMotion> poses_;
 };
+
+/// The pose that a row of a table of poses holds. Throws DatasetError naming the row where it is none.
+/// @param quaternion  its words w, x, y, z  @param translation  its first word, m
+RigidMotion poseIn(const TextRow& row, const std::array<std::size_t, 4>& quaternion, std::size_t translation);
 
 }  // namespace corrsel::core

@@ -83,11 +83,7 @@ Trajectory readPoses(const std::string& path) {
   Trajectory poses;
   for (const TextRow& row : readTextRows(path, kRemedy)) {
     row.requireWords(8, "timestamp tx ty tz qx qy qz qw");
-    const std::vector<double> p = row.numbers(1, 7);
-    if (p[3] == 0 && p[4] == 0 && p[5] == 0 && p[6] == 0) {
-      row.fail("the quaternion is 0 0 0 0, which is no rotation; remove the line");
-    }
-    poses.add(row.time(0, kSeconds), motionOf(p[6], p[3], p[4], p[5], {p[0], p[1], p[2]}));
+    poses.add(row.time(0, kSeconds), poseIn(row, {7, 4, 5, 6}, 1));
   }
   if (poses.empty()) throw DatasetError(path + ": holds no pose; " + kRemedy);
   return poses;
@@ -107,31 +103,25 @@ std::vector<PosedFrame> readFrames(const std::string& folder, const PairChoice& 
   return frames;
 }
 
+void addSequence(const std::string& name, const std::string& folder, const PairChoice& choice,
+                 PosedDataset& dataset) {
+  const std::string sequence = folderName(folder);
+  const auto lens = std::make_shared<const Lens>(lensOf(folder));
+  const std::size_t before = dataset.pairs.size();
+  addSteps(name, sequence, readFrames(folder, choice, lens), choice, dataset);
+  if (lens->distorted() && dataset.pairs.size() > before) {
+    dataset.remarks.push_back(sequence + ": " + lens->text());
+  }
+}
+
+std::vector<std::string> filesOf(const std::string& folder) {
+  return {below(folder, kImages), below(folder, kPoses), below(folder, kCalibration)};
+}
+
 }  // namespace
 
 PosedDataset readTumRgbd(const std::string& name, const std::string& root) {
-  requireFolder(root, "dataset '" + name + "'", "set the path to the folder that holds the sequences");
-  const PairChoice choice = readPairChoice(root);
-  PosedDataset dataset;
-  dataset.remedy = kRemedy;
-  dataset.files = {below(root, PairChoice::kFile)};
-  for (const std::string& folder : sequenceFolders(root, isSequence, &dataset.ignored)) {
-    const std::string sequence = folderName(folder);
-    for (const char* const file : {kImages, kPoses, kCalibration})
-      dataset.files.push_back(below(folder, file));
-    try {
-      const auto lens = std::make_shared<const Lens>(lensOf(folder));
-      addSteps(name, sequence, readFrames(folder, choice, lens), choice, dataset);
-      if (lens->distorted() && !dataset.pairs.empty())
-        dataset.remarks.push_back(sequence + ": " + lens->text());
-    } catch (const DatasetError& error) {
-      dataset.addBroken(name, sequence, error.what());
-    }
-  }
-  if (dataset.pairs.empty() && !dataset.remarks.empty()) {
-    failWithoutPairs(name, root, joinList(dataset.remarks, "; "));
-  }
-  return dataset;
+  return readSequences(name, root, {"the sequences", kRemedy, isSequence, filesOf, addSequence});
 }
 
 bool hasTumRgbd(const std::string& root) { return !sequenceFolders(root, isSequence).empty(); }

@@ -2,9 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <initializer_list>
 #include <opencv2/core.hpp>
 #include <stdexcept>
 #include <string>
+#include <vector>
+
+#include "base/text.h"
 
 namespace corrsel::core {
 namespace {
@@ -23,6 +27,19 @@ Eigen::Quaterniond toQuaternion(const cv::Matx33d& rotation) {
   return Eigen::Quaterniond(matrix);
 }
 
+std::string textOf(std::initializer_list<double> numbers) {
+  std::vector<std::string> texts;
+  for (const double number : numbers) texts.push_back(std::isnan(number) ? "nan" : formatNumber(number));
+  return joinList(texts, " ");
+}
+
+void requireFinite(const cv::Vec3d& translation) {
+  if (cv::checkRange(translation)) return;
+  throw std::invalid_argument("the translation is " +
+                              textOf({translation[0], translation[1], translation[2]}) +
+                              ", which is not finite");
+}
+
 }  // namespace
 
 RigidMotion RigidMotion::inverse() const { return {rotation.t(), -(rotation.t() * translation)}; }
@@ -32,7 +49,13 @@ RigidMotion operator*(const RigidMotion& first, const RigidMotion& second) {
 }
 
 RigidMotion motionOf(double w, double x, double y, double z, const cv::Vec3d& translation) {
-  return {toMatrix(Eigen::Quaterniond(w, x, y, z).normalized()), translation};
+  const Eigen::Quaterniond quaternion(w, x, y, z);
+  const double square = quaternion.squaredNorm();
+  if (!(square > 0 && std::isfinite(square))) {
+    throw std::invalid_argument("the quaternion is " + textOf({w, x, y, z}) + ", which is no rotation");
+  }
+  requireFinite(translation);
+  return {toMatrix(quaternion.normalized()), translation};
 }
 
 RigidMotion motionOf(const cv::Matx44d& matrix) {
@@ -49,7 +72,9 @@ RigidMotion motionOf(const cv::Matx44d& matrix) {
   cv::SVD::compute(written, values, u, vt);
   const cv::Matx33d rotation = u * vt;
   if (cv::norm(rotation - written) > kRotationTolerance) throw std::invalid_argument(fault);
-  return {rotation, cv::Vec3d(matrix(0, 3), matrix(1, 3), matrix(2, 3))};
+  const cv::Vec3d translation(matrix(0, 3), matrix(1, 3), matrix(2, 3));
+  requireFinite(translation);
+  return {rotation, translation};
 }
 
 RigidMotion interpolated(const RigidMotion& from, const RigidMotion& to, double share) {

@@ -72,6 +72,18 @@ TEST_F(Colmap, ReadsScenesWithPose) {
             "most_pairs in corrsel.yaml)");
 }
 
+TEST_F(Colmap, PairsOfImagesThatDifferInTheirExtensionHaveNamesOfTheirOwn) {
+  std::vector<Image> twins = images();
+  twins[2].name = "v/1.jpg";
+  writeText("a/sparse", {pinhole()}, twins);
+  write("corrsel.yaml", "least_points: 20\n");
+  const PosedPairReader reader = open();
+  ASSERT_EQ(reader.size(), 3u);
+  EXPECT_EQ(reader.id(0).pair, "v_0-v_1");
+  EXPECT_EQ(reader.id(1).pair, "v_0-v_1#2");
+  EXPECT_EQ(reader.id(2).pair, "v_1-v_1");
+}
+
 TEST_F(Colmap, TheRootMayBeTheScene) {
   writeViews(".");
   writeBinary("sparse/0", {pinhole()}, images());

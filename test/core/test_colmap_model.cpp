@@ -73,6 +73,8 @@ TEST_F(ColmapModelFiles, FaultsOfTextNameTheLine) {
   EXPECT_EQ(errorHere().find(images + "line 1: the quaternion is 0 0 0 0"), 0u);
   write("images.txt", "1.5 1 0 0 0 0 0 0 1 a.jpg\n\n");
   EXPECT_EQ(errorHere().find(images + "line 1: entry 1: '1.5' is not a whole number"), 0u);
+  write("images.txt", "1 1 0 0 0 0 0 0 1 a.jpg\n1 2 1e300\n");
+  EXPECT_EQ(errorHere().find(images + "line 2: entry 3: '1e300' is not a whole number up to 2^53"), 0u);
 }
 
 TEST_F(ColmapModelFiles, FaultsOfBinaryNameTheFile) {
@@ -89,6 +91,16 @@ TEST_F(ColmapModelFiles, FaultsOfBinaryNameTheFile) {
   unknown[12] = 99;
   write("cameras.bin", unknown);
   EXPECT_TRUE(contains(errorHere(), "cameras.bin: camera 1 has the model number 99, which is not known"));
+  write("cameras.bin", cameras);
+  std::vector<Image> undefined = images_;
+  undefined[0].pose.translation[1] = NAN;
+  writeBinary(".", cameras_, undefined);
+  EXPECT_EQ(errorHere().find(path("images.bin") + ": image 7: the translation is 1 nan 3, which is not"), 0u)
+      << errorHere();
+  std::string turned = images;
+  turned.replace(8 + 4, 4 * sizeof(double), 4 * sizeof(double), '\xff');  // NaN
+  write("images.bin", turned);
+  EXPECT_TRUE(contains(errorHere(), "which is no rotation; export the model again")) << errorHere();
   std::filesystem::remove_all(path("images.bin"));
   EXPECT_TRUE(contains(errorHere(), "cameras.txt: the file is missing"));
 }

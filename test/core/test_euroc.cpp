@@ -170,6 +170,11 @@ TEST_F(Euroc, FaultsNameFileAndRemedy) {
       faultOf("cam0/sensor.yaml", "intrinsics: [260, 255, 163, 117]", "intrinsics: [260, 255, 900, 117]"),
       sensor + "cam0 has its principal point at (900, 117), outside its images of 320x240"));
   EXPECT_TRUE(contains(faultOf("cam0/sensor.yaml", "0.0, 0.0, 0.0, 1.0]", ""), "not readable as YAML"));
+  EXPECT_TRUE(contains(faultOf("cam0/sensor.yaml", "", "one line\n"), sensor + "has no lines 'key: value'"));
+  EXPECT_TRUE(contains(faultOf("cam0/sensor.yaml", matrixText(extrinsics(0)), "T_BS: unknown\n"),
+                       sensor + "'T_BS' is not a list of numbers"));
+  EXPECT_TRUE(contains(faultOf("cam0/sensor.yaml", "resolution: [320, 240]", "resolution: [1e9, 240]"),
+                       sensor + "the size of the images, 1e+09x240, is not one of 1 to 1048576"));
   EXPECT_TRUE(contains(faultOf("cam0/data.csv", "", "1403636579763555584\n"),
                        path("V1/mav0/cam0/data.csv") + ": line 1: has 1 entries where 2 are expected"));
   EXPECT_TRUE(contains(faultOf("cam0/data.csv", "", "1.5,a.png\n"),

@@ -52,6 +52,16 @@ TEST(Lens, LeavesNoBorder) {
   }
 }
 
+TEST(Lens, SizesAreThoseOfImages) {
+  EXPECT_EQ(imageSize(1, 1 << 20), cv::Size(1, 1 << 20));
+  EXPECT_EQ(errorOf<std::invalid_argument>([] { imageSize(640, 480.5); }),
+            "the size of the images, 640x480.5, is not one of 1 to 1048576 px");
+  for (const double side : {0.0, -1.0, 2097152.0, 1e300, double{NAN}}) {
+    EXPECT_THROW(imageSize(640, side), std::invalid_argument) << side;
+    EXPECT_THROW(imageSize(side, 480), std::invalid_argument) << side;
+  }
+}
+
 TEST(Lens, NamesWhatIsWrong) {
   const auto errorFor = [](const cv::Matx33d& camera, const std::vector<double>& distortion) {
     return errorOf<std::invalid_argument>([&] { Lens("cam0", camera, distortion, {640, 480}); });

@@ -44,7 +44,9 @@ TEST_F(PairChoiceFile, FaultsNameFileOptionAndRemedy) {
   EXPECT_TRUE(contains(errorFor("steps: 3\n"), "did you mean 'step'?")) << errorFor("steps: 3\n");
   EXPECT_TRUE(contains(errorFor("pairs: all\n"), "is not one of stereo, steps, both"));
   EXPECT_TRUE(contains(errorFor("step: [1\n"), "not readable as YAML"));
-  EXPECT_TRUE(contains(errorFor("- 3\n"), "not readable as YAML")) << errorFor("- 3\n");
+  for (const char* const text : {"- 3\n", "step 30\n"}) {
+    EXPECT_EQ(errorFor(text), file + "has no lines 'option: value'; write one option a line, e.g. step: 30");
+  }
 }
 
 TEST(PairChoiceOptions, AreThoseOfTheDocumentation) {

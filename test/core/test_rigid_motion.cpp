@@ -38,6 +38,16 @@ TEST(RigidMotion, InterpolatesTurnAndPath) {
   EXPECT_LT(cv::norm(interpolated(from, opposite, 1.0 / 3).rotation - third.rotation), 1e-12);
 }
 
+TEST(RigidMotion, QuaternionsHaveADirection) {
+  const auto errorFor = [](double w, double x, const cv::Vec3d& t) {
+    return errorOf<std::invalid_argument>([&] { motionOf(w, x, 0, 0, t); });
+  };
+  EXPECT_EQ(errorFor(0, 0, {}), "the quaternion is 0 0 0 0, which is no rotation");
+  EXPECT_EQ(errorFor(NAN, 1, {}), "the quaternion is nan 1 0 0, which is no rotation");
+  EXPECT_EQ(errorFor(1, INFINITY, {}), "the quaternion is 1 inf 0 0, which is no rotation");
+  EXPECT_EQ(errorFor(1, 0, {0, NAN, 1}), "the translation is 0 nan 1, which is not finite");
+}
+
 TEST(RigidMotion, MatricesOfFewDigitsBecomeRotations) {
   const cv::Matx44d written(0.78593, -0.35128, 0.50884, -1.51061, 0.39215, 0.91944, 0.02904, -0.05367,
                             -0.47805, 0.17672, 0.86037, 0.056, 0, 0, 0, 1);
@@ -53,6 +63,7 @@ TEST(RigidMotion, MatricesOfFewDigitsBecomeRotations) {
   EXPECT_TRUE(contains(errorAt(3, 3, 0), "its last row is not 0 0 0 1"));
   EXPECT_TRUE(contains(errorAt(0, 0, 0.9), "its rotation is not one"));
   EXPECT_TRUE(contains(errorAt(0, 0, NAN), "its rotation is not one"));
+  EXPECT_EQ(errorAt(1, 3, NAN), "the translation is -1.51061 nan 0.056, which is not finite");
   EXPECT_TRUE(contains(errorOf<std::invalid_argument>(
                            [] { motionOf(cv::Matx44d(-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1)); }),
                        "its rotation is not one"));

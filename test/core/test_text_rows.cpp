@@ -35,7 +35,7 @@ TEST_F(TextRows, TimesAreExact) {
 }
 
 TEST_F(TextRows, FaultsNameFileLineAndWord) {
-  write("a.txt", "\nabc nan 1e400 -5 99999999999999999999\n");
+  write("a.txt", "\nabc nan 1e400 -5 99999999999999999999 9223372036854775808\n");
   const TextRow row = readTextRows(path("a.txt"), "")[0];
   const auto errorIn = [&](const auto& action) { return errorOf<DatasetError>(action); };
   const std::string place = path("a.txt") + ": line 2: ";
@@ -45,8 +45,9 @@ TEST_F(TextRows, FaultsNameFileLineAndWord) {
   EXPECT_FALSE(errorIn([&] { row.number(2); }).empty());
   EXPECT_EQ(errorIn([&] { row.time(3, 9); }), place + "entry 4: '-5' is not a time; write it in seconds");
   EXPECT_TRUE(contains(errorIn([&] { row.time(4, 0); }), "has too many digits for a time in nanoseconds"));
+  EXPECT_TRUE(contains(errorIn([&] { row.time(5, 0); }), "has too many digits for a time in nanoseconds"));
   EXPECT_EQ(errorIn([&] { row.requireWords(3, "x y z"); }),
-            place + "has 5 entries where 3 are expected (x y z)");
+            place + "has 6 entries where 3 are expected (x y z)");
   EXPECT_EQ(errorIn([&] { readTextRows(path("b.txt"), "make it"); }),
             path("b.txt") + ": the file is missing; make it");
 }
