@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "base/stopwatch.h"
 #include "corrsel/evaluation/pose.h"
@@ -14,8 +16,13 @@ bool estimatesHomographies(const BenchmarkConfig& config) {
   return std::find(config.sections.begin(), config.sections.end(), "pose") != config.sections.end();
 }
 
+bool estimatesPoses(const BenchmarkConfig& config) {
+  return config.sections != std::vector<std::string>{"curves"};
+}
+
 bool hasPoseRows(const GroundTruth& truth, const BenchmarkConfig& config) {
-  return truth.pose || (truth.kind == TruthKind::kHomography && estimatesHomographies(config));
+  return (truth.pose && estimatesPoses(config)) ||
+         (truth.kind == TruthKind::kHomography && estimatesHomographies(config));
 }
 
 PoseRow measurePose(const GroundTruth& truth, const cv::Size& left_size, const Correspondences& putative,

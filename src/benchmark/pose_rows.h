@@ -14,7 +14,11 @@ namespace corrsel::core {
 /// datasets with homographies slower by about 30 %.
 bool estimatesHomographies(const BenchmarkConfig& config);
 
-/// Whether pairs with this ground truth have rows in poses.csv: its pose is known, or it is a homography and
+/// Whether the run estimates poses where they are known: all runs but those of the experiment `curves` alone,
+/// which shows none and has up to ten variants of every selector.
+bool estimatesPoses(const BenchmarkConfig& config);
+
+/// Whether pairs with this ground truth have rows in poses.csv: its pose is known, or it is a homography, and
 /// the run estimates these.
 bool hasPoseRows(const GroundTruth& truth, const BenchmarkConfig& config);
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "base/text.h"
@@ -167,9 +168,11 @@ void SavedMatches::write(const Correspondences& putative, const std::string& sel
 void copySavedMatches(const std::string& from, const std::string& to,
                       const std::vector<SavedSelection>& selections) {
   const fs::path source = matchesFolder(from), target = matchesFolder(to);
+  std::set<std::string> copied;  // the selections of a cell share one file of putative matches
   for (const SavedSelection& selection : selections) {
     createFolder((target / selection.file).parent_path());
     for (const std::string& file : {selection.putative, selection.file}) {
+      if (!copied.insert(file).second) continue;
       std::error_code error;
       fs::copy_file(source / file, target / file, fs::copy_options::overwrite_existing, error);
       if (error) {

@@ -255,24 +255,25 @@ TEST_F(Runner, CornersAreMeasuredInTheExperimentPoseOnly) {
   EXPECT_EQ(RunFolder((root_ / "with").string(), config_, true).doneCount(), 2U);
 }
 
+/// The pairs of MemorySource, whose poses are given as well.
+class PosedSource : public MemorySource {
+ public:
+  using MemorySource::MemorySource;
+  bool next(ImagePair& pair) override {
+    if (!MemorySource::next(pair)) return false;
+    pair.truth.pose.emplace();
+    pair.truth.pose->left_camera = pair.truth.pose->right_camera = {300, 0, 160, 0, 300, 120, 0, 0, 1};
+    pair.truth.pose->translation = {1, 0, 0};
+    return true;
+  }
+};
+
 TEST_F(Runner, PosesAreMeasuredWhereTheyAreKnown) {
-  /// The pairs of MemorySource, whose poses are given as well.
-  class Source : public MemorySource {
-   public:
-    using MemorySource::MemorySource;
-    bool next(ImagePair& pair) override {
-      if (!MemorySource::next(pair)) return false;
-      pair.truth.pose.emplace();
-      pair.truth.pose->left_camera = pair.truth.pose->right_camera = {300, 0, 160, 0, 300, 120, 0, 0, 1};
-      pair.truth.pose->translation = {1, 0, 0};
-      return true;
-    }
-  };
   config_.features = {"orb+orb"};
   config_.preselection = {"none"};
   config_.selectors = {"gms", "keep_all"};
   std::vector<std::unique_ptr<PairSource>> list;
-  list.push_back(std::make_unique<Source>(1));
+  list.push_back(std::make_unique<PosedSource>(1));
   RunObserver observer;
   const std::atomic<bool> stop{false};
   RunFolder folder((root_ / "poses").string(), config_, false);
@@ -284,6 +285,28 @@ TEST_F(Runner, PosesAreMeasuredWhereTheyAreKnown) {
     EXPECT_GE(row.epipolar_precision, 0) << row.selector;
     EXPECT_TRUE(std::isnan(row.corner_error)) << row.selector;
   }
+}
+
+TEST_F(Runner, CurvesNeedNoPoses) {
+  config_.features = {"orb+orb"};
+  config_.preselection = {"none"};
+  config_.selectors = {"gms", "keep_all"};
+  const auto posesWith = [&](const std::vector<std::string>& sections, const std::string& name) {
+    config_.sections = sections;
+    std::vector<std::unique_ptr<PairSource>> list;
+    list.push_back(std::make_unique<PosedSource>(1));
+    RunObserver observer;
+    const std::atomic<bool> stop{false};
+    RunFolder folder((root_ / name).string(), config_, false);
+    BenchmarkRunner(config_, folder, observer, stop).run(list);
+    const std::string stages = readTextFile((root_ / name / "stages.csv").string());
+    EXPECT_EQ(stages.find(kPoseStage) == std::string::npos, folder.readPoses().empty()) << stages;
+    EXPECT_EQ(RunFolder((root_ / name).string(), config_, true).doneCount(), 1U);
+    return folder.readPoses().size();
+  };
+  EXPECT_EQ(posesWith({"curves"}, "curves"), 0U);
+  EXPECT_EQ(posesWith({"curves", "pose"}, "both"), 3U);
+  EXPECT_EQ(posesWith({"budget"}, "budget"), 3U);
 }
 
 TEST_F(Runner, CellsNeedNotBeAProduct) {
