@@ -72,7 +72,7 @@ std::vector<Estimator> estimators(const std::vector<std::string>& selectors,
                                   const std::map<std::string, OptionMap>& options) {
   std::vector<Estimator> all;
   for (const std::string& spec : selectors) {
-    const auto given = options.find(spec.substr(0, spec.find(':')));
+    const auto given = options.find(SelectorSpec::fromText(spec).name);
     const std::shared_ptr<Selector> selector =
         createSelector(spec, given == options.end() ? OptionMap() : given->second);
     all.push_back({spec,
@@ -121,7 +121,7 @@ int run(const corrsel::ArgumentValues& values) {
   const auto reader = openDataset(dataset, data_root + "/" + dataset, 0);
   for (const std::string& features : values.list("features")) {
     const auto extractor = createExtractor(features, options);
-    std::vector<Estimator> all = estimators(values.list("selectors"), options);
+    std::vector<Estimator> all = estimators(splitSelectors(values.text("selectors")), options);
     for (std::size_t i = 0; i < reader->size(); ++i) {
       const ImagePair pair = reader->read(i);
       if (pair.truth.kind != TruthKind::kHomography) continue;
