@@ -571,6 +571,30 @@ TEST_F(BenchmarkLaunch, DryRunTellsWhatTheRunWouldDoAndLeavesNothing) {
   EXPECT_FALSE(fs::exists(run));
 }
 
+TEST_F(BenchmarkLaunch, DryRunCountsTheMatchesInAllForms) {
+  const fs::path run = root_ / "dry_matches";
+  /// Size of the folder, bytes.
+  const auto folderWith = [&](const std::string& forms) {
+    const Output output =
+        shell(benchmark("--features orb+orb --preselection none --selectors gms --output_dir " +
+                        run.string() + " --dry_run " + forms));
+    EXPECT_EQ(output.code, 0) << output.text;
+    std::smatch found;
+    // pairs, selections, rows, time and folder
+    const std::regex line("\nvgg +5 +10 +\\d+ +[\\d:]+ +([\\d.]+) ([KM]?)i?B");
+    if (!std::regex_search(output.text, found, line)) {
+      ADD_FAILURE() << output.text;
+      return 0.0;
+    }
+    const double unit = found[2] == "M" ? 1 << 20 : found[2] == "K" ? 1 << 10 : 1;
+    return core::parseNumber(found[1], "folder") * unit;
+  };
+  const double without = folderWith(""), csv = folderWith("--save_matches csv");
+  EXPECT_GT(csv, 2 * without);
+  EXPECT_GT(folderWith("--save_matches csv,npz,colmap"), 1.1 * csv);
+  EXPECT_FALSE(fs::exists(run));
+}
+
 TEST_F(BenchmarkLaunch, DryRunPrintsEveryProblemOfTheData) {
   writeScene("faulty", "one");
   writeScene("faulty", "two", 4);

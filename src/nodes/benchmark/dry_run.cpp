@@ -115,8 +115,11 @@ class TrialObserver : public core::RunObserver {
 
 class DryRun {
  public:
-  DryRun(const Arguments& arguments, const std::atomic<bool>& stop)
-      : arguments_(arguments), stop_(stop), printer_(std::cout, isatty(STDOUT_FILENO) != 0) {}
+  DryRun(const Arguments& arguments, const ConvertMatches& convert, const std::atomic<bool>& stop)
+      : arguments_(arguments),
+        convert_(convert),
+        stop_(stop),
+        printer_(std::cout, isatty(STDOUT_FILENO) != 0) {}
 
   void addDataset(const std::string& name, const core::DatasetReader& reader);
   void addBag(const std::string& bag);
@@ -161,6 +164,7 @@ class DryRun {
   void requireSpace(const std::string& folder, double bytes);
 
   const Arguments& arguments_;
+  const ConvertMatches& convert_;
   const std::atomic<bool>& stop_;
   core::ProgressPrinter printer_;
   TemporaryFolder folder_;
@@ -270,6 +274,13 @@ void DryRun::tryRun(const std::string& bag, core::Trial& trial) {
   trial.selections = observer.selections;
   trial.rows = observer.rows;
   trial.run.count = folder.doneCount();
+  // The parts of a run are converted once they have been merged.
+  if (arguments_.shard.count == 1 && trial.run.count > 0) {
+    for (const std::string& form : convert_(path)) {
+      problem("the matches of " + trial.name + " could not be written as " + form +
+              ": see the message above");
+    }
+  }
   trial.run.bytes = bytesIn(path) - empty;
   const std::string stages = fs::path(path) / core::stagesTable().file();
   for (const core::StageRow& row : core::stagesTable().intactRows(core::readTextFile(stages))) {
@@ -335,12 +346,13 @@ void DryRun::printEstimate() {
 
 }  // namespace
 
-DryRunOutcome dryRun(const Arguments& arguments, const OpenDataset& open, const std::atomic<bool>& stop) {
+DryRunOutcome dryRun(const Arguments& arguments, const OpenDataset& open, const ConvertMatches& convert,
+                     const std::atomic<bool>& stop) {
   std::cout << arguments.config.toYaml() << "output_dir: " << arguments.output_dir << "\n\n";
   for (const auto& [dataset, reason] : arguments.left_out) {
     std::cout << "without " << dataset << ": " << reason << "\n";
   }
-  DryRun dry_run(arguments, stop);
+  DryRun dry_run(arguments, convert, stop);
   const auto guarded = [&dry_run](const auto& work) {
     try {
       work();

@@ -184,26 +184,6 @@ Sources openBags(const std::vector<std::string>& bags, const Arguments& argument
   return sources;
 }
 
-/// @return exit code
-int runDry(const Arguments& arguments) {
-  std::signal(SIGINT, requestStop);
-  std::signal(SIGTERM, requestStop);
-  const auto open = [&arguments](const std::string& name) {
-    return openDataset(name, arguments.config, false);
-  };
-  switch (dryRun(arguments, open, stop_requested)) {
-    case DryRunOutcome::kInOrder:
-      return kExitComplete;
-    case DryRunOutcome::kProblems:
-      return kExitIncomplete;
-    case DryRunOutcome::kUnusable:
-      return kExitUsage;
-    case DryRunOutcome::kInterrupted:
-      break;
-  }
-  return kExitInterrupted;
-}
-
 /// Runs the grid, and then the stages that need its results. @return the state at the end
 core::RunState runStages(const Arguments& arguments, const std::vector<std::string>& bags,
                          const Sources& sources, core::RunFolder& folder, Reporter& reporter) {
@@ -258,23 +238,52 @@ bool writeReport(const core::BenchmarkConfig& config, const std::string& output_
   return written;
 }
 
-/// Converts the saved matches, which are CSV files, to the other forms that are wanted. The parts of a run
-/// are converted once they have been merged. @return whether all forms could be made
+/// Converts the saved matches of a run, which are CSV files, to the other forms that are wanted.
+/// @return the forms that could not be made
+std::vector<std::string> convertMatches(const std::vector<std::string>& forms, const std::string& run) {
+  std::vector<std::string> failed;
+  for (const std::string& form : forms) {
+    if (form != "csv" && runScript("export_matches.py", {"--format", form, run}) != 0) failed.push_back(form);
+  }
+  return failed;
+}
+
+/// The parts of a run are converted once they have been merged. @return whether all forms could be made
 bool exportMatches(const Arguments& arguments) {
   if (arguments.match_forms.empty()) return true;
   const std::string folder = (fs::path(arguments.output_dir) / "matches").string();
   std::cout << "matches: " << folder << "/index.csv lists them" << std::endl;
-  bool written = true;
-  for (const std::string& form : arguments.match_forms) {
-    if (form == "csv" || runScript("export_matches.py", {"--format", form, arguments.output_dir}) == 0)
-      continue;
+  const std::vector<std::string> failed = convertMatches(arguments.match_forms, arguments.output_dir);
+  for (const std::string& form : failed) {
     std::cerr << "the matches could not be written as " << form
               << ": see the message above; when its cause is "
               << "removed, run: rosrun corrsel export_matches.py --format " << form << " "
               << arguments.output_dir << std::endl;
-    written = false;
   }
-  return written;
+  return failed.empty();
+}
+
+/// @return exit code
+int runDry(const Arguments& arguments) {
+  std::signal(SIGINT, requestStop);
+  std::signal(SIGTERM, requestStop);
+  const auto open = [&arguments](const std::string& name) {
+    return openDataset(name, arguments.config, false);
+  };
+  const auto convert = [&arguments](const std::string& run) {
+    return convertMatches(arguments.match_forms, run);
+  };
+  switch (dryRun(arguments, open, convert, stop_requested)) {
+    case DryRunOutcome::kInOrder:
+      return kExitComplete;
+    case DryRunOutcome::kProblems:
+      return kExitIncomplete;
+    case DryRunOutcome::kUnusable:
+      return kExitUsage;
+    case DryRunOutcome::kInterrupted:
+      break;
+  }
+  return kExitInterrupted;
 }
 
 /// Names the node and, where there is a master, registers it.
