@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <opencv2/core.hpp>
 #include <stdexcept>
 
 #include "base/text.h"
@@ -91,6 +92,17 @@ std::vector<Candidate> candidatesOf(const std::vector<ColmapImage>& images, std:
   return candidates;
 }
 
+/// From the frame of one image to that of another one.
+/// @param left, right  from the world's frame to theirs
+RigidMotion motionBetween(const RigidMotion& left, const RigidMotion& right) {
+  RigidMotion motion = right * left.inverse();
+  // Images from one place, such as views of a panorama: a rounding error must not become a direction.
+  constexpr double kRounding = 1e-9;
+  const double distance = cv::norm(left.translation) + cv::norm(right.translation);
+  if (cv::norm(motion.translation) <= kRounding * distance) motion.translation = {};
+  return motion;
+}
+
 /// "a_b" for "a/b.jpg"
 std::string pairName(const std::string& image) {
   std::string name = fs::path(image).replace_extension().string();
@@ -149,7 +161,7 @@ void addScene(const std::string& name, const std::string& scene, const PairChoic
     } catch (const DatasetError& error) {
       pair.fault = error.what();
     }
-    pair.motion = right.pose * left.pose.inverse();
+    pair.motion = motionBetween(left.pose, right.pose);
     pairs.push_back(std::move(pair));
   }
   std::sort(pairs.begin(), pairs.end(), [](const PosedPair& a, const PosedPair& b) { return a.id < b.id; });

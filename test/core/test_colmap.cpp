@@ -84,6 +84,19 @@ TEST_F(Colmap, PairsOfImagesThatDifferInTheirExtensionHaveNamesOfTheirOwn) {
   EXPECT_EQ(reader.id(2).pair, "v_1-v_1");
 }
 
+TEST_F(Colmap, ImagesFromOnePlaceHaveAHomography) {
+  writeViews("a");
+  std::vector<Image> turned = images();
+  // A place far from the origin, so that its distance to itself is a rounding error.
+  turned[0].pose = pose({0.1, 0.2, 0.3}, {100.1, -50.3, 7.7}).inverse();
+  turned[1].pose = pose({0.3, 0.1, 0.2}, {100.1, -50.3, 7.7}).inverse();
+  ASSERT_GT(cv::norm((turned[1].pose * turned[0].pose.inverse()).translation), 0);
+  writeBinary("a/sparse", {pinhole()}, turned);
+  const ImagePair pair = open().read(0);
+  EXPECT_EQ(pair.truth.kind, TruthKind::kHomography);
+  EXPECT_EQ(cv::norm(pair.truth.pose->translation), 0);
+}
+
 TEST_F(Colmap, TheRootMayBeTheScene) {
   writeViews(".");
   writeBinary("sparse/0", {pinhole()}, images());
