@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <exception>
@@ -310,9 +311,10 @@ void DryRun::requireSpace(const std::string& folder, double bytes) {
   std::error_code error;
   const fs::space_info space = fs::space(existing, error);
   if (error || static_cast<double>(space.available) >= bytes) return;
-  constexpr double kMib = 1 << 20;
-  problem("no space: " + existing.string() + " has " + core::formatNumber(space.available / kMib) +
-          " MiB free, and the run writes about " + core::formatNumber(bytes / kMib) + " MiB there");
+  const auto mib = [](double count) { return std::to_string(std::llround(count / (1 << 20))) + " MiB"; };
+  problem("no space: " + existing.string() + " has " + mib(static_cast<double>(space.available)) +
+          " free, and the run writes about " + mib(bytes) +
+          " there; free some space, or give another folder");
 }
 
 void DryRun::printEstimate() {
