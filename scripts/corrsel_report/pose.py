@@ -21,7 +21,7 @@ from .tables import ReportError, read_columns
 from .words import esc, group_text
 
 DASH = "\u2013"
-GROUND_TRUTH = "ground_truth"  # the row of a perfect selection
+GROUND_TRUTH = "ground_truth"  # the row of all ground-truth inliers
 
 # One of both tables. `columns` are (heading, column of pose_summary.csv, unit); `area` is marked and has an interval.
 Measure = namedtuple("Measure", "key title pairs area area_text failed columns error axis longest caption")
@@ -110,7 +110,7 @@ def interval_of(row, measure):
 def label_html(selector):
     """Return the name of a row as HTML."""
     if selector == GROUND_TRUTH:
-        return 'ground-truth inliers <span class="small">perfect selection</span>'
+        return 'ground-truth inliers <span class="small">errors up to t<sub>gt</sub></span>'
     return esc(selector) + (' <span class="small">baseline</span>' if is_baseline(selector) else "")
 
 

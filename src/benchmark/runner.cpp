@@ -326,14 +326,14 @@ PoseRow BenchmarkRunner::poseRow(const ImagePair& pair, const Putative& putative
   return row;
 }
 
-/// What the estimators make of a perfect selection.
+/// What the estimators make of all ground-truth inliers.
 PoseRow BenchmarkRunner::groundTruthPose(const ImagePair& pair, const Putative& putative,
                                          const Cell& cell) const {
-  Selection perfect;
+  Selection inliers;
   for (const double error : putative.errors) {
-    perfect.mask.push_back(error <= config_.ground_truth_tolerance ? 1 : 0);
+    inliers.mask.push_back(error <= config_.ground_truth_tolerance ? 1 : 0);
   }
-  return poseRow(pair, putative, cell, kGroundTruthSelection, 0, perfect);
+  return poseRow(pair, putative, cell, kGroundTruthSelection, 0, inliers);
 }
 
 void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double read_seconds) {

@@ -426,7 +426,7 @@ class ExperimentsTest(unittest.TestCase):
         self.assertEqual((usac["Median pose (\u00b0)"], usac["mAA"]), ("2.00", "\u2013"))
         self.assertEqual(self.cells("Relative pose, rig", "gms")["Without result"], "1")
         perfect = self.page.table("Relative pose, rig")[-1]
-        self.assertEqual(perfect[0]["text"], "ground-truth inliers perfect selection")
+        self.assertEqual(perfect[0]["text"], "ground-truth inliers errors up to tgt")
         self.assertNotIn("\u25b2", perfect[3]["text"])
         self.assertEqual(self.cells("Corner error, vgg, orb+orb", "keep_all")["Without result"], "2")
         self.assert_text(

@@ -36,7 +36,7 @@ struct ResultRow {
   bool judged() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
 };
 
-/// Name of the row of poses.csv whose matches are the ground-truth inliers, that is, of a perfect selection.
+/// Name of the row of poses.csv whose selection is all ground-truth inliers.
 inline constexpr char kGroundTruthSelection[] = "ground_truth";
 
 /// One row of poses.csv: what the selected matches of a pair are good for. Undefined numbers are NaN here and
