@@ -1,6 +1,6 @@
 """What the terms of the report mean."""
 from .selectors import BASELINE
-from .words import GROUND_TRUTH_PX, STATUSES, esc
+from .words import STATUSES, esc
 
 
 def definitions(run):
@@ -39,9 +39,9 @@ def definitions(run):
         ),
         (
             "Ground-truth inliers, t<sub>gt</sub>",
-            "the putative matches with an error of at most t<sub>gt</sub> = %d px, whatever \u03c4 is. For"
+            "the putative matches with an error of at most t<sub>gt</sub> = %s px, whatever \u03c4 is. For"
             " labelled data: the matches labelled as belonging to a structure; there is no \u03c4."
-            % GROUND_TRUTH_PX,
+            % run.ground_truth_px(),
         ),
         (
             "Precision",
@@ -52,9 +52,9 @@ def definitions(run):
         ),
         (
             "Recall (paper)",
-            "correct selected matches at \u03c4 / ground-truth inliers at t<sub>gt</sub> = %d px. The"
+            "correct selected matches at \u03c4 / ground-truth inliers at t<sub>gt</sub> = %s px. The"
             " denominator does not shrink with \u03c4, so even a perfect selection has a recall below 1 at"
-            " small \u03c4." % GROUND_TRUTH_PX,
+            " small \u03c4." % run.ground_truth_px(),
         ),
         (
             "Recall (same \u03c4)",

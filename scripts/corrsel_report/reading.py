@@ -51,6 +51,7 @@ STAGES_HEADER = "number,dataset,sequence,pair,stage,seconds".split(",")
 SCALING_HEADER = "selector,threads,n,round,n_selected,status,select_s".split(",")
 REMARKS_HEADER = "dataset,sequence,selector,remark".split(",")
 REFERENCE_TAU = 5.0
+GROUND_TRUTH_PX = 10.0  # default of ground_truth_tolerance
 Group = namedtuple("Group", "dataset features preselection")
 
 
@@ -336,6 +337,13 @@ class Run:
         """Return a list of config.yaml; empty where there is none."""
         value = self.settings.get(key, [])
         return value if isinstance(value, list) else []
+
+    def ground_truth_px(self):
+        """Return the tolerance of ground-truth inliers, px, as text."""
+        try:
+            return "%g" % float(self.settings.get("ground_truth_tolerance", GROUND_TRUTH_PX))
+        except (TypeError, ValueError):
+            return "%g" % GROUND_TRUTH_PX
 
     def selectors_of(self, group):
         """Return the selectors of a group in the report's order, the baseline last."""

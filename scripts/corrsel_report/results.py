@@ -21,7 +21,6 @@ from .reading import REFERENCE_TAU
 from .scopes import figure_name, other_groups
 from .selectors import DARK, YELLOW, is_baseline
 from .words import (
-    GROUND_TRUTH_PX,
     STATUSES,
     at_tau,
     esc,
@@ -202,7 +201,7 @@ def group_html(run, figures, anchor, prefix, group):
         else:
             text = (
                 "Precision, recall and F against the tolerance; recall as in the paper, relative to the"
-                " inliers at %d px." % GROUND_TRUTH_PX
+                " inliers at %s px." % run.ground_truth_px()
             )
 
             def panels(part):

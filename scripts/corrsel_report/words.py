@@ -16,7 +16,6 @@ STATUSES = OrderedDict(
     ]
 )
 PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
-GROUND_TRUTH_PX = 10
 UNRELATED = "unrelated_"  # begins the name of a dataset of pairs of different scenes
 GIVEN = "given"  # features of a dataset that provides matches
 

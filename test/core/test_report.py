@@ -334,6 +334,16 @@ class ReportTest(unittest.TestCase):
         self.assertIn("&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt;&amp;&#x27;$a$", text)
         self.assertTrue(any(EVIL in a.get("alt", "") for tag, a in page.tags if tag == "img"))
 
+    def test_the_tolerance_of_ground_truth_inliers_is_that_of_the_run(self):
+        self.assertEqual(self.make().count("inliers at 10 px."), 1)
+        config = self.folder / "config.yaml"
+        config.write_text("ground_truth_tolerance: 2.5\n")
+        text = self.make()
+        self.assertEqual(text.count("inliers at 2.5 px."), 1)
+        self.assertEqual(text.count("t<sub>gt</sub> = 2.5 px"), 2)
+        config.write_text("ground_truth_tolerance: [2]\n")
+        self.assertIn("t<sub>gt</sub> = 10 px", self.make())
+
     def test_complete_run_has_no_banner(self):
         text = self.make()
         self.assertNotIn("INCOMPLETE", text)
