@@ -32,7 +32,7 @@ def export(arguments):
     if same:
         text += "; %d selections of an image with itself are left out" % same
     if spaced:
-        text += "; %d pairs with spaces in their names are left out of the lists of pairs" % spaced
+        text += "; %d lines are left out of the lists of pairs, because a name has a space" % spaced
     return text
 
 

@@ -36,16 +36,15 @@ def read_columns(path):
         )
     names = [name.strip().lstrip("# ") for name in lines[0][1]]
     _check_names(path, lines[0][0], names)
-    values = {name: [] for name in names}
     for number, row in lines[1:]:
         if len(row) != len(names):
             raise InputError(
                 "%s, line %d has %d values, the first line names %d columns; separate the values by commas"
                 % (path, number, len(row), len(names))
             )
-        for name, text in zip(names, row):
-            values[name].append(_number(path, number, name, text.strip()))
-    return {name: np.array(column, np.float64) for name, column in values.items()}
+    numbers = [number for number, _ in lines[1:]]
+    columns = list(zip(*(row for _, row in lines[1:]))) or [()] * len(names)
+    return {name: _column(path, name, numbers, texts) for name, texts in zip(names, columns)}
 
 
 def read_csv(path, key):
@@ -120,22 +119,31 @@ def _check_names(path, line, names):
         raise InputError("%s, line %d: 'second_distance' needs the column 'distance'" % (path, line))
 
 
-def _number(path, line, name, text):
+def _column(path, name, lines, texts):
+    """Return the numbers of a column; lines are those of the file that the texts stand in."""
     try:
-        value = float(text)
-    except ValueError as error:
-        raise InputError(
-            "%s, line %d, column '%s': '%s' is not a number" % (path, line, name, text)
-        ) from error
+        values = np.fromiter(map(float, texts), np.float64, len(texts))
+    except ValueError:
+        for line, text in zip(lines, texts):
+            try:
+                float(text)
+            except ValueError as error:
+                raise InputError(
+                    "%s, line %d, column '%s': '%s' is not a number" % (path, line, name, text.strip())
+                ) from error
+        raise
     whole = name in INDICES or name in ("label", "row")
-    least = (
-        0
-        if whole or name in ("distance", "second_distance", "ratio") or name.startswith("size")
-        else -math.inf
-    )
-    if math.isnan(value) and name in NAN_COLUMNS:
-        return value
-    if not value >= least or (whole and not (value == math.floor(value) and value < 2**32)):
-        expected = "a whole number from 0" if whole else "a number from 0" if least == 0 else "a number"
-        raise InputError("%s, line %d, column '%s': '%s' is not %s" % (path, line, name, text, expected))
-    return value
+    from_0 = whole or name in ("distance", "second_distance", "ratio") or name.startswith("size")
+    good = values >= (0 if from_0 else -math.inf)
+    if whole:
+        good &= (values == np.floor(values)) & (values < 2**32)
+    if name in NAN_COLUMNS:
+        good |= np.isnan(values)
+    wrong = np.flatnonzero(~good)
+    if len(wrong):
+        expected = "a whole number from 0" if whole else "a number from 0" if from_0 else "a number"
+        raise InputError(
+            "%s, line %d, column '%s': '%s' is not %s"
+            % (path, lines[wrong[0]], name, texts[wrong[0]].strip(), expected)
+        )
+    return values

@@ -27,6 +27,7 @@ class Saved:  # pylint: disable=too-many-instance-attributes  # the columns of a
     selector: str
     seed: str
     status: str
+    n_putative: int
     n_selected: int
     model_kind: str
     model: str
@@ -66,9 +67,18 @@ class Run:
         if not self.selections:
             raise InputError("%s lists no selection: the run has no finished pair" % path)
 
+    def putative(self, saved):
+        """Return the MatchedPair of the putative matches of a selection."""
+        pair = self._putative(saved.putative)
+        if len(pair.left) != saved.n_putative:
+            raise InputError(
+                "%s holds %d matches, but %s states %d; the run was cut off: resume it"
+                % (pair.source, len(pair.left), INDEX, saved.n_putative)
+            )
+        return pair
+
     @functools.lru_cache(maxsize=4)  # the selections of a pair follow each other
-    def putative(self, name):
-        """Return the MatchedPair of a file of putative matches."""
+    def _putative(self, name):
         return matched_pair(self._columns(name), str(self.folder / name), "")
 
     def selected(self, saved):
@@ -77,11 +87,10 @@ class Run:
         if "row" not in columns:
             raise InputError("%s has no column row" % (self.folder / saved.file))
         rows = columns["row"].astype(np.int64)
-        count = len(self.putative(saved.putative).left)
-        if len(rows) != saved.n_selected or (rows >= count).any():
+        if len(rows) != saved.n_selected or (rows >= saved.n_putative).any():
             raise InputError(
                 "%s holds %d matches of %d, but %s states %d selected ones; the run was cut off: resume it"
-                % (self.folder / saved.file, len(rows), count, INDEX, saved.n_selected)
+                % (self.folder / saved.file, len(rows), saved.n_putative, INDEX, saved.n_selected)
             )
         return columns, rows
 
@@ -100,7 +109,8 @@ def _saved(row, names):
         return names.setdefault(name, fallback) if name.startswith("#") else name or fallback
 
     values = {field.name: row.get(field.name) for field in dataclasses.fields(Saved)}
-    values.update(left_image=image("left"), right_image=image("right"), n_selected=int(row["n_selected"]))
+    values.update(left_image=image("left"), right_image=image("right"))
+    values.update(n_putative=int(row["n_putative"]), n_selected=int(row["n_selected"]))
     values.update(left_size=size("left"), right_size=size("right"))
     if None in values.values():
         raise KeyError([name for name, value in values.items() if value is None][0])
@@ -135,7 +145,7 @@ def keypoints_of(sides):
 def write_npz(run, output):
     """Write one NPZ file for each selection, beside which it has the same path. Return the number of files."""
     for saved in run.selections:
-        putative = run.putative(saved.putative)
+        putative = run.putative(saved)
         columns, rows = run.selected(saved)
         left = keypoints_of([(putative.left, putative.left_index, None)])
         right = keypoints_of([(putative.right, putative.right_index, None)])
@@ -178,7 +188,7 @@ def write_colmap(run, output, size=(0, 0), source=None):
     size:   of images whose size is not known, px
     source: a database whose cameras, images and keypoints are kept
     Returns the number of databases, the number of selections that are left out because both images are the same, and
-    the number of pairs that the lists leave out because a name has a space, at which COLMAP would split it.
+    the number of lines that the lists of pairs lack because a name has a space, at which COLMAP would split it.
     """
     groups, same, spaced = {}, 0, 0
     for saved in run.selections:
@@ -226,7 +236,6 @@ def _images(run, selections, size):
     """Return {name: (number, size, positions, shapes, {(file, side): rows})} of the images of some selections."""
     sides, sizes, places = {}, {}, {}
     for saved in selections:
-        pair = run.putative(saved.putative)
         for side in ("left", "right"):
             name = getattr(saved, side + "_image")
             own, before = getattr(saved, side + "_size"), sizes.get(name, (0, 0))
@@ -238,6 +247,7 @@ def _images(run, selections, size):
             sizes[name] = max(own, before)
             if (saved.putative, side) not in places.setdefault(name, []):
                 places[name].append((saved.putative, side))
+                pair = run.putative(saved)
                 shown = (getattr(pair, side), getattr(pair, side + "_index"), getattr(pair, side + "_shape"))
                 sides.setdefault(name, []).append(shown)
     result = {}

@@ -753,7 +753,7 @@ class Export(MatchFiles):
         index.write_text(index.read_text(encoding="utf-8").replace("c.jpg", "my c.jpg"), encoding="utf-8")
         code, text = self.export("--format", "colmap")
         self.assertEqual(code, 0, text)
-        self.assertIn("2 pairs with spaces in their names are left out of the lists of pairs", text)
+        self.assertIn("2 lines are left out of the lists of pairs, because a name has a space", text)
         folder = self.root / "matches/colmap/set/given/none"
         self.assertEqual((folder / "usac.pairs.txt").read_text(encoding="utf-8"), "a.jpg b.jpg\n")
         self.assertEqual(len(self.read("matches/colmap/set/given/none/usac.db")), 2)
@@ -784,7 +784,7 @@ class Export(MatchFiles):
             file = self.root / "matches/csv/set/s/ab/given/none" / (name + ".csv")
             file.write_text(file.read_text(encoding="utf-8").split("\n", 1)[0] + "\n", encoding="utf-8")
         index = self.root / "matches/index.csv"
-        text = index.read_text(encoding="utf-8").replace("ok,3,2,", "ok,0,0,")
+        text = index.read_text(encoding="utf-8").replace("ok,3,2,", "ok,0,0,").replace("ok,3,0,", "ok,0,0,")
         index.write_text(text, encoding="utf-8")
         with mock.patch.object(np, "unique", old_unique):
             for form in ("npz", "colmap"):
@@ -865,6 +865,13 @@ class Export(MatchFiles):
                 code, text = self.export("--format", form)
                 self.assertEqual(code, 2, text)
                 self.assertIn(part, text)
+        file.write_text(whole, encoding="utf-8")
+        putative = cell / "putative.csv"
+        putative.write_text(putative.read_text(encoding="utf-8").rsplit("\n", 2)[0] + "\n", encoding="utf-8")
+        for form in ("npz", "colmap"):
+            code, text = self.export("--format", form)
+            self.assertEqual(code, 2, text)
+            self.assertIn("putative.csv holds 2 matches, but index.csv states 3", text)
         index = self.root / "matches/index.csv"
         lines = index.read_text(encoding="utf-8").splitlines()
         index.write_text("\n".join(lines[:2] + [lines[2][:60]]) + "\n", encoding="utf-8")
