@@ -153,35 +153,56 @@ inline std::map<std::string, std::string> configure(const std::string& nodelet,
   return answer;
 }
 
-/// Catches the warnings and errors that this process logs, nodelets in it included.
-class Log : public ros::console::LogAppender {
+/// The warnings and errors that this process logs while the object exists, those of its nodelets included.
+class Log {
  public:
-  Log() { ros::console::register_appender(this); }
-  ~Log() override { ros::console::deregister_appender(this); }
-
-  void log(ros::console::Level level, const char* text, const char*, const char*, int) override {
-    if (level < ros::console::levels::Warn) return;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    lines_.emplace_back(text);
-  }
-
-  std::size_t count(const std::string& part) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return static_cast<std::size_t>(std::count_if(lines_.begin(), lines_.end(), [&](const std::string& line) {
+  std::size_t count(const std::string& part) const {
+    const std::vector<std::string> lines = recorder().since(begin_);
+    return static_cast<std::size_t>(std::count_if(lines.begin(), lines.end(), [&](const std::string& line) {
       return line.find(part) != std::string::npos;
     }));
   }
 
-  std::string text() {
-    const std::lock_guard<std::mutex> lock(mutex_);
+  std::string text() const {
     std::string text;
-    for (const std::string& line : lines_) text += line + "\n";
+    for (const std::string& line : recorder().since(begin_)) text += line + "\n";
     return text;
   }
 
  private:
-  std::mutex mutex_;
-  std::vector<std::string> lines_;
+  class Recorder : public ros::console::LogAppender {
+   public:
+    Recorder() { ros::console::register_appender(this); }
+
+    void log(ros::console::Level level, const char* text, const char*, const char*, int) override {
+      if (level < ros::console::levels::Warn) return;
+      const std::lock_guard<std::mutex> lock(mutex_);
+      lines_.emplace_back(text);
+    }
+
+    std::vector<std::string> since(std::size_t begin) const {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      return {lines_.begin() + static_cast<std::ptrdiff_t>(begin), lines_.end()};
+    }
+
+    std::size_t size() const {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      return lines_.size();
+    }
+
+   private:
+    mutable std::mutex mutex_;
+    std::vector<std::string> lines_;
+  };
+
+  /// One for the whole process, never removed: the rosconsole of Debian 11 crashes at the next message after
+  /// deregister_appender() and another register_appender().
+  static Recorder& recorder() {
+    static auto* const recorder = new Recorder;
+    return *recorder;
+  }
+
+  const std::size_t begin_ = recorder().size();
 };
 
 /// The newest status of every name on /diagnostics.
