@@ -13,7 +13,8 @@
 namespace corrsel::core {
 
 bool estimatesHomographies(const BenchmarkConfig& config) {
-  return std::find(config.sections.begin(), config.sections.end(), "pose") != config.sections.end();
+  return std::any_of(config.sections.begin(), config.sections.end(),
+                     [](const std::string& section) { return section == "pose" || section == "budget"; });
 }
 
 bool estimatesPoses(const BenchmarkConfig& config) {

@@ -239,20 +239,22 @@ TEST_F(Runner, MatchesAreSavedOnDemandOnly) {
   EXPECT_FALSE(fs::exists(root_ / "without" / "matches"));
 }
 
-TEST_F(Runner, CornersAreMeasuredInTheExperimentPoseOnly) {
+TEST_F(Runner, CornersAreMeasuredInTheExperimentsThatShowThem) {
   config_.features = {"orb+orb"};
   config_.preselection = {"none"};
   config_.selectors = {"gms", "keep_all"};
   run("without", 2);
   EXPECT_TRUE(readPoses((root_ / "without").string()).empty());
-  config_.sections = {"pose"};
-  run("with", 2);
-  const std::vector<PoseRow> rows = readPoses((root_ / "with").string());
-  ASSERT_EQ(rows.size(), 2U * 3);
-  EXPECT_EQ(rows[2].selector, kGroundTruthSelection);
-  EXPECT_LT(rows[2].corner_error, 1);
-  EXPECT_TRUE(std::isnan(rows[2].pose_error));
-  EXPECT_EQ(RunFolder((root_ / "with").string(), config_, true).doneCount(), 2U);
+  for (const std::string section : {"pose", "budget"}) {
+    config_.sections = {section};
+    run(section, 2);
+    const std::vector<PoseRow> rows = readPoses((root_ / section).string());
+    ASSERT_EQ(rows.size(), 2U * 3) << section;
+    EXPECT_EQ(rows[2].selector, kGroundTruthSelection);
+    EXPECT_LT(rows[2].corner_error, 1);
+    EXPECT_TRUE(std::isnan(rows[2].pose_error));
+    EXPECT_EQ(RunFolder((root_ / section).string(), config_, true).doneCount(), 2U);
+  }
 }
 
 /// The pairs of MemorySource, whose poses are given as well.
