@@ -53,6 +53,17 @@ cv::Mat picture(const cv::Size& size = {420, 360}, std::uint32_t seed = 3) {
   return image;
 }
 
+Features detected(const cv::Mat& image, const SiftOptions& options = {}, int threads = 1,
+                  const PlaceMask& mask = {}) {
+  Features features;
+  features.image_size = image.size();
+  DetectionRequest request{image, threads, mask};
+  request.describe = true;
+  SiftDetector(options).detect(request, features);
+  return features;
+}
+
+#if CV_VERSION_MAJOR > 4 || (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 4)
 /// Noise of all scales, as in photographs.
 cv::Mat texture(const cv::Size& size, std::uint32_t seed) {
   Random random(seed);
@@ -70,16 +81,6 @@ cv::Mat texture(const cv::Size& size, std::uint32_t seed) {
   return image;
 }
 
-Features detected(const cv::Mat& image, const SiftOptions& options = {}, int threads = 1,
-                  const PlaceMask& mask = {}) {
-  Features features;
-  features.image_size = image.size();
-  DetectionRequest request{image, threads, mask};
-  request.describe = true;
-  SiftDetector(options).detect(request, features);
-  return features;
-}
-
 /// The share of the keypoints of `a` that have one of `b` within half a pixel and 10 % of the scale.
 double shareFound(const std::vector<cv::KeyPoint>& a, const std::vector<cv::KeyPoint>& b) {
   int found = 0;
@@ -94,7 +95,6 @@ double shareFound(const std::vector<cv::KeyPoint>& a, const std::vector<cv::KeyP
   return double(found) / double(std::max<std::size_t>(1, a.size()));
 }
 
-#if CV_VERSION_MAJOR > 4 || (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 4)
 std::vector<cv::KeyPoint> openCvKeypoints(const cv::Mat& image) {
   std::vector<cv::KeyPoint> keypoints;
   cv::SIFT::create()->detect(image, keypoints);
