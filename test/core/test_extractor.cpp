@@ -289,7 +289,9 @@ TEST(Extractor, NamesWhatIsValid) {
   for (const auto& [name, meant] : misspelt) {
     EXPECT_EQ(errorOf<std::invalid_argument>([name = name] { createExtractor(name); }),
               "unknown features '" + name + "'; did you mean '" + meant + "'?" + valid.substr(1));
-    if (!isMissing(meant)) EXPECT_EQ(createExtractor(meant)->name(), meant);
+    if (!isMissing(meant)) {
+      EXPECT_EQ(createExtractor(meant)->name(), meant);
+    }
   }
   EXPECT_EQ(errorOf<std::invalid_argument>([] {
               createExtractor("orb+orb", {{"orb", {{"sigma", "1"}}}});
