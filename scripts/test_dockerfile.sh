@@ -19,7 +19,7 @@ folder=${1:-$cache_dir/docker}
 root=$folder/root
 mkdir -p "$folder"
 
-install_packages debootstrap
+install_packages debootstrap python3-rosdep2
 make_root "$root" bullseye "${CORRSEL_DEBIAN_MIRROR:-http://deb.debian.org/debian}"
 install_in "$root" build-essential catkin cmake python3-rosdep2
 
@@ -29,11 +29,14 @@ rm -rf "$root/workspace/src/corrsel"
 copy_sources "$root/workspace/src/corrsel"
 : >"$root/opt/ros/noetic/setup.bash"
 write_rosdep_sources "$root/opt/rosdep" noetic /workspace/src/corrsel
+# Debian 11's rosdep comes without Debian's rules. Those of a newer release name the same packages.
+rules=/usr/share/python3-rosdep2/debian.yaml
+[ -e "$root$rules" ] || install -D -m 644 "$rules" "$root$rules"
 
 mapfile -t steps < <(sed -n 's/^RUN //p' "$package_dir/docker/noetic.Dockerfile")
 for step in "${steps[@]}"; do
   say "RUN $step"
-  in_root "$root" --variable ROS_HOSTNAME=localhost --variable ROS_DISTRO=noetic \
+  in_root "$root" --variable ROS_HOSTNAME=localhost \
     --variable ROSDEP_SOURCE_PATH=/opt/rosdep --variable ROSDISTRO_INDEX_URL=file:///opt/rosdep/index-v4.yaml <<COMMANDS
 cd /workspace
 {
