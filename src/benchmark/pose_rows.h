@@ -10,8 +10,8 @@
 
 namespace corrsel::core {
 
-/// Whether the run estimates homographies: only the experiments `pose` and `budget` do, because they would make
-/// other runs on datasets with homographies slower by about 30 %.
+/// Whether the run estimates homographies: only the experiments `pose` and `budget` do, because they would
+/// make other runs on datasets with homographies slower by about 30 %.
 bool estimatesHomographies(const BenchmarkConfig& config);
 
 /// Whether the run estimates poses where they are known: all runs but those of the experiment `curves` alone,
