@@ -14,7 +14,7 @@ SELECTOR = 2
 
 
 def load():
-    """Return the catalogue as src/nodes/option_catalogue.cpp writes it."""
+    """Return the catalogue as src/programs/option_catalogue.cpp writes it."""
     with open(PATH, encoding="utf-8") as file:
         return json.load(file)
 

@@ -34,8 +34,19 @@ class Workspace {
   /// The workspace of the calling thread.
   static Workspace& ofThread();
 
+  /// The part of type T, made by its default constructor where there is none yet. The reference stays valid
+  /// until release().
+  template <class T>
+  T& part() {
+    static char key;  // its address identifies T
+    std::shared_ptr<void>& part = find(&key);
+    if (!part) part = std::make_shared<T>();
+    return *static_cast<T*>(part.get());
+  }
+
  private:
-  friend class WorkspaceScope;
+  std::shared_ptr<void>& find(const void* key);
+
   std::vector<std::pair<const void*, std::shared_ptr<void>>> parts_;
 };
 

@@ -30,12 +30,11 @@ WorkspaceScope::~WorkspaceScope() { given = before_; }
 
 Workspace& WorkspaceScope::current() { return given != nullptr ? *given : Workspace::ofThread(); }
 
-std::shared_ptr<void>& WorkspaceScope::find(const void* key) {
-  auto& parts = current().parts_;
-  for (auto& [part_key, part] : parts) {
+std::shared_ptr<void>& Workspace::find(const void* key) {
+  for (auto& [part_key, part] : parts_) {
     if (part_key == key) return part;
   }
-  return parts.emplace_back(key, nullptr).second;
+  return parts_.emplace_back(key, nullptr).second;
 }
 
 }  // namespace corrsel::core

@@ -20,15 +20,10 @@ class WorkspaceScope {
   /// The part of type T in the current workspace; made by its default constructor where there is none yet.
   template <class T>
   static T& part() {
-    static char key;  // its address identifies T
-    std::shared_ptr<void>& part = find(&key);
-    if (!part) part = std::make_shared<T>();
-    return *static_cast<T*>(part.get());
+    return current().part<T>();
   }
 
  private:
-  static std::shared_ptr<void>& find(const void* key);
-
   Workspace* before_;
 };
 

@@ -7,10 +7,10 @@
 #include "base/deadline.h"
 #include "base/text.h"
 #include "base/workspace_scope.h"
-#include "consensus/ordering.h"
-#include "consensus/search.h"
-#include "consensus/significant_model.h"
 #include "corrsel/selectors/usac.h"
+#include "search/ordering.h"
+#include "search/search.h"
+#include "search/significant_model.h"
 
 namespace corrsel::core {
 
@@ -64,13 +64,13 @@ double inlierThreshold(const AcransacOptions& options, ModelKind kind, double mo
 
 }  // namespace
 
-void AcransacSelector::run(const Correspondences& matches, Selection& result) const {
+void AcransacSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const Deadline deadline(options_.max_seconds);
   AcransacOptions options = options_;
   const bool either = options.model == ModelKind::kNone;
   if (either) options.model = ModelKind::kHomography;
   if (!isEnough(matches.size(), problemOf(options), result)) return;
-  AcransacMemory& work = WorkspaceScope::part<AcransacMemory>();
+  AcransacMemory& work = workspace.part<AcransacMemory>();
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
   normalizeMatches(matches, work.rows, work.normalized);
   work.significance.assign(matches);

@@ -11,9 +11,9 @@
 #include "base/deadline.h"
 #include "base/text.h"
 #include "base/workspace_scope.h"
-#include "consensus/ordering.h"
-#include "consensus/support.h"
 #include "kernels/kernels.h"
+#include "search/ordering.h"
+#include "search/support.h"
 #include "selectors/parts/degenerate_input.h"
 
 namespace corrsel::core {
@@ -456,7 +456,7 @@ std::string AdalamSelector::missingInput(const Correspondences& matches) const {
   return "";
 }
 
-void AdalamSelector::run(const Correspondences& matches, Selection& result) const {
+void AdalamSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
   if (n < kFewest) {
     result.status = Status::kTooFew;
@@ -465,7 +465,7 @@ void AdalamSelector::run(const Correspondences& matches, Selection& result) cons
   }
   if (endsAtEqualPoints(matches, result)) return;
   const Deadline deadline(options_.max_seconds);
-  AdalamMemory& work = WorkspaceScope::part<AdalamMemory>();
+  AdalamMemory& work = workspace.part<AdalamMemory>();
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options_.seed), work.shuffled);
   const bool ordered = work.ordering.byQuality(matches, work.shuffled, work.by_quality);
   if (!ordered) {

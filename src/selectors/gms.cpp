@@ -271,10 +271,10 @@ std::string GmsSelector::missingInput(const Correspondences& matches) const {
          " image";
 }
 
-void GmsSelector::run(const Correspondences& matches, Selection& result) const {
+void GmsSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
   if (n == 0) return;
-  Voting& work = WorkspaceScope::part<Voting>();
+  Voting& work = workspace.part<Voting>();
   work.start(matches, options_.grid, options_.drop_first_cells);
   const int scales = options_.scale ? 5 : 1, rotations = options_.rotation ? kRotations : 1;
   std::uint32_t most = 0;

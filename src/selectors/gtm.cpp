@@ -227,7 +227,7 @@ std::string GtmSelector::missingInput(const Correspondences& matches) const {
   return "";
 }
 
-void GtmSelector::run(const Correspondences& matches, Selection& result) const {
+void GtmSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
   if (n == 0) return;
   const Deadline deadline(options_.max_seconds);
@@ -240,7 +240,7 @@ void GtmSelector::run(const Correspondences& matches, Selection& result) const {
     return;
   }
   if (rows.size() < n) result.message = std::to_string(n - rows.size()) + " matches have no usable frames";
-  PairMemory& space = WorkspaceScope::part<PairMemory>();
+  PairMemory& space = workspace.part<PairMemory>();
   space.distinct.assign(matches, maps, rows);
   double lambda = options_.lambda;
   if (options_.normalize_lambda)

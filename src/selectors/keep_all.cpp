@@ -4,7 +4,7 @@
 
 namespace corrsel::core {
 
-void KeepAllSelector::run(const Correspondences&, Selection& result) const {
+void KeepAllSelector::run(const Correspondences&, Workspace&, Selection& result) const {
   std::fill(result.mask.begin(), result.mask.end(), std::uint8_t{1});
 }
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/workspace_scope.h"
-#include "consensus/support.h"
 #include "kernels/kernels.h"
+#include "search/support.h"
 #include "selectors/parts/degenerate_input.h"
 #include "selectors/parts/trusted_set.h"
 
@@ -319,7 +319,7 @@ std::string LafSelector::missingInput(const Correspondences& matches) const {
   return options_.guided ? TrustedSet::missingInput(matches, "laf with guided = true") : "";
 }
 
-void LafSelector::run(const Correspondences& matches, Selection& result) const {
+void LafSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
   if (n < kFewest) {
     result.status = Status::kTooFew;
@@ -327,7 +327,7 @@ void LafSelector::run(const Correspondences& matches, Selection& result) const {
     return;
   }
   if (endsAtEqualPoints(matches, result)) return;
-  LafMemory& work = WorkspaceScope::part<LafMemory>();
+  LafMemory& work = workspace.part<LafMemory>();
   const double least_variance = std::max(kLeastVariance, scale(matches, options_.noise_floor, work));
   markUnique(matches, work);
   work.active = work.unique;

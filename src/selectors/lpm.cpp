@@ -9,7 +9,7 @@
 
 #include "base/workspace_scope.h"
 #include "kernels/kernels.h"
-#include "selectors/parts/match_neighbours.h"
+#include "points/match_neighbours.h"
 #include "selectors/parts/trusted_set.h"
 
 namespace corrsel::core {
@@ -245,8 +245,8 @@ std::string LpmSelector::missingInput(const Correspondences& matches) const {
   return options_.guided ? TrustedSet::missingInput(matches, "lpm with guided = true") : "";
 }
 
-void LpmSelector::run(const Correspondences& matches, Selection& result) const {
-  LpmMemory& work = WorkspaceScope::part<LpmMemory>();
+void LpmSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
+  LpmMemory& work = workspace.part<LpmMemory>();
   MatchNeighbours& all = work.all;
   all.assign(matches, options_.merge_duplicates);
   const Layout layout = layoutOf(options_);

@@ -40,7 +40,7 @@ std::string NnsrSelector::missingInput(const Correspondences& matches) const {
   return std::string("nnsr needs the column ") + (matches.distance.empty() ? "distance" : "second_distance");
 }
 
-void NnsrSelector::run(const Correspondences& matches, Selection& result) const {
+void NnsrSelector::run(const Correspondences& matches, Workspace&, Selection& result) const {
   const std::size_t n = matches.size();
   result.score.assign(n, 0.0F);
   std::vector<double> ratios(n, std::numeric_limits<double>::quiet_NaN()), defined;

@@ -5,9 +5,9 @@
 
 #include "base/deadline.h"
 #include "base/workspace_scope.h"
-#include "consensus/ordering.h"
-#include "consensus/search.h"
 #include "corrsel/selectors/usac.h"
+#include "search/ordering.h"
+#include "search/search.h"
 #include "selectors/parts/sequential_planes.h"
 
 namespace corrsel::core {
@@ -52,13 +52,13 @@ struct PlanesMemory {
 
 }  // namespace
 
-void PlanesSelector::run(const Correspondences& matches, Selection& result) const {
+void PlanesSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const Deadline deadline(options_.max_seconds);
   PlanesOptions options = options_;
   if (options.frames && !matches.left_frame.empty() && !matches.right_frame.empty())
     options.sampler = ConsensusOptions::Sampler::kFrames;
   if (!isEnough(matches.size(), problemOf(options), result)) return;
-  PlanesMemory& work = WorkspaceScope::part<PlanesMemory>();
+  PlanesMemory& work = workspace.part<PlanesMemory>();
   work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
   SequentialPlanes& search = work.search;
   search.find(matches, work.rows, nullptr, options, deadline, result);

@@ -1,6 +1,6 @@
 #include "corrsel/selectors/ransac.h"
 
-#include "consensus/search.h"
+#include "search/search.h"
 #include "selectors/parts/model_choice.h"
 
 namespace corrsel::core {
@@ -22,7 +22,7 @@ Presets RansacSelector::presets() const {
           {"lo_prosac", {{"local_optimization", "true"}, {"sampler", "prosac"}}}};
 }
 
-void RansacSelector::run(const Correspondences& matches, Selection& result) const {
+void RansacSelector::run(const Correspondences& matches, Workspace&, Selection& result) const {
   if (options_.model == ModelKind::kNone) {
     searchEitherModel(matches, options_, options_.threshold, options_.threshold, result);
   } else {

@@ -10,7 +10,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/workspace_scope.h"
-#include "consensus/significance.h"
+#include "search/significance.h"
 
 namespace corrsel::core {
 namespace {
@@ -154,7 +154,7 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
     if (!missing.empty()) {
       fail(result, n, Status::kUnsupportedInput, missing);
     } else if (allUsable(matches)) {
-      run(matches, result);
+      run(matches, workspace, result);
       requireSense(result, n);
       requireConfidence(matches, result, minConfidence());
     } else {
@@ -163,7 +163,7 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
       Selection inner;
       inner.mask.assign(rows.size(), 0);
       const Correspondences kept = matches.subset(rows);
-      run(kept, inner);
+      run(kept, workspace, inner);
       requireSense(inner, rows.size());
       requireConfidence(kept, inner, minConfidence());
       for (std::size_t i = 0; i < rows.size(); ++i) result.mask[rows[i]] = inner.mask[i];

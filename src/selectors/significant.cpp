@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/workspace_scope.h"
-#include "consensus/significance.h"
-#include "selectors/parts/match_neighbours.h"
+#include "points/match_neighbours.h"
+#include "search/significance.h"
 
 namespace corrsel::core {
 namespace {
@@ -83,8 +83,8 @@ void SignificantOptions::visit(OptionVisitor& visitor) const {
   visitConfidence(visitor);
 }
 
-void SignificantSelector::run(const Correspondences& matches, Selection& result) const {
-  SignificantMemory& work = WorkspaceScope::part<SignificantMemory>();
+void SignificantSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
+  SignificantMemory& work = workspace.part<SignificantMemory>();
   work.all.assign(matches, true);
   if (!work.all.canForm(kFewest, name(), result)) return;
   const double area = areaOf(matches, work.all);

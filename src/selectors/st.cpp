@@ -9,7 +9,7 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "base/workspace_scope.h"
-#include "consensus/support.h"
+#include "search/support.h"
 #include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_matrix.h"
 
@@ -309,11 +309,11 @@ Presets StSelector::presets() const {
           {"rrwm", {{"walk", "reweighted"}}}};
 }
 
-void StSelector::run(const Correspondences& matches, Selection& result) const {
+void StSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
   if (n == 0) return;
   const Deadline deadline(options_.max_seconds);
-  PairMemory& space = WorkspaceScope::part<PairMemory>();
+  PairMemory& space = workspace.part<PairMemory>();
   std::vector<std::uint32_t> rows(n);
   std::iota(rows.begin(), rows.end(), 0U);
   space.distinct.assign(matches, {}, rows);

@@ -1,6 +1,6 @@
 #include "corrsel/selectors/usac.h"
 
-#include "consensus/search.h"
+#include "search/search.h"
 #include "selectors/parts/model_choice.h"
 
 namespace corrsel::core {
@@ -32,7 +32,7 @@ Presets UsacSelector::presets() const {
       {"paper", {{"error", "symmetric_transfer"}, {"one_to_one", "false"}, {"max_iterations", "850000"}}}};
 }
 
-void UsacSelector::run(const Correspondences& matches, Selection& result) const {
+void UsacSelector::run(const Correspondences& matches, Workspace&, Selection& result) const {
   // The paper's thresholds, except for the smaller error, which the paper does not have.
   constexpr double kFundamental = 1.5, kTransfer = 10.0, kSmallerTransfer = 5.0;
   const bool given = options_.threshold > 0;

@@ -471,7 +471,7 @@ std::string VfcSelector::missingInput(const Correspondences& matches) const {
   return options_.guided ? TrustedSet::missingInput(matches, "vfc with guided = true") : "";
 }
 
-void VfcSelector::run(const Correspondences& matches, Selection& result) const {
+void VfcSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
   if (n < kFewest) {
     result.status = Status::kTooFew;
@@ -479,7 +479,7 @@ void VfcSelector::run(const Correspondences& matches, Selection& result) const {
     return;
   }
   const Deadline deadline(options_.max_seconds);
-  VfcMemory& work = WorkspaceScope::part<VfcMemory>();
+  VfcMemory& work = workspace.part<VfcMemory>();
   std::size_t fitted = chooseRows(matches, options_, work);
   std::optional<Frames> frames = layOut(matches, fitted, work);
   if (!frames && fitted < n) {

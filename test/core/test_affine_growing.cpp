@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "consensus/affine_growing.h"
+#include "search/affine_growing.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "selectors/parts/local_support.h"
+#include "auto/local_support.h"
 #include "test_support.h"
 
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "consensus/significance.h"
 #include "corrsel/selectors/auto.h"
+#include "search/significance.h"
 #include "test_support.h"
 
 namespace corrsel::core {

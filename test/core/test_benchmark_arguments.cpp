@@ -4,7 +4,7 @@
 #include <regex>
 
 #include "base/text.h"
-#include "nodes/benchmark/argument_table.h"
+#include "programs/benchmark/argument_table.h"
 #include "test_paths.h"
 #include "test_support.h"
 

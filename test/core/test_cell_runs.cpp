@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "selectors/parts/cell_runs.h"
+#include "points/cell_runs.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "selectors/parts/cluster_numbers.h"
+#include "reference/cluster_numbers.h"
 
 namespace corrsel::core {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <sstream>
 
-#include "nodes/command_line.h"
+#include "programs/command_line.h"
 #include "test_support.h"
 
 namespace corrsel {

@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
-#include "consensus/degensac.h"
-#include "consensus/local_optimization.h"
 #include "corrsel/selectors/usac.h"
 #include "geometry/fundamental.h"
 #include "geometry/homography.h"
 #include "geometry/residual.h"
+#include "search/degensac.h"
+#include "search/local_optimization.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -3,10 +3,10 @@
 #include <map>
 #include <set>
 
-#include "consensus/support.h"
-#include "consensus/verifier.h"
 #include "corrsel/selectors/ransac.h"
 #include "geometry/residual.h"
+#include "search/support.h"
+#include "search/verifier.h"
 #include "test_support.h"
 
 namespace corrsel::core {

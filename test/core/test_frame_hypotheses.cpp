@@ -3,8 +3,8 @@
 #include <limits>
 #include <numeric>
 
-#include "consensus/frame_hypotheses.h"
 #include "geometry/frame_map.h"
+#include "search/frame_hypotheses.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "corrsel/selectors/frame_votes.h"
+#include "corrsel/reference/frame_votes.h"
 #include "test_support.h"
 
 namespace corrsel::core {

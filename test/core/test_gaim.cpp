@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "corrsel/selectors/gaim.h"
+#include "corrsel/reference/gaim.h"
 #include "geometry/frame_map.h"
 #include "test_support.h"
 

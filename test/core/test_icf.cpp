@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "base/text.h"
-#include "corrsel/selectors/icf.h"
+#include "corrsel/reference/icf.h"
 #include "test_support.h"
 
 namespace corrsel::core {

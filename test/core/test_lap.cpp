@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "adelaide_counts.h"
-#include "corrsel/selectors/lap.h"
+#include "corrsel/reference/lap.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "selectors/parts/leftover.h"
+#include "auto/leftover.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -3,8 +3,8 @@
 #include <complex>
 #include <limits>
 
-#include "consensus/ordering.h"
-#include "selectors/parts/local_support.h"
+#include "auto/local_support.h"
+#include "search/ordering.h"
 #include "test_support.h"
 
 namespace corrsel::core {

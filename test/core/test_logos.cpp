@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "corrsel/selectors/logos.h"
+#include "corrsel/reference/logos.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "selectors/parts/match_neighbours.h"
+#include "points/match_neighbours.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "consensus/mlesac.h"
+#include "search/mlesac.h"
 #include "test_support.h"
 
 namespace corrsel::core {

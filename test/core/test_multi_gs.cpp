@@ -3,10 +3,10 @@
 #include <limits>
 #include <set>
 
-#include "consensus/multi_gs.h"
-#include "consensus/sampler.h"
-#include "consensus/two_view.h"
 #include "geometry/residual.h"
+#include "search/multi_gs.h"
+#include "search/sampler.h"
+#include "search/two_view.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "selectors/parts/occupied_cells.h"
+#include "points/occupied_cells.h"
 
 namespace corrsel::core {
 namespace {

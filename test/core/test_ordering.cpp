@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "consensus/ordering.h"
+#include "search/ordering.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "geometry/frame_map.h"
-#include "selectors/parts/distinct_matches.h"
-#include "selectors/parts/pair_graph.h"
+#include "points/distinct_matches.h"
+#include "reference/pair_graph.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "consensus/ordering.h"
+#include "auto/parallax.h"
 #include "geometry/fundamental.h"
 #include "geometry/residual.h"
-#include "selectors/parts/parallax.h"
+#include "search/ordering.h"
 #include "test_support.h"
 
 namespace corrsel::core {

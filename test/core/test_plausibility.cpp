@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "selectors/parts/plausibility.h"
+#include "auto/plausibility.h"
 #include "test_support.h"
 
 namespace corrsel::core {

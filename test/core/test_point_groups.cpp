@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "consensus/support.h"
+#include "search/support.h"
 
 namespace corrsel::core {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <set>
 
-#include "consensus/progressive_napsac.h"
-#include "consensus/sampler.h"
+#include "search/progressive_napsac.h"
+#include "search/sampler.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <vector>
 
-#include "selectors/parts/rank_distance.h"
+#include "reference/rank_distance.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "adelaide_counts.h"
-#include "corrsel/selectors/ranks.h"
-#include "selectors/parts/rank_distance.h"
+#include "corrsel/reference/ranks.h"
+#include "reference/rank_distance.h"
 #include "test_support.h"
 
 namespace corrsel::core {

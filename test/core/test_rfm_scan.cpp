@@ -5,7 +5,7 @@
 #include <set>
 
 #include "adelaide_counts.h"
-#include "corrsel/selectors/rfm_scan.h"
+#include "corrsel/reference/rfm_scan.h"
 #include "test_support.h"
 
 namespace corrsel::core {

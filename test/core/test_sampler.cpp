@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "consensus/sampler.h"
+#include "search/sampler.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -2,9 +2,9 @@
 
 #include <numeric>
 
-#include "consensus/ordering.h"
-#include "consensus/search.h"
 #include "corrsel/selectors/usac.h"
+#include "search/ordering.h"
+#include "search/search.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -5,7 +5,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "consensus/significance.h"
+#include "search/significance.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -31,7 +31,9 @@ class Stub : public Selector {
   std::string missingInput(const Correspondences& matches) const override {
     return needs_distance_ && matches.distance.empty() ? "stub needs the column distance" : "";
   }
-  void run(const Correspondences& matches, Selection& result) const override { run_(matches, result); }
+  void run(const Correspondences& matches, Workspace&, Selection& result) const override {
+    run_(matches, result);
+  }
 
  private:
   Run run_;
@@ -292,7 +294,7 @@ class Confident : public SelectorWithOptions<OptionsOfConfident> {
   double confidence = 9.25;
 
  protected:
-  void run(const Correspondences&, Selection& result) const override {
+  void run(const Correspondences&, Workspace&, Selection& result) const override {
     result.mask[0] = 1;
     result.score = {1, 0, 0};
     result.model_kind = ModelKind::kHomography;

@@ -182,7 +182,7 @@ class Stranger : public Selector {
   int configured = 0;
 
  protected:
-  void run(const Correspondences& matches, Selection& result) const override {
+  void run(const Correspondences& matches, Workspace&, Selection& result) const override {
     if (!matches.empty()) result.mask[0] = 1;
   }
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "consensus/significance.h"
+#include "search/significance.h"
 #include "test_support.h"
 
 namespace corrsel::core {

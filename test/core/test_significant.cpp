@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "adelaide_counts.h"
-#include "consensus/significance.h"
 #include "corrsel/selectors/significant.h"
+#include "search/significance.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "consensus/sprt.h"
+#include "search/sprt.h"
 #include "test_support.h"
 
 namespace corrsel::core {

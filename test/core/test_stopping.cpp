@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "consensus/stopping.h"
+#include "search/stopping.h"
 #include "test_support.h"
 
 namespace corrsel::core {

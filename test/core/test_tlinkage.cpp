@@ -4,7 +4,7 @@
 #include <set>
 
 #include "base/text.h"
-#include "corrsel/selectors/tlinkage.h"
+#include "corrsel/reference/tlinkage.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "consensus/local_optimization.h"
-#include "consensus/verifier.h"
 #include "geometry/homography.h"
+#include "search/local_optimization.h"
+#include "search/verifier.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -80,7 +80,7 @@ class Wrapper : public Selector {
   mutable Workspace* used = nullptr;
 
  protected:
-  void run(const Correspondences& matches, Selection& result) const override {
+  void run(const Correspondences& matches, Workspace&, Selection& result) const override {
     used = &WorkspaceScope::current();
     result = inner_->select(matches);
   }

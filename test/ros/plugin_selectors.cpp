@@ -25,7 +25,7 @@ class All : public Selector {
   void configure(const core::OptionMap& options) override { setOptions(options_, options, name()); }
 
  protected:
-  void run(const core::Correspondences&, core::Selection& result) const override {
+  void run(const core::Correspondences&, core::Workspace&, core::Selection& result) const override {
     result.mask.assign(result.mask.size(), 1);
   }
 
@@ -39,7 +39,7 @@ class Wrapping : public All {
   Wrapping() : inner_(core::createSelector("test_selectors/All")) {}
 
  protected:
-  void run(const core::Correspondences& matches, core::Selection& result) const override {
+  void run(const core::Correspondences& matches, core::Workspace&, core::Selection& result) const override {
     result = inner_->select(matches);
   }
 

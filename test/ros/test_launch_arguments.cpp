@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "nodes/command_line.h"
-#include "nodes/launch_arguments.h"
+#include "programs/command_line.h"
+#include "programs/launch_arguments.h"
 
 namespace corrsel {
 namespace {

@@ -37,7 +37,7 @@ void NormalizedMedianOptions::visit(OptionVisitor& visitor) const {
 
 Presets NormalizedMedian::presets() const { return {{"strict", {{"neighbours", "16"}, {"threshold", "1"}}}}; }
 
-void NormalizedMedian::run(const Correspondences& matches, Selection& result) const {
+void NormalizedMedian::run(const Correspondences& matches, Workspace&, Selection& result) const {
   const std::size_t n = matches.size(), k = static_cast<std::size_t>(options_.neighbours);
   if (n <= k) {
     result.status = Status::kTooFew;

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "corrsel/consensus/options.h"
+#include "corrsel/search/options.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -24,8 +24,8 @@ struct AcransacOptions : ConsensusOptions {
 /// the smallest number is the one that separates the model from chance best. The number also decides
 /// whether there is a model at all.
 ///
-/// Algorithm: consensus/significant_model.h finds the model and the threshold e at which it is the most
-/// significant. The test is the one that defines the confidence of all selectors (consensus/significance.h).
+/// Algorithm: search/significant_model.h finds the model and the threshold e at which it is the most
+/// significant. The test is the one that defines the confidence of all selectors (search/significance.h).
 /// e is about 1.5 to 2 standard deviations of the noise, so that it leaves out right matches. Selected is
 /// therefore every match whose error is at most `widen` e, but at least `min_threshold` and at most
 /// `max_threshold`. With `model` = `auto` both kinds of model are searched, and the more significant one is
@@ -58,7 +58,7 @@ class AcransacSelector : public SelectorWithOptions<AcransacOptions> {
   std::string missingInput(const Correspondences& matches) const override {
     return options_.missingInput(matches);
   }
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

@@ -83,7 +83,7 @@ class AdalamSelector : public SelectorWithOptions<AdalamOptions> {
 
  protected:
   std::string missingInput(const Correspondences& matches) const override;
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

@@ -37,9 +37,9 @@ struct AutoOptions : ConfidenceOptions {
 ///     local support on L. Where that found little, the maps that the frames of single matches give are tried
 ///     on all matches (frame_hypotheses.h), and PROSAC draws from all. Where still nothing is significant,
 ///     `hard_search` hypotheses are drawn in the order of the descriptor distances. Each candidate is refined
-///     on all matches and scored with one-to-one support (consensus/support.h). Matches are on the plane if
+///     on all matches and scored with one-to-one support (search/support.h). Matches are on the plane if
 ///     the smaller one of their transfer errors in both images is at most `threshold`.
-///  3. If the homography is significant (consensus/significance.h) and leaves nothing sizable over
+///  3. If the homography is significant (search/significance.h) and leaves nothing sizable over
 ///     (leftover.h), and if the matches off the plane show no parallax (parallax.h), the answer is H.
 ///  4. Otherwise F is estimated from uniform samples of L and refined on all matches. Matches agree if their
 ///     Sampson distance is at most `fundamental_threshold`, or twice that for members of L2, and if their
@@ -80,7 +80,7 @@ class AutoSelector : public SelectorWithOptions<AutoOptions> {
   Presets presets() const override;
 
  protected:
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

@@ -51,7 +51,7 @@ class GmsSelector : public SelectorWithOptions<GmsOptions> {
 
  protected:
   std::string missingInput(const Correspondences& matches) const override;
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

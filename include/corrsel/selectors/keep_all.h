@@ -13,7 +13,7 @@ class KeepAllSelector : public SelectorWithOptions<NoOptions> {
   std::string name() const override { return "keep_all"; }
 
  protected:
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

@@ -84,7 +84,7 @@ class LafSelector : public SelectorWithOptions<LafOptions> {
 
  protected:
   std::string missingInput(const Correspondences& matches) const override;
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

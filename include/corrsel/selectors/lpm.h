@@ -79,7 +79,7 @@ class LpmSelector : public SelectorWithOptions<LpmOptions> {
 
  protected:
   std::string missingInput(const Correspondences& matches) const override;
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

@@ -43,7 +43,7 @@ class NnsrSelector : public SelectorWithOptions<NnsrOptions> {
 
  protected:
   std::string missingInput(const Correspondences& matches) const override;
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "corrsel/consensus/options.h"
+#include "corrsel/search/options.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -26,8 +26,8 @@ struct PlanesOptions : ConsensusOptions {
 /// significance of a homography decides whether there is a further one, so their number need not be known.
 ///
 /// Algorithm: the most significant homography of the matches that are left is found as by AcransacSelector
-/// (consensus/significant_model.h). It comes from the frames of single matches where there are frames
-/// (consensus/frame_hypotheses.h), otherwise from samples, by default local ones (consensus/sampler.h). The
+/// (search/significant_model.h). It comes from the frames of single matches where there are frames
+/// (search/frame_hypotheses.h), otherwise from samples, by default local ones (search/sampler.h). The
 /// planes end with the first homography whose confidence among the matches that are left is below 4, or below
 /// `relative_cut` times that of the first plane. Otherwise the matches within t = `widen` e are taken out,
 /// where e is the threshold at which the homography is the most significant, t at least `min_threshold` and
@@ -61,7 +61,7 @@ class PlanesSelector : public SelectorWithOptions<PlanesOptions> {
   std::string missingInput(const Correspondences& matches) const override {
     return options_.missingInput(matches);
   }
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

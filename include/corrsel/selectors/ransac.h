@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "corrsel/consensus/options.h"
+#include "corrsel/search/options.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -12,7 +12,7 @@ struct RansacOptions : ConsensusOptions {
   void visit(OptionVisitor& visitor) const override;
 };
 
-/// RANSAC for a homography or a fundamental matrix: the search of consensus/search.h with its plain parts.
+/// RANSAC for a homography or a fundamental matrix: the search of search/search.h with its plain parts.
 ///
 /// Idea: a model fitted to a few random matches is right if many other matches agree with it.
 ///
@@ -26,12 +26,12 @@ struct RansacOptions : ConsensusOptions {
 ///
 /// Input: coordinates; with `sampler` = `prosac` or `pnapsac` the column `distance` (and `second_distance`),
 /// without which samples are uniform and the message reports it; with `sampler` = `frames` the local affine
-/// frames (consensus/frame_hypotheses.h).
+/// frames (search/frame_hypotheses.h).
 ///
 /// Options: there is no option `threads`, because each hypothesis is judged by the best one so far.
 ///
 /// Presets: `h` and `f` choose the model. `count` scores by the number of inliers, `msac` is the default
-/// score, `mlesac` scores by the likelihood of a mixture (consensus/mlesac.h). `lo` is LO-RANSAC, `prosac` is
+/// score, `mlesac` scores by the likelihood of a mixture (search/mlesac.h). `lo` is LO-RANSAC, `prosac` is
 /// PROSAC, and `lo_prosac` is both.
 ///
 /// Failure: nothing is selected and the status is `too_few` (fewer matches than a sample), `degenerate`
@@ -56,7 +56,7 @@ class RansacSelector : public SelectorWithOptions<RansacOptions> {
   std::string missingInput(const Correspondences& matches) const override {
     return options_.missingInput(matches);
   }
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

@@ -62,8 +62,8 @@ class Selector {
   virtual double minConfidence() const { return 0.0; }
 
   /// The algorithm. `matches` holds finite coordinates only. `result.mask` has the length of the input and is
-  /// zero.
-  virtual void run(const Correspondences& matches, Selection& result) const = 0;
+  /// zero. Memory that should last until the next call is a part of the workspace, see Workspace::part().
+  virtual void run(const Correspondences& matches, Workspace& workspace, Selection& result) const = 0;
 };
 
 /// Computes the confidence of a selection, by the same definition for every selector (docs/selectors.md).

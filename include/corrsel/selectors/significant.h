@@ -49,7 +49,7 @@ class SignificantSelector : public SelectorWithOptions<SignificantOptions> {
   std::string name() const override { return "significant"; }
 
  protected:
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

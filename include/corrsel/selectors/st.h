@@ -85,7 +85,7 @@ class StSelector : public SelectorWithOptions<StOptions> {
   Presets presets() const override;
 
  protected:
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

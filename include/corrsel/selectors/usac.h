@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "corrsel/consensus/options.h"
+#include "corrsel/search/options.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::core {
@@ -19,10 +19,10 @@ struct UsacOptions : ConsensusOptions {
 /// checks of samples and models, SPRT verification, DEGENSAC, local optimisation, and a stopping rule that
 /// accounts for what the SPRT loses.
 ///
-/// Algorithm: the search of consensus/search.h; the headers in src/consensus describe each part with its
+/// Algorithm: the search of search/search.h; the headers in src/search describe each part with its
 /// equations. A match is selected if the smaller one of its two transfer errors (homography) or its Sampson
 /// distance (fundamental matrix) is at most the threshold. Homographies compete by the symmetric transfer
-/// error d1^2 + d2^2 within twice the threshold (consensus/two_view.h). (The paper prints the Sampson
+/// error d1^2 + d2^2 within twice the threshold (search/two_view.h). (The paper prints the Sampson
 /// distance against t_F: read t_F^2.)
 ///
 /// Input: coordinates; for PROSAC and Progressive NAPSAC the column `distance` (and `second_distance`),
@@ -45,9 +45,9 @@ struct UsacOptions : ConsensusOptions {
 /// Source: Raguram, Chum, Pollefeys, Matas and Frahm, PAMI 2013. Deviations from USAC 1.0:
 ///  - The score is MSAC.
 ///  - The SPRT is designed for the smallest inlier ratio that the search can find, with the times of this
-///    implementation, and never loses more than one right model in eight (consensus/sprt.h).
+///    implementation, and never loses more than one right model in eight (search/sprt.h).
 ///  - PROSAC for a homography soon reaches all matches; samples from short and long prefixes then take turns
-///    (consensus/sampler.h).
+///    (search/sampler.h).
 ///  - The search ends once every support that chance does not explain would have been drawn.
 ///  - Models from local optimisation are scored in full.
 ///  - Degenerate samples are recognised by sqrt(3) times the user's threshold.
@@ -63,7 +63,7 @@ class UsacSelector : public SelectorWithOptions<UsacOptions> {
   std::string missingInput(const Correspondences& matches) const override {
     return options_.missingInput(matches);
   }
-  void run(const Correspondences& matches, Selection& result) const override;
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override;
 };
 
 }  // namespace corrsel::core

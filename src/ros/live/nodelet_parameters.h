@@ -9,7 +9,7 @@
 #include "corrsel/options.h"
 
 // The parameters of the nodelets that are not options of an algorithm. This file includes no ROS, so that the
-// catalogue of options (src/nodes/option_catalogue.cpp) lists them in every build.
+// catalogue of options (src/programs/option_catalogue.cpp) lists them in every build.
 namespace corrsel {
 
 /// Start-up parameters of the nodelets that work through a queue (LiveStage), and of their diagnostics

@@ -5,17 +5,17 @@
 #include <numeric>
 #include <vector>
 
+#include "auto/leftover.h"
+#include "auto/local_support.h"
+#include "auto/parallax.h"
 #include "base/deadline.h"
 #include "base/workspace_scope.h"
-#include "consensus/ordering.h"
-#include "consensus/search.h"
-#include "consensus/significance.h"
-#include "consensus/two_view.h"
 #include "geometry/normalization.h"
 #include "geometry/residual.h"
-#include "selectors/parts/leftover.h"
-#include "selectors/parts/local_support.h"
-#include "selectors/parts/parallax.h"
+#include "search/ordering.h"
+#include "search/search.h"
+#include "search/significance.h"
+#include "search/two_view.h"
 
 namespace corrsel::core {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "corrsel/consensus/options.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/search/options.h"
 #include "corrsel/selection.h"
 
 namespace corrsel::core {

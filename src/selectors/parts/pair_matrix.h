@@ -7,7 +7,7 @@
 
 #include "base/deadline.h"
 #include "kernels/kernels.h"
-#include "selectors/parts/distinct_matches.h"
+#include "points/distinct_matches.h"
 
 namespace corrsel::core {
 

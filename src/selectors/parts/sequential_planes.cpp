@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "base/gather.h"
-#include "consensus/significant_model.h"
 #include "geometry/residual.h"
+#include "search/significant_model.h"
 
 namespace corrsel::core {
 namespace {

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "base/deadline.h"
-#include "consensus/ordering.h"
-#include "consensus/search.h"
-#include "consensus/significance.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/selection.h"
 #include "corrsel/selectors/planes.h"
 #include "geometry/normalization.h"
+#include "search/ordering.h"
+#include "search/search.h"
+#include "search/significance.h"
 
 namespace corrsel::core {
 

@@ -1,0 +1,69 @@
+#include "auto/leftover.h"
+
+#include <algorithm>
+
+namespace corrsel::core {
+namespace {
+
+constexpr float kSamePlace = 4.0F;  // px
+constexpr std::size_t kLeast = 6;
+constexpr double kShareOfExplained = 0.04, kShareOfWrong = 0.02;
+
+}  // namespace
+
+bool Leftover::isSizable(std::size_t count, std::size_t explained) const {
+  const auto c = static_cast<double>(count), m = static_cast<double>(explained);
+  const auto n = static_cast<double>(matches_->size());
+  return count >= kLeast && c > kShareOfExplained * (c + m) && c > kShareOfWrong * (n - m);
+}
+
+int Leftover::countOutside(const PlanarNeighbours& neighbours, const float* x, const float* y,
+                           std::size_t member, const std::vector<std::uint8_t>& explained, int& seen) const {
+  std::uint32_t list[kListed];
+  const int found = neighbours.nearest(x[member], y[member], kListed, list);
+  const auto isNear = [](float ax, float ay, float bx, float by) {
+    return (ax - bx) * (ax - bx) + (ay - by) * (ay - by) <= kSamePlace * kSamePlace;
+  };
+  int outside = 0, used = 0;
+  for (int i = 0; i < found && used < kNearest; ++i) {
+    const std::uint32_t other = list[i];
+    if (isNear(left_x_[member], left_y_[member], left_x_[other], left_y_[other]) &&
+        isNear(right_x_[member], right_y_[member], right_x_[other], right_y_[other])) {
+      continue;
+    }
+    ++used;
+    outside += explained[members_[other]] == 0 ? 1 : 0;
+  }
+  seen += used;
+  return outside;
+}
+
+std::size_t Leftover::coherent(const std::vector<std::uint8_t>& local,
+                               const std::vector<std::uint8_t>& explained) {
+  const Correspondences& m = *matches_;
+  members_.clear();
+  for (std::uint32_t i = 0; i < m.size(); ++i)
+    if (local[i] != 0 || explained[i] != 0) members_.push_back(i);
+  coherent_.assign(m.size(), 0);
+  if (members_.size() < kLeast) return 0;
+  const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
+    to.resize(members_.size());
+    for (std::size_t i = 0; i < members_.size(); ++i) to[i] = from[members_[i]];
+  };
+  take(m.left_x, left_x_);
+  take(m.left_y, left_y_);
+  take(m.right_x, right_x_);
+  take(m.right_y, right_y_);
+  left_.build(left_x_.data(), left_y_.data(), members_.size(), kListed);
+  right_.build(right_x_.data(), right_y_.data(), members_.size(), kListed);
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    if (explained[members_[i]] != 0) continue;
+    int seen = 0;
+    int outside = countOutside(left_, left_x_.data(), left_y_.data(), i, explained, seen);
+    outside += countOutside(right_, right_x_.data(), right_y_.data(), i, explained, seen);
+    coherent_[members_[i]] = 2 * outside > seen ? 1 : 0;
+  }
+  return distinctPlaces(coherent_);
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,391 @@
+#include "search/significance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/saturated.h"
+#include "base/workspace_scope.h"
+#include "corrsel/random.h"
+#include "geometry/fundamental.h"
+#include "geometry/homography.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr std::size_t kThresholds = 8;
+constexpr double kThreshold[kThresholds] = {1, 1.5, 2, 3, 4, 5, 7, 10};  // px
+constexpr double kLargestThreshold = kThreshold[kThresholds - 1];
+constexpr std::uint64_t kLeastTests = 10000;   // hypotheses that count at least, because models are refined
+constexpr std::size_t kLeastRepaired = 20000;  // re-paired matches that are drawn at least
+constexpr float kPlaceRadius = 8.0F;           // px: nearer points are the same place
+constexpr float kLinePlaceRadius = 2.0F;       // px: the same for epipolar lines
+constexpr double kDensityRadius = 20;  // px: half the side of the square in which the density is measured
+constexpr double kLeastCell = 5;       // px: side of a cell of the density
+constexpr double kCellsPerMatch = 8;   // cells of the density per match, at most
+constexpr double kLeastSpread = 1e-3;  // smallest product of principal variances over the squared sum
+constexpr int kPredictors = 6;         // nearest selected matches from which a match is predicted
+
+/// The cell of a position, at least 0 and at most `last`; 0 for NaN.
+int clampCell(double position, int last) {
+  return position > 0 ? static_cast<int>(std::min(position, static_cast<double>(last))) : 0;
+}
+
+double logFactorial(double n) {
+  if (n < 16) {
+    double product = 1;
+    for (int i = 2; i <= static_cast<int>(n); ++i) product *= i;
+    return std::log(product);
+  }
+  constexpr double kHalfLogTwoPi = 0.91893853320467274178;
+  const double inverse = 1 / n;  // Stirling's series
+  return (n + 0.5) * std::log(n) - n + kHalfLogTwoPi +
+         inverse * (1.0 / 12 - inverse * inverse * (1.0 / 360 - inverse * inverse / 1260));
+}
+
+/// -log10 of the probability that at least one of the expected false alarms occurs, 1 - exp(-NFA).
+double confidenceFrom(double log10_nfa) {
+  constexpr double kCertain = -10;  // the probability is the expected number below this
+  if (log10_nfa < kCertain) return -log10_nfa;
+  const double expected = std::pow(10.0, log10_nfa);
+  const double log = expected < 1 ? std::log(-std::expm1(-expected)) : std::log1p(-std::exp(-expected));
+  return std::abs(log) / std::log(10.0);
+}
+
+}  // namespace
+
+double log10BinomialTail(std::size_t n, std::size_t k, double p) {
+  if (k == 0 || p >= 1) return 0;
+  if (k > n || p <= 0) return -std::numeric_limits<double>::infinity();
+  const auto total = static_cast<double>(n), hits = static_cast<double>(k);
+  const double q = (total - hits) * p / ((hits + 1) * (1 - p));  // ratio of consecutive terms
+  if (q >= 1) return 0;
+  const double term = logFactorial(total) - logFactorial(hits) - logFactorial(total - hits) +
+                      hits * std::log(p) + (total - hits) * std::log1p(-p);
+  return std::min(0.0, (term - std::log1p(-q)) / std::log(10.0));
+}
+
+void SignificanceTest::Places::clear(std::size_t most, float radius) {
+  radius_ = radius;
+  std::size_t size = 16;
+  while (size < 2 * most) size *= 2;
+  first_.assign(size, 0);
+  points_.clear();
+}
+
+std::size_t SignificanceTest::Places::slot(std::int64_t cell_x, std::int64_t cell_y) const {
+  const std::uint64_t cell = static_cast<std::uint64_t>(static_cast<std::uint32_t>(cell_x)) << 32 |
+                             static_cast<std::uint32_t>(cell_y);
+  return static_cast<std::size_t>(cell * 0x9E3779B97F4A7C15U >> 32) & (first_.size() - 1);
+}
+
+std::uint32_t SignificanceTest::Places::find(float x, float y) const {
+  const std::int64_t cell_x = saturated(std::floor(x / radius_)), cell_y = saturated(std::floor(y / radius_));
+  for (std::int64_t cy = cell_y - 1; cy <= cell_y + 1; ++cy) {
+    for (std::int64_t cx = cell_x - 1; cx <= cell_x + 1; ++cx) {
+      for (std::uint32_t i = first_[slot(cx, cy)]; i != 0; i = points_[i - 1].next) {
+        const Point& point = points_[i - 1];
+        const float dx = point.x - x, dy = point.y - y;
+        if (dx * dx + dy * dy < radius_ * radius_) return i - 1;
+      }
+    }
+  }
+  return kNone;
+}
+
+void SignificanceTest::Places::add(float x, float y) {
+  std::uint32_t& first = first_[slot(saturated(std::floor(x / radius_)), saturated(std::floor(y / radius_)))];
+  points_.push_back({x, y, first});
+  first = static_cast<std::uint32_t>(points_.size());
+}
+
+void SignificanceTest::assign(const Correspondences& matches) {
+  sortByCoordinates(matches, order_, scratch_);
+  const std::size_t n = matches.size();
+  const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
+    to.resize(n);
+    for (std::size_t i = 0; i < n; ++i) to[i] = from[order_[i].row];
+  };
+  take(matches.left_x, left_x_);
+  take(matches.left_y, left_y_);
+  take(matches.right_x, right_x_);
+  take(matches.right_y, right_y_);
+  double width = matches.right_size.width, height = matches.right_size.height, left = 0, top = 0;
+  if ((width <= 0 || height <= 0) && n > 0) {
+    const auto [low_x, high_x] = std::minmax_element(right_x_.begin(), right_x_.end());
+    const auto [low_y, high_y] = std::minmax_element(right_y_.begin(), right_y_.end());
+    left = *low_x;
+    top = *low_y;
+    width = static_cast<double>(*high_x) - *low_x;
+    height = static_cast<double>(*high_y) - *low_y;
+  }
+  width = std::max(width, 1.0);
+  height = std::max(height, 1.0);
+  right_area_ = width * height;
+  density_.build(right_x_, right_y_, left, top, width, height);
+}
+
+void SignificanceTest::Density::build(const std::vector<float>& x, const std::vector<float>& y, double left,
+                                      double top, double width, double height) {
+  left_ = left;
+  top_ = top;
+  const double most = kCellsPerMatch * static_cast<double>(x.size());
+  cell_ = std::max({kLeastCell, std::sqrt(width * height / most), width / most, height / most});
+  columns_ = static_cast<int>(width / cell_) + 1;
+  rows_ = static_cast<int>(height / cell_) + 1;
+  const auto stride = static_cast<std::size_t>(columns_) + 1;
+  sums_.assign(stride * (static_cast<std::size_t>(rows_) + 1), 0);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const int column = clampCell((x[i] - left_) / cell_, columns_ - 1);
+    const int row = clampCell((y[i] - top_) / cell_, rows_ - 1);
+    ++sums_[(static_cast<std::size_t>(row) + 1) * stride + static_cast<std::size_t>(column) + 1];
+  }
+  for (std::size_t row = 1; row <= static_cast<std::size_t>(rows_); ++row) {
+    std::uint32_t in_row = 0;
+    for (std::size_t column = 1; column < stride; ++column) {
+      in_row += sums_[row * stride + column];
+      sums_[row * stride + column] = sums_[(row - 1) * stride + column] + in_row;
+    }
+  }
+}
+
+double SignificanceTest::Density::others(double x, double y, double own_x, double own_y) const {
+  const double low_x = (x - left_ - kDensityRadius) / cell_, high_x = (x - left_ + kDensityRadius) / cell_;
+  const double low_y = (y - top_ - kDensityRadius) / cell_, high_y = (y - top_ + kDensityRadius) / cell_;
+  const int first_column = clampCell(low_x, columns_), end_column = clampCell(std::ceil(high_x), columns_);
+  const int first_row = clampCell(low_y, rows_), end_row = clampCell(std::ceil(high_y), rows_);
+  if (first_column >= end_column || first_row >= end_row) return 0;
+  const auto at = [this](int row, int column) {
+    return sums_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(columns_) + 1) +
+                 static_cast<std::size_t>(column)];
+  };
+  double count = at(end_row, end_column) - at(first_row, end_column) - at(end_row, first_column) +
+                 at(first_row, first_column);
+  const int own_column = clampCell((own_x - left_) / cell_, columns_ - 1);
+  const int own_row = clampCell((own_y - top_) / cell_, rows_ - 1);
+  if (own_column >= first_column && own_column < end_column && own_row >= first_row && own_row < end_row)
+    count -= 1;
+  return count / (static_cast<double>(end_column - first_column) * (end_row - first_row) * cell_ * cell_);
+}
+
+void SignificanceTest::addCandidate(double squared_error, std::size_t match) {
+  if (squared_error <= kLargestThreshold * kLargestThreshold)
+    candidates_.push_back({sortKey(static_cast<float>(squared_error)), static_cast<std::uint32_t>(match)});
+}
+
+/// Takes the candidates by rising error and counts those that begin and end where none taken before does.
+void SignificanceTest::countDistinct(float place_radius) {
+  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+    return a.key != b.key ? a.key < b.key : a.match < b.match;
+  });
+  left_places_.clear(candidates_.size(), place_radius);
+  right_places_.clear(candidates_.size(), place_radius);
+  std::size_t count = 0, next = 0;
+  for (std::size_t threshold = 0; threshold < kThresholds; ++threshold) {
+    const std::uint32_t limit = sortKey(static_cast<float>(kThreshold[threshold] * kThreshold[threshold]));
+    for (; next < candidates_.size() && candidates_[next].key <= limit; ++next) {
+      const std::uint32_t i = candidates_[next].match;
+      if (left_places_.isTaken(left_x_[i], left_y_[i]) || right_places_.isTaken(right_x_[i], right_y_[i]))
+        continue;
+      left_places_.add(left_x_[i], left_y_[i]);
+      right_places_.add(right_x_[i], right_y_[i]);
+      ++count;
+    }
+    counts_[threshold] = count;
+  }
+}
+
+Significance SignificanceTest::judge(std::size_t trials, std::size_t sample_size, double log10_tests,
+                                     const double* chance) const {
+  Significance best;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < kThresholds; ++i) {
+    if (counts_[i] <= sample_size) continue;
+    const double log10_nfa = log10_tests + log10BinomialTail(trials - sample_size, counts_[i] - sample_size,
+                                                             std::min(1.0, chance[i]));
+    if (log10_nfa >= lowest) continue;
+    lowest = log10_nfa;
+    best = {confidenceFrom(log10_nfa), kThreshold[i], counts_[i]};
+  }
+  return best;
+}
+
+/// Adds the probabilities that a match agrees by chance with the prediction (x, y), for discs of `area` times
+/// their size.
+void SignificanceTest::addChance(double x, double y, std::uint32_t match, double area, double* chance) const {
+  const double others = density_.others(x, y, right_x_[match], right_y_[match]);
+  const double density = std::max(1 / right_area_, others / static_cast<double>(left_x_.size() - 1));
+  const double unit = density * kPi * area;
+  for (std::size_t t = 0; t < kThresholds; ++t)
+    chance[t] += std::min(1.0, unit * kThreshold[t] * kThreshold[t]);
+}
+
+Significance SignificanceTest::homography(const cv::Matx33d& left_to_right, std::uint64_t hypotheses) {
+  constexpr std::size_t kSampleSize = 4;
+  const std::size_t n = left_x_.size();
+  const cv::Matx33d& h = left_to_right;
+  const double determinant = cv::determinant(h);
+  if (n <= kSampleSize || !(std::abs(determinant) > 0)) return {};
+  const cv::Matx33d backward = adjugateOf(h) * (determinant > 0 ? 1.0 : -1.0);
+  candidates_.clear();
+  double chance[kThresholds] = {};
+  for (std::size_t i = 0; i < n; ++i) {
+    const double w = thirdCoordinate(h, left_x_[i], left_y_[i]);
+    if (!(w > 0)) continue;
+    const double forward = homographyError(h, left_x_[i], left_y_[i], right_x_[i], right_y_[i]);
+    addCandidate(
+        std::min(forward, homographyError(backward, right_x_[i], right_y_[i], left_x_[i], left_y_[i])), i);
+    const double x = (h(0, 0) * left_x_[i] + h(0, 1) * left_y_[i] + h(0, 2)) / w;
+    const double y = (h(1, 0) * left_x_[i] + h(1, 1) * left_y_[i] + h(1, 2)) / w;
+    // The disc around the left point covers an area in the right image that is |det J| times as large.
+    addChance(x, y, static_cast<std::uint32_t>(i), std::max(1.0, std::abs(determinant) / (w * w * w)),
+              chance);
+  }
+  for (double& share : chance) share /= static_cast<double>(n);
+  countDistinct(kPlaceRadius);
+  const auto tests = static_cast<double>(kThresholds * std::max(kLeastTests, hypotheses));
+  return judge(n, kSampleSize, std::log10(tests), chance);
+}
+
+Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::uint64_t hypotheses) {
+  constexpr std::size_t kSampleSize = 7, kMostModels = 3;
+  const std::size_t n = left_x_.size();
+  if (n <= kSampleSize || !(cv::norm(fundamental) > 0)) return {};
+  candidates_.clear();
+  const auto error = [&](std::size_t left, std::size_t right) {
+    return sampsonError(fundamental, left_x_[left], left_y_[left], right_x_[right], right_y_[right]);
+  };
+  for (std::size_t i = 0; i < n; ++i) addCandidate(error(i, i), i);
+  double chance[kThresholds] = {};
+  Random random(0);
+  const std::size_t drawn = std::max(kLeastRepaired, n);
+  for (std::size_t i = 0; i < drawn; ++i) {
+    const std::size_t left = i % n, other = random.index(static_cast<std::uint32_t>(n - 1));
+    const double squared = error(left, other < left ? other : other + 1);
+    for (std::size_t t = 0; t < kThresholds; ++t)
+      chance[t] += squared <= kThreshold[t] * kThreshold[t] ? 1.0 : 0.0;
+  }
+  const double uniform = 2 / std::sqrt(right_area_);  // per px, for a line as long as the image is wide
+  double per_px = uniform;
+  for (std::size_t t = kThresholds; t-- > 0;) {
+    per_px = std::max(per_px, chance[t] / static_cast<double>(drawn) / kThreshold[t]);
+    chance[t] = per_px * kThreshold[t];
+  }
+  countDistinct(kLinePlaceRadius);
+  const auto tests = static_cast<double>(kThresholds * kMostModels * std::max(kLeastTests, hypotheses));
+  return judge(n, kSampleSize, std::log10(tests), chance);
+}
+
+void SignificanceTest::gatherSelected(const std::vector<std::uint8_t>& mask) {
+  selected_.clear();
+  selected_x_.clear();
+  selected_y_.clear();
+  for (std::size_t i = 0; i < left_x_.size(); ++i) {
+    if (mask[order_[i].row] == 0) continue;
+    selected_.push_back(static_cast<std::uint32_t>(i));
+    selected_x_.push_back(left_x_[i]);
+    selected_y_.push_back(left_y_[i]);
+  }
+}
+
+/// Draws whole places, so that no match is predicted from another one at its own place.
+void SignificanceTest::drawHalves() {
+  Random random(0);
+  half_.resize(selected_.size());
+  half_of_place_.clear();
+  predictors_[0].clear();
+  predictors_[1].clear();
+  left_places_.clear(selected_.size(), kPlaceRadius);
+  for (std::size_t i = 0; i < selected_.size(); ++i) {
+    std::uint32_t place = left_places_.find(selected_x_[i], selected_y_[i]);
+    if (place == Places::kNone) {
+      place = static_cast<std::uint32_t>(half_of_place_.size());
+      left_places_.add(selected_x_[i], selected_y_[i]);
+      half_of_place_.push_back(static_cast<std::uint8_t>(random.index(2)));
+      predictors_[half_of_place_[place]].push_back(static_cast<std::uint32_t>(i));
+    }
+    half_[i] = half_of_place_[place];
+  }
+}
+
+/// Computes where the affine map that fits the predictors best takes a match.
+/// @return false if the predictors are nearly on a line
+bool SignificanceTest::predict(std::uint32_t match, const std::uint32_t* predictors, double& x,
+                               double& y) const {
+  double mean_x = 0, mean_y = 0, mean_u = 0, mean_v = 0;
+  for (int p = 0; p < kPredictors; ++p) {
+    const std::uint32_t j = selected_[predictors[p]];
+    mean_x += left_x_[j], mean_y += left_y_[j];
+    mean_u += right_x_[j], mean_v += right_y_[j];
+  }
+  mean_x /= kPredictors, mean_y /= kPredictors, mean_u /= kPredictors, mean_v /= kPredictors;
+  double xx = 0, xy = 0, yy = 0, xu = 0, yu = 0, xv = 0, yv = 0;
+  for (int p = 0; p < kPredictors; ++p) {
+    const std::uint32_t j = selected_[predictors[p]];
+    const double dx = left_x_[j] - mean_x, dy = left_y_[j] - mean_y;
+    const double du = right_x_[j] - mean_u, dv = right_y_[j] - mean_v;
+    xx += dx * dx, xy += dx * dy, yy += dy * dy;
+    xu += dx * du, yu += dy * du, xv += dx * dv, yv += dy * dv;
+  }
+  const double determinant = xx * yy - xy * xy;
+  if (!(determinant > kLeastSpread * (xx + yy) * (xx + yy))) return false;
+  const double dx = left_x_[match] - mean_x, dy = left_y_[match] - mean_y;
+  const double a = (dx * yy - dy * xy) / determinant, b = (dy * xx - dx * xy) / determinant;
+  x = mean_u + a * xu + b * yu;
+  y = mean_v + a * xv + b * yv;
+  return true;
+}
+
+Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
+  gatherSelected(mask);
+  drawHalves();
+  const std::size_t n = left_x_.size(), count = selected_.size();
+  if (std::min(predictors_[0].size(), predictors_[1].size()) < kPredictors) return {};
+  nearest_.resize(count * kPredictors);
+  Significance worst;
+  for (std::uint8_t half = 0; half < 2; ++half) {
+    const std::vector<std::uint32_t>& predictors = predictors_[half];
+    neighbours_.build(selected_x_.data(), selected_y_.data(), predictors.size(), kPredictors,
+                      predictors.data());
+    neighbours_.nearestToAll(selected_x_.data(), selected_y_.data(), count, kPredictors, nearest_.data());
+    candidates_.clear();
+    double chance[kThresholds] = {};
+    std::size_t predicted = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (half_[i] == half) continue;
+      ++predicted;
+      const std::uint32_t match = selected_[i];
+      double x = 0, y = 0;
+      if (!predict(match, &nearest_[i * kPredictors], x, y)) continue;
+      const double dx = x - right_x_[match], dy = y - right_y_[match];
+      addCandidate(dx * dx + dy * dy, match);
+      addChance(x, y, match, 1, chance);
+    }
+    for (double& share : chance) share /= static_cast<double>(predicted);
+    countDistinct(kPlaceRadius);
+    const std::size_t trials = predicted + (n - count + 1) / 2;
+    const Significance found = judge(trials, 0, std::log10(static_cast<double>(kThresholds)), chance);
+    if (half == 0 || found.confidence < worst.confidence) worst = found;
+  }
+  return worst;
+}
+
+double confidenceOf(const Correspondences& matches, const Selection& selection, std::uint64_t hypotheses) {
+  if (std::none_of(selection.mask.begin(), selection.mask.end(), [](std::uint8_t m) { return m != 0; }))
+    return 0;
+  SignificanceTest& test = WorkspaceScope::part<SignificanceTest>();
+  test.assign(matches);
+  switch (selection.model_kind) {
+    case ModelKind::kHomography:
+      return test.homography(selection.model, hypotheses).confidence;
+    case ModelKind::kFundamental:
+      return test.fundamental(selection.model, hypotheses).confidence;
+    case ModelKind::kNone:
+      break;
+  }
+  return test.local(selection.mask).confidence;
+}
+
+}  // namespace corrsel::core

@@ -1,0 +1,212 @@
+#include "search/support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "geometry/residual.h"
+#include "kernels/kernels.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr std::uint32_t kEmpty = 0xFFFFFFFFU;
+
+std::uint32_t bitsOf(float value) {
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+/// The largest magnitude in a column of finite numbers.
+float largestOf(const std::vector<float>& values) {
+  // The bits of positive numbers have the order of the numbers, and the compiler uses vectors for integers.
+  std::int32_t largest = 0;
+  for (const float value : values)
+    largest = std::max(largest, static_cast<std::int32_t>(bitsOf(std::abs(value))));
+  float result = 0;
+  std::memcpy(&result, &largest, sizeof result);
+  return result;
+}
+
+/// The number of the multiple of `cell` that is nearest to a coordinate, or, where such numbers would be too
+/// large, the bits of the coordinate.
+template <bool exact>
+std::uint32_t cellOf(float value, float inverse_cell) {
+  if constexpr (!exact) {
+    // std::floor() would be a call without SSE4.1.
+    const float shifted = value * inverse_cell + 0.5F;
+    const auto truncated = static_cast<std::int32_t>(shifted);
+    return static_cast<std::uint32_t>(truncated - (static_cast<float>(truncated) > shifted ? 1 : 0));
+  }
+  return bitsOf(value + 0.0F);
+}
+
+}  // namespace
+
+void PointGroups::number(const std::vector<float>& x, const std::vector<float>& y, double cell) {
+  constexpr double kMostCells = 1e9;
+  const double largest = std::max(largestOf(x), largestOf(y));
+  const auto inverse = static_cast<float>(1.0 / cell);
+  if (largest / cell < kMostCells) {
+    numberCells<false>(x, y, inverse);
+  } else {
+    numberCells<true>(x, y, inverse);
+  }
+}
+
+template <bool exact>
+void PointGroups::numberCells(const std::vector<float>& x, const std::vector<float>& y, float inverse_cell) {
+  const std::size_t n = x.size();
+  unsigned bits = 4;
+  while ((std::size_t{1} << bits) < 2 * n) ++bits;
+  slots_.assign(std::size_t{1} << bits, kEmpty);
+  for (std::vector<std::uint32_t>* column : {&of, &sizes}) column->resize(n);
+  keys_.resize(n);
+  // A hash table with open addressing. The groups are numbered in the order of their first appearance.
+  std::uint32_t* const slots = slots_.data();
+  std::uint64_t* const keys = keys_.data();
+  const std::size_t last = slots_.size() - 1;
+  std::uint32_t groups = 0;
+  // The slots of a block of points are fetched before the first of them is needed.
+  constexpr std::size_t kBlock = 32;
+  std::uint64_t block_keys[kBlock];
+  std::size_t block_slots[kBlock];
+  for (std::size_t begin = 0; begin < n; begin += kBlock) {
+    const std::size_t count = std::min(kBlock, n - begin);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = begin + k;
+      const std::uint64_t key =
+          (std::uint64_t{cellOf<exact>(x[i], inverse_cell)} << 32) | cellOf<exact>(y[i], inverse_cell);
+      block_keys[k] = key;
+      block_slots[k] = ((key ^ (key >> 29)) * 0x9E3779B97F4A7C15U) >> (64 - bits);
+      __builtin_prefetch(slots + block_slots[k]);
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint64_t key = block_keys[k];
+      std::size_t slot = block_slots[k];
+      while (slots[slot] != kEmpty && keys[slots[slot]] != key) slot = (slot + 1) & last;
+      std::uint32_t group = slots[slot];
+      if (group == kEmpty) {
+        group = slots[slot] = groups++;
+        keys[group] = key;
+        sizes[group] = 0;
+      }
+      of[begin + k] = group;
+      ++sizes[group];
+    }
+  }
+  sizes.resize(groups);
+}
+
+void DistinctSupport::group(const NormalizedMatches& m, double cell) {
+  matches_ = m.size();
+  left_.number(m.left_x, m.left_y, cell);
+  right_.number(m.right_x, m.right_y, cell);
+  // The shared matches in the order of their right points: a counting sort.
+  begins_.assign(right_.sizes.size() + 1, 0);
+  const auto isShared = [this](std::uint32_t i) {
+    return left_.sizes[left_.of[i]] > 1 || right_.sizes[right_.of[i]] > 1;
+  };
+  std::uint32_t shared = 0;
+  for (std::uint32_t i = 0; i < matches_; ++i) {
+    if (!isShared(i)) continue;
+    ++begins_[right_.of[i] + 1];
+    ++shared;
+  }
+  for (std::size_t g = 1; g < begins_.size(); ++g) begins_[g] += begins_[g - 1];
+  shared_.resize(shared);
+  for (std::uint32_t i = 0; i < matches_; ++i) {
+    if (isShared(i)) shared_[begins_[right_.of[i]]++] = i;
+  }
+  for (auto* column : {&left_x_, &left_y_, &right_x_, &right_y_, &errors_}) column->resize(shared);
+  left_group_.resize(shared);
+  values_.resize(shared);
+  ends_.clear();
+  // Left points get numbers of their own, since only some of them occur.
+  std::fill(left_.sizes.begin(), left_.sizes.end(), kEmpty);
+  std::uint32_t left_points = 0;
+  for (std::uint32_t k = 0; k < shared; ++k) {
+    const std::uint32_t i = shared_[k];
+    left_x_[k] = m.left_x[i];
+    left_y_[k] = m.left_y[i];
+    right_x_[k] = m.right_x[i];
+    right_y_[k] = m.right_y[i];
+    std::uint32_t& number = left_.sizes[left_.of[i]];
+    if (number == kEmpty) number = left_points++;
+    left_group_[k] = number;
+    if (k + 1 == shared || right_.of[shared_[k + 1]] != right_.of[i]) ends_.push_back(k + 1);
+  }
+  best_.resize(left_points);
+  std::fill(errors_.begin(), errors_.end(), 0.0F);
+  distinct_ = matches_ - findSurplus(1.0F).inliers;
+}
+
+void DistinctSupport::markFirst(const std::vector<std::uint32_t>& order, std::vector<std::uint8_t>& first) {
+  constexpr std::uint8_t kLeft = 1, kRight = 2;
+  first.assign(matches_, 0);
+  seen_.assign(matches_, 0);  // by group; there are at most as many groups as matches
+  for (const std::uint32_t i : order) {
+    std::uint8_t &left = seen_[left_.of[i]], &right = seen_[right_.of[i]];
+    if ((left & kLeft) != 0 || (right & kRight) != 0) continue;
+    left |= kLeft;
+    right |= kRight;
+    first[i] = 1;
+  }
+}
+
+DistinctSupport::Surplus DistinctSupport::surplus(Residual residual, const cv::Matx33d& model,
+                                                  float squared_threshold) {
+  const MatchColumns columns = {left_x_.data(), left_y_.data(), right_x_.data(), right_y_.data(),
+                                shared_.size()};
+  kernels().residuals.errors[static_cast<std::size_t>(residual)](residualModel(residual, model), columns, 0,
+                                                                 columns.size, errors_.data());
+  return findSurplus(squared_threshold);
+}
+
+std::size_t DistinctSupport::countInliers(const float* errors, float squared_threshold) {
+  std::size_t inliers = 0;
+  for (std::size_t i = 0; i < matches_; ++i) inliers += errors[i] <= squared_threshold ? 1 : 0;
+  for (std::size_t k = 0; k < shared_.size(); ++k) errors_[k] = errors[shared_[k]];
+  return inliers - findSurplus(squared_threshold).inliers;
+}
+
+DistinctSupport::Surplus DistinctSupport::findSurplus(float squared_threshold) {
+  // An inlier's value is what it saves in MSAC, plus one to tell the worst inlier from an outlier. There are
+  // no branches on it, since nobody can predict which matches are inliers.
+  const float scale = static_cast<float>(ScoreRule::kOutlierCost) / squared_threshold;
+  const std::size_t n = values_.size();
+  const float* const errors = errors_.data();
+  std::int32_t* const values = values_.data();
+  for (std::size_t k = 0; k < n; ++k) {
+    const float error = errors[k] < squared_threshold ? errors[k] : squared_threshold;
+    const std::int32_t value = ScoreRule::kOutlierCost + 1 - static_cast<std::int32_t>(error * scale);
+    values[k] = value & -static_cast<std::int32_t>(errors[k] <= squared_threshold);
+  }
+  std::int64_t saved = 0;
+  std::int32_t inliers = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    saved += values[k];
+    inliers += static_cast<std::int32_t>(values[k] > 0);
+  }
+  std::fill(best_.begin(), best_.end(), 0);
+  std::int32_t* const best = best_.data();
+  const std::uint32_t* const left = left_group_.data();
+  std::uint32_t k = 0;
+  for (const std::uint32_t end : ends_) {
+    std::int32_t value = values[k];
+    std::uint32_t group = left[k];
+    for (++k; k < end; ++k) {
+      group = values[k] > value ? left[k] : group;
+      value = std::max(value, values[k]);
+    }
+    best[group] = std::max(best[group], value);
+  }
+  for (const std::int32_t value : best_) {
+    saved -= value;
+    inliers -= static_cast<std::int32_t>(value > 0);
+  }
+  return {static_cast<std::size_t>(inliers), saved - inliers};
+}
+
+}  // namespace corrsel::core
