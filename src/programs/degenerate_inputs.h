@@ -15,7 +15,7 @@ struct DegenerateInput {
   core::Correspondences matches;
 };
 
-/// One input of at most 500 matches for each column of the table in docs/selectors.md. Every call returns the
+/// One input of at most 500 matches for each column of the table in docs/data/special_cases.md. Every call returns the
 /// same.
 std::vector<DegenerateInput> degenerateInputs();
 
