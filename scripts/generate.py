@@ -4,7 +4,7 @@
     scripts/generate.py [--build DIR] [--check]
 
 Builds and runs the program option_catalogue and writes options/catalogue.json; from that file it writes
-config/live.yaml, scripts/corrsel_report/groups.py and the tables between `<!-- options: NAME -->` and `<!-- end -->` in
+config/live.yaml, python/corrsel/report/groups.py and the tables between `<!-- options: NAME -->` and `<!-- end -->` in
 docs/. The parameters of
 dynamic_reconfigure (cfg/) read the catalogue when the package is built. Run it after a change of an option, a preset
 or the list of selectors, and commit what it changes.
@@ -316,7 +316,7 @@ def filled(document, text, parts):
 
 
 def report_groups(catalogue):
-    """Return scripts/corrsel_report/groups.py: groups and main parameters."""
+    """Return python/corrsel/report/groups.py: groups and main parameters."""
     groups = {}
     for selector in catalogue["selectors"]:
         groups.setdefault(selector["group"], []).append(selector["name"])
@@ -352,7 +352,7 @@ def generated(catalogue):
     """Return all generated files but the catalogue: {path inside the package: content}."""
     files = {
         "config/live.yaml": live_yaml(catalogue),
-        "scripts/corrsel_report/groups.py": report_groups(catalogue),
+        "python/corrsel/report/groups.py": report_groups(catalogue),
     }
     for document, parts in tables(catalogue).items():
         files[document] = filled(document, (PACKAGE / document).read_text(encoding="utf-8"), parts)
