@@ -229,6 +229,30 @@ def shared_options(catalogue):
     return "\n".join(lines) + "\n"
 
 
+def common_options(algorithms):
+    """Return the names of the options that most detectors share, in their order."""
+    names = [option["name"] for entry in algorithms for option in entry["options"]]
+    return [name for name in OrderedDict.fromkeys(names) if 2 * names.count(name) > len(algorithms)]
+
+
+def common_table(algorithms, common):
+    """Return the table of the options that most detectors share; defaults that differ are in the last column."""
+    rows = []
+    for name in common:
+        found = [
+            (entry["name"], option)
+            for entry in algorithms
+            for option in entry["options"]
+            if option["name"] == name
+        ]
+        first = dict(found[0][1])
+        others = ["`%s`: %s" % (owner, table_value(row["default"])) for owner, row in found if row != first]
+        if others:
+            first["description"] += ". Default of " + ", ".join(others)
+        rows.append(first)
+    return option_table(rows)
+
+
 def needs_text(names):
     """Return columns of the matches without which a selector does nothing, in words."""
     both = {"left_size", "right_size"} <= set(names)
@@ -325,12 +349,23 @@ def tables(catalogue):
     selectors["shared"] = shared_options(catalogue)
     document = (PACKAGE / "docs/selectors.md").read_text(encoding="utf-8")
     selectors["selectors"] = selector_table(catalogue, document)
+    algorithms = catalogue["features"]["algorithms"]
+    common = common_options(algorithms)
     features = {
-        entry["name"]: option_table(entry["options"]) for entry in catalogue["features"]["algorithms"]
+        entry["name"]: option_table([row for row in entry["options"] if row["name"] not in common])
+        for entry in algorithms
     }
+    features["detectors"] = common_table(algorithms, common)
     features["match"] = option_table(catalogue["matching"])
     features["sequence"] = option_table(catalogue["sequence"])
-    nodelets = {name: option_table(parts["start"]) for name, parts in catalogue["nodelets"].items()}
+    nodelets = {}
+    known = []
+    for name, parts in catalogue["nodelets"].items():
+        rows = [row for row in parts["start"] if row not in known]
+        again = ", ".join("`%s`" % row["name"] for row in parts["start"] if row in known)
+        sentence = "\nThese are the same as above: %s.\n" % again if again else ""
+        nodelets[name] = option_table(rows) + sentence
+        known += rows
     return {
         "docs/selectors.md": selectors,
         "docs/features.md": features,
