@@ -344,9 +344,6 @@ def tables(catalogue):
     selectors["shared"] = shared_options(catalogue)
     document = (PACKAGE / "docs/selectors.md").read_text(encoding="utf-8")
     selectors["selectors"] = selector_table(catalogue, document)
-    # The methods for comparison have their options on a page of their own.
-    text = (PACKAGE / "docs/data/reference_options.md").read_text(encoding="utf-8")
-    reference = {name: selectors.pop(name) for _, name, _ in MARKED.findall(text) if name in selectors}
     algorithms = catalogue["features"]["algorithms"]
     common = common_options(algorithms)
     features = {
@@ -354,6 +351,11 @@ def tables(catalogue):
         for entry in algorithms
     }
     features["detectors"] = common_table(algorithms, common)
+    # The methods for comparison have their options on a page of their own.
+    text = (PACKAGE / "docs/data/reference_options.md").read_text(encoding="utf-8")
+    reference = {}
+    for parts in (selectors, features):
+        reference.update({name: parts.pop(name) for _, name, _ in MARKED.findall(text) if name in parts})
     features["match"] = option_table(catalogue["matching"])
     features["sequence"] = option_table(catalogue["sequence"])
     nodelets = {}
