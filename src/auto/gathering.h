@@ -8,9 +8,6 @@
 
 namespace corrsel::core {
 
-/// A match is near the homography, and not left over by it, within this many times the threshold.
-inline constexpr double kNearHomography = 2;
-
 /// Gathers the evidence about the matches of a call, each piece at most once.
 class Gathering {
  public:

@@ -9,6 +9,9 @@
 
 namespace corrsel::core {
 
+/// A match is near the homography, and not left over by it, within this many times the threshold.
+inline constexpr double kNearHomography = 2;
+
 /// Finds the homography that most matches agree with, where every point counts once.
 ///
 /// Algorithm: candidates come from cheap sources first, and the search ends as soon as the best one is good

@@ -212,9 +212,9 @@ TEST(Auto, CutsTheHardSearchAtTheTimeLimit) {
   const int unlimited = selectWith(noise).iterations;
   EXPECT_GE(unlimited, without_hard_search + 10000);
   TickingClock clock(0.1);
-  const Selection selection = selectWith(noise, {{"max_seconds", "20"}});
+  const Selection selection = selectWith(noise, {{"max_seconds", "40"}});
   EXPECT_EQ(selection.status, Status::kTimeLimit) << selection.message;
-  EXPECT_NE(selection.message.find("max_seconds = 20"), std::string::npos) << selection.message;
+  EXPECT_NE(selection.message.find("max_seconds = 40"), std::string::npos) << selection.message;
   EXPECT_EQ(selection.scene, SceneKind::kUnknown) << "a part of the evidence is missing";
   EXPECT_GT(selection.iterations, without_hard_search);
   EXPECT_LT(selection.iterations, unlimited);
