@@ -7,7 +7,7 @@
 
 #include "base/coordinate_order.h"
 #include "corrsel/correspondences.h"
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/neighbours.h"
 #include "kernels/kernels.h"
 #include "points/cell_runs.h"
 #include "points/distinct_matches.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/workspace_scope.h"
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/neighbours.h"
 #include "geometry/frame_map.h"
 #include "points/distinct_matches.h"
 #include "search/support.h"

@@ -7,8 +7,8 @@
 
 #include "base/coordinate_order.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/neighbours.h"
 #include "corrsel/selection.h"
-#include "corrsel/selectors/neighbours.h"
 
 namespace corrsel::core {
 

@@ -138,7 +138,7 @@ void Selector::configure(const OptionMap& options) {
 std::string Selector::missingInput(const Correspondences&) const { return ""; }
 
 Selection Selector::select(const Correspondences& matches) const {
-  return select(matches, WorkspaceScope::current());
+  return select(matches, Workspace::ofThread());
 }
 
 Selection Selector::select(const Correspondences& matches, Workspace& workspace) const {

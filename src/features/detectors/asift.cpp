@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "base/workspace_scope.h"
 #include "features/parts/dog_keypoints.h"
 #include "features/parts/sift_descriptor.h"
 #include "features/parts/tilted_views.h"
@@ -62,14 +61,9 @@ std::vector<View> viewsOf(const AsiftOptions& options) {
 /// The features of one view, where `describe` also with descriptors.
 std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const TiltedViews& views, const View& view,
                                       int index, const AsiftOptions& options, const PlaceMask& mask,
-                                      bool describe) {
-  struct Memory {
-    std::vector<std::int16_t> pixels;
-    DogKeypoints keypoints;
-  };
-  Memory& memory = WorkspaceScope::part<Memory>();
+                                      bool describe, Workspace& workspace) {
   TiltedView simulated{image, {1, 0, 0, 0, 1, 0}};
-  if (view.tilt != 1) simulated = views.view(view.tilt, view.turn, memory.pixels);
+  if (view.tilt != 1) simulated = views.view(view.tilt, view.turn, workspace);
   const cv::Matx23d& m = simulated.to_image;
   const auto toImage = [&m](double x, double y) {
     return cv::Point2d(m(0, 0) * x + m(0, 1) * y + m(0, 2), m(1, 0) * x + m(1, 1) * y + m(1, 2));
@@ -83,7 +77,7 @@ std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const TiltedViews& v
   dog.contrast_threshold = options.contrast_threshold;
   dog.edge_threshold = options.edge_threshold;
   dog.sigma = options.sigma;
-  DogKeypoints& keypoints = memory.keypoints;
+  DogKeypoints& keypoints = workspace.part<DogKeypoints>();
   keypoints.find(simulated.pixels, dog, {}, 1);
   std::vector<ViewFeature> features;
   std::vector<float> angles;
@@ -184,7 +178,7 @@ std::vector<ViewFeature> allFeatures(const DetectionRequest& request, const Asif
   std::vector<std::vector<ViewFeature>> found(views.size());
   forEachBlock(views.size(), 1, request.threads, [&](std::size_t i, std::size_t) {
     found[i] = viewFeatures(request.image, simulator, views[i], static_cast<int>(i), options, request.mask,
-                            request.describe);
+                            request.describe, Workspace::ofThread());
   });
   std::vector<ViewFeature> all;
   for (const std::vector<ViewFeature>& some : found) all.insert(all.end(), some.begin(), some.end());

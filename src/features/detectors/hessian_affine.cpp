@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "base/workspace_scope.h"
 #include "features/parts/affine_patch.h"
 #include "features/parts/orientation_histogram.h"
 #include "features/parts/scale_space.h"
@@ -487,7 +486,7 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
   space_options.last_level = options_.octave_resolution - 1;
   space_options.sigma = kBaseBlur * std::exp2(1.0 / options_.octave_resolution);
   space_options.smallest_side = kSmallestSide;
-  auto& space = WorkspaceScope::part<HessianScaleSpace>().space;
+  auto& space = request.workspace.part<HessianScaleSpace>().space;
   space.compute(grey, space_options, threads);
   const std::vector<ScaleLevel> levels = space.levels();
   if (request.levels != nullptr) *request.levels = levels;
