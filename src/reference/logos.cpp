@@ -9,7 +9,7 @@
 #include "corrsel/neighbours.h"
 #include "geometry/frame_map.h"
 #include "points/distinct_matches.h"
-#include "search/support.h"
+#include "points/point_groups.h"
 #include "selectors/parts/degenerate_input.h"
 
 namespace corrsel::core {

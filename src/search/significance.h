@@ -9,6 +9,8 @@
 #include "corrsel/correspondences.h"
 #include "corrsel/neighbours.h"
 #include "corrsel/selection.h"
+#include "points/cell_grid.h"
+#include "points/place_index.h"
 
 namespace corrsel::core {
 
@@ -94,30 +96,6 @@ class SignificanceTest {
     std::uint32_t match;
   };
 
-  /// Accepted points of one image, found by their cell.
-  class Places {
-   public:
-    static constexpr std::uint32_t kNone = 0xffffffffU;
-
-    /// Removes all points and makes room for `most`.
-    /// @param radius  px: size of a place
-    void clear(std::size_t most, float radius);
-    /// The number of an accepted point nearer than the radius of a place, or kNone.
-    std::uint32_t find(float x, float y) const;
-    bool isTaken(float x, float y) const { return find(x, y) != kNone; }
-    void add(float x, float y);
-
-   private:
-    struct Point {
-      float x, y;
-      std::uint32_t next;  // in the list of the cell, counted from 1
-    };
-    std::size_t slot(std::int64_t cell_x, std::int64_t cell_y) const;
-    float radius_ = 1;
-    std::vector<std::uint32_t> first_;  // by hashed cell: first point, counted from 1
-    std::vector<Point> points_;
-  };
-
   /// Number of right points in squares of the image, from a summed-area table.
   class Density {
    public:
@@ -127,8 +105,7 @@ class SignificanceTest {
     double others(double x, double y, double own_x, double own_y) const;
 
    private:
-    double left_ = 0, top_ = 0, cell_ = 1;
-    int columns_ = 0, rows_ = 0;
+    CellGrid grid_;
     std::vector<std::uint32_t> sums_;
   };
 
@@ -147,7 +124,7 @@ class SignificanceTest {
   std::vector<Candidate> candidates_;                       // matches with an error of at most 10 px
   std::size_t counts_[8] = {};                              // distinct agreements by threshold
   Density density_;
-  Places left_places_, right_places_;
+  PlaceIndex left_places_, right_places_;
   std::vector<std::uint32_t> selected_;  // selected matches, and their left points
   std::vector<float> selected_x_, selected_y_;
   std::vector<std::uint32_t> predictors_[2], nearest_;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "features/parts/dog_keypoints.h"
 #include "features/parts/sift_descriptor.h"
 #include "features/parts/tilted_views.h"
+#include "points/place_index.h"
 
 namespace corrsel::core {
 
@@ -128,44 +128,36 @@ std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOp
   std::stable_sort(features.begin(), features.end(), [](const ViewFeature& a, const ViewFeature& b) {
     return a.keypoint.response > b.keypoint.response;
   });
-  // Level l holds frames that reach up to 2^l px, in cells of twice this size, so each frame is in at most
-  // four cells.
-  using Grid = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
-  std::vector<Grid> levels;
-  const auto cell = [](double x, double y, double side) {
-    const auto number = [side](double v) {
-      return static_cast<std::uint64_t>(static_cast<std::uint32_t>(static_cast<int>(std::floor(v / side))));
-    };
-    return number(y) << 32 | number(x);
+  // Level l holds frames that reach up to 2^l px.
+  struct Level {
+    PlaceIndex places;
+    std::vector<std::uint32_t> kept;  // by number of the place
   };
+  std::vector<Level> levels;
   std::vector<ViewFeature> kept;
   for (const ViewFeature& feature : features) {
     const double x = feature.keypoint.pt.x, y = feature.keypoint.pt.y;
     bool is_new = true;
     for (std::size_t l = 0; l < levels.size() && is_new; ++l) {
-      const auto found = levels[l].find(cell(x, y, std::ldexp(2.0, int(l))));
-      if (found == levels[l].end()) continue;
-      for (const std::uint32_t i : found->second) {
+      const double side = std::ldexp(1.0, int(l));
+      is_new = !levels[l].places.visitNear(x, y, side, side, [&](std::uint32_t place) {
         double distance;
-        if (difference(kept[i].frame, feature.frame, distance) <= options.merge_shape &&
-            distance <= options.merge_distance) {
-          is_new = false;
-          break;
-        }
-      }
+        return difference(kept[levels[l].kept[place]].frame, feature.frame, distance) <=
+                   options.merge_shape &&
+               distance <= options.merge_distance;
+      });
     }
     if (!is_new) continue;
     const AffineFrame& f = feature.frame;
     const double reach = options.merge_distance * std::hypot(std::hypot(f[0], f[1]), std::hypot(f[3], f[4]));
     const auto level = static_cast<std::size_t>(std::max(0.0, std::ceil(std::log2(std::max(reach, 1e-3)))));
-    if (level >= levels.size()) levels.resize(level + 1);
-    const double side = std::ldexp(2.0, int(level));
-    const auto number = static_cast<std::uint32_t>(kept.size());
-    std::array<std::uint64_t, 4> cells = {cell(x - reach, y - reach, side), cell(x + reach, y - reach, side),
-                                          cell(x - reach, y + reach, side), cell(x + reach, y + reach, side)};
-    std::sort(cells.begin(), cells.end());
-    const auto end = std::unique(cells.begin(), cells.end());
-    for (auto c = cells.begin(); c != end; ++c) levels[level][*c].push_back(number);
+    while (levels.size() <= level) {
+      const auto side = std::ldexp(1.0F, static_cast<int>(levels.size()));
+      levels.emplace_back();
+      levels.back().places.clear(features.size(), side);
+    }
+    levels[level].places.add(feature.keypoint.pt.x, feature.keypoint.pt.y);
+    levels[level].kept.push_back(static_cast<std::uint32_t>(kept.size()));
     kept.push_back(feature);
   }
   return kept;
