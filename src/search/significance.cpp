@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "base/workspace_scope.h"
 #include "corrsel/random.h"
 #include "geometry/fundamental.h"
 #include "geometry/homography.h"
@@ -335,10 +334,11 @@ Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
   return worst;
 }
 
-double confidenceOf(const Correspondences& matches, const Selection& selection, std::uint64_t hypotheses) {
+double confidenceOf(const Correspondences& matches, const Selection& selection, std::uint64_t hypotheses,
+                    Workspace& workspace) {
   if (std::none_of(selection.mask.begin(), selection.mask.end(), [](std::uint8_t m) { return m != 0; }))
     return 0;
-  SignificanceTest& test = WorkspaceScope::part<SignificanceTest>();
+  SignificanceTest& test = workspace.part<SignificanceTest>();
   test.assign(matches);
   switch (selection.model_kind) {
     case ModelKind::kHomography:

@@ -9,6 +9,7 @@
 #include "corrsel/correspondences.h"
 #include "corrsel/neighbours.h"
 #include "corrsel/selection.h"
+#include "corrsel/workspace.h"
 #include "points/cell_grid.h"
 #include "points/place_index.h"
 
@@ -140,7 +141,7 @@ class SignificanceTest {
 ///                    are finite.
 /// @param hypotheses  number of samples among whose models the model was chosen. Searches on parts of the
 ///                    matches and models that were given up early count, too. Ignored without a model.
-/// The buffers belong to the calling thread's workspace.
-double confidenceOf(const Correspondences& matches, const Selection& selection, std::uint64_t hypotheses);
+double confidenceOf(const Correspondences& matches, const Selection& selection, std::uint64_t hypotheses,
+                    Workspace& workspace);
 
 }  // namespace corrsel::core

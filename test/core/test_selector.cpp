@@ -349,7 +349,7 @@ TEST(Selector, ComputesTheConfidenceOnlyWhereItDecides) {
   Selection s = Stub(run).select(m);
   EXPECT_EQ(s.confidence, 0);
   addConfidence(m, s);
-  EXPECT_EQ(s.confidence, confidenceOf(m, s, 100000));
+  EXPECT_EQ(s.confidence, confidenceOf(m, s, 100000, Workspace::ofThread()));
   EXPECT_GT(s.confidence, 100);
   const double confidence = s.confidence;
 
