@@ -1,30 +1,11 @@
 """Experiment budget: what every selector reaches in a limited time, and which one to use with how many milliseconds."""
 from collections import OrderedDict, namedtuple
 
-from .figures import (
-    draw_background,
-    draw_line,
-    format_time_axis,
-    line_figures,
-    line_style,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-)
+from .figures import draw_background, draw_line, format_time_axis, line_figures, line_style, marked, new_axes
+from .figures import part_ending, plot_text
 from .inference import is_separate, mean_interval
-from .markup import (
-    DASH,
-    article,
-    group_heading,
-    joined,
-    paragraph,
-    sources,
-    table,
-    text_cell,
-    with_headings,
-    bold,
-)
+from .markup import DASH, article, bold, group_heading, joined, paragraph, sources, table, text_cell
+from .markup import with_headings
 from .reading import group_of
 from .scopes import figure_name
 from .selectors import TIME_LIMIT, budget_name, is_baseline, selector_key, take_apart

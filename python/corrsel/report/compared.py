@@ -2,19 +2,8 @@
 from collections import OrderedDict, namedtuple
 
 from . import paper
-from .markup import (
-    DASH,
-    Cell,
-    below,
-    best_cell,
-    breakable,
-    lines,
-    row_class,
-    table,
-    transposed,
-    with_badge,
-    with_headings,
-)
+from .markup import DASH, Cell, below, best_cell, breakable, lines, row_class, table, transposed, with_badge
+from .markup import with_headings
 from .scopes import is_main
 from .selectors import are_many, is_baseline, selector_key
 from .words import GIVEN, data_kind, plural, span

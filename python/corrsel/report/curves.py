@@ -4,33 +4,12 @@ from collections import OrderedDict, namedtuple
 import numpy as np
 from markupsafe import Markup
 
-from .figures import (
-    draw_background,
-    draw_line,
-    line_figures,
-    line_style,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-)
+from .figures import draw_background, draw_line, line_figures, line_style, marked, new_axes, part_ending
+from .figures import plot_text
 from .groups import MAIN_PARAMETERS
 from .inference import mean_interval
-from .markup import (
-    DASH,
-    article,
-    best_cell,
-    bold,
-    findings,
-    group_heading,
-    heading,
-    joined,
-    paragraph,
-    sources,
-    table,
-    text_cell,
-    with_headings,
-)
+from .markup import DASH, article, best_cell, bold, findings, group_heading, heading, joined, paragraph
+from .markup import sources, table, text_cell, with_headings
 from .reading import Group
 from .scopes import figure_name
 from .selectors import curve_name, is_baseline, selector_key, take_apart

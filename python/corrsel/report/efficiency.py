@@ -7,23 +7,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from . import paper
 from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
-from .markup import (
-    DASH,
-    LOWEST,
-    bold,
-    compared_cell,
-    findings,
-    group_heading,
-    heading,
-    joined,
-    panels,
-    paragraph,
-    row_class,
-    selector_name,
-    small,
-    table,
-    with_headings,
-)
+from .markup import DASH, LOWEST, bold, compared_cell, findings, group_heading, heading, joined, panels
+from .markup import paragraph, row_class, selector_name, small, table, with_headings
 from .selectors import DARK, YELLOW, is_baseline, selector_key, selector_styles
 from .timing import time_panel
 from .words import milliseconds, plural, span

@@ -2,17 +2,8 @@
 from collections import OrderedDict
 
 from . import paper, results
-from .compared import (
-    Block,
-    comparison_table,
-    dataset_notes,
-    group_label,
-    interval_text,
-    measured,
-    paper_dataset,
-    paper_label,
-    printed_f,
-)
+from .compared import Block, comparison_table, dataset_notes, group_label, interval_text, measured
+from .compared import paper_dataset, paper_label, printed_f
 from .markup import joined, paragraph, sources
 from .scopes import groups_of, is_main
 from .words import GIVEN

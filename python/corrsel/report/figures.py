@@ -125,7 +125,7 @@ class FigureWriter:
         text = self.shorten(text)
         view_box = re.search(r'viewBox="([^"]*)"', text).group(1)
         opening = '<svg class="%s" role="img" aria-label="%s" viewBox="%s">' % (css, escape(label), view_box)
-        return Markup(opening + text[text.index(">") + 1 :].strip() + files)
+        return Markup(opening + text[text.index(">") + 1 :].strip()) + files
 
     def write(self, figure, label, name):
         """Write a figure's files with a legend and a caption; return the links to them.

@@ -9,24 +9,8 @@ from markupsafe import Markup
 from . import paper
 from .efficiency import NOT_TIMED, scaling_times, threads_text
 from .inference import is_above, mean_interval, paired_difference
-from .markup import (
-    DASH,
-    LOWEST,
-    Cell,
-    below,
-    best_cell,
-    bold,
-    findings,
-    heading,
-    joined,
-    lines,
-    paragraph,
-    small,
-    table,
-    text_cell,
-    transposed,
-    with_headings,
-)
+from .markup import DASH, LOWEST, Cell, below, best_cell, bold, findings, heading, joined, lines, paragraph
+from .markup import small, table, text_cell, transposed, with_headings
 from .reading import Group, at_tolerance
 from .robustness import SAMPLE_SEQUENCES
 from .selectors import BASELINE, are_many, is_baseline, selector_key

@@ -1,14 +1,7 @@
 """Experiment overall: precision, recall and F on every dataset (the paper's Fig. 3)."""
 from . import paper, results
-from .compared import (
-    Block,
-    comparison_table,
-    dataset_notes,
-    group_label,
-    interval_text,
-    measured,
-    paper_label,
-)
+from .compared import Block, comparison_table, dataset_notes, group_label, interval_text, measured
+from .compared import paper_label
 from .markup import below, joined, paragraph, sources
 from .scopes import groups_of, main_features
 from .words import GIVEN, at_tau, features_text, plural

@@ -5,40 +5,15 @@ from markupsafe import Markup
 
 from .compared import dataset_notes, paper_dataset, paper_winner
 from .figures import line_style, mark, marked, new_axes, plot_text
-from .markup import (
-    DASH,
-    Cell,
-    below,
-    bold,
-    breakable,
-    dataset_html,
-    findings,
-    joined,
-    lines,
-    panels,
-    paragraph,
-    sources,
-    table,
-    text_cell,
-)
+from .markup import DASH, Cell, below, bold, breakable, dataset_html, findings, joined, lines, panels
+from .markup import paragraph, sources, table, text_cell
 from .paper import SOURCE
 from .scopes import is_main
 from .remarks import remark_sentences
 from .selectors import BASELINE, DARK, is_baseline
 from .standings import standing
-from .words import (
-    kind_text,
-    at_tau,
-    features_text,
-    fraction,
-    group_text,
-    interval,
-    milliseconds,
-    number,
-    plural,
-    preselection_text,
-    with_interval,
-)
+from .words import at_tau, features_text, fraction, group_text, interval, kind_text, milliseconds, number
+from .words import plural, preselection_text, with_interval
 
 MAX_DRAWN = 24  # groups in the picture; the table has them all
 MAX_FINDINGS = 8  # further sentences on single groups are shown with the groups, not in the overview

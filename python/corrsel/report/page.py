@@ -4,27 +4,8 @@ from collections import namedtuple
 
 from markupsafe import Markup
 
-from . import (
-    budget,
-    curves,
-    definitions,
-    efficiency,
-    environment,
-    failures,
-    features,
-    guide,
-    overall,
-    overview,
-    per_pair,
-    pose,
-    preselected,
-    results,
-    robustness,
-    stages,
-    timing,
-    unrelated,
-    visual,
-)
+from . import budget, curves, definitions, efficiency, environment, failures, features, guide, overall
+from . import overview, per_pair, pose, preselected, results, robustness, stages, timing, unrelated, visual
 from .figures import FigureWriter, set_up_figures
 from .markup import FOLDER, joined, render, sources
 from .scopes import makes_variants, other_groups, switches_of

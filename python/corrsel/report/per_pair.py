@@ -4,20 +4,8 @@ from itertools import compress
 import numpy as np
 
 from .figures import marked, new_axes, plot_text, selector_ticks
-from .markup import (
-    BLOCKS,
-    DASH,
-    article,
-    below,
-    best_cell,
-    group_heading,
-    joined,
-    paragraph,
-    row_class,
-    sources,
-    table,
-    with_headings,
-)
+from .markup import BLOCKS, DASH, article, below, best_cell, group_heading, joined, paragraph, row_class
+from .markup import sources, table, with_headings
 from .scopes import figure_name, groups_of
 from .selectors import are_many, is_baseline
 from .words import at_tau, fraction, group_text, interval

@@ -5,28 +5,10 @@ from collections import OrderedDict, namedtuple
 import numpy as np
 from markupsafe import Markup
 
-from .figures import (
-    draw_background,
-    draw_line,
-    line_figures,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-    visible,
-)
-from .markup import (
-    DASH,
-    article,
-    best_cell,
-    group_heading,
-    joined,
-    paragraph,
-    selector_name,
-    sources,
-    table,
-    with_headings,
-)
+from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
+from .figures import visible
+from .markup import DASH, article, best_cell, group_heading, joined, paragraph, selector_name, sources, table
+from .markup import with_headings
 from .reading import POSES_HEADER, RowTable, group_of
 from .selectors import DARK, is_baseline, selector_key
 from .tables import ReportError, read_columns

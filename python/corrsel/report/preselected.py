@@ -1,16 +1,7 @@
 """Experiment preselected: the survivors of NNSR as input (the paper's Fig. 6)."""
 from . import paper, results
-from .compared import (
-    Block,
-    comparison_table,
-    dataset_notes,
-    group_label,
-    interval_text,
-    measured,
-    paper_dataset,
-    paper_label,
-    printed_f,
-)
+from .compared import Block, comparison_table, dataset_notes, group_label, interval_text, measured
+from .compared import paper_dataset, paper_label, printed_f
 from .figures import line_style, marked, new_axes, plot_text, selector_ticks
 from .markup import joined, panels, paragraph, sources
 from .reading import Group

@@ -4,49 +4,17 @@ from collections import OrderedDict
 import numpy as np
 from matplotlib.ticker import FuncFormatter
 
-from .figures import (
-    draw_background,
-    draw_line,
-    line_figures,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-    selector_ticks,
-)
-from .markup import (
-    HIGHEST,
-    LOWEST,
-    Cell,
-    article,
-    compared_cell,
-    contents,
-    group_heading,
-    joined,
-    panels,
-    paragraph,
-    row_class,
-    selector_name,
-    sources,
-    table,
-    with_headings,
-)
+from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
+from .figures import selector_ticks
+from .markup import HIGHEST, LOWEST, Cell, article, compared_cell, contents, group_heading, joined, panels
+from .markup import paragraph, row_class, selector_name, sources, table, with_headings
 from .left_out import left_out_sentence
 from .overview import findings_in_place, sentence
 from .reading import REFERENCE_TAU
 from .scopes import figure_name, other_groups
 from .selectors import DARK, YELLOW, is_baseline
-from .words import (
-    STATUSES,
-    at_tau,
-    fraction,
-    group_text,
-    interval,
-    milliseconds,
-    number,
-    statuses_text,
-    tenths,
-)
+from .words import STATUSES, at_tau, fraction, group_text, interval, milliseconds, number, statuses_text
+from .words import tenths
 
 
 def curve_panel(run, figures, group, part, title, column, name):

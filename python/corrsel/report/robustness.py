@@ -7,25 +7,8 @@ from markupsafe import Markup
 from . import paper
 from .figures import marked, new_axes, plot_text, selector_ticks
 from .inference import average_ranks, is_separate, mean_interval, paired_difference, spearman
-from .markup import (
-    DASH,
-    Cell,
-    article,
-    below,
-    bold,
-    compared_cell,
-    findings,
-    group_heading,
-    heading,
-    joined,
-    lines,
-    panels,
-    paragraph,
-    row_class,
-    selector_name,
-    table,
-    with_headings,
-)
+from .markup import DASH, Cell, article, below, bold, compared_cell, findings, group_heading, heading, joined
+from .markup import lines, panels, paragraph, row_class, selector_name, table, with_headings
 from .reading import Group, average_by_pair
 from .selectors import DARK, YELLOW, is_baseline
 from .words import at_tau, features_text, fraction, group_text, plural, span

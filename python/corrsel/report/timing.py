@@ -3,17 +3,8 @@ from collections import OrderedDict
 
 import numpy as np
 
-from .figures import (
-    format_time_axis,
-    line_style,
-    marked,
-    new_axes,
-    overlap_area,
-    pixel_boxes,
-    place_labels,
-    plot_text,
-    selector_ticks,
-)
+from .figures import format_time_axis, line_style, marked, new_axes, overlap_area, pixel_boxes, place_labels
+from .figures import plot_text, selector_ticks
 from .markup import DASH, article, group_heading, joined, panels, paragraph, sources, table, text_cell
 from .scopes import figure_name, is_main, makes_variants
 from .selectors import DARK, GREY, YELLOW, is_baseline

@@ -4,31 +4,10 @@ from collections import OrderedDict, namedtuple
 import numpy as np
 from markupsafe import Markup
 
-from .figures import (
-    draw_background,
-    draw_line,
-    line_figures,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-    visible,
-)
-from .markup import (
-    DASH,
-    article,
-    best_cell,
-    bold,
-    dataset_html,
-    joined,
-    paragraph,
-    row_class,
-    selector_name,
-    sources,
-    table,
-    text_cell,
-    with_headings,
-)
+from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
+from .figures import visible
+from .markup import DASH, article, best_cell, bold, dataset_html, joined, paragraph, row_class, selector_name
+from .markup import sources, table, text_cell, with_headings
 from .selectors import is_baseline, selector_key
 from .words import UNRELATED, features_text, is_unrelated, plural, preselection_text
 
