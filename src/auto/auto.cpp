@@ -16,16 +16,20 @@
 #include "base/text.h"
 #include "base/workspace_scope.h"
 #include "corrsel/selectors/planes.h"
-#include "corrsel/selectors/usac.h"
 #include "geometry/normalization.h"
 #include "geometry/residual.h"
 #include "search/affine_growing.h"
-#include "search/frame_hypotheses.h"
+#include "search/frame_proposal.h"
+#include "search/fundamental_model.h"
+#include "search/homography_model.h"
 #include "search/local_optimization.h"
+#include "search/local_proposal.h"
 #include "search/ordering.h"
+#include "search/prosac_proposal.h"
 #include "search/search.h"
 #include "search/significance.h"
 #include "search/support.h"
+#include "search/uniform_proposal.h"
 #include "search/verifier.h"
 #include "selectors/parts/sequential_planes.h"
 
@@ -97,7 +101,7 @@ struct AutoMemory {
   Plausibility plausibility;
   ParallaxTest parallax;
   SignificanceTest significance;
-  FrameHypotheses frames;
+  FrameProposal frames;
   SequentialPlanes planes;
   Rows by_support, rank, searched, rest;
   Mask taken, plane, explained, answer, core;
@@ -111,7 +115,7 @@ std::size_t count(const Mask& mask) {
 /// The stages of the selector on one input.
 class Stages {
  public:
-  Stages(const Correspondences& matches, const AutoOptions& options, AutoMemory& work);
+  Stages(const Correspondences& matches, const AutoOptions& options, Workspace& workspace);
 
   void run(Selection& result);
 
@@ -139,7 +143,10 @@ class Stages {
   void finish(const Mask& mask, Selection& result, double confidence, const std::string& found);
   void reportTimeLimit(Selection& result) const;
 
+  SearchParameters parameters(double threshold, int hypotheses) const;
+
   const AutoOptions& options_;
+  Workspace& workspace_;
   AutoMemory& work_;
   const Deadline deadline_;
   const Correspondences& matches_;
@@ -169,18 +176,27 @@ const Correspondences& ordered(const Correspondences& matches, const AutoOptions
   return work.matches;
 }
 
-Stages::Stages(const Correspondences& matches, const AutoOptions& options, AutoMemory& work)
+Stages::Stages(const Correspondences& matches, const AutoOptions& options, Workspace& workspace)
     : options_(options),
-      work_(work),
+      workspace_(workspace),
+      work_(workspace.part<AutoMemory>()),
       deadline_(options.max_seconds),
-      matches_(ordered(matches, options, work)),
+      matches_(ordered(matches, options, work_)),
       n_(matches.size()),
-      wide_(work.normalized, Residual::kSymmetricTransfer, 2 * options.threshold * work.normalized.scale,
-            true, &work.distinct),
-      narrow_(work.normalized, Residual::kSymmetricTransfer,
-              std::sqrt(2.0) * options.threshold * work.normalized.scale, true, &work.distinct) {
-  work.significance.assign(matches_);
-  work.leftover.assign(matches_);
+      wide_(work_.normalized, Residual::kSymmetricTransfer, 2 * options.threshold * work_.normalized.scale,
+            true, &work_.distinct),
+      narrow_(work_.normalized, Residual::kSymmetricTransfer,
+              std::sqrt(2.0) * options.threshold * work_.normalized.scale, true, &work_.distinct) {
+  work_.significance.assign(matches_);
+  work_.leftover.assign(matches_);
+}
+
+SearchParameters Stages::parameters(double threshold, int hypotheses) const {
+  SearchParameters parameters;
+  parameters.threshold = threshold;
+  parameters.max_iterations = hypotheses;
+  parameters.seed = static_cast<std::uint64_t>(options_.seed);
+  return parameters;
 }
 
 /// Writes all matches by falling support, then by quality.
@@ -197,7 +213,7 @@ void Stages::sortBySupport() {
 
 /// Refines a homography on all matches and keeps it if it is the best one so far.
 void Stages::consider(const cv::Matx33d& normalized) {
-  const TwoViewProblem problem = homographyProblem(Residual::kSymmetricTransfer);
+  const HomographyModel problem(Residual::kSymmetricTransfer);
   Candidate candidate;
   if (!wide_.improve(normalized, candidate)) return;
   optimizeLocally(problem, wide_, candidate);
@@ -238,20 +254,18 @@ void Stages::growSeeds() {
 
 /// Searches by PROSAC in the given order.
 void Stages::search(const Rows& order, int hypotheses) {
-  UsacOptions options;
-  options.max_iterations = hypotheses;
-  options.seed = options_.seed;
-  if (timed_out_ || order.size() < static_cast<std::size_t>(problemOf(options).sample_size)) return;
-  takeBest(searchModel(work_.normalized, options, options_.threshold, &order, deadline_));
+  const HomographyModel model;
+  if (timed_out_ || order.size() < static_cast<std::size_t>(model.traits.sample_size)) return;
+  takeBest(core::search(work_.normalized, {model, workspace_.part<ProsacProposal>()},
+                        parameters(options_.threshold, hypotheses), &order, deadline_, workspace_));
 }
 
 /// Searches among the maps that the frames of single matches give, where there are frames.
 void Stages::searchFrames() {
   if (timed_out_ || matches_.left_frame.empty() || matches_.right_frame.empty()) return;
-  UsacOptions options;
-  options.sampler = ConsensusOptions::Sampler::kFrames;
-  work_.frames.assign(matches_, work_.identity, &work_.by_support);
-  takeBest(searchModel(work_.normalized, options, options_.threshold, nullptr, deadline_, &work_.frames));
+  work_.frames.read(matches_, work_.identity, &work_.by_support);
+  takeBest(core::search(work_.normalized, {HomographyModel(), work_.frames},
+                        parameters(options_.threshold, 0), nullptr, deadline_, workspace_));
 }
 
 void Stages::takeBest(const SearchOutcome& outcome) {
@@ -321,16 +335,12 @@ void Stages::findHomography() {
 }
 
 void Stages::findFundamental(const Rows& members) {
-  UsacOptions options;
-  options.model = ModelKind::kFundamental;
-  options.sampler = ConsensusOptions::Sampler::kUniform;
-  options.max_iterations = kFundamentalHypotheses;
-  options.confidence = 1;  // all of them: the first good model is often good in a part of the scene only
-  options.seed = options_.seed;
-  const TwoViewProblem problem = problemOf(options);
-  if (timed_out_ || members.size() < static_cast<std::size_t>(problem.sample_size)) return;
-  const SearchOutcome outcome =
-      searchModel(work_.normalized, options, options_.fundamental_threshold, &members, deadline_);
+  SearchParameters parameters = this->parameters(options_.fundamental_threshold, kFundamentalHypotheses);
+  parameters.confidence = 1;  // all of them: the first good model is often good in a part of the scene only
+  const FundamentalModel problem;
+  if (timed_out_ || members.size() < static_cast<std::size_t>(problem.traits.sample_size)) return;
+  const SearchOutcome outcome = core::search(work_.normalized, {problem, workspace_.part<UniformProposal>()},
+                                             parameters, &members, deadline_, workspace_);
   hypotheses_ += static_cast<std::uint64_t>(outcome.iterations);
   timed_out_ = timed_out_ || outcome.timed_out;
   if (!outcome.best.exists()) return;
@@ -375,7 +385,9 @@ void Stages::addMotions(Selection& result) {
   options.max_iterations = kPlaneHypotheses;
   options.seed = options_.seed;
   Selection remarks;
-  work_.planes.find(matches_, work_.rest, &work_.searched, options, deadline_, remarks);
+  work_.planes.find(matches_, work_.rest, &work_.searched,
+                    {HomographyModel(), workspace_.part<LocalProposal>()}, options, deadline_, workspace_,
+                    remarks);
   hypotheses_ += static_cast<std::uint64_t>(work_.planes.outcome().iterations);
   timed_out_ = timed_out_ || work_.planes.outcome().timed_out;
   result.group.resize(n_);
@@ -537,7 +549,7 @@ void AutoSelector::run(const Correspondences& matches, Workspace& workspace, Sel
     result.message = "all points of one image are equal";
     return;
   }
-  Stages(matches, options_, workspace.part<AutoMemory>()).run(result);
+  Stages(matches, options_, workspace).run(result);
 }
 
 }  // namespace corrsel::core
