@@ -9,9 +9,10 @@
 #include "auto/plausibility.h"
 #include "base/deadline.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/workspace.h"
 #include "geometry/normalization.h"
 #include "search/affine_growing.h"
-#include "search/frame_hypotheses.h"
+#include "search/frame_proposal.h"
 #include "search/ordering.h"
 #include "search/search.h"
 #include "search/significance.h"
@@ -43,7 +44,7 @@ struct AutoMemory {
 
   // The homography search.
   AffineGrowing growing;
-  FrameHypotheses frames;
+  FrameProposal frames;
   Rows rank, searched;
   Mask taken;
   std::vector<double> homography_errors;  // squared, px^2
@@ -64,9 +65,9 @@ struct AutoMemory {
   Mask answer, core;
 };
 
-/// What the searches of a call have cost so far.
+/// What the searches of a call may take, and have taken so far.
 struct Effort {
-  explicit Effort(double max_seconds) : deadline(max_seconds) {}
+  Effort(double max_seconds, Workspace& memory) : deadline(max_seconds), workspace(memory) {}
 
   void add(const SearchOutcome& outcome) {
     hypotheses += static_cast<std::uint64_t>(outcome.iterations);
@@ -74,6 +75,7 @@ struct Effort {
   }
 
   const Deadline deadline;
+  Workspace& workspace;  // of the searches
   std::uint64_t hypotheses = 0;
   bool timed_out = false;
 };
