@@ -429,9 +429,9 @@ std::vector<Comparison> comparisons(bool all) {
                                            beside("planes", "usac:h", corner, 8),
                                            beside("usac:frames", "usac:h", plane, 3),
                                            beside("usac:h", "usac:h", plane, 2, {{"sampler", "local"}}),
-                                           beside("usac:h", "usac:h", plane, 2, {{"sampler", "pnapsac"}}),
-                                           beside("usac:h", "usac:h", plane, 4, {{"sampler", "multigs"}}),
-                                           beside("ransac:mlesac", "ransac:h", plane, 4),
+                                           beside("pnapsac", "usac:h", plane, 2),
+                                           beside("multigs", "usac:h", plane, 4),
+                                           beside("mlesac", "ransac:h", plane, 4),
                                            nnsr(plane),
                                            ransac(plane),
                                            usac(plane),
@@ -469,7 +469,9 @@ std::vector<Comparison> comparisons(bool all) {
                            "planes",
                            "nnsr",
                            "ransac:h",
-                           "ransac:mlesac",
+                           "pnapsac",
+                           "multigs",
+                           "mlesac",
                            "usac:h",
                            "gms",
                            "gms:rotation_scale",
@@ -492,8 +494,7 @@ std::vector<Comparison> comparisons(bool all) {
                            "icf"}) {
     list.push_back(growth(spec, SceneKind::kPlane));
   }
-  for (const char* sampler : {"local", "pnapsac", "multigs"})
-    list.push_back(growth("usac:h", SceneKind::kPlane, kLargeSize, {{"sampler", sampler}}));
+  list.push_back(growth("usac:h", SceneKind::kPlane, kLargeSize, {{"sampler", "local"}}));
   for (const char* spec : {"ransac:f", "usac:f", "acransac:f"})
     list.push_back(growth(spec, SceneKind::kSpace));
   for (const char* spec : {"st", "st:rrwm", "gtm"})

@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "corrsel/selectors/planes.h"
+#include "search/homography_model.h"
+#include "search/local_proposal.h"
 
 namespace corrsel::core {
 namespace {
@@ -51,7 +53,9 @@ void addMotions(const AutoOptions& options, const AutoMemory::Mask& explained, A
   planes_options.max_iterations = kPlaneHypotheses;
   planes_options.seed = options.seed;
   Selection remarks;
-  memory.planes.find(memory.matches, memory.rest, &memory.searched, planes_options, effort.deadline, remarks);
+  memory.planes.find(memory.matches, memory.rest, &memory.searched,
+                     {HomographyModel(), effort.workspace.part<LocalProposal>()}, planes_options,
+                     effort.deadline, effort.workspace, remarks);
   effort.add(memory.planes.outcome());
   result.group.resize(memory.size());
   for (std::size_t i = 0; i < memory.size(); ++i) {

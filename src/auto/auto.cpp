@@ -71,7 +71,7 @@ void AutoSelector::run(const Correspondences& matches, Workspace& workspace, Sel
     return;
   }
   AutoMemory& memory = workspace.part<AutoMemory>();
-  Effort effort(options_.max_seconds);
+  Effort effort(options_.max_seconds, workspace);
   memory.assign(matches, static_cast<std::uint64_t>(options_.seed));
   Gathering gathering(options_, memory, effort);
   if (gathering.start()) {

@@ -6,9 +6,10 @@
 
 #include "auto/homography_search.h"
 #include "base/gather.h"
-#include "corrsel/selectors/usac.h"
 #include "geometry/residual.h"
+#include "search/fundamental_model.h"
 #include "search/local_optimization.h"
+#include "search/uniform_proposal.h"
 
 namespace corrsel::core {
 namespace {
@@ -131,22 +132,22 @@ bool Gathering::searchFundamental(cv::Matx33d& model) {
   memory_.searched.clear();
   for (std::uint32_t i = 0; i < local.size(); ++i)
     if (local[i] != 0) memory_.searched.push_back(i);
-  UsacOptions options;
-  options.model = ModelKind::kFundamental;
-  // In the order of support, the best matches lie on one surface.
-  options.sampler = ConsensusOptions::Sampler::kUniform;
-  options.max_iterations = kFundamentalHypotheses;
-  options.confidence = 1;  // all of them: the first good model is often good in a part of the scene only
-  options.seed = options_.seed;
-  const SearchOutcome outcome = searchModel(memory_.normalized, options, options_.fundamental_threshold,
-                                            &memory_.searched, effort_.deadline);
+  SearchParameters parameters;
+  parameters.threshold = options_.fundamental_threshold;
+  parameters.max_iterations = kFundamentalHypotheses;
+  parameters.confidence = 1;  // all of them: the first good model is often good in a part of the scene only
+  parameters.seed = static_cast<std::uint64_t>(options_.seed);
+  // Samples are uniform because the matches with the best support lie on one surface.
+  const FundamentalModel kind;
+  const SearchOutcome outcome = search(memory_.normalized, {kind, effort_.workspace.part<UniformProposal>()},
+                                       parameters, &memory_.searched, effort_.deadline, effort_.workspace);
   effort_.add(outcome);
   if (!outcome.best.exists()) return false;
   const Verifier verifier(memory_.normalized, Residual::kSampson,
                           options_.fundamental_threshold * memory_.normalized.scale, true);
   Candidate candidate;
   if (!verifier.improve(outcome.best.model, candidate)) return false;
-  optimizeLocally(fundamentalProblem(), verifier, candidate);
+  optimizeLocally(kind, verifier, candidate);
   model = memory_.normalized.fundamentalToPixels(candidate.model);
   return true;
 }

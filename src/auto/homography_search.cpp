@@ -4,9 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "corrsel/selectors/usac.h"
 #include "geometry/residual.h"
+#include "search/homography_model.h"
 #include "search/local_optimization.h"
+#include "search/prosac_proposal.h"
 
 namespace corrsel::core {
 namespace {
@@ -99,22 +100,25 @@ void HomographySearch::gatherSupported() {
 
 /// Searches by PROSAC in the given order.
 void HomographySearch::search(const AutoMemory::Rows& order, int hypotheses) {
-  UsacOptions options;
-  options.max_iterations = hypotheses;
-  options.seed = options_.seed;
-  if (effort_.timed_out || order.size() < static_cast<std::size_t>(problemOf(options).sample_size)) return;
-  addBest(searchModel(memory_.normalized, options, options_.threshold, &order, effort_.deadline));
+  const HomographyModel model;
+  if (effort_.timed_out || order.size() < static_cast<std::size_t>(model.traits.sample_size)) return;
+  SearchParameters parameters;
+  parameters.threshold = options_.threshold;
+  parameters.max_iterations = hypotheses;
+  parameters.seed = static_cast<std::uint64_t>(options_.seed);
+  addBest(core::search(memory_.normalized, {model, effort_.workspace.part<ProsacProposal>()}, parameters,
+                       &order, effort_.deadline, effort_.workspace));
 }
 
 /// Searches among the maps that the frames of single matches give, where there are frames.
 void HomographySearch::searchFrames() {
   const Correspondences& matches = memory_.matches;
   if (effort_.timed_out || matches.left_frame.empty() || matches.right_frame.empty()) return;
-  UsacOptions options;
-  options.sampler = ConsensusOptions::Sampler::kFrames;
-  memory_.frames.assign(matches, memory_.identity, &memory_.by_support);
-  addBest(searchModel(memory_.normalized, options, options_.threshold, nullptr, effort_.deadline,
-                      &memory_.frames));
+  SearchParameters parameters;
+  parameters.threshold = options_.threshold;
+  memory_.frames.read(matches, memory_.identity, &memory_.by_support);
+  addBest(core::search(memory_.normalized, {HomographyModel(), memory_.frames}, parameters, nullptr,
+                       effort_.deadline, effort_.workspace));
 }
 
 void HomographySearch::addBest(const SearchOutcome& outcome) {
@@ -124,17 +128,17 @@ void HomographySearch::addBest(const SearchOutcome& outcome) {
 
 /// Refines a homography on all matches and keeps it if it is the best one so far.
 void HomographySearch::consider(const cv::Matx33d& normalized) {
-  const TwoViewProblem problem = homographyProblem(Residual::kSymmetricTransfer);
+  const HomographyModel model(Residual::kSymmetricTransfer);
   Candidate candidate;
   if (!wide_.improve(normalized, candidate)) return;
-  optimizeLocally(problem, wide_, candidate);
+  optimizeLocally(model, wide_, candidate);
   const std::int64_t gain =
       static_cast<std::int64_t>(memory_.size()) * ScoreRule::kOutlierCost - candidate.cost;
   if (static_cast<double>(gain) < kWorthRefining * static_cast<double>(best_gain_)) return;
   best_gain_ = std::max(best_gain_, gain);
   Candidate refined;
   if (!narrow_.improve(candidate.model, refined)) return;
-  optimizeLocally(problem, narrow_, refined);
+  optimizeLocally(model, narrow_, refined);
   if (refined.cost < best_.cost) best_ = refined;
 }
 

@@ -11,7 +11,7 @@
 #include "corrsel/correspondences.h"
 #include "geometry/normalization.h"
 #include "search/affine_growing.h"
-#include "search/frame_hypotheses.h"
+#include "search/frame_proposal.h"
 #include "search/ordering.h"
 #include "search/search.h"
 #include "search/significance.h"
@@ -43,7 +43,7 @@ struct AutoMemory {
 
   // The homography search.
   AffineGrowing growing;
-  FrameHypotheses frames;
+  FrameProposal frames;
   Rows rank, searched;
   Mask taken;
   std::vector<double> homography_errors;  // squared, px^2
@@ -64,9 +64,10 @@ struct AutoMemory {
   Mask answer, core;
 };
 
-/// What the searches of a call have cost so far.
+/// What the searches of a call may use, and what they have cost so far.
 struct Effort {
-  explicit Effort(double max_seconds) : deadline(max_seconds) {}
+  Effort(double max_seconds, Workspace& workspace_of_call)
+      : deadline(max_seconds), workspace(workspace_of_call) {}
 
   void add(const SearchOutcome& outcome) {
     hypotheses += static_cast<std::uint64_t>(outcome.iterations);
@@ -74,6 +75,7 @@ struct Effort {
   }
 
   const Deadline deadline;
+  Workspace& workspace;
   std::uint64_t hypotheses = 0;
   bool timed_out = false;
 };

@@ -7,8 +7,8 @@
 #include "geometry/homography.h"
 #include "geometry/residual.h"
 #include "search/degensac.h"
+#include "search/fundamental_model.h"
 #include "search/local_optimization.h"
-#include "search/two_view.h"
 #include "search/verifier.h"
 
 namespace corrsel::core {
@@ -35,7 +35,7 @@ bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& 
   Random random(seed);
   Candidate best;
   if (!improveByParallax(verifier, plane, off_plane_, kPairs, random, best)) return false;
-  optimizeLocally(fundamentalProblem(), verifier, best);
+  optimizeLocally(FundamentalModel(), verifier, best);
   errors_.resize(n);
   modelErrors(Residual::kSampson, best.model, matches, 0, n, errors_.data());
   std::size_t off = 0;

@@ -101,4 +101,10 @@ cv::Matx33d NormalizedMatches::fundamentalToPixels(const cv::Matx33d& normalized
   return norm > 0 ? f * (1.0 / norm) : f;
 }
 
+std::pair<double, double> rightExtent(const NormalizedMatches& matches) {
+  const auto [left, right] = std::minmax_element(matches.right_x.begin(), matches.right_x.end());
+  const auto [top, bottom] = std::minmax_element(matches.right_y.begin(), matches.right_y.end());
+  return {*right - *left, *bottom - *top};
+}
+
 }  // namespace corrsel::core

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core/matx.hpp>
+#include <utility>
 #include <vector>
 
 #include "corrsel/correspondences.h"
@@ -45,6 +46,9 @@ void normalizeMatches(const Correspondences& matches, const std::vector<std::uin
 
 /// Normalises all matches in the order of the input.
 NormalizedMatches normalizeMatches(const Correspondences& matches);
+
+/// Width and height of the box of the right points. @pre there is one
+std::pair<double, double> rightExtent(const NormalizedMatches& matches);
 
 /// Twice the signed area of the triangle of points a, b, c; 0 if they are on a line, apart from rounding.
 inline double triangleArea(const std::vector<float>& x, const std::vector<float>& y, std::uint32_t a,

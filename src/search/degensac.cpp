@@ -15,7 +15,7 @@ namespace {
 constexpr int kSample = 7, kOnPlane = 5;
 constexpr float kPlaneWidth = 3.0F;     // of the squared threshold: sqrt(3) times the threshold
 constexpr float kOffPlaneWidth = 9.0F;  // the same for matches that are surely off the plane
-constexpr int kRefinements = 3, kMostPairs = 500;
+constexpr int kRefinements = 3, kMaxPairs = 500;
 constexpr double kConfidence = 0.99;
 
 cv::Vec3d leftPoint(const NormalizedMatches& m, std::uint32_t i) { return {m.left_x[i], m.left_y[i], 1}; }
@@ -76,12 +76,12 @@ std::optional<cv::Matx33d> planeOfSample(const cv::Matx33d& f, const NormalizedM
 }  // namespace
 
 bool improveByParallax(const Verifier& verifier, const cv::Matx33d& plane,
-                       const std::vector<std::uint32_t>& off_plane, int most_pairs, Random& random,
+                       const std::vector<std::uint32_t>& off_plane, int max_pairs, Random& random,
                        Candidate& best) {
   const NormalizedMatches& m = verifier.matches();
   const std::size_t elsewhere = m.size() - off_plane.size();
   bool improved = false;
-  double pairs = most_pairs;
+  double pairs = max_pairs;
   for (int drawn = 0; drawn < pairs; ++drawn) {
     std::uint32_t pair[2];
     random.sample(static_cast<std::uint32_t>(off_plane.size()), 2, pair);
@@ -102,12 +102,13 @@ bool improveByParallax(const Verifier& verifier, const cv::Matx33d& plane,
   return improved;
 }
 
-bool Degensac::escape(const Verifier& verifier, const std::uint32_t* sample, Candidate& best) {
+bool escapeDominantPlane(const Verifier& verifier, const std::uint32_t* sample, DegeneracyMemory& memory,
+                         Candidate& best) {
   const NormalizedMatches& m = verifier.matches();
   const float squared_threshold = verifier.squaredThreshold();
   const auto plane = planeOfSample(best.model, m, sample, squared_threshold);
   if (!plane) return false;
-  auto& [errors, off_plane] = scratch_;
+  auto& [random, errors, off_plane] = memory;
   cv::Matx33d h = *plane;
   for (int step = 0; step < kRefinements; ++step) {
     if (!refineHomography(m, Residual::kTransfer, kPlaneWidth * squared_threshold, h)) break;
@@ -119,7 +120,7 @@ bool Degensac::escape(const Verifier& verifier, const std::uint32_t* sample, Can
     if (errors[i] > kOffPlaneWidth * squared_threshold) off_plane.push_back(static_cast<std::uint32_t>(i));
   }
   if (off_plane.size() < 2) return false;
-  return improveByParallax(verifier, h, off_plane, kMostPairs, random_, best);
+  return improveByParallax(verifier, h, off_plane, kMaxPairs, random, best);
 }
 
 }  // namespace corrsel::core

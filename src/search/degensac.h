@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "corrsel/random.h"
-#include "search/two_view.h"
+#include "search/model.h"
 #include "search/verifier.h"
 
 namespace corrsel::core {
@@ -14,18 +14,18 @@ namespace corrsel::core {
 /// Algorithm: with H the homography of the plane, each pair gives
 ///   F = [e']_x H with e' = (Hx1 x x1') x (Hx2 x x2').
 /// Pairs are drawn uniformly, until one pair of inliers of the best F has been drawn with probability 0.99,
-/// and most_pairs at most.
+/// and max_pairs at most.
 ///
-/// Cost: the verification of most_pairs models at most, most of them given up early.
+/// Cost: the verification of max_pairs models at most, most of them given up early.
 ///
 /// Source: Chum, Werner and Matas, CVPR 2005.
-/// @param verifier   judges the fundamental matrices (Residual::kSampson)
+/// @param verifier   scores the fundamental matrices (Residual::kSampson)
 /// @param plane      the homography, normalised like the verifier's matches
 /// @param off_plane  positions of the matches to draw pairs from; at least two
 /// @param best       the model to beat; a default Candidate if there is none
 /// @return whether `best` was replaced
 bool improveByParallax(const Verifier& verifier, const cv::Matx33d& plane,
-                       const std::vector<std::uint32_t>& off_plane, int most_pairs, Random& random,
+                       const std::vector<std::uint32_t>& off_plane, int max_pairs, Random& random,
                        Candidate& best);
 
 /// DEGENSAC: recovers from samples that lie mostly on one plane.
@@ -40,27 +40,12 @@ bool improveByParallax(const Verifier& verifier, const cv::Matx33d& plane,
 /// matches off the plane (farther than 3 times the threshold) then give fundamental matrices, as
 /// improveByParallax() makes them.
 ///
+/// Cost: O(N) if the sample is degenerate (at most 500 pairs, most of them given up early), otherwise O(1).
+///
 /// Source: Chum, Werner and Matas, CVPR 2005.
-class Degensac {
- public:
-  /// Buffers to be reused by the next search.
-  struct Scratch {
-    std::vector<float> errors;
-    std::vector<std::uint32_t> off_plane;
-  };
-
-  /// @param seed     seed of the choice of pairs
-  /// @param scratch  must outlive this object
-  Degensac(std::uint64_t seed, Scratch& scratch) : random_(seed), scratch_(scratch) {}
-
-  /// Replaces `best`, the model made from `sample`, if plane and parallax give a better one.
-  /// Cost: O(N) if the sample is degenerate (at most 500 pairs, most of them given up early), otherwise O(1).
-  /// @return whether it was replaced
-  bool escape(const Verifier& verifier, const std::uint32_t* sample, Candidate& best);
-
- private:
-  Random random_;
-  Scratch& scratch_;
-};
+/// @param best  made from `sample`; replaced if plane and parallax give a better one
+/// @return whether it was replaced
+bool escapeDominantPlane(const Verifier& verifier, const std::uint32_t* sample, DegeneracyMemory& memory,
+                         Candidate& best);
 
 }  // namespace corrsel::core

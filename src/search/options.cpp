@@ -2,7 +2,7 @@
 
 namespace corrsel::core {
 
-std::string ConsensusOptions::missingInput(const Correspondences& matches) const {
+std::string SearchOptions::missingFrames(const Correspondences& matches, ModelKind model) const {
   if (sampler != Sampler::kFrames || matches.empty()) return "";
   if (model == ModelKind::kFundamental)
     return "sampler = frames finds homographies only; choose another sampler for a fundamental matrix";
@@ -11,55 +11,44 @@ std::string ConsensusOptions::missingInput(const Correspondences& matches) const
          "choose another sampler";
 }
 
-void ConsensusOptions::visitModel(OptionVisitor& visitor) const {
-  visitor.choice("model",
-                 {{ModelKind::kHomography, "homography", "Planes, or cameras that only turn"},
-                  {ModelKind::kFundamental, "fundamental", "Epipolar geometry of rigid scenes"},
-                  {ModelKind::kNone, "auto", "The one of the two that the matches call for"}},
-                 "Model to fit", &ConsensusOptions::model);
+void SearchOptions::visitSampler(OptionVisitor& visitor) const {
+  visitor.choice(
+      "sampler",
+      {{Sampler::kUniform, "uniform", "All matches alike"},
+       {Sampler::kProsac, "prosac", "Best descriptor ratios first"},
+       {Sampler::kLocal, "local", "A random match and others near it"},
+       {Sampler::kFrames, "frames", "Homographies from the local affine frames of single matches"}},
+      "How samples are drawn; with frames, single matches take the place of samples",
+      &SearchOptions::sampler);
 }
 
-void ConsensusOptions::visitSampler(OptionVisitor& visitor) const {
-  visitor.choice("sampler",
-                 {{Sampler::kUniform, "uniform", "All matches alike"},
-                  {Sampler::kProsac, "prosac", "Best descriptor ratios first"},
-                  {Sampler::kLocal, "local", "A random match and others near it"},
-                  {Sampler::kFrames, "frames", "Homographies from the local affine frames of single matches"},
-                  {Sampler::kPnapsac, "pnapsac",
-                   "Progressive NAPSAC: growing neighbourhoods of the best matches, then prosac"},
-                  {Sampler::kMultigs, "multigs", "Multi-GS: matches that agree with the same hypotheses"}},
-                 "How samples are drawn; with frames, single matches take the place of samples",
-                 &ConsensusOptions::sampler);
-}
-
-void ConsensusOptions::visitSeedAndTime(OptionVisitor& visitor) const {
-  visitor.integer({"seed", 0, 2147483647, "-", "Seed of the sampler"}, &ConsensusOptions::seed);
-  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &ConsensusOptions::max_seconds);
+void SearchOptions::visitSeedAndTime(OptionVisitor& visitor) const {
+  visitor.integer({"seed", 0, 2147483647, "-", "Seed of the sampler"}, &SearchOptions::seed);
+  visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &SearchOptions::max_seconds);
 }
 
 void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) const {
-  visitModel(visitor);
+  visitModel(visitor, &ConsensusOptions::model);
   visitor.choice("error",
                  {{Error::kTransfer, "transfer", "Left to right only"},
                   {Error::kSymmetricTransfer, "symmetric_transfer", "Both ways, squares added up"},
                   {Error::kSmallerTransfer, "smaller_transfer", "The smaller one of both ways"}},
                  "Error of a homography", &ConsensusOptions::error);
-  visitor.number({"threshold", texts.lowest_threshold, 1000, "px", texts.threshold},
+  visitor.number({"threshold", texts.min_threshold, 1000, "px", texts.threshold},
                  &ConsensusOptions::threshold);
-  visitor.integer({"max_iterations", texts.lowest_iterations, 10000000, "-", texts.iterations},
+  visitor.integer({"max_iterations", texts.min_iterations, 10000000, "-", texts.iterations},
                   &ConsensusOptions::max_iterations);
   visitor.number(
       {"confidence", 0, 1, "-", "Probability of an all-inlier sample at which the search stops; 1 = never"},
       &ConsensusOptions::confidence);
   visitor.choice("score",
                  {{Score::kMsac, "msac", "Sum of truncated squared errors"},
-                  {Score::kInlierCount, "inlier_count", "Number of inliers"},
-                  {Score::kMlesac, "mlesac", "Likelihood of a mixture of right and wrong matches"}},
+                  {Score::kInlierCount, "inlier_count", "Number of inliers"}},
                  "How models are compared", &ConsensusOptions::score);
   visitor.flag("one_to_one", "Every image point counts at most once in the score of a homography",
                &ConsensusOptions::one_to_one);
   visitSampler(visitor);
-  visitor.flag("sprt", "Give up wrong models early, by a sequential probability ratio test",
+  visitor.flag("sprt", "Give up bad hypotheses early, by a sequential probability ratio test",
                &ConsensusOptions::sprt);
   visitor.number({"sprt_inlier_ratio", 0, 0.9, "-",
                   "Smallest inlier ratio that the SPRT must not miss; 0 = what max_iterations can find"},

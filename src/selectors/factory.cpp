@@ -12,6 +12,9 @@
 #include "corrsel/reference/icf.h"
 #include "corrsel/reference/lap.h"
 #include "corrsel/reference/logos.h"
+#include "corrsel/reference/mlesac.h"
+#include "corrsel/reference/multigs.h"
+#include "corrsel/reference/pnapsac.h"
 #include "corrsel/reference/ranks.h"
 #include "corrsel/reference/rfm_scan.h"
 #include "corrsel/reference/tlinkage.h"
@@ -154,6 +157,13 @@ const std::vector<SelectorFactory>& builtInSelectors() {
                              sweep({"lambda_second"}, {0.05, 0.1, 0.2, 0.28, 0.35, 0.45, 0.6, 0.8, 1})),
       builtIn<SignificantSelector>(kLocal, "N log N", "Neighbours that agree more often than by chance",
                                    sweep({"cut"}, {-32, -16, -8, -4, -2, -1, 0, 1, 2})),
+      builtIn<MultigsSelector>(kConsensus, "N",
+                               "Samples of matches that prefer the same hypotheses: Multi-GS",
+                               sweep({"threshold"}, thresholds)),
+      builtIn<PnapsacSelector>(kConsensus, "N", "Samples from growing neighbourhoods: Progressive NAPSAC",
+                               sweep({"threshold"}, thresholds)),
+      builtIn<MlesacSelector>(kConsensus, "N", "Models compared by their likelihood: MLESAC",
+                              sweep({"threshold"}, thresholds)),
       builtIn<RfmScanSelector>(
           kLocal, "N^1.5", "Dense clusters of matches: RFM-SCAN",
           sweep({"second_epsilon"}, {0.01, 0.02, 0.04, 0.06, 0.08, 0.12, 0.2, 0.4, 0.8})),

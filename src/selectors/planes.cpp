@@ -4,16 +4,14 @@
 #include <vector>
 
 #include "base/deadline.h"
-#include "base/workspace_scope.h"
-#include "corrsel/selectors/usac.h"
+#include "search/homography_model.h"
 #include "search/ordering.h"
-#include "search/search.h"
+#include "search/selecting.h"
 #include "selectors/parts/sequential_planes.h"
 
 namespace corrsel::core {
 
 PlanesOptions::PlanesOptions() {
-  static_cast<ConsensusOptions&>(*this) = UsacOptions();
   sampler = Sampler::kLocal;
   max_iterations = 1000;
   min_confidence = kBelievedConfidence;
@@ -54,15 +52,16 @@ struct PlanesMemory {
 
 void PlanesSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const Deadline deadline(options_.max_seconds);
-  PlanesOptions options = options_;
-  if (options.frames && !matches.left_frame.empty() && !matches.right_frame.empty())
-    options.sampler = ConsensusOptions::Sampler::kFrames;
-  if (!isEnough(matches.size(), problemOf(options), result)) return;
+  const bool frames = options_.frames && !matches.left_frame.empty() && !matches.right_frame.empty();
+  const HomographyModel model;
+  const SearchParts parts = {
+      model, proposalOf(frames ? PlanesOptions::Sampler::kFrames : options_.sampler, workspace)};
+  if (!isEnough(matches.size(), model, result)) return;
   PlanesMemory& work = workspace.part<PlanesMemory>();
-  work.ordering.shuffle(matches, static_cast<std::uint64_t>(options.seed), work.rows);
+  work.ordering.shuffle(matches, static_cast<std::uint64_t>(options_.seed), work.rows);
   SequentialPlanes& search = work.search;
-  search.find(matches, work.rows, nullptr, options, deadline, result);
-  reportEnd(search.outcome(), options.max_seconds, result);
+  search.find(matches, work.rows, nullptr, parts, options_, deadline, workspace, result);
+  reportEnd(search.outcome(), options_.max_seconds, result);
   const std::int32_t planes = search.planes();
   if (planes == 0) {
     if (result.status == Status::kOk) {
@@ -72,7 +71,7 @@ void PlanesSelector::run(const Correspondences& matches, Workspace& workspace, S
     return;
   }
   result.model = search.model();
-  result.model_kind = ModelKind::kHomography;
+  result.model_kind = model.traits.kind;
   result.confidence = search.confidence();
   result.group = search.group();
   result.score.resize(matches.size());
@@ -80,8 +79,7 @@ void PlanesSelector::run(const Correspondences& matches, Workspace& workspace, S
     result.mask[i] = result.group[i] >= 0 ? 1 : 0;
     result.score[i] = static_cast<float>(-search.errors()[i]);
   }
-  result.message +=
-      (result.message.empty() ? "" : "; ") + std::to_string(planes) + (planes == 1 ? " plane" : " planes");
+  addRemark(result, std::to_string(planes) + (planes == 1 ? " plane" : " planes"));
 }
 
 }  // namespace corrsel::core

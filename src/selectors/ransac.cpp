@@ -1,9 +1,13 @@
 #include "corrsel/selectors/ransac.h"
 
-#include "search/search.h"
-#include "selectors/parts/model_choice.h"
+#include "search/selecting.h"
 
 namespace corrsel::core {
+
+RansacOptions::RansacOptions() {
+  sampler = Sampler::kUniform;
+  max_iterations = 2000;
+}
 
 void RansacOptions::visit(OptionVisitor& visitor) const {
   visitParts(visitor,
@@ -15,19 +19,16 @@ Presets RansacSelector::presets() const {
   return {{"h", {{"model", "homography"}}},
           {"f", {{"model", "fundamental"}}},
           {"count", {{"score", "inlier_count"}}},
-          {"mlesac", {{"score", "mlesac"}}},
           {"msac", {{"score", "msac"}}},
           {"lo", {{"local_optimization", "true"}}},
           {"prosac", {{"sampler", "prosac"}}},
           {"lo_prosac", {{"local_optimization", "true"}, {"sampler", "prosac"}}}};
 }
 
-void RansacSelector::run(const Correspondences& matches, Workspace&, Selection& result) const {
-  if (options_.model == ModelKind::kNone) {
-    searchEitherModel(matches, options_, options_.threshold, options_.threshold, result);
-  } else {
-    searchConsensus(matches, options_, options_.threshold, result);
-  }
+void RansacSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
+  selectByConsensus(matches,
+                    {modelOf(options_.model, options_.error), proposalOf(options_.sampler, workspace)},
+                    parametersOf(options_), options_.max_seconds, workspace, result);
 }
 
 }  // namespace corrsel::core

@@ -47,15 +47,6 @@ TEST(Acransac, FindsTheEpipolarGeometryWithoutAThreshold) {
   }
 }
 
-TEST(Acransac, TheMoreSignificantModelIsTheAnswer) {
-  SceneOptions options;
-  options.n = 1000;
-  const Selection plane = selectWith(homographyScene(options).matches, {{"model", "auto"}});
-  EXPECT_EQ(plane.model_kind, ModelKind::kHomography) << plane.message;
-  const Selection space = selectWith(stereoScene(options).matches, {{"model", "auto"}});
-  EXPECT_EQ(space.model_kind, ModelKind::kFundamental) << space.message;
-}
-
 TEST(Acransac, TheThresholdFollowsTheNoise) {
   SceneOptions options;
   options.n = 1000;
@@ -134,8 +125,7 @@ TEST(Acransac, StopsAtTheTimeLimit) {
   options.n = 5000;
   options.inlier_ratio = 0.02;
   const TickingClock clock(1);
-  const Selection found =
-      selectWith(homographyScene(options).matches, {{"max_seconds", "5.5"}, {"model", "auto"}});
+  const Selection found = selectWith(homographyScene(options).matches, {{"max_seconds", "5.5"}});
   EXPECT_EQ(found.status, Status::kTimeLimit) << found.message;
   EXPECT_TRUE(contains(found.message, "max_seconds = 5.5")) << found.message;
   EXPECT_LE(clock.looks(), 8);

@@ -5,6 +5,7 @@
 #include "geometry/homography.h"
 #include "geometry/residual.h"
 #include "search/degensac.h"
+#include "search/homography_model.h"
 #include "search/local_optimization.h"
 #include "test_support.h"
 
@@ -64,7 +65,8 @@ TEST(Degensac, GetsOffADominantPlane) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Scene scene = planeAndMore(200, 60, 0.1, seed);
     const Prepared p = prepared(scene.matches);
-    Degensac::Scratch scratch;
+    DegeneracyMemory memory;
+    memory.random = Random(seed);
     const Verifier verifier(p.matches, Residual::kSampson, 1.5 * p.matches.scale, true);
     // Six matches on the plane and one off it.
     std::uint32_t sample[7];
@@ -79,7 +81,7 @@ TEST(Degensac, GetsOffADominantPlane) {
       const std::int64_t cost = best.cost;
       if (before < 195 || before > 240) continue;  // does not hold the plane, or is right by luck
       ++degenerate;
-      EXPECT_TRUE(Degensac(seed, scratch).escape(verifier, sample, best));
+      EXPECT_TRUE(escapeDominantPlane(verifier, sample, memory, best));
       EXPECT_LT(best.cost, cost);
       EXPECT_GT(best.inliers, 240u) << "from " << before;
     }
@@ -99,7 +101,7 @@ TEST(Degensac, ParallaxGivesTheFundamentalMatrixOfAPlaneAndMore) {
     cv::Matx33d h;
     ASSERT_TRUE(homographyFromFour(p.matches, four, h));
     on_plane.improve(h, plane);
-    optimizeLocally(homographyProblem(Residual::kTransfer), on_plane, plane);
+    optimizeLocally(HomographyModel(Residual::kTransfer), on_plane, plane);
     const std::vector<std::uint32_t> off_plane(p.position.begin() + 200, p.position.begin() + 230);
     Candidate best;
     Random random(seed), same(seed);
@@ -120,7 +122,8 @@ TEST(Degensac, LeavesASampleWithoutAPlaneAlone) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Scene scene = stereoScene({200, 1.0, 0.3, seed});
     const Prepared p = prepared(scene.matches);
-    Degensac::Scratch scratch;
+    DegeneracyMemory memory;
+    memory.random = Random(seed);
     const Verifier verifier(p.matches, Residual::kSampson, 1.5 * p.matches.scale, true);
     const std::uint32_t sample[7] = {3, 30, 60, 90, 120, 150, 180};
     cv::Matx33d models[3];
@@ -130,7 +133,7 @@ TEST(Degensac, LeavesASampleWithoutAPlaneAlone) {
       verifier.improve(models[k], best);
       const std::int64_t cost = best.cost;
       ++tried;
-      left_alone += !Degensac(seed, scratch).escape(verifier, sample, best);
+      left_alone += !escapeDominantPlane(verifier, sample, memory, best);
       EXPECT_LE(best.cost, cost);
     }
   }

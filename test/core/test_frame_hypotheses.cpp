@@ -115,17 +115,6 @@ TEST(SamplerFrames, NeedsFramesAndAHomography) {
   }
 }
 
-TEST(SamplerFrames, LooksForTheFundamentalMatrixBySamples) {
-  Scene space = stereoScene({1000, 0.6, 0.5, 1});
-  space.matches.left_frame.assign(1000, frame(1, 0, 0, 1));
-  space.matches.right_frame = space.matches.left_frame;
-  for (const char* const name : {"usac", "acransac"}) {
-    const Selection found =
-        createSelector(name, {{"sampler", "frames"}, {"model", "auto"}})->select(space.matches);
-    EXPECT_EQ(found.model_kind, ModelKind::kFundamental) << name << ": " << found.message;
-  }
-}
-
 TEST(SamplerFrames, StopsAtTheTimeLimit) {
   const Scene scene = sceneWithFrames(1000, 0, 5);
   const TickingClock clock(1);

@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "search/mlesac.h"
+#include "reference/error_mixture.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -34,18 +34,15 @@ TEST(FitMixture, InfiniteErrorsAreOutliers) {
   EXPECT_TRUE(std::isfinite(fit.cost));
 }
 
-TEST(ScoreMlesac, FindsWhatMsacFinds) {
-  for (const char* const spec : {"ransac:mlesac", "usac"}) {
-    for (const char* const model : {"homography", "fundamental"}) {
-      const bool plane = std::string(model) == "homography";
-      const SceneOptions options{1000, 0.5, 0.5, 3};
-      const Scene scene = plane ? homographyScene(options) : stereoScene(options);
-      const auto selector =
-          createSelector(spec, {{"model", model}, {"score", "mlesac"}, {"threshold", plane ? "5" : "1.5"}});
-      const Selection found = selector->select(scene.matches);
-      EXPECT_EQ(found.status, Status::kOk) << found.message;
-      EXPECT_GT(quality(found.mask, scene.inlier).f, plane ? 99 : 90) << spec << ", " << model;
-    }
+TEST(Mlesac, FindsWhatMsacFinds) {
+  for (const char* const model : {"homography", "fundamental"}) {
+    const bool plane = std::string(model) == "homography";
+    const SceneOptions options{1000, 0.5, 0.5, 3};
+    const Scene scene = plane ? homographyScene(options) : stereoScene(options);
+    const auto selector = createSelector("mlesac", {{"model", model}, {"threshold", plane ? "5" : "1.5"}});
+    const Selection found = selector->select(scene.matches);
+    EXPECT_EQ(found.status, Status::kOk) << found.message;
+    EXPECT_GT(quality(found.mask, scene.inlier).f, plane ? 99 : 90) << model;
   }
 }
 

@@ -4,9 +4,8 @@
 #include <set>
 
 #include "geometry/residual.h"
-#include "search/multi_gs.h"
-#include "search/sampler.h"
-#include "search/two_view.h"
+#include "reference/hypothesis_affinity.h"
+#include "search/homography_model.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -36,14 +35,19 @@ TwoPlanes twoPlanes() {
 }
 
 /// Draws as the search does, and counts the samples whose members are all of one plane among the last draws.
-int countPure(Sampler& sampler, HypothesisAffinity* affinity, const TwoPlanes& scene, int hypotheses,
-              int draws) {
+/// @param affinity  nullptr = uniform samples
+int countPure(HypothesisAffinity* affinity, const TwoPlanes& scene, int hypotheses, int draws) {
+  Random random(1);
   const NormalizedMatches matches = normalizeMatches(scene.matches);
-  const TwoViewProblem problem = homographyProblem(Residual::kTransfer);
+  const HomographyModel homography(Residual::kTransfer);
   int pure = 0;
   for (int draw = 0, tried = 0; draw < draws;) {
     std::uint32_t s[4];
-    sampler.draw(s);
+    if (affinity != nullptr) {
+      affinity->draw(random, 4, s);
+    } else {
+      random.sample(300, 4, s);
+    }
     if (tried >= hypotheses) {
       ++draw;
       const int plane = scene.plane[s[0]];
@@ -54,10 +58,10 @@ int countPure(Sampler& sampler, HypothesisAffinity* affinity, const TwoPlanes& s
       continue;
     }
     cv::Matx33d model;
-    if (!problem.isValidSample(matches, s) || problem.solve(matches, s, &model) == 0) continue;
+    if (!homography.isValidSample(matches, s) || homography.solve(matches, s, &model) == 0) continue;
     ++tried;
     if (affinity == nullptr) continue;
-    modelErrors(problem.residual, model, matches, 0, matches.size(), affinity->next());
+    modelErrors(Residual::kTransfer, model, matches, 0, matches.size(), affinity->next());
     affinity->add();
   }
   return pure;
@@ -68,9 +72,8 @@ TEST(MultiGs, SamplesAreMoreOftenPure) {
   constexpr int kHypotheses = 500, kDraws = 4000;
   HypothesisAffinity affinity;
   affinity.start(300);
-  Sampler guided(affinity, 300, 4, 1), uniform(300, 4, 1);
-  const int pure = countPure(guided, &affinity, scene, kHypotheses, kDraws);
-  EXPECT_GT(pure, 5 * countPure(uniform, nullptr, scene, kHypotheses, kDraws));
+  const int pure = countPure(&affinity, scene, kHypotheses, kDraws);
+  EXPECT_GT(pure, 5 * countPure(nullptr, scene, kHypotheses, kDraws));
 }
 
 TEST(MultiGs, AffinityIsTheNumberOfSharedBestHypotheses) {
@@ -117,20 +120,17 @@ TEST(MultiGs, SamplesAreDistinctAlsoWhereNothingIsAlike) {
 }
 
 TEST(MultiGs, FindsModels) {
-  for (const char* const spec : {"ransac:lo", "usac", "acransac"}) {
-    const Scene scene = homographyScene({500, 0.4, 0.5, 3});
-    const Selection found = createSelector(spec, {{"sampler", "multigs"}})->select(scene.matches);
-    EXPECT_EQ(found.status, Status::kOk) << found.message;
-    EXPECT_GT(quality(found.mask, scene.inlier).f, 99) << spec;
-    EXPECT_LE(found.iterations, 5000);
-  }
+  const Scene scene = homographyScene({500, 0.4, 0.5, 3});
+  const Selection found = createSelector("multigs")->select(scene.matches);
+  EXPECT_EQ(found.status, Status::kOk) << found.message;
+  EXPECT_GT(quality(found.mask, scene.inlier).f, 99);
+  EXPECT_LE(found.iterations, 5000);
 }
 
 TEST(MultiGs, LooksAtTheClockBeforeEverySample) {
   const Scene scene = homographyScene({1000, 0, 0.5, 5});
   const TickingClock clock(1);
-  const Selection found =
-      createSelector("usac", {{"sampler", "multigs"}, {"max_seconds", "20.5"}})->select(scene.matches);
+  const Selection found = createSelector("multigs", {{"max_seconds", "20.5"}})->select(scene.matches);
   EXPECT_EQ(found.status, Status::kTimeLimit) << found.message;
   EXPECT_LE(found.iterations, 20);
 }

@@ -2,8 +2,7 @@
 
 #include <set>
 
-#include "search/progressive_napsac.h"
-#include "search/sampler.h"
+#include "reference/growing_neighbourhoods.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -30,7 +29,7 @@ Correspondences lattice(int side) {
   return m;
 }
 
-TEST(ProgressiveNapsac, SamplesAreNearTheBestMatchesAndThenThoseOfProsac) {
+TEST(ProgressiveNapsac, SamplesAreNearTheBestMatches) {
   constexpr int kSide = 64;
   constexpr std::size_t kCount = kSide * kSide, kSample = 4;
   const NormalizedMatches matches = normalizeMatches(lattice(kSide));
@@ -40,12 +39,11 @@ TEST(ProgressiveNapsac, SamplesAreNearTheBestMatchesAndThenThoseOfProsac) {
   GrowingNeighbourhoods near;
   near.build(matches, order, kSample);
   EXPECT_EQ(near.samples(), kCount / 2);
-  Sampler sampler(near, order, kSample, 1);
+  Random random(1);
   std::uint32_t sample[kSample];
   std::size_t narrow = 0;
   for (std::size_t draw = 0; draw < kCount / 2; ++draw) {
-    sampler.draw(sample);
-    EXPECT_EQ(sampler.pool(), kCount);
+    ASSERT_TRUE(near.draw(random, static_cast<std::uint32_t>(draw), sample));
     EXPECT_EQ(std::set<std::uint32_t>(sample, sample + kSample).size(), kSample);
     EXPECT_EQ(sample[kSample - 1], order[draw]);
     // The neighbour before it is the last of them by quality.
@@ -60,9 +58,6 @@ TEST(ProgressiveNapsac, SamplesAreNearTheBestMatchesAndThenThoseOfProsac) {
   }
   // The finest cells hold 16 matches, as many as few neighbourhoods outgrow.
   EXPECT_GT(narrow, kCount / 2 * 9 / 10);
-  sampler.draw(sample);
-  EXPECT_EQ(sampler.pool(), kSample);
-  for (const std::uint32_t k : sample) EXPECT_LT(rank[k], kSample);
 }
 
 TEST(ProgressiveNapsac, NeighbourhoodsGrowAndUseCoarserCells) {
@@ -110,19 +105,14 @@ TEST(ProgressiveNapsac, EqualPointsAreOneCell) {
 }
 
 TEST(ProgressiveNapsac, FindsModels) {
-  for (const char* const spec : {"ransac:lo", "usac", "acransac"}) {
-    const Scene scene = homographyScene({1000, 0.4, 0.5, 3});
-    const Selection found = createSelector(spec, {{"sampler", "pnapsac"}})->select(scene.matches);
-    EXPECT_EQ(found.status, Status::kOk) << found.message;
-    EXPECT_GT(quality(found.mask, scene.inlier).f, 99) << spec;
-    Correspondences bare = scene.matches;
-    bare.distance.clear();
-    const Selection uniform = createSelector(spec, {{"sampler", "pnapsac"}})->select(bare);
-    EXPECT_NE(uniform.message.find("no descriptor distances, so samples are drawn uniformly instead of by "
-                                   "Progressive NAPSAC"),
-              std::string::npos)
-        << uniform.message;
-  }
+  const Scene scene = homographyScene({1000, 0.4, 0.5, 3});
+  const Selection found = createSelector("pnapsac")->select(scene.matches);
+  EXPECT_EQ(found.status, Status::kOk) << found.message;
+  EXPECT_GT(quality(found.mask, scene.inlier).f, 99);
+  Correspondences bare = scene.matches;
+  bare.distance.clear();
+  const Selection uniform = createSelector("pnapsac")->select(bare);
+  EXPECT_NE(uniform.message.find("instead of by Progressive NAPSAC"), std::string::npos) << uniform.message;
 }
 
 }  // namespace

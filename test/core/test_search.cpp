@@ -2,9 +2,12 @@
 
 #include <numeric>
 
-#include "corrsel/selectors/usac.h"
+#include "geometry/residual.h"
+#include "search/homography_model.h"
 #include "search/ordering.h"
+#include "search/prosac_proposal.h"
 #include "search/search.h"
+#include "search/uniform_proposal.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -12,104 +15,251 @@ namespace {
 
 using namespace testing;
 
-/// Rows of the scene: right matches first, then `wrong` wrong ones.
-std::vector<std::uint32_t> rightFirst(const Scene& scene, std::size_t wrong) {
-  std::vector<std::uint32_t> rows = selectedRows(scene.inlier);
-  for (std::uint32_t i = 0; i < scene.inlier.size() && wrong > 0; ++i) {
-    if (scene.inlier[i]) continue;
-    rows.push_back(i);
-    --wrong;
+/// A scene in the order of a search, and the positions of its inliers and outliers.
+struct Shuffled {
+  explicit Shuffled(const Scene& scene) {
+    Ordering ordering;
+    std::vector<std::uint32_t> rows;
+    ordering.shuffle(scene.matches, 0, rows);
+    normalizeMatches(scene.matches, rows, matches);
+    for (std::uint32_t i = 0; i < rows.size(); ++i)
+      (scene.inlier[rows[i]] != 0 ? inliers : outliers).push_back(i);
   }
-  return rows;
+
+  /// All inliers, and then some outliers.
+  std::vector<std::uint32_t> inliersFirst(std::size_t wrong) const {
+    std::vector<std::uint32_t> order = inliers;
+    order.insert(order.end(), outliers.begin(), outliers.begin() + static_cast<std::ptrdiff_t>(wrong));
+    return order;
+  }
+
+  NormalizedMatches matches;
+  std::vector<std::uint32_t> inliers, outliers;
+};
+
+SearchParameters within(double threshold, int max_iterations) {
+  SearchParameters parameters;
+  parameters.threshold = threshold;
+  parameters.max_iterations = max_iterations;
+  return parameters;
 }
 
-Selection consensusOf(const Scene& scene, const ConsensusOptions& options,
-                      const std::vector<std::uint32_t>* best_first) {
-  Selection result;
-  result.mask.assign(scene.matches.size(), 0);
-  searchConsensus(scene.matches, options, 3, result, best_first);
-  return result;
+template <class P>
+SearchOutcome searchWith(const Shuffled& scene, const SearchParameters& parameters,
+                         const std::vector<std::uint32_t>* best_first) {
+  P proposal;
+  Workspace workspace;
+  return search(scene.matches, {HomographyModel(), proposal}, parameters, best_first, Deadline(0), workspace);
 }
 
 TEST(Search, DrawsInTheOrderThatItIsGiven) {
-  const Scene scene = homographyScene({2000, 0.05, 0.5, 2});
-  std::vector<std::uint32_t> order = rightFirst(scene, 1900);
-  ASSERT_EQ(order.size(), 2000u);
-  UsacOptions options;
-  options.max_iterations = 20;
-  const Selection found = consensusOf(scene, options, &order);
-  EXPECT_EQ(found.message, "");
-  EXPECT_GT(quality(found.mask, scene.inlier).recall, 99);
-  // The wrong matches first: the right ones are not drawn within so few hypotheses.
+  const Shuffled scene(homographyScene({2000, 0.05, 0.5, 2}));
+  ASSERT_EQ(scene.inliers.size(), 100u);
+  std::vector<std::uint32_t> order = scene.inliersFirst(1900);
+  EXPECT_GT(searchWith<ProsacProposal>(scene, within(3, 20), &order).best.inliers, 95u);
+  // The outliers first: the inliers are not drawn within so few hypotheses.
   std::reverse(order.begin(), order.end());
-  EXPECT_LT(quality(consensusOf(scene, options, &order).mask, scene.inlier).recall, 50);
+  EXPECT_LT(searchWith<ProsacProposal>(scene, within(3, 20), &order).best.inliers, 50u);
 }
 
-TEST(Search, MatchesThatAreNotGivenDoNotTakePartButAreJudged) {
-  const Scene scene = homographyScene({2000, 0.05, 0.5, 2});
-  std::vector<std::uint32_t> rows = rightFirst(scene, 30);
-  rows.erase(rows.begin(), rows.begin() + 60);  // 40 right matches and 30 wrong ones
-  for (const auto sampler : {ConsensusOptions::Sampler::kProsac, ConsensusOptions::Sampler::kUniform}) {
-    UsacOptions options;
-    options.sampler = sampler;
-    options.max_iterations = 500;
-    const Selection found = consensusOf(scene, options, &rows);
-    EXPECT_EQ(found.status, Status::kOk);
-    EXPECT_EQ(found.message, "");
-    EXPECT_GT(quality(found.mask, scene.inlier).recall, 95);
-    EXPECT_EQ(found.score.size(), 2000u);
+TEST(Search, OnlyTheMatchesThatAreGivenTakePart) {
+  const Shuffled scene(homographyScene({2000, 0.05, 0.5, 2}));
+  std::vector<std::uint32_t> some = scene.inliersFirst(30);
+  some.erase(some.begin(), some.begin() + 60);  // 40 inliers and 30 outliers
+  for (const SearchOutcome& found : {searchWith<ProsacProposal>(scene, within(3, 500), &some),
+                                     searchWith<UniformProposal>(scene, within(3, 500), &some)}) {
+    EXPECT_GE(found.best.inliers, 38u);
+    EXPECT_LE(found.best.inliers, 70u);
   }
-  rows.resize(3);
-  const Selection few = consensusOf(scene, UsacOptions(), &rows);
-  EXPECT_EQ(few.status, Status::kTooFew);
-  EXPECT_EQ(few.message, "3 matches, a homography needs 4");
 }
 
-TEST(Search, OrderOfTheDistancesIsTheDefault) {
-  const Scene scene = homographyScene({1000, 0.3, 0.5, 2});
-  const UsacOptions options;
-  // byQuality() orders ties as they are shuffled; there are none here.
-  std::vector<std::uint32_t> order(1000);
-  std::iota(order.begin(), order.end(), 0U);
-  const auto ratio = [&scene](std::uint32_t i) {
-    return scene.matches.distance[i] / scene.matches.second_distance[i];
-  };
-  std::sort(order.begin(), order.end(),
-            [&ratio](std::uint32_t a, std::uint32_t b) { return ratio(a) < ratio(b); });
-  const Selection given = consensusOf(scene, options, &order), own = consensusOf(scene, options, nullptr);
-  EXPECT_EQ(given.mask, own.mask);
-  EXPECT_EQ(given.model, own.model);
-  EXPECT_EQ(given.iterations, own.iterations);
+TEST(Search, DeadlineEndsIt) {
+  const Shuffled scene(homographyScene({3000, 0.0, 0.5, 1}));
+  UniformProposal proposal;
+  Workspace workspace;
+  const TickingClock clock(1);
+  const SearchOutcome outcome =
+      search(scene.matches, {HomographyModel(), proposal}, within(3, 0), nullptr, Deadline(5.5), workspace);
+  EXPECT_TRUE(outcome.timed_out);
+  EXPECT_GT(outcome.iterations, 0);
+  EXPECT_LT(outcome.iterations, 2000);
 }
 
-TEST(Search, ModelAloneIsThatOfTheSelection) {
-  for (const ModelKind kind : {ModelKind::kHomography, ModelKind::kFundamental}) {
-    const Scene scene = kind == ModelKind::kHomography ? homographyScene({800, 0.5, 0.5, 4})
-                                                       : stereoScene({800, 0.5, 0.5, 4});
-    UsacOptions options;
-    options.model = kind;
-    // With this error the model found is not fitted again before matches are selected.
-    options.error = ConsensusOptions::Error::kSymmetricTransfer;
-    const std::vector<std::uint32_t> rows = rightFirst(scene, 100);
-    const Selection selection = consensusOf(scene, options, &rows);
-    Ordering ordering;
-    std::vector<std::uint32_t> shuffled, best_first;
-    ordering.shuffle(scene.matches, static_cast<std::uint64_t>(options.seed), shuffled);
-    NormalizedMatches matches;
-    normalizeMatches(scene.matches, shuffled, matches);
-    for (const std::uint32_t row : rows) {
-      best_first.push_back(
-          static_cast<std::uint32_t>(std::find(shuffled.begin(), shuffled.end(), row) - shuffled.begin()));
+/// Similarities x' = a x - b y + c, y' = b x + a y + d, from two matches: a further kind of model is one
+/// class.
+class SimilarityModel final : public Model {
+ public:
+  SimilarityModel() : Model(similarityTraits()) {}
+
+  bool isValidSample(const NormalizedMatches& m, const std::uint32_t* s) const override {
+    return m.left_x[s[0]] != m.left_x[s[1]] || m.left_y[s[0]] != m.left_y[s[1]];
+  }
+
+  int solve(const NormalizedMatches& m, const std::uint32_t* s, cv::Matx33d* models) const override {
+    return fit(m, {s[0], s[1]}, models[0]) ? 1 : 0;
+  }
+
+  bool refine(const NormalizedMatches& m, float squared_threshold, cv::Matx33d& model) const override {
+    std::vector<float> errors(m.size());
+    modelErrors(traits.residual, model, m, 0, m.size(), errors.data());
+    std::vector<std::uint32_t> inliers;
+    for (std::uint32_t i = 0; i < m.size(); ++i)
+      if (errors[i] <= squared_threshold) inliers.push_back(i);
+    return fit(m, inliers, model);
+  }
+
+  cv::Matx33d toPixels(const NormalizedMatches& m, const cv::Matx33d& model) const override {
+    return m.homographyToPixels(model);
+  }
+
+  double chanceWithinOnePixel(double width, double height) const override { return 3.14 / (width * height); }
+
+  Significance significance(SignificanceTest& test, const cv::Matx33d& pixels,
+                            std::uint64_t hypotheses) const override {
+    return test.homography(pixels, hypotheses);
+  }
+
+ private:
+  static ModelTraits similarityTraits() {
+    ModelTraits traits = HomographyModel(Residual::kTransfer).traits;
+    traits.sample_size = 2;
+    return traits;
+  }
+
+  /// Least squares, in complex numbers: the slope is sum conj(dx) dx' / sum |dx|^2.
+  static bool fit(const NormalizedMatches& m, const std::vector<std::uint32_t>& rows, cv::Matx33d& model) {
+    cv::Vec4d mean(0, 0, 0, 0);
+    const auto match = [&m](std::uint32_t i) {
+      return cv::Vec4d(m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
+    };
+    for (const std::uint32_t i : rows) mean += match(i) * (1.0 / static_cast<double>(rows.size()));
+    double along = 0, across = 0, squares = 0;
+    for (const std::uint32_t i : rows) {
+      const cv::Vec4d d = match(i) - mean;
+      along += d[0] * d[2] + d[1] * d[3];
+      across += d[0] * d[3] - d[1] * d[2];
+      squares += d[0] * d[0] + d[1] * d[1];
     }
-    const SearchOutcome outcome = searchModel(matches, options, 3, &best_first, Deadline(0));
-    EXPECT_FALSE(outcome.timed_out);
-    EXPECT_EQ(outcome.iterations, selection.iterations);
-    ASSERT_TRUE(outcome.best.exists());
-    EXPECT_EQ((matches.*problemOf(options).toPixels)(outcome.best.model), selection.model);
-    // Only the matches that take part support the model.
-    EXPECT_LE(outcome.best.inliers, rows.size());
-    EXPECT_GT(outcome.best.inliers, rows.size() / 2);
+    if (!(squares > 0)) return false;
+    const double a = along / squares, b = across / squares;
+    model = {a, -b, mean[2] - a * mean[0] + b * mean[1], b, a, mean[3] - b * mean[0] - a * mean[1], 0, 0, 1};
+    return true;
   }
+};
+
+TEST(Search, AFurtherKindOfModelIsOneClass) {
+  Random random(3);
+  Scene scene;
+  for (int i = 0; i < 1000; ++i) {
+    const cv::Point2d left = uniformPoint(random, 640, 480);
+    const bool inlier = i % 10 < 2;
+    const cv::Point2d right(0.8 * left.x - 0.3 * left.y + 150, 0.3 * left.x + 0.8 * left.y - 20);
+    scene.matches.add(cv::Point2f(left),
+                      cv::Point2f(inlier ? right + normalPoint(random) : uniformPoint(random, 640, 480)));
+    scene.inlier.push_back(inlier ? 1 : 0);
+  }
+  const Shuffled shuffled(scene);
+  UniformProposal proposal;
+  Workspace workspace;
+  const SimilarityModel model;
+  const SearchOutcome found =
+      search(shuffled.matches, {model, proposal}, within(5, 0), nullptr, Deadline(0), workspace);
+  EXPECT_GE(found.best.inliers, 198u);
+  EXPECT_LE(found.best.inliers, 206u);
+  // A sample of two is pure once in 25 draws, so a fraction of what four matches need is drawn.
+  EXPECT_LT(found.iterations, 400);
+  const cv::Matx33d pixels = model.toPixels(shuffled.matches, found.best.model);
+  EXPECT_NEAR(pixels(0, 0), 0.8, 0.01);
+  EXPECT_NEAR(pixels(1, 0), 0.3, 0.01);
+  EXPECT_NEAR(pixels(0, 2), 150, 3);
+}
+
+/// Proposes given hypotheses, one at a time, and remembers what it is told.
+class GivenHypotheses final : public Proposal {
+ public:
+  explicit GivenHypotheses(std::vector<cv::Matx33d> models, bool rough)
+      : Proposal(traitsOf(rough)), models_(std::move(models)) {}
+  void start(const ProposalInput&) override { drawn_ = 0; }
+  Proposed propose(Hypotheses& hypotheses) override {
+    if (drawn_ == models_.size()) return Proposed::kNothingLeft;
+    hypotheses.models[0] = models_[drawn_++];
+    hypotheses.count = 1;
+    return Proposed::kHypotheses;
+  }
+  void learn(const cv::Matx33d& hypothesis) override { learnt.push_back(hypothesis); }
+
+  std::vector<cv::Matx33d> learnt;
+
+ private:
+  static ProposalTraits traitsOf(bool rough) {
+    ProposalTraits traits{"given"};
+    traits.rough = rough;
+    return traits;
+  }
+  std::vector<cv::Matx33d> models_;
+};
+
+TEST(Search, TriesWhatIsProposedAndEndsWhereNothingIsLeft) {
+  const Scene scene = homographyScene({500, 0.5, 0.5, 4});
+  const Shuffled shuffled(scene);
+  const cv::Matx33d truth = shuffled.matches.homographyFromPixels(scene.model);
+  cv::Matx33d rough = truth;
+  rough(0, 2) += 4 * shuffled.matches.scale * truth(2, 2);  // 4 px to the side
+  const cv::Matx33d nothing = cv::Matx33d::eye();
+  SearchParameters parameters = within(3, 100);
+  parameters.local_optimization = parameters.refine = false;
+  parameters.confidence = 1;
+  for (const bool refines : {false, true}) {
+    GivenHypotheses proposal({nothing, rough}, refines);
+    Workspace workspace;
+    const SearchOutcome found =
+        search(shuffled.matches, {HomographyModel(), proposal}, parameters, nullptr, Deadline(0), workspace);
+    EXPECT_EQ(found.iterations, 2);
+    EXPECT_EQ(proposal.learnt, (std::vector<cv::Matx33d>{nothing, rough}));
+    EXPECT_FALSE(found.no_valid_sample);
+    // Only a proposal that says that its hypotheses are rough has them refined.
+    if (refines) {
+      EXPECT_NE(found.best.model, rough);
+      EXPECT_GE(found.best.inliers, 245u);
+    } else {
+      EXPECT_EQ(found.best.model, rough);
+    }
+  }
+}
+
+/// Prefers the hypothesis with the smallest element (0, 2), whatever its cost.
+class SmallestShift final : public SecondScore {
+ public:
+  void start(const Model&, const Verifier&) override { ++starts; }
+  std::int64_t limit(const Candidate&) const override { return std::numeric_limits<std::int64_t>::max(); }
+  bool isBest(const cv::Matx33d& hypothesis) override {
+    if (hypothesis(0, 2) >= smallest) return false;
+    smallest = hypothesis(0, 2);
+    return true;
+  }
+  void adopt(const Candidate&, bool optimized) override { optimizations += optimized ? 1 : 0; }
+
+  int starts = 0, optimizations = 0;
+  double smallest = 1e9;
+};
+
+TEST(Search, TheSecondScoreDecides) {
+  const Scene scene = homographyScene({500, 0.5, 0.5, 4});
+  const Shuffled shuffled(scene);
+  const cv::Matx33d truth = shuffled.matches.homographyFromPixels(scene.model);
+  cv::Matx33d shifted = truth;
+  shifted(0, 2) -= 0.001;
+  SearchParameters parameters = within(3, 100);
+  parameters.local_optimization = parameters.refine = parameters.sprt = false;
+  parameters.confidence = 1;
+  GivenHypotheses proposal({truth, shifted, truth}, false);
+  SmallestShift score;
+  Workspace workspace;
+  const SearchOutcome found = search(shuffled.matches, {HomographyModel(), proposal, &score}, parameters,
+                                     nullptr, Deadline(0), workspace);
+  EXPECT_EQ(found.best.model, shifted);
+  EXPECT_EQ(score.starts, 1);
+  EXPECT_EQ(score.optimizations, 0);
 }
 
 TEST(Search, EverySamplerAndScoreIsTheSameWithEveryKernelLevelAndOrder) {
@@ -119,12 +269,9 @@ TEST(Search, EverySamplerAndScoreIsTheSameWithEveryKernelLevelAndOrder) {
   std::iota(rows.begin(), rows.end(), 0U);
   std::reverse(rows.begin(), rows.end());
   const Correspondences reversed = scene.matches.subset(rows);
-  const OptionMap parts[] = {{{"sampler", "local"}},
-                             {{"sampler", "pnapsac"}},
-                             {{"sampler", "multigs"}},
-                             {{"sampler", "prosac"}, {"score", "mlesac"}}};
-  for (const OptionMap& options : parts) {
-    const auto selector = createSelector("ransac:lo", options);
+  for (const char* const spec :
+       {"ransac:lo sampler=local", "ransac:lo sampler=prosac", "pnapsac", "multigs", "mlesac"}) {
+    const auto selector = createSelector(spec);
     const Selection expected = selector->select(scene.matches);
     EXPECT_GT(quality(expected.mask, scene.inlier).f, 95);
     for (const KernelLevel level : supportedKernelLevels()) {
@@ -150,28 +297,17 @@ TEST(Search, EverySamplerKnowsDegenerateInput) {
     matches->distance.assign(matches->size(), 1);
     matches->second_distance.assign(matches->size(), 2);
   }
-  for (const char* const sampler : {"local", "pnapsac", "multigs"}) {
-    for (const char* const name : {"ransac", "usac"}) {
-      const auto selector = createSelector(name, {{"sampler", sampler}});
-      SCOPED_TRACE(std::string(name) + ", " + sampler);
-      EXPECT_EQ(selector->select({}).status, Status::kTooFew);
-      for (const Correspondences* const matches : {&equal, &few, &line}) {
-        const Selection found = selector->select(*matches);
-        EXPECT_EQ(found.status, Status::kDegenerate) << found.message;
-        EXPECT_EQ(found.n_selected, 0u);
-      }
+  for (const char* const spec :
+       {"ransac sampler=local", "usac sampler=local", "pnapsac", "multigs", "mlesac"}) {
+    const auto selector = createSelector(spec);
+    SCOPED_TRACE(spec);
+    EXPECT_EQ(selector->select({}).status, Status::kTooFew);
+    for (const Correspondences* const matches : {&equal, &few, &line}) {
+      const Selection found = selector->select(*matches);
+      EXPECT_EQ(found.status, Status::kDegenerate) << found.message;
+      EXPECT_EQ(found.n_selected, 0u);
     }
   }
-}
-
-TEST(Search, DeadlineEndsIt) {
-  const Scene scene = homographyScene({3000, 0.0, 0.5, 1});
-  const NormalizedMatches matches = normalizeMatches(scene.matches);
-  const TickingClock clock(1);
-  const SearchOutcome outcome = searchModel(matches, UsacOptions(), 3, nullptr, Deadline(5.5));
-  EXPECT_TRUE(outcome.timed_out);
-  EXPECT_GT(outcome.iterations, 0);
-  EXPECT_LT(outcome.iterations, 2000);
 }
 
 }  // namespace

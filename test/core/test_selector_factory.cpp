@@ -35,7 +35,7 @@ TEST(SelectorFactory, KnowsPresets) {
   EXPECT_EQ(selectorPresets("gms"), (std::vector<std::string>{"rotation", "scale", "rotation_scale"}));
   EXPECT_EQ(selectorPresets("lpm"), (std::vector<std::string>{"paper", "v1", "v2", "guided"}));
   EXPECT_EQ(selectorPresets("ransac"),
-            (std::vector<std::string>{"h", "f", "count", "mlesac", "msac", "lo", "prosac", "lo_prosac"}));
+            (std::vector<std::string>{"h", "f", "count", "msac", "lo", "prosac", "lo_prosac"}));
   EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert", "rrwm"}));
   EXPECT_EQ(selectorPresets("gtm"), (std::vector<std::string>{"paper", "equilibrium"}));
   EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform", "frames", "paper"}));
@@ -74,7 +74,7 @@ TEST(SelectorFactory, NamesValuesOutOfRange) {
   EXPECT_EQ(refusal("gms", {{"alpha", "-0.5"}}), "gms: option alpha = -0.5 is outside [0, 100]");
   EXPECT_EQ(refusal("ransac", {{"threshold", "0"}}), "ransac: option threshold = 0 is outside [0.01, 1000]");
   EXPECT_EQ(refusal("ransac", {{"model", "affine"}}),
-            "option ransac.model: 'affine' is not one of homography, fundamental, auto");
+            "option ransac.model: 'affine' is not one of homography, fundamental");
   EXPECT_EQ(refusal("ransac", {}, {{"seed", "-1"}}), "ransac: option seed = -1 is outside [0, 2147483647]");
   EXPECT_EQ(refusal("lpm", {{"k", "33"}}), "lpm: option k = 33 is outside [1, 32]");
   EXPECT_EQ(refusal("st", {{"threshold", "1.5"}}), "st: option threshold = 1.5 is outside [-1, 1]");

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "search/homography_model.h"
+#include "search/local_proposal.h"
 #include "selectors/parts/sequential_planes.h"
 #include "test_support.h"
 #include "two_planes.h"
@@ -28,7 +30,9 @@ struct Search {
   Search(const Scene& scene, const Rows* trusted, const PlanesOptions& options = {})
       : rows(permutation(scene.matches.size(), 1)) {
     Selection remarks;
-    planes.find(scene.matches, rows, trusted, options, Deadline(0), remarks);
+    Workspace workspace;
+    planes.find(scene.matches, rows, trusted, {HomographyModel(), workspace.part<LocalProposal>()}, options,
+                Deadline(0), workspace, remarks);
   }
   /// Share of the rows that are in a group.
   double share(const Rows& of, std::int32_t group) const {
@@ -64,7 +68,9 @@ TEST(SequentialPlanes, CoversMatchesThatWereNotSearched) {
   half.resize(100);
   SequentialPlanes planes;
   Selection remarks;
-  planes.find(scene.matches, half, nullptr, {}, Deadline(0), remarks);
+  Workspace workspace;
+  planes.find(scene.matches, half, nullptr, {HomographyModel(), workspace.part<LocalProposal>()}, {},
+              Deadline(0), workspace, remarks);
   ASSERT_EQ(planes.planes(), 1);
   std::size_t found = 0;
   for (const std::uint32_t row : others) found += planes.group()[row] == 0 ? 1 : 0;

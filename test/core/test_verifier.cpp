@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/homography.h"
+#include "search/homography_model.h"
 #include "search/local_optimization.h"
 #include "search/verifier.h"
 #include "test_support.h"
@@ -82,7 +83,7 @@ TEST(LocalOptimization, TakesAMinimalModelToTheOptimum) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Plane plane(600, 0.5, 1.0, seed);
     const Verifier verifier(plane.matches, Residual::kTransfer, 3 * plane.matches.scale, true);
-    const TwoViewProblem problem = homographyProblem(Residual::kTransfer);
+    const HomographyModel model(Residual::kTransfer);
     Candidate best;
     Random random(seed);
     // The best of a few models, as in a search.
@@ -90,11 +91,11 @@ TEST(LocalOptimization, TakesAMinimalModelToTheOptimum) {
       std::uint32_t sample[4];
       cv::Matx33d h;
       random.sample(600, 4, sample);
-      if (problem.isValidSample(plane.matches, sample) && homographyFromFour(plane.matches, sample, h))
+      if (model.isValidSample(plane.matches, sample) && homographyFromFour(plane.matches, sample, h))
         verifier.improve(h, best);
     }
     const Candidate before = best;
-    optimizeLocally(problem, verifier, best);
+    optimizeLocally(model, verifier, best);
     EXPECT_LE(best.cost, before.cost);
     minimal += double(before.inliers);
     optimized += double(best.inliers);
@@ -107,7 +108,7 @@ TEST(LocalOptimization, TakesAMinimalModelToTheOptimum) {
 TEST(LocalOptimization, NeverReturnsAWorseModel) {
   const Plane plane(200, 0.1, 1.0);
   const Verifier verifier(plane.matches, Residual::kTransfer, 3 * plane.matches.scale, true);
-  const TwoViewProblem problem = homographyProblem(Residual::kTransfer);
+  const HomographyModel model(Residual::kTransfer);
   Random random(4);
   for (int i = 0; i < 500; ++i) {
     std::uint32_t sample[4];
@@ -117,7 +118,7 @@ TEST(LocalOptimization, NeverReturnsAWorseModel) {
     if (!homographyFromFour(plane.matches, sample, h)) continue;
     verifier.improve(h, candidate);
     const std::int64_t before = candidate.cost;
-    optimizeLocally(problem, verifier, candidate);
+    optimizeLocally(model, verifier, candidate);
     EXPECT_LE(candidate.cost, before);
     const ModelScore again = verifier.score(candidate.model, kNoLimit);
     EXPECT_EQ(again.cost, candidate.cost);

@@ -7,14 +7,16 @@
 
 namespace corrsel::core {
 
-/// The parts of the search are those of UsacOptions. Only the fields that visit() names can be set.
-struct AcransacOptions : ConsensusOptions {
+/// The other parts of the search are those of UsacOptions.
+struct AcransacOptions : SearchOptions {
   AcransacOptions();
 
-  double widen = 2;           ///< inlier threshold over the threshold of the significance
+  ModelKind model = ModelKind::kHomography;  ///< kHomography or kFundamental
+  double widen = 2;                          ///< inlier threshold over the threshold of the significance
   double min_threshold = 0;   ///< least inlier threshold, px; 0 = 5 (homography) or 2 (fundamental matrix)
   double max_threshold = 10;  ///< largest inlier threshold, px
   void visit(OptionVisitor& visitor) const override;
+  std::string missingInput(const Correspondences& matches) const { return missingFrames(matches, model); }
 };
 
 /// AC-RANSAC: a contrario random sample consensus, which finds its threshold by itself.
@@ -26,14 +28,13 @@ struct AcransacOptions : ConsensusOptions {
 ///
 /// Algorithm: search/significant_model.h finds the model and the threshold e at which it is the most
 /// significant. The test is the one that defines the confidence of all selectors (search/significance.h).
-/// e is about 1.5 to 2 standard deviations of the noise, so that it leaves out right matches. Selected is
+/// e is about 1.5 to 2 standard deviations of the noise, so that it leaves out inliers. Selected is
 /// therefore every match whose error is at most `widen` e, but at least `min_threshold` and at most
-/// `max_threshold`. With `model` = `auto` both kinds of model are searched, and the more significant one is
-/// the answer.
+/// `max_threshold`.
 ///
-/// Input: coordinates. With `sampler` = `prosac` or `pnapsac` also the column `distance` (and
-/// `second_distance`); without it samples are uniform, and the message reports this. With `sampler` =
-/// `frames` also the local affine frames. The sizes of the images are used where they are known.
+/// Input: coordinates. With `sampler` = `prosac` also the column `distance` (and `second_distance`); without
+/// it samples are uniform, and the message reports this. With `sampler` = `frames` also the local affine
+/// frames. The sizes of the images are used where they are known.
 ///
 /// Presets: `h` and `f` choose the model.
 ///
@@ -47,7 +48,7 @@ struct AcransacOptions : ConsensusOptions {
 /// Source: Moisan and Stival, IJCV 2004 (fundamental matrix); Moisan, Moulon and Monasse, IPOL 2012
 /// (homography). Deviations: every image point counts once, errors of the smaller direction and a background
 /// that is not uniform; the number of tests is that of the hypotheses that were drawn, not of all samples;
-/// MSAC at 5 px with the parts of USAC searches, and the significance judges only what it finds.
+/// MSAC at 5 px with the parts of USAC searches, and the significance tests only what it finds.
 class AcransacSelector : public SelectorWithOptions<AcransacOptions> {
  public:
   using SelectorWithOptions::SelectorWithOptions;

@@ -7,8 +7,8 @@
 
 namespace corrsel::core {
 
-/// The parts of the search are those of UsacOptions. Only the fields that visit() names can be set.
-struct PlanesOptions : ConsensusOptions {
+/// The other parts of the search are those of UsacOptions.
+struct PlanesOptions : SearchOptions {
   PlanesOptions();
 
   bool frames = true;          ///< use local affine frames where there are any, in place of samples
@@ -18,6 +18,9 @@ struct PlanesOptions : ConsensusOptions {
   double min_threshold = 4;    ///< least inlier threshold, px
   double max_threshold = 10;   ///< largest inlier threshold, px
   void visit(OptionVisitor& visitor) const override;
+  std::string missingInput(const Correspondences& matches) const {
+    return missingFrames(matches, ModelKind::kHomography);
+  }
 };
 
 /// Finds planes one after another: sequential a contrario homographies.
@@ -27,7 +30,7 @@ struct PlanesOptions : ConsensusOptions {
 ///
 /// Algorithm: the most significant homography of the matches that are left is found as by AcransacSelector
 /// (search/significant_model.h). It comes from the frames of single matches where there are frames
-/// (search/frame_hypotheses.h), otherwise from samples, by default local ones (search/sampler.h). The
+/// (search/frame_hypotheses.h), otherwise from samples, by default local ones (search/local_proposal.h). The
 /// planes end with the first homography whose confidence among the matches that are left is below 4, or below
 /// `relative_cut` times that of the first plane. Otherwise the matches within t = `widen` e are taken out,
 /// where e is the threshold at which the homography is the most significant, t at least `min_threshold` and

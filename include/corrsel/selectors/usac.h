@@ -22,17 +22,15 @@ struct UsacOptions : ConsensusOptions {
 /// Algorithm: the search of search/search.h; the headers in src/search describe each part with its
 /// equations. A match is selected if the smaller one of its two transfer errors (homography) or its Sampson
 /// distance (fundamental matrix) is at most the threshold. Homographies compete by the symmetric transfer
-/// error d1^2 + d2^2 within twice the threshold (search/two_view.h). (The paper prints the Sampson
+/// error d1^2 + d2^2 within twice the threshold (search/homography_model.h). (The paper prints the Sampson
 /// distance against t_F: read t_F^2.)
 ///
-/// Input: coordinates; for PROSAC and Progressive NAPSAC the column `distance` (and `second_distance`),
-/// without which samples are uniform and the message reports it; with `sampler` = `frames` the local affine
-/// frames.
+/// Input: coordinates; for PROSAC the column `distance` (and `second_distance`), without which samples are
+/// uniform and the message reports it; with `sampler` = `frames` the local affine frames.
 ///
 /// Options: `threshold` 0 means 5 px (homography; the paper's 10 px with another `error`) and the paper's
 /// 1.5 px (fundamental matrix). `max_iterations` 0 means 100000, or 850000 if samples are
-/// uniform, or 5000 with `sampler` = `multigs`. There is
-/// no option `threads`, because each hypothesis is judged by the best one so far.
+/// uniform. There is no option `threads`, because each hypothesis is compared with the best one so far.
 ///
 /// Presets: `h` and `f` choose the model; `uniform` samples uniformly; `frames` takes homographies from
 /// single matches in place of samples; `paper` has the paper's error, threshold and number of hypotheses, and
@@ -45,9 +43,9 @@ struct UsacOptions : ConsensusOptions {
 /// Source: Raguram, Chum, Pollefeys, Matas and Frahm, PAMI 2013. Deviations from USAC 1.0:
 ///  - The score is MSAC.
 ///  - The SPRT is designed for the smallest inlier ratio that the search can find, with the times of this
-///    implementation, and never loses more than one right model in eight (search/sprt.h).
+///    implementation, and never loses more than one good model in eight (search/sprt.h).
 ///  - PROSAC for a homography soon reaches all matches; samples from short and long prefixes then take turns
-///    (search/sampler.h).
+///    (search/prosac_proposal.h).
 ///  - The search ends once every support that chance does not explain would have been drawn.
 ///  - Models from local optimisation are scored in full.
 ///  - Degenerate samples are recognised by sqrt(3) times the user's threshold.

@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 
 #include "base/gather.h"
 #include "geometry/residual.h"
-#include "search/significant_model.h"
 
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kLeastMatches = 8;  // that are left, for a further plane
+constexpr std::size_t kMinMatches = 8;  // that are left, for a further plane
 constexpr std::uint32_t kNowhere = 0xffffffffU;
 
 }  // namespace
@@ -42,45 +40,54 @@ void SequentialPlanes::takeTrusted(const std::vector<std::uint32_t>& rows,
     if (place_[row] != kNowhere) best_first_.push_back(place_[row]);
 }
 
+/// Finds the most significant homography of the matches at some rows.
+SignificantModel SequentialPlanes::findOne(const Correspondences& matches,
+                                           const std::vector<std::uint32_t>& rows, bool trusted,
+                                           const SearchParts& parts, const SearchParameters& parameters,
+                                           const Deadline& deadline, Workspace& workspace,
+                                           Selection& remarks) {
+  // Of all remarks, only the first search's.
+  Selection later;
+  if (trusted) {
+    normalizeMatches(matches, rows, input_.matches);
+  } else {
+    input_.take(matches, rows, parts.proposal, planes_ == 0 ? remarks : later);
+  }
+  gather(matches, rows, rest_);
+  significance_.assign(rest_);
+  const SignificantModel found =
+      searchSignificantModel(input_.matches, significance_, parts, parameters,
+                             trusted ? &best_first_ : input_.best_first, deadline, workspace);
+  all_.iterations += found.outcome.iterations;
+  all_.timed_out = found.outcome.timed_out;
+  if (planes_ == 0) {
+    all_.best = found.outcome.best;
+    all_.no_valid_sample = found.outcome.no_valid_sample;
+  }
+  return found;
+}
+
 void SequentialPlanes::find(const Correspondences& matches, std::vector<std::uint32_t>& rows,
-                            const std::vector<std::uint32_t>* trusted, const PlanesOptions& options,
-                            const Deadline& deadline, Selection& remarks) {
-  const TwoViewProblem problem = problemOf(options);
-  const std::size_t n = matches.size();
+                            const std::vector<std::uint32_t>* trusted, const SearchParts& parts,
+                            const PlanesOptions& options, const Deadline& deadline, Workspace& workspace,
+                            Selection& remarks) {
+  SearchParameters parameters;
+  parameters.max_iterations = options.max_iterations;
+  parameters.seed = static_cast<std::uint64_t>(options.seed);
   planes_ = 0;
   model_ = cv::Matx33d::zeros();
   confidence_ = 0;
   all_ = {};
-  group_.assign(n, -1);
-  smallest_.assign(n, std::numeric_limits<double>::infinity());
-  errors_.resize(n);
-  while (planes_ < options.max_planes && !all_.timed_out && (planes_ == 0 || rows.size() >= kLeastMatches)) {
+  group_.assign(matches.size(), -1);
+  smallest_.assign(matches.size(), std::numeric_limits<double>::infinity());
+  errors_.resize(matches.size());
+  while (planes_ < options.max_planes && !all_.timed_out && (planes_ == 0 || rows.size() >= kMinMatches)) {
     if (trusted != nullptr) {
       takeTrusted(rows, *trusted);
-      if (best_first_.size() < kLeastMatches) break;
-    }
-    gather(matches, rows, rest_);
-    identity_.resize(rows.size());
-    std::iota(identity_.begin(), identity_.end(), 0U);
-    normalizeMatches(rest_, identity_, normalized_);
-    significance_.assign(rest_);
-    const std::vector<std::uint32_t>* order = &best_first_;
-    FrameHypotheses* frames = nullptr;
-    if (trusted == nullptr) {
-      // Of all remarks, only the first search's.
-      Selection later;
-      order =
-          orderForSampler(rest_, options, identity_, ordering_, best_first_, planes_ == 0 ? remarks : later);
-      frames = framesForSampler(rest_, options, identity_, ordering_, best_first_);
+      if (best_first_.size() < kMinMatches) break;
     }
     const SignificantModel found =
-        searchSignificantModel(normalized_, significance_, options, order, deadline, frames);
-    all_.iterations += found.outcome.iterations;
-    all_.timed_out = found.outcome.timed_out;
-    if (planes_ == 0) {
-      all_.best = found.outcome.best;
-      all_.no_valid_sample = found.outcome.no_valid_sample;
-    }
+        findOne(matches, rows, trusted != nullptr, parts, parameters, deadline, workspace, remarks);
     const double confidence = found.significance.confidence;
     if (!found.outcome.best.exists() || confidence < kBelievedConfidence ||
         confidence < options.relative_cut * confidence_)
@@ -91,7 +98,7 @@ void SequentialPlanes::find(const Correspondences& matches, std::vector<std::uin
     }
     const double threshold = std::clamp(options.widen * found.significance.threshold, options.min_threshold,
                                         std::max(options.min_threshold, options.max_threshold));
-    pixelErrors(problem.mask_residual, found.model, matches, errors_.data());
+    pixelErrors(parts.model.traits.mask_residual, found.model, matches, errors_.data());
     add(threshold);
     const std::size_t before = rows.size();
     rows.erase(std::remove_if(rows.begin(), rows.end(),

@@ -9,10 +9,9 @@
 #include "corrsel/correspondences.h"
 #include "corrsel/selection.h"
 #include "corrsel/selectors/planes.h"
-#include "geometry/normalization.h"
-#include "search/ordering.h"
-#include "search/search.h"
+#include "search/selecting.h"
 #include "search/significance.h"
+#include "search/significant_model.h"
 
 namespace corrsel::core {
 
@@ -21,16 +20,18 @@ namespace corrsel::core {
 /// Cost: that of PlanesSelector. Memory is kept between calls.
 class SequentialPlanes {
  public:
-  /// Looks for planes among some of the matches. Only these are searched and judged, but group() and errors()
+  /// Looks for planes among some of the matches. Only these are searched and tested, but group() and errors()
   /// cover all.
   /// @param rows     rows of `matches` in random order; those that no plane explains remain on return
   /// @param trusted  rows of `matches`, best first. Samples consist of those of them that are in `rows`, and
-  ///                 other matches only take part in the judgement; there is no plane where fewer than 8 are
-  ///                 left. nullptr: all take part, in the order that the sampler of the options asks for
-  /// @param remarks  its message receives what the sampler lacks
+  ///                 other matches only take part in the test of significance; there is no plane where
+  ///                 fewer than 8 are left. nullptr: all take part, in the order of their quality
+  /// @param parts    a homography and a proposal
+  /// @param options  the number of hypotheses, the seed, and what decides on planes
+  /// @param remarks  its message receives what the proposal lacks
   void find(const Correspondences& matches, std::vector<std::uint32_t>& rows,
-            const std::vector<std::uint32_t>* trusted, const PlanesOptions& options, const Deadline& deadline,
-            Selection& remarks);
+            const std::vector<std::uint32_t>* trusted, const SearchParts& parts, const PlanesOptions& options,
+            const Deadline& deadline, Workspace& workspace, Selection& remarks);
 
   /// Number of planes.
   std::int32_t planes() const { return planes_; }
@@ -50,6 +51,9 @@ class SequentialPlanes {
 
  private:
   void add(double threshold);
+  SignificantModel findOne(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
+                           bool trusted, const SearchParts& parts, const SearchParameters& parameters,
+                           const Deadline& deadline, Workspace& workspace, Selection& remarks);
   void takeTrusted(const std::vector<std::uint32_t>& rows, const std::vector<std::uint32_t>& trusted);
 
   std::int32_t planes_ = 0;
@@ -58,10 +62,9 @@ class SequentialPlanes {
   SearchOutcome all_;
   std::vector<std::int32_t> group_;
   std::vector<double> errors_, smallest_;
-  Ordering ordering_;
-  std::vector<std::uint32_t> identity_, best_first_, place_;
+  SearchInput input_;
+  std::vector<std::uint32_t> best_first_, place_;
   Correspondences rest_;  // the matches at `rows`
-  NormalizedMatches normalized_;
   SignificanceTest significance_;
 };
 

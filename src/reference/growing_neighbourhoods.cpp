@@ -1,4 +1,4 @@
-#include "search/progressive_napsac.h"
+#include "reference/growing_neighbourhoods.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "search/mlesac.h"
+#include "reference/error_mixture.h"
 
 #include <cmath>
 

@@ -2,7 +2,10 @@
 
 #include <set>
 
-#include "search/sampler.h"
+#include "search/homography_model.h"
+#include "search/local_proposal.h"
+#include "search/prosac_proposal.h"
+#include "search/uniform_proposal.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -10,8 +13,77 @@ namespace {
 
 using namespace testing;
 
-TEST(Sampler, UniformSamplesAreDistinctAndEven) {
-  Sampler sampler(20, 4, 1);
+/// A homography with a sample size and a schedule of its own. Its samples are all valid.
+class AnyModel final : public Model {
+ public:
+  explicit AnyModel(int sample_size, const ProsacSchedule& schedule = {})
+      : Model(traitsOf(sample_size, schedule)) {}
+  bool isValidSample(const NormalizedMatches&, const std::uint32_t*) const override { return valid; }
+  int solve(const NormalizedMatches&, const std::uint32_t*, cv::Matx33d* models) const override {
+    models[0] = cv::Matx33d::eye();
+    return 1;
+  }
+  bool refine(const NormalizedMatches&, float, cv::Matx33d&) const override { return false; }
+  cv::Matx33d toPixels(const NormalizedMatches&, const cv::Matx33d& model) const override { return model; }
+  double chanceWithinOnePixel(double, double) const override { return 0; }
+  Significance significance(SignificanceTest&, const cv::Matx33d&, std::uint64_t) const override {
+    return {};
+  }
+
+  bool valid = true;
+
+ private:
+  static ModelTraits traitsOf(int sample_size, const ProsacSchedule& schedule) {
+    ModelTraits traits = HomographyModel().traits;
+    traits.sample_size = sample_size;
+    traits.prosac = schedule;
+    return traits;
+  }
+};
+
+/// A proposal that has begun a search.
+template <class P>
+struct Started {
+  Started(const NormalizedMatches& given, const std::vector<std::uint32_t>* order, const AnyModel& any,
+          std::uint64_t seed = 1)
+      : matches(given), model(any) {
+    proposal.start({matches, order, model, 100, seed, deadline});
+  }
+  Started(std::size_t count, const std::vector<std::uint32_t>* order, const AnyModel& any,
+          std::uint64_t seed = 1)
+      : Started(zeros(count), order, any, seed) {}
+
+  static NormalizedMatches zeros(std::size_t count) {
+    NormalizedMatches matches;
+    for (auto* column : {&matches.left_x, &matches.left_y, &matches.right_x, &matches.right_y})
+      column->assign(count, 0.0F);
+    return matches;
+  }
+
+  NormalizedMatches matches;
+  AnyModel model;
+  Deadline deadline{0};
+  P proposal;
+};
+
+TEST(SampleProposal, SolvesValidSamplesAndGivesUpWhereThereAreNone) {
+  Started<UniformProposal> started(20, nullptr, AnyModel(4));
+  Hypotheses hypotheses;
+  EXPECT_EQ(started.proposal.propose(hypotheses), Proposed::kHypotheses);
+  EXPECT_EQ(hypotheses.count, 1);
+  EXPECT_EQ(hypotheses.models[0], cv::Matx33d::eye());
+  EXPECT_EQ(started.proposal.drawn(), 1u);
+  started.model.valid = false;
+  EXPECT_EQ(started.proposal.propose(hypotheses), Proposed::kNoValidSample);
+  EXPECT_EQ(started.proposal.drawn(), 10001u);
+  // Up to 10000 and 50 for each of the 100 hypotheses.
+  EXPECT_EQ(started.proposal.propose(hypotheses), Proposed::kNoValidSample);
+  EXPECT_EQ(started.proposal.drawn(), 15000u);
+}
+
+TEST(UniformProposal, SamplesAreDistinctAndEven) {
+  Started<UniformProposal> started(20, nullptr, AnyModel(4));
+  UniformProposal& sampler = started.proposal;
   std::vector<int> counts(20, 0);
   std::uint32_t sample[4];
   for (int i = 0; i < 20000; ++i) {
@@ -20,7 +92,7 @@ TEST(Sampler, UniformSamplesAreDistinctAndEven) {
     for (const std::uint32_t k : sample) ++counts[k];
   }
   EXPECT_EQ(sampler.drawn(), 20000u);
-  EXPECT_EQ(sampler.pool(), 20u);
+  EXPECT_EQ(sampler.prefixes(), nullptr);
   for (const int count : counts) EXPECT_NEAR(count, 4000, 300);
 }
 
@@ -52,11 +124,10 @@ TEST(MatchNeighbourhood, IsNearInBothImages) {
     EXPECT_EQ(numbers.count(expected), 1u);
 }
 
-TEST(Sampler, LocalSamplesAreNearOneAnotherInThreeOfFourDraws) {
+TEST(LocalProposal, LocalSamplesAreNearOneAnotherInThreeOfFourDraws) {
   const NormalizedMatches normalized = normalizeMatches(lattice());
-  MatchNeighbourhood near;
-  near.build(normalized);
-  Sampler sampler(near, 400, nullptr, 4, 1);
+  Started<LocalProposal> started(normalized, nullptr, AnyModel(4));
+  LocalProposal& sampler = started.proposal;
   int local = 0;
   for (int draw = 0; draw < 4000; ++draw) {
     std::uint32_t sample[4];
@@ -73,12 +144,11 @@ TEST(Sampler, LocalSamplesAreNearOneAnotherInThreeOfFourDraws) {
   EXPECT_LE(local, 3900);
 }
 
-TEST(Sampler, LocalSamplesBeginWithTheBestMatchesInEverySecondRound) {
+TEST(LocalProposal, LocalSamplesBeginWithTheBestMatchesInEverySecondRound) {
   const NormalizedMatches normalized = normalizeMatches(lattice());
-  MatchNeighbourhood near;
-  near.build(normalized);
   const std::vector<std::uint32_t> order = permutation(400, 3);
-  Sampler sampler(near, 400, &order, 4, 1);
+  Started<LocalProposal> started(normalized, &order, AnyModel(4));
+  LocalProposal& sampler = started.proposal;
   std::uint32_t sample[4];
   for (std::uint64_t draw = 1; draw <= 800; ++draw) {
     sampler.draw(sample);
@@ -89,7 +159,7 @@ TEST(Sampler, LocalSamplesBeginWithTheBestMatchesInEverySecondRound) {
 }
 
 /// Two planes with 30 % of the matches each: the share of samples whose members are all of one plane.
-TEST(Sampler, LocalSamplesAreMoreOftenPure) {
+TEST(LocalProposal, LocalSamplesAreMoreOftenPure) {
   Random random(1);
   Correspondences m;
   std::vector<int> plane;
@@ -102,10 +172,9 @@ TEST(Sampler, LocalSamplesAreMoreOftenPure) {
     plane.push_back(of);
   }
   const NormalizedMatches normalized = normalizeMatches(m);
-  MatchNeighbourhood near;
-  near.build(normalized);
-  Sampler local(near, 300, nullptr, 4, 1), uniform(300, 4, 1);
-  const auto pure = [&](Sampler& sampler) {
+  Started<LocalProposal> local(normalized, nullptr, AnyModel(4));
+  Started<UniformProposal> uniform(normalized, nullptr, AnyModel(4));
+  const auto pure = [&](SampleProposal& sampler) {
     int count = 0;
     for (int draw = 0; draw < 4000; ++draw) {
       std::uint32_t s[4];
@@ -117,10 +186,10 @@ TEST(Sampler, LocalSamplesAreMoreOftenPure) {
     }
     return count;
   };
-  EXPECT_GT(pure(local), 5 * pure(uniform));
+  EXPECT_GT(pure(local.proposal), 5 * pure(uniform.proposal));
 }
 
-TEST(Sampler, ProsacGrowsItsPoolAsThePaperSays) {
+TEST(ProsacProposal, ProsacGrowsItsPoolAsThePaperSays) {
   const std::vector<std::uint32_t> order = permutation(1000, 3);
   constexpr int kSample = 4;
   // T'_n by the recurrence of the paper on PROSAC.
@@ -134,7 +203,8 @@ TEST(Sampler, ProsacGrowsItsPoolAsThePaperSays) {
     t = next;
   }
   EXPECT_NEAR(t, 200000, 1);
-  Sampler sampler(order, kSample, 1);
+  Started<ProsacProposal> started(1000, &order, AnyModel(kSample));
+  ProsacProposal& sampler = started.proposal;
   std::uint32_t sample[kSample];
   std::size_t n = 4;
   for (std::uint64_t draw = 1; draw <= 60000; ++draw) {
@@ -150,11 +220,12 @@ TEST(Sampler, ProsacGrowsItsPoolAsThePaperSays) {
   }
 }
 
-TEST(Sampler, PrefixesTakeTurnsAfterProsac) {
+TEST(ProsacProposal, PrefixesTakeTurnsAfterProsac) {
   const std::vector<std::uint32_t> order = permutation(1000, 3);
   std::vector<std::size_t> rank(1000);
   for (std::size_t i = 0; i < 1000; ++i) rank[order[i]] = i;
-  Sampler sampler(order, 4, 1, {500, 8});
+  Started<ProsacProposal> started(1000, &order, AnyModel(4, {500, 8}));
+  ProsacProposal& sampler = started.proposal;
   std::uint32_t sample[4];
   while (sampler.pool() < 1000) sampler.draw(sample);
   for (int i = 0; i < 100; ++i) sampler.draw(sample);  // the last samples of the pool of all matches
@@ -169,18 +240,19 @@ TEST(Sampler, PrefixesTakeTurnsAfterProsac) {
   EXPECT_EQ(sampler.pool(), 1000u);
   // With fewer matches than the least prefix, all of them.
   const std::vector<std::uint32_t> few = permutation(10, 3);
-  Sampler small(few, 4, 1, {1, 8});
+  Started<ProsacProposal> small(10, &few, AnyModel(4, {1, 8}));
   std::set<std::uint32_t> drawn;
   for (int i = 0; i < 1000; ++i) {
-    small.draw(sample);
+    small.proposal.draw(sample);
     drawn.insert(sample, sample + 4);
   }
   EXPECT_EQ(drawn.size(), 10u);
 }
 
-TEST(Sampler, ProsacEndsUniform) {
+TEST(ProsacProposal, ProsacEndsUniform) {
   const std::vector<std::uint32_t> order = permutation(30, 3);
-  Sampler sampler(order, 4, 1);
+  Started<ProsacProposal> started(30, &order, AnyModel(4));
+  ProsacProposal& sampler = started.proposal;
   std::uint32_t sample[4];
   std::uint64_t grown = 0;
   while (sampler.pool() < 30) sampler.draw(sample), ++grown;
@@ -194,11 +266,11 @@ TEST(Sampler, ProsacEndsUniform) {
   for (const int count : counts) EXPECT_NEAR(count, 4000, 300);
 }
 
-TEST(Sampler, SeedDecides) {
+TEST(UniformProposal, SeedDecides) {
   const auto first = [](std::uint64_t seed) {
-    Sampler sampler(1000, 7, seed);
+    Started<UniformProposal> started(1000, nullptr, AnyModel(7), seed);
     std::vector<std::uint32_t> sample(7);
-    sampler.draw(sample.data());
+    started.proposal.draw(sample.data());
     return sample;
   };
   EXPECT_EQ(first(5), first(5));

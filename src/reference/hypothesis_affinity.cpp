@@ -1,4 +1,4 @@
-#include "search/multi_gs.h"
+#include "reference/hypothesis_affinity.h"
 
 #include <algorithm>
 
