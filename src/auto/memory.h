@@ -10,10 +10,10 @@
 #include "base/deadline.h"
 #include "corrsel/correspondences.h"
 #include "geometry/normalization.h"
-#include "search/affine_growing.h"
 #include "search/frame_proposal.h"
 #include "search/ordering.h"
 #include "search/search.h"
+#include "search/seed_growing.h"
 #include "search/significance.h"
 #include "search/support.h"
 #include "selectors/parts/sequential_planes.h"
@@ -42,7 +42,8 @@ struct AutoMemory {
   Leftover leftover;
 
   // The homography search.
-  AffineGrowing growing;
+  SeedGrowing growing;
+  Rows seeds;
   FrameProposal frames;
   Rows rank, searched;
   Mask taken;
