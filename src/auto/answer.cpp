@@ -53,9 +53,10 @@ void addMotions(const AutoOptions& options, const AutoMemory::Mask& explained, A
   planes_options.max_iterations = kPlaneHypotheses;
   planes_options.seed = options.seed;
   Selection remarks;
-  memory.planes.find(memory.matches, memory.rest, &memory.searched,
-                     {HomographyModel(), effort.workspace.part<LocalProposal>()}, planes_options,
-                     effort.deadline, effort.workspace, remarks);
+  const HomographyModel homography;
+  const SearchParts parts = {homography, effort.workspace.part<LocalProposal>()};
+  memory.planes.find(memory.matches, memory.rest, &memory.searched, parts, planes_options, effort.deadline,
+                     effort.workspace, remarks);
   effort.add(memory.planes.outcome());
   result.group.resize(memory.size());
   for (std::size_t i = 0; i < memory.size(); ++i) {

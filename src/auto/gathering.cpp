@@ -132,15 +132,16 @@ bool Gathering::searchFundamental(cv::Matx33d& model) {
   memory_.searched.clear();
   for (std::uint32_t i = 0; i < local.size(); ++i)
     if (local[i] != 0) memory_.searched.push_back(i);
+  const FundamentalModel kind;
   SearchParameters parameters;
   parameters.threshold = options_.fundamental_threshold;
   parameters.max_iterations = kFundamentalHypotheses;
   parameters.confidence = 1;  // all of them: the first good model is often good in a part of the scene only
   parameters.seed = static_cast<std::uint64_t>(options_.seed);
-  // Samples are uniform because the matches with the best support lie on one surface.
-  const FundamentalModel kind;
-  const SearchOutcome outcome = search(memory_.normalized, {kind, effort_.workspace.part<UniformProposal>()},
-                                       parameters, &memory_.searched, effort_.deadline, effort_.workspace);
+  // Uniform samples: in the order of support, the best matches lie on one surface.
+  const SearchParts parts = {kind, effort_.workspace.part<UniformProposal>()};
+  const SearchOutcome outcome =
+      search(memory_.normalized, parts, parameters, &memory_.searched, effort_.deadline, effort_.workspace);
   effort_.add(outcome);
   if (!outcome.best.exists()) return false;
   const Verifier verifier(memory_.normalized, Residual::kSampson,

@@ -270,7 +270,7 @@ TEST(Search, EverySamplerAndScoreIsTheSameWithEveryKernelLevelAndOrder) {
   std::reverse(rows.begin(), rows.end());
   const Correspondences reversed = scene.matches.subset(rows);
   for (const char* const spec :
-       {"ransac:lo sampler=local", "ransac:lo sampler=prosac", "pnapsac", "multigs", "mlesac"}) {
+       {"ransac:lo[sampler=local]", "ransac:lo[sampler=prosac]", "pnapsac", "multigs", "mlesac"}) {
     const auto selector = createSelector(spec);
     const Selection expected = selector->select(scene.matches);
     EXPECT_GT(quality(expected.mask, scene.inlier).f, 95);
@@ -298,7 +298,7 @@ TEST(Search, EverySamplerKnowsDegenerateInput) {
     matches->second_distance.assign(matches->size(), 2);
   }
   for (const char* const spec :
-       {"ransac sampler=local", "usac sampler=local", "pnapsac", "multigs", "mlesac"}) {
+       {"ransac[sampler=local]", "usac[sampler=local]", "pnapsac", "multigs", "mlesac"}) {
     const auto selector = createSelector(spec);
     SCOPED_TRACE(spec);
     EXPECT_EQ(selector->select({}).status, Status::kTooFew);
