@@ -59,27 +59,26 @@ void HomographySearch::run() {
 
 void HomographySearch::growSeeds() {
   const LocalSupport& support = memory_.support;
-  memory_.growing.assign(memory_.matches, support.weights(), support.diagonal());
-  memory_.taken.assign(memory_.size(), 0);
-  int grown = 0, last_better = 0;
+  memory_.seeds.clear();
   for (const std::uint32_t seed : memory_.by_support) {
-    if (support.support()[seed] < kMinSeedSupport || grown == kMaxSeeds) break;
-    if (memory_.taken[seed] != 0) continue;
+    if (support.support()[seed] < kMinSeedSupport) break;
+    memory_.seeds.push_back(seed);
+  }
+  SeedGrowing& growing = memory_.growing;
+  growing.start(memory_.matches, support.weights(), support.diagonal(), memory_.seeds, support.maps());
+  int grown = 0, last_better = 0;
+  while (grown < kMaxSeeds && growing.next()) {
     ++grown;
-    const bool found = memory_.growing.grow(seed, support.maps()[seed]);
-    for (const std::uint32_t i : memory_.growing.supporters()) memory_.taken[i] = 1;
-    if (!found) continue;
+    if (growing.map() == nullptr) continue;
     if (best_.inliers >= kManyInliers && grown - last_better > kMaxFruitlessSeeds) break;
     const std::int64_t before = best_.cost;
-    consider(memory_.normalized.homographyFromPixels(memory_.growing.map()));
+    consider(memory_.normalized.homographyFromPixels(*growing.map()));
     if (best_.cost < before) {
       last_better = grown;
       if (explainsLocalSet()) break;
     }
-    if (effort_.deadline.passed()) {
-      effort_.timed_out = true;
-      break;
-    }
+    effort_.timed_out = effort_.deadline.passed();
+    if (effort_.timed_out) break;
   }
   effort_.hypotheses += static_cast<std::uint64_t>(grown);
 }

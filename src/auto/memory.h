@@ -9,12 +9,11 @@
 #include "auto/plausibility.h"
 #include "base/deadline.h"
 #include "corrsel/correspondences.h"
-#include "corrsel/workspace.h"
 #include "geometry/normalization.h"
-#include "search/affine_growing.h"
 #include "search/frame_proposal.h"
 #include "search/ordering.h"
 #include "search/search.h"
+#include "search/seed_growing.h"
 #include "search/significance.h"
 #include "search/support.h"
 #include "selectors/parts/sequential_planes.h"
@@ -43,7 +42,8 @@ struct AutoMemory {
   Leftover leftover;
 
   // The homography search.
-  AffineGrowing growing;
+  SeedGrowing growing;
+  Rows seeds;
   FrameProposal frames;
   Rows rank, searched;
   Mask taken;
@@ -65,9 +65,10 @@ struct AutoMemory {
   Mask answer, core;
 };
 
-/// What the searches of a call may take, and have taken so far.
+/// What the searches of a call may use, and what they have cost so far.
 struct Effort {
-  Effort(double max_seconds, Workspace& memory) : deadline(max_seconds), workspace(memory) {}
+  Effort(double max_seconds, Workspace& workspace_of_call)
+      : deadline(max_seconds), workspace(workspace_of_call) {}
 
   void add(const SearchOutcome& outcome) {
     hypotheses += static_cast<std::uint64_t>(outcome.iterations);
@@ -75,7 +76,7 @@ struct Effort {
   }
 
   const Deadline deadline;
-  Workspace& workspace;  // of the searches
+  Workspace& workspace;
   std::uint64_t hypotheses = 0;
   bool timed_out = false;
 };

@@ -8,7 +8,7 @@
 
 #include "base/coordinate_order.h"
 #include "corrsel/correspondences.h"
-#include "search/affine_growing.h"
+#include "search/seed_growing.h"
 
 namespace corrsel::core {
 
@@ -45,24 +45,21 @@ class FrameHypotheses {
               const std::vector<std::uint32_t>* best_first);
 
   /// Grows the map of the next match. @return false if there is none left
-  bool next();
+  bool next() { return growing_.next(); }
 
   /// The map that next() has grown, as a homography in pixels; nullptr where nothing has grown.
-  const cv::Matx33d* map() const { return grown_ ? &growing_.map() : nullptr; }
+  const cv::Matx33d* map() const { return growing_.map(); }
 
  private:
-  void score(const std::vector<std::uint32_t>* best_first);
+  void sortSeeds(const std::vector<std::uint32_t>* best_first);
 
   Correspondences taking_part_, judges_;  // coordinates
   std::vector<float> weights_;
-  double diagonal_ = 0;  // of the right image, px
-  std::vector<LinearMap> maps_;
-  std::vector<std::uint32_t> seeds_;  // the position of the match of each map
+  double diagonal_ = 0;               // of the right image, px
+  std::vector<LinearMap> maps_;       // per match
+  std::vector<std::uint32_t> seeds_;  // matches that have a map, by falling score
   std::vector<KeyedRow> order_, scratch_;
-  std::size_t next_ = 0;  // in order_
-  std::vector<std::uint8_t> taken_;
-  AffineGrowing growing_;
-  bool grown_ = false;
+  SeedGrowing growing_;
 };
 
 }  // namespace corrsel::core
