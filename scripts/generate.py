@@ -4,7 +4,7 @@
     scripts/generate.py [--build DIR] [--check]
 
 Builds and runs the program option_catalogue and writes options/catalogue.json; from that file it writes
-config/live.yaml, scripts/corrsel_report/groups.py and the tables between `<!-- options: NAME -->` and `<!-- end -->` in
+config/live.yaml, python/corrsel/report/groups.py and the tables between `<!-- options: NAME -->` and `<!-- end -->` in
 docs/. The tables of measured numbers, between `<!-- measured: NAME -->` and `<!-- end -->`, come from docs/data/. The
 parameters of dynamic_reconfigure (cfg/) read the catalogue when the package is built. Run it after a change of an
 option, a preset, the list of selectors or a file in docs/data/, and commit what it changes.
@@ -361,7 +361,7 @@ def filled(document, text, parts):
 
 
 def report_groups(catalogue):
-    """Return scripts/corrsel_report/groups.py: groups and main parameters."""
+    """Return python/corrsel/report/groups.py: groups and main parameters."""
     groups = {}
     for selector in catalogue["selectors"]:
         groups.setdefault(selector["group"], []).append(selector["name"])
@@ -397,7 +397,7 @@ def generated(catalogue):
     """Return all generated files but the catalogue: {path inside the package: content}."""
     files = {
         "config/live.yaml": live_yaml(catalogue),
-        "scripts/corrsel_report/groups.py": report_groups(catalogue),
+        "python/corrsel/report/groups.py": report_groups(catalogue),
     }
     for document, parts in tables(catalogue).items():
         files[document] = filled(document, (PACKAGE / document).read_text(encoding="utf-8"), parts)
