@@ -31,7 +31,8 @@ struct AreaRatioRule {
   }
 };
 
-/// The loop of local affine preservation.
+/// The loop of local affine preservation. It is not in src/reference, because the table of kernels for each
+/// instruction set is one.
 struct AreaRatioKernels {
   /// Writes the costs of all matches.
   /// @param lists    list i begins at lists + i * stride
