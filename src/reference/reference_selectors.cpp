@@ -10,6 +10,7 @@
 #include "corrsel/reference/logos.h"
 #include "corrsel/reference/ranks.h"
 #include "corrsel/reference/rfm_scan.h"
+#include "corrsel/reference/rrwm.h"
 #include "corrsel/reference/tlinkage.h"
 #include "corrsel/selectors/factory.h"
 
@@ -39,6 +40,8 @@ std::vector<SelectorFactory> referenceSelectors() {
       SelectorFactory::of<GaimSelector>(kReference, "N log N",
                                         "Graph of neighbouring local frames: GAIM in a binary form",
                                         {{"theta", {0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3, 5, 8}}}),
+      SelectorFactory::of<RrwmSelector>(kReference, "N^2", "Reweighted random walks over pairs of matches",
+                                        {{"inflation", {1, 3, 5, 10, 20, 30, 40, 60, 100}}}),
       SelectorFactory::of<IcfSelector>(kReference, "N",
                                        "Correspondence functions in both directions, reduced form",
                                        {{"last_threshold", thresholds}}),

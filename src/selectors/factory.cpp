@@ -122,8 +122,8 @@ class KnownSelectors {
 };
 
 /// Names of the library corrsel::reference, which this one does not depend on.
-constexpr const char* kReferenceNames[] = {"lap",         "ranks", "rfm_scan", "logos",
-                                           "frame_votes", "gaim",  "icf",      "tlinkage"};
+constexpr const char* kReferenceNames[] = {"lap",  "ranks", "rfm_scan", "logos",   "frame_votes",
+                                           "gaim", "rrwm",  "icf",      "tlinkage"};
 
 struct LoaderSlot {
   std::mutex mutex;

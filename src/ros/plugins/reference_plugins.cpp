@@ -10,6 +10,7 @@
 #include "corrsel/reference/logos.h"
 #include "corrsel/reference/ranks.h"
 #include "corrsel/reference/rfm_scan.h"
+#include "corrsel/reference/rrwm.h"
 #include "corrsel/reference/tlinkage.h"
 
 PLUGINLIB_EXPORT_CLASS(corrsel::core::LapSelector, corrsel::Selector)
@@ -18,5 +19,6 @@ PLUGINLIB_EXPORT_CLASS(corrsel::core::RfmScanSelector, corrsel::Selector)
 PLUGINLIB_EXPORT_CLASS(corrsel::core::LogosSelector, corrsel::Selector)
 PLUGINLIB_EXPORT_CLASS(corrsel::core::FrameVotesSelector, corrsel::Selector)
 PLUGINLIB_EXPORT_CLASS(corrsel::core::GaimSelector, corrsel::Selector)
+PLUGINLIB_EXPORT_CLASS(corrsel::core::RrwmSelector, corrsel::Selector)
 PLUGINLIB_EXPORT_CLASS(corrsel::core::IcfSelector, corrsel::Selector)
 PLUGINLIB_EXPORT_CLASS(corrsel::core::TlinkageSelector, corrsel::Selector)
