@@ -31,8 +31,7 @@ struct AreaRatioRule {
   }
 };
 
-/// The loop of local affine preservation. It is not in src/reference, because the table of kernels for each
-/// instruction set is one.
+/// The loop of local affine preservation.
 struct AreaRatioKernels {
   /// Writes the costs of all matches.
   /// @param lists    list i begins at lists + i * stride
