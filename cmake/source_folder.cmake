@@ -1,6 +1,6 @@
 # source_folder(LIBRARY NAME SOURCES... [DEPENDS TARGET...])
 #
-# Declares the sources of one folder as part of a library; LIBRARY is core, features or benchmark. They are compiled as an
+# Declares the sources of one folder as part of a library; LIBRARY is core, reference, features or benchmark. They are compiled as an
 # object library, named ${PROJECT_NAME}_LIBRARY_NAME, so that options set with set_source_files_properties() stay in the
 # folder's CMakeLists.txt. DEPENDS lists libraries whose headers the sources include; the library links them privately.
 #

@@ -51,6 +51,8 @@ def groups(catalogue, nodelet):
     choice = with_choices(own["changeable"], "selector", selectors)
     result = [("", "", SELECTOR, choice)]
     for selector in catalogue["selectors"]:
+        if selector["group"] == "reference":
+            continue  # loaded as plug-ins, with the parameter plugin_options
         # The seed of every selector is the one parameter `seed`.
         options = [option for option in selector["options"] if option["name"] != "seed"]
         if options:

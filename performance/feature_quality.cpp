@@ -16,6 +16,7 @@
 #include "corrsel/evaluation/statistics.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
+#include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
 #include "evaluation/repeatability.h"
 #include "programs/command_line.h"
@@ -329,6 +330,7 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  corrsel::core::addReferenceSelectors();
   try {
     const corrsel::ArgumentValues values =
         corrsel::parseCommandLine(argumentTable(), {argv + 1, argv + argc});

@@ -17,6 +17,7 @@
 #include "corrsel/evaluation/statistics.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
+#include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
 #include "opencv_version.h"
 #include "programs/command_line.h"
@@ -146,6 +147,7 @@ int run(const corrsel::ArgumentValues& values) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  corrsel::core::addReferenceSelectors();
   try {
     const corrsel::ArgumentValues values =
         corrsel::parseCommandLine(argumentTable(), {argv + 1, argv + argc});

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
+#include "corrsel/reference/reference_selectors.h"
 #include "hard_models.h"
 #include "pictures.h"
 #include "programs/command_line.h"
@@ -113,6 +114,7 @@ int runAll(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  corrsel::core::addReferenceSelectors();
   try {
     std::vector<std::string> rest = {argv[0]};
     const corrsel::ArgumentValues values =

@@ -458,7 +458,7 @@ std::vector<Comparison> comparisons(bool all) {
       }
       if (n > kMostPairs || (n > kMostDensePairs && inlier_ratio != kTargetRatio)) continue;
       list.push_back(allPairs("st", plane, baselines::stDense));
-      if (n <= kMostDensePairs) list.push_back(beside("st:rrwm", "st", plane, 40));
+      if (n <= kMostDensePairs) list.push_back(beside("rrwm", "st", plane, 40));
       if (n <= kMostTlinkage) list.push_back(tlinkage(corner, 500));
       list.push_back(allPairs("gtm", plane, baselines::gtmDense));
     }
@@ -497,7 +497,7 @@ std::vector<Comparison> comparisons(bool all) {
   list.push_back(growth("usac:h", MatchSceneKind::kPlane, kLargeSize, {{"sampler", "local"}}));
   for (const char* spec : {"ransac:f", "usac:f", "acransac:f"})
     list.push_back(growth(spec, MatchSceneKind::kSpace));
-  for (const char* spec : {"st", "st:rrwm", "gtm"})
+  for (const char* spec : {"st", "rrwm", "gtm"})
     list.push_back(growth(spec, MatchSceneKind::kPlane, kMostPairs));
   list.push_back(growth("tlinkage", MatchSceneKind::kTwoPlanes, kMostTlinkage));
   for (const Comparison& comparison : matching()) list.push_back(comparison);

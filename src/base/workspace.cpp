@@ -1,13 +1,6 @@
 #include "corrsel/workspace.h"
 
-#include "base/workspace_scope.h"
-
 namespace corrsel::core {
-namespace {
-
-thread_local Workspace* given = nullptr;
-
-}  // namespace
 
 Workspace::Workspace() = default;
 Workspace::~Workspace() = default;
@@ -23,12 +16,6 @@ Workspace& Workspace::ofThread() {
   thread_local Workspace workspace;
   return workspace;
 }
-
-WorkspaceScope::WorkspaceScope(Workspace& workspace) : before_(given) { given = &workspace; }
-
-WorkspaceScope::~WorkspaceScope() { given = before_; }
-
-Workspace& WorkspaceScope::current() { return given != nullptr ? *given : Workspace::ofThread(); }
 
 std::shared_ptr<void>& Workspace::find(const void* key) {
   for (auto& [part_key, part] : parts_) {

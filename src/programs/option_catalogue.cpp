@@ -12,6 +12,7 @@
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "corrsel/options.h"
+#include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
 #include "programs/degenerate_inputs.h"
 #include "ros/live/nodelet_parameters.h"
@@ -161,6 +162,7 @@ void print(const Json& value, const std::string& indent) {
 
 int main() {
   using namespace corrsel;
+  core::addReferenceSelectors();
   const Json catalogue = {{"selectors", selectors()},
                           {"special_cases", specialCases()},
                           {"features", features()},

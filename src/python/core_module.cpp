@@ -17,6 +17,7 @@
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/evaluation/pose.h"
 #include "corrsel/evaluation/statistics.h"
+#include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
 #include "python/arrays.h"
 
@@ -191,6 +192,7 @@ py::list selectorList() {
 PYBIND11_MODULE(_core, module) {
   using namespace corrsel;
   using namespace corrsel::python;
+  core::addReferenceSelectors();
   module.attr("__version__") = CORRSEL_VERSION;
   module.def("selector_names", &core::selectorNames);
   module.def("valid_names", [](const std::string& word, const std::vector<std::string>& names) {

@@ -6,7 +6,6 @@
 #include <limits>
 #include <vector>
 
-#include "base/workspace_scope.h"
 #include "geometry/frame_map.h"
 #include "points/distinct_matches.h"
 #include "points/point_groups.h"

@@ -9,7 +9,6 @@
 #include "base/coordinate_order.h"
 #include "base/deadline.h"
 #include "base/text.h"
-#include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 #include "selectors/parts/degenerate_input.h"
 

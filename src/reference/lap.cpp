@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <vector>
 
-#include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 #include "points/match_neighbours.h"
 

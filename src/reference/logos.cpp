@@ -5,7 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "base/workspace_scope.h"
 #include "corrsel/neighbours.h"
 #include "geometry/frame_map.h"
 #include "points/distinct_matches.h"

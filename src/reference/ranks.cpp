@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/workspace_scope.h"
 #include "points/match_neighbours.h"
 #include "reference/rank_distance.h"
 

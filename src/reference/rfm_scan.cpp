@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "base/coordinate_order.h"
-#include "base/workspace_scope.h"
 #include "reference/cluster_numbers.h"
 #include "selectors/parts/degenerate_input.h"
 

@@ -8,7 +8,6 @@
 
 #include "base/deadline.h"
 #include "base/text.h"
-#include "base/workspace_scope.h"
 #include "corrsel/random.h"
 #include "geometry/fundamental.h"
 #include "geometry/homography.h"

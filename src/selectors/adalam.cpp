@@ -10,7 +10,6 @@
 
 #include "base/deadline.h"
 #include "base/text.h"
-#include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 #include "points/point_cells.h"
 #include "points/point_groups.h"

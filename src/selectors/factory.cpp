@@ -2,22 +2,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <mutex>
 #include <stdexcept>
 #include <utility>
 
 #include "base/text.h"
-#include "corrsel/reference/frame_votes.h"
-#include "corrsel/reference/gaim.h"
-#include "corrsel/reference/icf.h"
-#include "corrsel/reference/lap.h"
-#include "corrsel/reference/logos.h"
-#include "corrsel/reference/mlesac.h"
-#include "corrsel/reference/multigs.h"
-#include "corrsel/reference/pnapsac.h"
-#include "corrsel/reference/ranks.h"
-#include "corrsel/reference/rfm_scan.h"
-#include "corrsel/reference/tlinkage.h"
 #include "corrsel/selectors/acransac.h"
 #include "corrsel/selectors/adalam.h"
 #include "corrsel/selectors/auto.h"
@@ -37,18 +27,104 @@
 namespace corrsel::core {
 namespace {
 
-template <class S>
-SelectorFactory builtIn(SelectorGroup group, const char* cost, const char* meaning,
-                        MainParameter parameter = {}) {
-  return {S().name(), group, cost, meaning, [] { return std::make_unique<S>(); }, std::move(parameter)};
-}
-
 /// Options that take the same values.
 MainParameter sweep(const std::vector<std::string>& options, const std::vector<double>& values) {
   MainParameter parameter;
   for (const std::string& option : options) parameter.emplace_back(option, values);
   return parameter;
 }
+
+/// The one place where a selector of this library is announced: one line each, group by group.
+std::vector<SelectorFactory> ownSelectors() {
+  constexpr SelectorGroup kPaper = SelectorGroup::kPaper, kConsensus = SelectorGroup::kConsensus,
+                          kLocal = SelectorGroup::kLocal, kMultiStructure = SelectorGroup::kMultiStructure,
+                          kAutomatic = SelectorGroup::kAutomatic, kBaseline = SelectorGroup::kBaseline;
+  const std::vector<double> thresholds = {1, 1.5, 2, 3, 5, 7, 10, 15, 20};  // px
+  return {
+      SelectorFactory::of<NnsrSelector>(
+          kPaper, "N", "Ratio of descriptor distances, threshold by Otsu",
+          sweep({"min_threshold", "max_threshold"}, {0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95})),
+      SelectorFactory::of<RansacSelector>(kPaper, "N",
+                                          "Random sample consensus, homography or fundamental matrix",
+                                          sweep({"threshold"}, thresholds)),
+      SelectorFactory::of<StSelector>(kPaper, "N^2", "Spectral technique",
+                                      sweep({"threshold"}, {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8})),
+      SelectorFactory::of<GtmSelector>(
+          kPaper, "N^2", "Game-theoretic matching; needs local affine frames",
+          sweep({"lambda"}, {1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 0.01})),
+      SelectorFactory::of<UsacSelector>(kPaper, "N", "Universal framework for random sample consensus",
+                                        sweep({"threshold"}, thresholds)),
+      SelectorFactory::of<VfcSelector>(
+          kPaper, "N log N", "Vector field consensus",
+          sweep({"threshold"}, {0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999})),
+      SelectorFactory::of<GmsSelector>(kPaper, "N", "Grid-based motion statistics",
+                                       sweep({"alpha"}, {1, 1.5, 2, 3, 4, 6, 8, 11, 16})),
+      // With 4 neighbours, costs are 0, 2, 4, 6 and 8.
+      SelectorFactory::of<LpmSelector>(kPaper, "N log N", "Locality preserving matching",
+                                       sweep({"lambda_first", "lambda_second"}, {0, 2, 4, 6, 8})),
+      SelectorFactory::of<AcransacSelector>(kConsensus, "N log N",
+                                            "A contrario random sample consensus, without a threshold",
+                                            sweep({"min_threshold"}, thresholds)),
+      SelectorFactory::of<AdalamSelector>(kLocal, "N",
+                                          "Adaptive locally-affine matching; uses local affine frames",
+                                          sweep({"confidence"}, {2, 5, 20, 50, 100, 200, 500, 2000, 10000})),
+      SelectorFactory::of<LafSelector>(kLocal, "N", "Linear adaptive filtering",
+                                       sweep({"accept"}, {0.5, 0.55, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.99})),
+      SelectorFactory::of<SignificantSelector>(kLocal, "N log N",
+                                               "Neighbours that agree more often than by chance",
+                                               sweep({"cut"}, {-32, -16, -8, -4, -2, -1, 0, 1, 2})),
+      SelectorFactory::of<PlanesSelector>(kMultiStructure, "N log N",
+                                          "Planes one after another, each found by its significance",
+                                          sweep({"min_threshold"}, {1, 1.5, 2, 3, 4, 5, 7, 10, 15})),
+      SelectorFactory::of<AutoSelector>(
+          kAutomatic, "N", "Finds out by itself what kind of scene it has",
+          {{"threshold", thresholds}, {"fundamental_threshold", {0.3, 0.45, 0.6, 0.9, 1.5, 2.1, 3, 4.5, 6}}}),
+      SelectorFactory::of<KeepAllSelector>(kBaseline, "N", "Selects every match: the baseline"),
+  };
+}
+
+/// The selectors that have a short name, for all threads. Never destroyed, because a thread may outlive
+/// `main`.
+class KnownSelectors {
+ public:
+  static KnownSelectors& instance() {
+    static KnownSelectors& known = *new KnownSelectors;
+    return known;
+  }
+
+  std::vector<SelectorFactory> list() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return selectors_;
+  }
+
+  void add(const std::vector<SelectorFactory>& selectors) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::vector<SelectorFactory> all = selectors_;
+    for (const SelectorFactory& selector : selectors) {
+      const auto same = [&selector](const SelectorFactory& other) { return other.name() == selector.name(); };
+      if (selector.name().empty() || isPluginName(selector.name()) ||
+          std::any_of(all.begin(), all.end(), same)) {
+        throw std::invalid_argument(
+            "selector '" + selector.name() +
+            "' cannot be added: a name must be new, and neither empty nor package/Class");
+      }
+      const auto later = [&selector](const SelectorFactory& other) {
+        return other.group() > selector.group();
+      };
+      all.insert(std::find_if(all.begin(), all.end(), later), selector);
+    }
+    selectors_ = std::move(all);
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<SelectorFactory> selectors_ = ownSelectors();
+};
+
+/// Names of the library corrsel::reference, which this one does not depend on.
+constexpr const char* kReferenceNames[] = {"lap",         "ranks",  "rfm_scan", "logos",
+                                           "frame_votes", "gaim",   "rrwm",     "multigs",
+                                           "pnapsac",     "mlesac", "icf",      "tlinkage"};
 
 struct LoaderSlot {
   std::mutex mutex;
@@ -118,78 +194,6 @@ std::vector<std::string> namesOf(const Presets& presets) {
 
 }  // namespace
 
-/// The one place where a selector is announced: one line each, group by group.
-const std::vector<SelectorFactory>& builtInSelectors() {
-  constexpr SelectorGroup kPaper = SelectorGroup::kPaper, kConsensus = SelectorGroup::kConsensus,
-                          kLocal = SelectorGroup::kLocal, kGraph = SelectorGroup::kGraph,
-                          kField = SelectorGroup::kField, kMultiStructure = SelectorGroup::kMultiStructure,
-                          kAutomatic = SelectorGroup::kAutomatic, kBaseline = SelectorGroup::kBaseline;
-  const std::vector<double> thresholds = {1, 1.5, 2, 3, 5, 7, 10, 15, 20};  // px
-  static const std::vector<SelectorFactory> table = {
-      builtIn<NnsrSelector>(
-          kPaper, "N", "Ratio of descriptor distances, threshold by Otsu",
-          sweep({"min_threshold", "max_threshold"}, {0.4, 0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95})),
-      builtIn<RansacSelector>(kPaper, "N", "Random sample consensus, homography or fundamental matrix",
-                              sweep({"threshold"}, thresholds)),
-      builtIn<StSelector>(kPaper, "N^2", "Spectral technique",
-                          sweep({"threshold"}, {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8})),
-      builtIn<GtmSelector>(kPaper, "N^2", "Game-theoretic matching; needs local affine frames",
-                           sweep({"lambda"}, {1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 0.01})),
-      builtIn<UsacSelector>(kPaper, "N", "Universal framework for random sample consensus",
-                            sweep({"threshold"}, thresholds)),
-      builtIn<VfcSelector>(kPaper, "N log N", "Vector field consensus",
-                           sweep({"threshold"}, {0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99, 0.999})),
-      builtIn<GmsSelector>(kPaper, "N", "Grid-based motion statistics",
-                           sweep({"alpha"}, {1, 1.5, 2, 3, 4, 6, 8, 11, 16})),
-      // With 4 neighbours, costs are 0, 2, 4, 6 and 8.
-      builtIn<LpmSelector>(kPaper, "N log N", "Locality preserving matching",
-                           sweep({"lambda_first", "lambda_second"}, {0, 2, 4, 6, 8})),
-      builtIn<AcransacSelector>(kConsensus, "N log N",
-                                "A contrario random sample consensus, without a threshold",
-                                sweep({"min_threshold"}, thresholds)),
-      builtIn<AdalamSelector>(kLocal, "N", "Adaptive locally-affine matching; uses local affine frames",
-                              sweep({"confidence"}, {2, 5, 20, 50, 100, 200, 500, 2000, 10000})),
-      builtIn<LafSelector>(kLocal, "N", "Linear adaptive filtering",
-                           sweep({"accept"}, {0.5, 0.55, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.99})),
-      builtIn<LapSelector>(kLocal, "N log N", "Local affine preservation",
-                           sweep({"lambda"}, {0.2, 0.35, 0.5, 0.65, 0.8, 0.95, 1.1, 1.4, 1.8})),
-      builtIn<RanksSelector>(kLocal, "N log N", "Multi-scale top K rank preservation",
-                             sweep({"lambda_second"}, {0.05, 0.1, 0.2, 0.28, 0.35, 0.45, 0.6, 0.8, 1})),
-      builtIn<SignificantSelector>(kLocal, "N log N", "Neighbours that agree more often than by chance",
-                                   sweep({"cut"}, {-32, -16, -8, -4, -2, -1, 0, 1, 2})),
-      builtIn<MultigsSelector>(kConsensus, "N",
-                               "Samples of matches that prefer the same hypotheses: Multi-GS",
-                               sweep({"threshold"}, thresholds)),
-      builtIn<PnapsacSelector>(kConsensus, "N", "Samples from growing neighbourhoods: Progressive NAPSAC",
-                               sweep({"threshold"}, thresholds)),
-      builtIn<MlesacSelector>(kConsensus, "N", "Models compared by their likelihood: MLESAC",
-                              sweep({"threshold"}, thresholds)),
-      builtIn<RfmScanSelector>(
-          kLocal, "N^1.5", "Dense clusters of matches: RFM-SCAN",
-          sweep({"second_epsilon"}, {0.01, 0.02, 0.04, 0.06, 0.08, 0.12, 0.2, 0.4, 0.8})),
-      builtIn<LogosSelector>(kLocal, "N log N",
-                             "Local geometric support of rotations and scales; needs frames",
-                             sweep({"max_difference"}, {0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.7, 1, 1.5})),
-      builtIn<FrameVotesSelector>(kGraph, "N log N", "Votes of neighbouring local frames: HVIV, ACC",
-                                  sweep({"share"}, {0.02, 0.05, 0.1, 0.15, 0.25, 0.35, 0.5, 0.7, 0.9})),
-      builtIn<GaimSelector>(kGraph, "N log N", "Graph of neighbouring local frames: GAIM in a binary form",
-                            sweep({"theta"}, {0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3, 5, 8})),
-      builtIn<IcfSelector>(kField, "N", "Correspondence functions in both directions, reduced form",
-                           sweep({"last_threshold"}, thresholds)),
-      builtIn<PlanesSelector>(kMultiStructure, "N log N",
-                              "Planes one after another, each found by its significance",
-                              sweep({"min_threshold"}, {1, 1.5, 2, 3, 4, 5, 7, 10, 15})),
-      builtIn<TlinkageSelector>(kMultiStructure, "N^2 log N",
-                                "Clusters of matches that prefer the same homographies; small inputs",
-                                sweep({"tau"}, thresholds)),
-      builtIn<AutoSelector>(
-          kAutomatic, "N", "Finds out by itself what kind of scene it has",
-          {{"threshold", thresholds}, {"fundamental_threshold", {0.3, 0.45, 0.6, 0.9, 1.5, 2.1, 3, 4.5, 6}}}),
-      builtIn<KeepAllSelector>(kBaseline, "N", "Selects every match: the baseline"),
-  };
-  return table;
-}
-
 std::string toString(SelectorGroup group) {
   switch (group) {
     case SelectorGroup::kPaper:
@@ -198,14 +202,12 @@ std::string toString(SelectorGroup group) {
       return "consensus";
     case SelectorGroup::kLocal:
       return "local";
-    case SelectorGroup::kGraph:
-      return "graph";
-    case SelectorGroup::kField:
-      return "field";
     case SelectorGroup::kMultiStructure:
       return "multi-structure";
     case SelectorGroup::kAutomatic:
       return "automatic";
+    case SelectorGroup::kReference:
+      return "reference";
     case SelectorGroup::kBaseline:
       return "baseline";
     default:
@@ -221,14 +223,12 @@ std::string meaningOf(SelectorGroup group) {
       return "the model with the best support, found by random samples";
     case SelectorGroup::kLocal:
       return "neighbouring matches agree with each other";
-    case SelectorGroup::kGraph:
-      return "pairs of matches support each other";
-    case SelectorGroup::kField:
-      return "a smooth function from one image to the other";
     case SelectorGroup::kMultiStructure:
       return "several models in one pair of images";
     case SelectorGroup::kAutomatic:
       return "the method follows from the matches";
+    case SelectorGroup::kReference:
+      return "further published methods, for comparison; in the library corrsel::reference";
     case SelectorGroup::kBaseline:
       return "what every selector is compared with";
     default:
@@ -277,11 +277,26 @@ std::unique_ptr<Selector> SelectorFactory::create(const std::optional<std::strin
   });
 }
 
+std::vector<SelectorFactory> builtInSelectors() { return KnownSelectors::instance().list(); }
+
+void addSelectors(const std::vector<SelectorFactory>& selectors) {
+  KnownSelectors::instance().add(selectors);
+}
+
 SelectorFactory findSelector(const std::string& name) {
   for (const SelectorFactory& candidate : builtInSelectors()) {
     if (candidate.name() == name) return candidate;
   }
   const SelectorLoader load = selectorLoader();
+  if (isReferenceName(name)) {
+    const auto make = [load, name] { return load("corrsel/" + name); };
+    if (load) return {name, SelectorGroup::kReference, "", "", make};
+    throw std::invalid_argument(
+        "selector '" + name +
+        "' is in the library corrsel::reference, which this program does not have: link it and call "
+        "corrsel::core::addReferenceSelectors(); valid without it: " +
+        joinList(selectorNames()));
+  }
   if (isPluginName(name)) {
     if (load) return {name, SelectorGroup::kOtherPackage, "", "", [load, name] { return load(name); }};
     throw std::invalid_argument(
@@ -301,6 +316,10 @@ void setSelectorLoader(SelectorLoader loader) {
 }
 
 bool isPluginName(const std::string& spec) { return spec.find('/') != std::string::npos; }
+
+bool isReferenceName(const std::string& name) {
+  return std::find(std::begin(kReferenceNames), std::end(kReferenceNames), name) != std::end(kReferenceNames);
+}
 
 std::unique_ptr<Selector> createSelector(const std::string& spec, const OptionMap& options,
                                          const OptionMap& common) {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "base/text.h"
-#include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 #include "points/point_groups.h"
 #include "selectors/parts/degenerate_input.h"
@@ -33,13 +32,7 @@ constexpr double kLargestMotion = 64;
 
 constexpr int kMotionBits = 20, kDeviationBits = 34;  // of the fractions that are kept
 
-struct Round {
-  int cells, kernel;  // 0 = by the number of matches
-  double deviation;
-};
-constexpr std::array<Round, 5> kLaf = {{{0, 0, 0.8}, {0, 0, 0.2}, {0, 0, 0.1}, {0, 0, 0.05}, {0, 0, 0.05}}};
-constexpr std::array<Round, 5> kPffm = {
-    {{20, 11, 0.08}, {20, 7, 0.2}, {20, 9, 0.1}, {25, 9, 0.05}, {30, 9, 0.035}}};
+constexpr std::array<double, 5> kDeviations = {0.8, 0.2, 0.1, 0.05, 0.05};  // lambda of the rounds
 
 /// Rounds to a multiple of 2^-fraction_bits, so that sums of many such numbers are exact in any order.
 /// @pre |value| < 2^(50 - fraction_bits)
@@ -280,20 +273,15 @@ std::size_t activate(std::size_t n, double limit, LafMemory& work) {
 }  // namespace
 
 void LafOptions::visit(OptionVisitor& visitor) const {
-  visitor.choice("schedule",
-                 {{Schedule::kLaf, "laf", "Grid by the number of matches, deviations 0.8 to 0.05"},
-                  {Schedule::kPffm, "pffm", "Grids of 20 to 30 cells, deviations 0.2 to 0.035"}},
-                 "Grids, kernels and largest deviations of the rounds", &LafOptions::schedule);
-  visitor.integer({"rounds", 1, 20, "-", "Rounds of the schedule that run; the last one is repeated"},
-                  &LafOptions::rounds);
+  visitor.integer({"rounds", 1, 20, "-", "Rounds that run; the fifth one is repeated"}, &LafOptions::rounds);
   visitor.number({"accept", 0.5, 0.99, "-", "A match is accepted if its posterior is above this"},
                  &LafOptions::accept);
   visitor.number({"outlier_area", 0.1, 1000, "-",
                   "Area over which wrong motions spread, in units of the largest motion along each axis"},
                  &LafOptions::outlier_area);
-  visitor.integer({"min_cells", 3, 100, "cells", "Schedule laf: cells per side of the grid at least"},
+  visitor.integer({"min_cells", 3, 100, "cells", "Cells per side of the grid at least"},
                   &LafOptions::min_cells);
-  visitor.integer({"max_cells", 3, 100, "cells", "Schedule laf: cells per side of the grid at most"},
+  visitor.integer({"max_cells", 3, 100, "cells", "Cells per side of the grid at most"},
                   &LafOptions::max_cells);
   visitor.number({"noise_floor", 0, 1000, "px", "Motions that differ by at most this agree; 0 = off"},
                  &LafOptions::noise_floor);
@@ -311,9 +299,7 @@ void LafOptions::check() const {
   }
 }
 
-Presets LafSelector::presets() const {
-  return {{"pffm", {{"schedule", "pffm"}, {"outlier_area", "10"}}}, {"guided", {{"guided", "true"}}}};
-}
+Presets LafSelector::presets() const { return {{"guided", {{"guided", "true"}}}}; }
 
 std::string LafSelector::missingInput(const Correspondences& matches) const {
   return options_.guided ? TrustedSet::missingInput(matches, "laf with guided = true") : "";
@@ -342,30 +328,23 @@ void LafSelector::run(const Correspondences& matches, Workspace& workspace, Sele
   work.slot.resize(n);
   work.next.resize(n);
 
-  const auto& schedule = options_.schedule == LafOptions::Schedule::kLaf ? kLaf : kPffm;
   const int cells = std::clamp(static_cast<int>(std::lround(std::sqrt(static_cast<double>(n)))),
                                options_.min_cells, options_.max_cells);
   const int kernel = std::max(1, 2 * static_cast<int>(std::lround(cells / 6.0)) - 1);
   FieldPosteriorRule rule{};
-  int last_cells = 0, last_kernel = 0;
+  work.field.start(cells, kernel);
+  for (std::size_t i = 0; i < n; ++i) {
+    work.cell[i] = work.field.cell(work.x[i], work.y[i]);
+    work.slot[i] = work.field.slot(work.cell[i]);
+  }
   for (int k = 0; k < options_.rounds; ++k) {
-    const Round& round = schedule[std::min<std::size_t>(static_cast<std::size_t>(k), schedule.size() - 1)];
-    const int side = round.cells > 0 ? round.cells : cells;
-    const int kernel_side = round.kernel > 0 ? round.kernel : kernel;
-    if (side != last_cells || kernel_side != last_kernel) {
-      work.field.start(side, kernel_side);
-      for (std::size_t i = 0; i < n; ++i) {
-        work.cell[i] = work.field.cell(work.x[i], work.y[i]);
-        work.slot[i] = work.field.slot(work.cell[i]);
-      }
-      last_cells = side;
-      last_kernel = kernel_side;
-    }
     work.field.clear();
     for (std::size_t i = 0; i < n; ++i)
       work.field.add(work.slot[i], work.active[i], work.motion_x[i], work.motion_y[i]);
     work.field.filter();
-    const double largest = -kDeviation * std::log1p(-round.deviation);
+    const double largest =
+        -kDeviation *
+        std::log1p(-kDeviations[std::min<std::size_t>(static_cast<std::size_t>(k), kDeviations.size() - 1)]);
     const auto [close, sum] = compare(n, largest, work);
     if (close == 0) {
       result.message = "no match agrees with the field of round " + std::to_string(k + 1);

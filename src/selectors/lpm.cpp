@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 #include "points/match_neighbours.h"
 #include "selectors/parts/trusted_set.h"
@@ -41,9 +40,8 @@ Layout layoutOf(const LpmOptions& options) {
   if (options.cost == LpmOptions::Cost::kCount) return countLayout(options.k);
   Layout layout;
   // The authors' code slices its table again at every scale and so loses one more of the nearest each time.
-  const int step = options.compat ? 1 : 0;
   layout.count = 3;
-  for (int i = 0; i < 3; ++i) layout.windows[i] = {i * step, options.k + 2 - 2 * i};
+  for (int i = 0; i < 3; ++i) layout.windows[i] = {i, options.k + 2 - 2 * i};
   for (const Window& window : layout.windows)
     layout.listed = std::max(layout.listed, window.begin + window.length);
   return layout;
@@ -157,8 +155,7 @@ void costsOfLongLists(const MatchNeighbours& matches, const Layout& layout, bool
 /// Costs of all matches against the neighbourhoods formed by `members`, nullptr = all.
 void findCosts(MatchNeighbours& matches, const std::vector<std::uint32_t>* members, const Layout& layout,
                const LpmOptions& options, LpmMemory& work) {
-  matches.find(members, layout.listed,
-               options.compat ? MatchNeighbours::Self::kDropNearest : MatchNeighbours::Self::kLeaveOut);
+  matches.find(members, layout.listed, MatchNeighbours::Self::kDropNearest);
   work.cost.resize(matches.size());
   const auto costs = layout.listed <= 8 ? costsOfShortLists : costsOfLongLists;
   costs(matches, layout, layout.count == 1, {options.tau, options.noise_floor * options.noise_floor}, work);
@@ -217,7 +214,6 @@ void LpmOptions::visit(OptionVisitor& visitor) const {
                  &LpmOptions::guide_ratio);
   visitor.flag("merge_duplicates", "Decide identical matches once, so that they cannot support themselves",
                &LpmOptions::merge_duplicates);
-  visitor.flag("compat", "Take neighbours as the authors' code does", &LpmOptions::compat);
   visitConfidence(visitor);
 }
 

@@ -9,11 +9,13 @@
 #include "selectors/parts/otsu.h"
 
 namespace corrsel::core {
+namespace {
+
+constexpr int kOtsuBins = 256;  // over [0, 1]
+
+}  // namespace
 
 void NnsrOptions::visit(OptionVisitor& visitor) const {
-  visitor.integer(
-      {"bins", 0, 65536, "-", "Bins of Otsu's histogram over [0, 1]; 0 = exact split of the sorted ratios"},
-      &NnsrOptions::bins);
   visitor.number({"fallback", 0, 1, "-", "Ratio threshold where Otsu's method is undefined"},
                  &NnsrOptions::fallback);
   visitor.number({"min_threshold", 0, 1, "-", "Otsu's threshold is raised to at least this ratio"},
@@ -55,7 +57,7 @@ void NnsrSelector::run(const Correspondences& matches, Workspace&, Selection& re
     defined.push_back(ratio);
     result.score[i] = static_cast<float>(1.0 - ratio);
   }
-  const std::optional<double> otsu = otsuThreshold(defined, 0.0, 1.0, options_.bins);
+  const std::optional<double> otsu = otsuThreshold(defined, 0.0, 1.0, kOtsuBins);
   double threshold = options_.fallback;
   if (otsu) {
     threshold = std::clamp(*otsu, options_.min_threshold, options_.max_threshold);

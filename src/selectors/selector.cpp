@@ -9,7 +9,6 @@
 
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "base/workspace_scope.h"
 #include "search/significance.h"
 
 namespace corrsel::core {
@@ -151,7 +150,6 @@ Selection Selector::select(const Correspondences& matches) const {
 
 Selection Selector::select(const Correspondences& matches, Workspace& workspace) const {
   const Stopwatch watch;
-  const WorkspaceScope scope(workspace);
   const std::size_t n = matches.size();
   Selection result;
   result.mask.assign(n, 0);

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/workspace_scope.h"
 #include "points/match_neighbours.h"
 #include "search/significance.h"
 

@@ -9,7 +9,6 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "points/point_groups.h"
-#include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_matrix.h"
 
 namespace corrsel::core {
@@ -21,14 +20,6 @@ constexpr double kTolerance = 1e-6;  // of the residual, relative to the eigenva
 constexpr double kZero = 1e-5;       // smaller entries, relative to the largest, are zero
 constexpr int kBasis = 16;           // Lanczos vectors before a restart
 constexpr int kMaxProducts = 1000;
-
-// Reweighted random walks: steps, the squared change at which they end, the same for the normalisation of the
-// jumps, and the grid on which points are equal, px.
-constexpr int kMaxSteps = 100, kMaxNormalisations = 1000;
-constexpr double kLeastChange = 1e-20, kLeastJumpChange = 1e-6, kSamePoint = 1.0 / 64;
-constexpr int kOtsuBins = 256;
-// Values that differ by less, relative to the largest, differ by rounding only.
-constexpr double kEqualValues = 1e-4;
 
 /// Matrix of at most kBasis rows, without heap memory.
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kBasis, kBasis>;
@@ -134,85 +125,6 @@ class PrincipalEigenvector {
   bool timed_out_ = false;
 };
 
-/// Reweighted random walks on the affinities. Equal matches are one row with a multiplicity; they share their
-/// points, so that they have no affinity.
-class ReweightedWalk {
- public:
-  ReweightedWalk(PairMemory& space, const StOptions& options, const Deadline& deadline)
-      : space_(space), options_(options), deadline_(deadline) {
-    const auto n = static_cast<Eigen::Index>(space.distinct.size());
-    const PairColumns m = space.distinct.columns();
-    count_.resize(n);
-    for (Eigen::Index i = 0; i < n; ++i)
-      count_[i] = static_cast<double>(space.distinct.multiplicity(static_cast<std::size_t>(i)));
-    left_.number({m.left_x, m.left_x + n}, {m.left_y, m.left_y + n}, kSamePoint);
-    right_.number({m.right_x, m.right_x + n}, {m.right_y, m.right_y + n}, kSamePoint);
-  }
-
-  /// The distribution of the walk, largest entry 1; all zero where the matrix is zero; the best so far where
-  /// time ran out.
-  Vector compute() {
-    const double total = count_.sum();
-    Vector q = Vector::Constant(count_.size(), 1 / total), jump = q, before = q, before_that = q, next;
-    while (products_ < kMaxSteps) {
-      next.resize(q.size());
-      scaled_ = count_.cwiseProduct((1 - options_.jump) * q + options_.jump * jump);
-      timed_out_ = !space_.matrix.multiply(scaled_.data(), next.data(), deadline_, options_.threads);
-      if (timed_out_) break;
-      mean_affinity_ = next.dot(scaled_) / (1 - scaled_.dot(scaled_.cwiseQuotient(count_)));
-      ++products_;
-      const double sum = next.dot(count_);
-      if (sum <= 0) return Vector::Zero(q.size());
-      next = next.cwiseMax(0) / sum;
-      const double change = std::min(squaredDistance(next, before), squaredDistance(next, before_that));
-      before_that = before;
-      before = q = next;
-      if (change < kLeastChange) break;
-      jump = jumps(q);
-    }
-    if (products_ == 0) return Vector::Zero(q.size());
-    return q / q.maxCoeff();
-  }
-
-  int products() const { return products_; }
-  bool timedOut() const { return timed_out_; }
-  double meanAffinity() const { return mean_affinity_; }
-
- private:
-  double squaredDistance(const Vector& a, const Vector& b) const {
-    return (a - b).cwiseProduct(count_).dot(a - b);
-  }
-
-  /// Divides every entry by the sum over its group.
-  void normalise(const PointGroups& groups, Vector& a) {
-    sums_.assign(groups.sizes.size(), 0.0);
-    for (Eigen::Index i = 0; i < a.size(); ++i)
-      sums_[groups.of[static_cast<std::size_t>(i)]] += a[i] * count_[i];
-    for (Eigen::Index i = 0; i < a.size(); ++i) a[i] /= sums_[groups.of[static_cast<std::size_t>(i)]];
-  }
-
-  Vector jumps(const Vector& q) {
-    Vector a = (options_.inflation / q.maxCoeff() * q).array().exp(), before;
-    for (int k = 0; k < kMaxNormalisations; ++k) {
-      before = a;
-      normalise(left_, a);
-      normalise(right_, a);
-      if (squaredDistance(a, before) < kLeastJumpChange) break;
-    }
-    return a / a.dot(count_);
-  }
-
-  PairMemory& space_;
-  const StOptions& options_;
-  const Deadline& deadline_;
-  PointGroups left_, right_;
-  Vector count_, scaled_;
-  std::vector<double> sums_;
-  int products_ = 0;
-  double mean_affinity_ = 0;
-  bool timed_out_ = false;
-};
-
 /// The distinct matches that the greedy step selects. A block of matches is decided first; then those that it
 /// selects drop what is in conflict with them behind the block, side by side in stretches of columns.
 std::vector<std::uint8_t> withoutConflicts(const Vector& v, PairValue value, const PairRule& rule,
@@ -246,24 +158,10 @@ std::vector<std::uint8_t> withoutConflicts(const Vector& v, PairValue value, con
   return selected;
 }
 
-/// Selects the matches above Otsu's threshold; all or none of them where their values are equal.
-void selectByOtsu(const Vector& v, bool all_if_equal, const DistinctMatches& distinct, Selection& result) {
-  if (v.maxCoeff() == 0) return;
-  double threshold = all_if_equal ? 0 : 1;
-  if (v.minCoeff() < 1 - kEqualValues) {
-    std::vector<double> values;
-    values.reserve(result.mask.size());
-    for (std::size_t i = 0; i < result.mask.size(); ++i) values.push_back(v[distinct.ofRow(i)]);
-    threshold = otsuThreshold(values, v.minCoeff(), 1, kOtsuBins).value_or(0);
-  }
-  for (std::size_t i = 0; i < result.mask.size(); ++i)
-    result.mask[i] = v[distinct.ofRow(i)] > threshold ? 1 : 0;
-}
-
 PairRule ruleOf(const StOptions& options) {
   PairRule rule;
   rule.scale = static_cast<float>(1 / (9 * options.sigma * options.sigma));
-  rule.one_to_one = options.one_to_one || options.walk == StOptions::Walk::kReweighted;
+  rule.one_to_one = options.one_to_one;
   rule.threshold = static_cast<float>(options.threshold);
   rule.squared_threshold =
       static_cast<float>(options.threshold < 0 ? -1 : options.threshold * options.threshold);
@@ -292,12 +190,6 @@ void StOptions::visit(OptionVisitor& visitor) const {
                  &StOptions::noise_floor);
   visitor.flag("one_to_one", "Matches that share a point in one image only are in conflict",
                &StOptions::one_to_one);
-  visitor.choice("walk",
-                 {{Walk::kPower, "power", "Principal eigenvector, then the greedy step"},
-                  {Walk::kReweighted, "reweighted", "Reweighted random walks, threshold by Otsu"}},
-                 "How the cluster of matches that agree is found", &StOptions::walk);
-  visitor.number({"jump", 0, 1, "-", "Reweighted: share of the reweighting jumps"}, &StOptions::jump);
-  visitor.number({"inflation", 0, 100, "-", "Reweighted: exponent of the jumps"}, &StOptions::inflation);
   visitor.integer(
       {"memory_limit", 0, 1 << 20, "MiB",
        "Affinities that need more than this are computed again in every step, with the same result"},
@@ -309,8 +201,7 @@ void StOptions::visit(OptionVisitor& visitor) const {
 }
 
 Presets StSelector::presets() const {
-  return {{"leordeanu_hebert", {{"affinity", "difference"}, {"threshold", "-1"}, {"one_to_one", "true"}}},
-          {"rrwm", {{"walk", "reweighted"}}}};
+  return {{"leordeanu_hebert", {{"affinity", "difference"}, {"threshold", "-1"}, {"one_to_one", "true"}}}};
 }
 
 void StSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
@@ -328,25 +219,12 @@ void StSelector::run(const Correspondences& matches, Workspace& workspace, Selec
   space.matrix.assign(value, rule, space.distinct.columns(), space.distinct.size(),
                       static_cast<std::size_t>(options_.memory_limit) << 20);
   const double duplicate_affinity = ratio ? options_.duplicate_affinity : 1;
-  Vector v;
-  double mean_affinity = 0;
-  bool timed_out = false;
-  const auto search = [&](auto&& method) {
-    v = method.compute();
-    result.iterations = method.products();
-    timed_out = method.timedOut();
-  };
-  const bool reweighted = options_.walk == StOptions::Walk::kReweighted;
-  if (reweighted) {
-    ReweightedWalk walk(space, options_, deadline);
-    search(walk);
-    mean_affinity = walk.meanAffinity();
-  } else {
-    search(PrincipalEigenvector(space, workspace.part<LanczosMemory>(), duplicate_affinity, options_.threads,
-                                deadline));
-  }
+  PrincipalEigenvector method(space, workspace.part<LanczosMemory>(), duplicate_affinity, options_.threads,
+                              deadline);
+  const Vector v = method.compute();
+  result.iterations = method.products();
   space.matrix.release();
-  if (timed_out) {
+  if (method.timedOut()) {
     result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
     result.message = "stopped after " + std::to_string(result.iterations) +
                      " products, max_seconds = " + formatNumber(options_.max_seconds);
@@ -360,10 +238,6 @@ void StSelector::run(const Correspondences& matches, Workspace& workspace, Selec
 
   result.score.resize(n);
   for (std::size_t i = 0; i < n; ++i) result.score[i] = static_cast<float>(v[space.distinct.ofRow(i)]);
-  if (reweighted) {
-    selectByOtsu(v, mean_affinity > options_.threshold, space.distinct, result);
-    return;
-  }
   const std::vector<std::uint8_t> selected =
       withoutConflicts(v, value, rule, options_.threads, space.distinct);
   const bool one_of_equals = duplicate_affinity <= options_.threshold && options_.noise_floor == 0;

@@ -11,7 +11,6 @@
 #include "base/coordinate_order.h"
 #include "base/deadline.h"
 #include "base/text.h"
-#include "base/workspace_scope.h"
 #include "corrsel/random.h"
 #include "kernels/kernels.h"
 #include "selectors/parts/trusted_set.h"

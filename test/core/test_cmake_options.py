@@ -35,7 +35,7 @@ class CMakeOptions(unittest.TestCase):
         hidden = without("yaml-cpp", "nlohmann_json", "PkgConfig", "catkin")
         code, text = self.configure("-Dcorrsel_FEATURES=OFF", *hidden)
         self.assertEqual(code, 0, text)
-        self.assertIn("building core --", text)
+        self.assertIn("building core, reference --", text)
         self.assertNotIn("catkin", text.replace("CMAKE_DISABLE_FIND_PACKAGE_catkin", ""))
         code, text = self.configure("-Dcorrsel_FEATURES=OFF", *without("Eigen3"))
         self.assertNotEqual(code, 0, text)
@@ -53,7 +53,7 @@ class CMakeOptions(unittest.TestCase):
         """AUTO, ON, OFF and typing errors."""
         code, text = self.configure(*without("catkin"))
         self.assertEqual(code, 0, text)
-        self.assertIn("building core, features, benchmark --", text)
+        self.assertIn("building core, reference, features, benchmark --", text)
         code, text = self.configure("-Dcorrsel_ROS=ON", *without("catkin"))
         self.assertNotEqual(code, 0, text)
         self.assertIn("-Dcorrsel_ROS=OFF builds without ROS (Debian package catkin)", text)

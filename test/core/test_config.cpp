@@ -144,13 +144,13 @@ TEST(Config, OnlySelectorsThatDoNotFindTheModelThemselvesAreToldWhichItIs) {
 
 TEST(Config, SelectorsMayCarryOptions) {
   BenchmarkConfig config = sampleConfig();
-  config.selectors = {"gms[alpha=6]", "gms", "gms:scale[alpha=7;grid=10]", "nnsr[bins=0]"};
+  config.selectors = {"gms[alpha=6]", "gms", "gms:scale[alpha=7;grid=10]", "nnsr[fallback=0.7]"};
   config.options["gms"]["alpha"] = "5";
   config.resolve();
   EXPECT_EQ(config.selectors, (std::vector<std::string>{"gms[alpha=6]", "gms", "gms:scale[alpha=7;grid=10]",
-                                                        "nnsr[bins=0]", "keep_all"}));
+                                                        "nnsr[fallback=0.7]", "keep_all"}));
   EXPECT_EQ(config.optionsOf("gms:scale[alpha=7;grid=10]"), (OptionMap{{"alpha", "5"}}));
-  EXPECT_TRUE(isNnsr("nnsr[bins=0]") && !isNnsr("gms[alpha=6]"));
+  EXPECT_TRUE(isNnsr("nnsr[fallback=0.7]") && !isNnsr("gms[alpha=6]"));
   EXPECT_EQ(config.offeredTo("usac[threshold=3]", false, 0),
             (OptionMap{{"seed", "0"}, {"model", "fundamental"}}));
   const std::string yaml = config.toYaml();

@@ -14,10 +14,9 @@ namespace {
 using namespace testing;
 using Mask = std::vector<std::uint8_t>;
 
-/// The members nearest to match i, equal distances by the matches' coordinates, with at least the first or
-/// the match itself taken out.
+/// The members nearest to match i, equal distances by the matches' coordinates, without the first.
 std::vector<std::uint32_t> neighbourhood(const Correspondences& m, const std::vector<std::uint32_t>& members,
-                                         std::uint32_t i, bool left, bool compat) {
+                                         std::uint32_t i, bool left) {
   const std::vector<float>&x = left ? m.left_x : m.right_x, &y = left ? m.left_y : m.right_y;
   std::vector<std::pair<std::vector<double>, std::uint32_t>> sorted;
   for (const std::uint32_t j : members) {
@@ -26,9 +25,7 @@ std::vector<std::uint32_t> neighbourhood(const Correspondences& m, const std::ve
   }
   std::sort(sorted.begin(), sorted.end());
   std::vector<std::uint32_t> result;
-  for (std::size_t k = 0; k < sorted.size(); ++k) {
-    if (compat ? k > 0 : sorted[k].second != i) result.push_back(sorted[k].second);
-  }
+  for (std::size_t k = 1; k < sorted.size(); ++k) result.push_back(sorted[k].second);
   return result;
 }
 
@@ -42,13 +39,13 @@ std::pair<Mask, std::vector<double>> byDefinition(const Correspondences& m, cons
   for (int pass = 0; pass < 2 && (pass == 0 || int(members.size()) >= longest + 2); ++pass) {
     std::vector<std::uint32_t> accepted;
     for (std::uint32_t i = 0; i < m.size(); ++i) {
-      const auto left = neighbourhood(m, members, i, true, o.compat);
-      const auto right = neighbourhood(m, members, i, false, o.compat);
+      const auto left = neighbourhood(m, members, i, true);
+      const auto right = neighbourhood(m, members, i, false);
       const cv::Point2d vi(double(m.right_x[i]) - m.left_x[i], double(m.right_y[i]) - m.left_y[i]);
       double sum = 0;
       int scales = 0;
       for (const int k : count ? std::vector<int>{o.k} : std::vector<int>{o.k + 2, o.k, o.k - 2}) {
-        const int from = count || !o.compat ? 0 : scales;
+        const int from = count ? 0 : scales;
         ++scales;
         int common = 0, disagreeing = 0;
         for (int a = from; a < from + k; ++a) {
@@ -94,24 +91,20 @@ TEST(Lpm, FollowsTheDefinition) {
     }
     for (const auto cost : {LpmOptions::Cost::kCount, LpmOptions::Cost::kMultiscale}) {
       const bool count = cost == LpmOptions::Cost::kCount;
-      for (const bool compat : {true, false}) {
-        for (const int k : {3, 4, 6}) {
-          LpmOptions options;
-          options.cost = cost;
-          options.compat = compat;
-          options.k = k;
-          options.lambda_first = count ? 2 * k - 2 : 0.8;
-          options.lambda_second = count ? 2 * k - 4 : 0.5;
-          const Selection s = LpmSelector(options).select(m);
-          const auto [mask, costs] = byDefinition(m, options);
-          EXPECT_EQ(s.mask, mask) << "seed " << seed << " " << (count ? "count" : "multiscale") << " k " << k
-                                  << " compat " << compat;
-          ASSERT_EQ(s.score.size(), m.size());
-          for (std::size_t i = 0; i < m.size(); ++i) ASSERT_NEAR(s.score[i], -costs[i], 1e-6);
-          EXPECT_EQ(s.iterations, 2);
-          EXPECT_EQ(s.status, Status::kOk);
-          EXPECT_TRUE(s.n_selected > 0 && s.n_selected < m.size());
-        }
+      for (const int k : {3, 4, 6}) {
+        LpmOptions options;
+        options.cost = cost;
+        options.k = k;
+        options.lambda_first = count ? 2 * k - 2 : 0.8;
+        options.lambda_second = count ? 2 * k - 4 : 0.5;
+        const Selection s = LpmSelector(options).select(m);
+        const auto [mask, costs] = byDefinition(m, options);
+        EXPECT_EQ(s.mask, mask) << "seed " << seed << " " << (count ? "count" : "multiscale") << " k " << k;
+        ASSERT_EQ(s.score.size(), m.size());
+        for (std::size_t i = 0; i < m.size(); ++i) ASSERT_NEAR(s.score[i], -costs[i], 1e-6);
+        EXPECT_EQ(s.iterations, 2);
+        EXPECT_EQ(s.status, Status::kOk);
+        EXPECT_TRUE(s.n_selected > 0 && s.n_selected < m.size());
       }
     }
   }
@@ -179,7 +172,6 @@ TEST(Lpm, MotionMustAgreeInDirectionAndLength) {
     options.cost = LpmOptions::Cost::kMultiscale;
     options.k = 4;
     options.lambda_first = 0;  // too few survive for a second pass
-    options.compat = false;
     return LpmSelector(options).select(m).score[5];
   };
   EXPECT_EQ(scoreOf({10, 0}), 0.0f);
@@ -387,9 +379,8 @@ TEST(Lpm, SelectsAsManyAsTheReferenceCodesPerPairWithinTies) {
   // F: the reference is a mean over five random orders, for which it has no counts. Where a match is
   // repeated, dropping the first neighbour can leave the match in its own list, which no motion of points
   // imitates: 1.5 points more.
-  LpmOptions excluded, dropped, v2;
-  excluded.merge_duplicates = dropped.merge_duplicates = v2.merge_duplicates = false;
-  excluded.compat = false;
+  LpmOptions dropped, v2;
+  dropped.merge_duplicates = v2.merge_duplicates = false;
   v2.cost = LpmOptions::Cost::kMultiscale;
   v2.k = 6;
   v2.lambda_first = 0.8;
@@ -399,8 +390,7 @@ TEST(Lpm, SelectsAsManyAsTheReferenceCodesPerPairWithinTies) {
     const char* variant;
     const LpmOptions& options;
     double selected_slack, f_slack;
-  } cases[] = {{"LPM cost=count2(K-n) K=4 lambda=6 rounds=2", excluded, 0, 0.01},
-               {"LPM v2 official defaults (K=6,l=.8/.5,tau=.2) rounds=2 nnskip=1", v2, 1, 1.5},
+  } cases[] = {{"LPM v2 official defaults (K=6,l=.8/.5,tau=.2) rounds=2 nnskip=1", v2, 1, 1.5},
                {"LPMv K=4 lam=6/6 rounds=2 dropFirst", dropped, 0, 1.5}};
   for (const auto& c : cases) {
     int compared = 0, without_ties = 0;

@@ -37,14 +37,6 @@ TEST(Nnsr, SplitsTheRatiosOfDistances) {
   EXPECT_EQ(s.message, "the threshold is 0.30078125");
 }
 
-TEST(Nnsr, ExactSplitPutsTheThresholdOnARatio) {
-  NnsrOptions options;
-  options.bins = 0;
-  const Selection s = select({1, 1, 3, 3}, {4, 2, 4, 3}, options);
-  EXPECT_EQ(s.mask, (Mask{1, 1, 0, 0}));
-  EXPECT_EQ(s.message, "the threshold is 0.5");
-}
-
 TEST(Nnsr, RejectsMatchesWithoutARatioAndLeavesThemOutOfTheThreshold) {
   const std::vector<float> first = {2, 5, 30, 7, 75}, second = {10, 20, 100, 10, 100};
   const Selection without = select(first, second);

@@ -33,27 +33,6 @@ std::vector<double> numbers(std::uint64_t seed, double low, double high) {
   return values;
 }
 
-TEST(Otsu, ExactSplitIsTheBestOfAll) {
-  for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    const std::vector<double> values = numbers(seed, 0, 1);
-    double best = -1, expected = 0;
-    std::vector<double> sorted = values;
-    std::sort(sorted.begin(), sorted.end());
-    for (const double t : sorted) {
-      const double s = separation(values, t);
-      if (s > best + 1e-12) {
-        best = s;
-        expected = t;
-      }
-    }
-    const auto threshold = otsuThreshold(values, 0, 1, 0);
-    ASSERT_EQ(threshold.has_value(), best >= 0);
-    if (threshold) {
-      EXPECT_EQ(*threshold, expected) << "seed " << seed;
-    }
-  }
-}
-
 TEST(Otsu, HistogramSplitIsTheBestOfAllBinEdges) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     for (const int bins : {2, 10, 256}) {
@@ -98,26 +77,21 @@ TEST(Otsu, AgreesWithOpenCvOnBytes) {
 
 TEST(Otsu, SplitsTwoHeapsBetweenThem) {
   const std::vector<double> values = {0.1, 0.2, 0.2, 0.8, 0.9};
-  EXPECT_EQ(*otsuThreshold(values, 0, 1, 0), 0.2);
   // Of all edges in the gap the lowest: the upper side of the bin that holds 0.2.
   EXPECT_DOUBLE_EQ(*otsuThreshold(values, 0, 1, 256), 52.0 / 256);
 }
 
 TEST(Otsu, TakesTheLowestOfEqualSplits) {
-  EXPECT_EQ(*otsuThreshold({0.0, 0.5, 1.0}, 0, 1, 0), 0.0);
   EXPECT_DOUBLE_EQ(*otsuThreshold({0.125, 0.375, 0.625}, 0, 1, 4), 0.25);
 }
 
 TEST(Otsu, IsUndefinedWhereOneClassIsAll) {
-  for (const int bins : {0, 256}) {
-    EXPECT_FALSE(otsuThreshold({}, 0, 1, bins));
-    EXPECT_FALSE(otsuThreshold({0.5}, 0, 1, bins));
-    EXPECT_FALSE(otsuThreshold({0.5, 0.5, 0.5}, 0, 1, bins));
-    EXPECT_FALSE(otsuThreshold({1, 1}, 0, 1, bins));
-    EXPECT_FALSE(otsuThreshold({0.1, 0.9}, 1, 1, bins));
-  }
+  EXPECT_FALSE(otsuThreshold({}, 0, 1, 256));
+  EXPECT_FALSE(otsuThreshold({0.5}, 0, 1, 256));
+  EXPECT_FALSE(otsuThreshold({0.5, 0.5, 0.5}, 0, 1, 256));
+  EXPECT_FALSE(otsuThreshold({1, 1}, 0, 1, 256));
+  EXPECT_FALSE(otsuThreshold({0.1, 0.9}, 1, 1, 256));
   EXPECT_FALSE(otsuThreshold({0.5, 0.501}, 0, 1, 256));  // one bin
-  EXPECT_EQ(*otsuThreshold({0.5, 0.501}, 0, 1, 0), 0.5);
   EXPECT_EQ(*otsuThreshold({0, 1}, 0, 1, 2), 0.5);
 }
 

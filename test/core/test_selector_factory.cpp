@@ -36,7 +36,7 @@ TEST(SelectorFactory, KnowsPresets) {
   EXPECT_EQ(selectorPresets("lpm"), (std::vector<std::string>{"paper", "v1", "v2", "guided"}));
   EXPECT_EQ(selectorPresets("ransac"),
             (std::vector<std::string>{"h", "f", "count", "msac", "lo", "prosac", "lo_prosac"}));
-  EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert", "rrwm"}));
+  EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert"}));
   EXPECT_EQ(selectorPresets("gtm"), (std::vector<std::string>{"paper", "equilibrium"}));
   EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform", "frames", "paper"}));
   EXPECT_EQ(selectorPresets("vfc"), (std::vector<std::string>{"sparse", "guided"}));
@@ -63,8 +63,8 @@ TEST(SelectorFactory, ListsWhatIsValid) {
   EXPECT_EQ(refusal("lpm:"), "unknown preset '' of selector lpm; valid: paper, v1, v2, guided");
   EXPECT_EQ(refusal("nnsr:h"), "unknown preset 'h' of selector nnsr; valid: lowe");
   EXPECT_EQ(refusal("keep_all:h"), "unknown preset 'h' of selector keep_all; valid: none");
-  EXPECT_EQ(refusal("nnsr", {{"bin", "3"}}),
-            "unknown option nnsr.bin; did you mean 'bins'? valid: bins, fallback, min_threshold, "
+  EXPECT_EQ(refusal("nnsr", {{"fallbac", "3"}}),
+            "unknown option nnsr.fallbac; did you mean 'fallback'? valid: fallback, min_threshold, "
             "max_threshold, min_confidence");
   EXPECT_EQ(refusal("keep_all", {{"seed", "3"}}), "unknown option keep_all.seed; valid: none");
 }
@@ -81,8 +81,8 @@ TEST(SelectorFactory, NamesValuesOutOfRange) {
   EXPECT_EQ(refusal("gtm", {{"steps", "0"}}), "gtm: option steps = 0 is outside [1, 100000]");
   EXPECT_EQ(refusal("lpm:v2", {{"k", "2"}}),
             "lpm: option k = 2 is too small for cost = multiscale: at least 3");
-  EXPECT_EQ(refusal("nnsr", {{"bins", "many"}}), "option nnsr.bins: 'many' is not a number");
-  EXPECT_EQ(refusal("nnsr", {}, {{"bins", "70000"}}), "nnsr: option bins = 70000 is outside [0, 65536]");
+  EXPECT_EQ(refusal("gms", {{"grid", "many"}}), "option gms.grid: 'many' is not a number");
+  EXPECT_EQ(refusal("gms", {}, {{"grid", "101"}}), "gms: option grid = 101 is outside [2, 100]");
 }
 
 TEST(SelectorFactory, PresetsSetTheirOptions) {
@@ -134,7 +134,6 @@ TEST(SelectorFactory, DefaultsAreThoseOfThePaper) {
   EXPECT_EQ(lpm.at("lambda_first") + lpm.at("lambda_second"), "66");
   EXPECT_EQ(ransac.at("threshold"), "10");
   EXPECT_EQ(ransac.at("max_iterations"), "2000");
-  EXPECT_EQ(nnsr.at("bins"), "256");
   EXPECT_EQ(nnsr.at("fallback"), "0.8");
   const OptionMap vfc = optionsOf(*createSelector("vfc"));
   EXPECT_EQ(vfc.at("beta") + " " + vfc.at("lambda"), "0.1 3");

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "arbitrary.h"
+#include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
 
 namespace {
@@ -52,6 +53,7 @@ std::unique_ptr<Selector> drawnSelector(const std::string& spec, OptionMap& opti
 }  // namespace
 
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
+  addReferenceSelectors();
   for (int i = 1; i < *argc; ++i) {
     if (std::string((*argv)[i]) != "--list") continue;
     for (const std::string& name : selectorNames()) std::cout << name << "\n";

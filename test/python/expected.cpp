@@ -13,6 +13,7 @@
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
+#include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
 
 namespace {
@@ -140,6 +141,7 @@ int main(int argc, char** argv) {
     std::cerr << "usage: " << argv[0] << " FOLDER\n";
     return 2;
   }
+  addReferenceSelectors();
   const std::string folder = argv[1];
   const cv::Mat left = cv::imread(folder + "/left.pgm", cv::IMREAD_UNCHANGED);
   const cv::Mat right = cv::imread(folder + "/right.pgm", cv::IMREAD_UNCHANGED);

@@ -20,6 +20,7 @@
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/random.h"
+#include "corrsel/reference/reference_selectors.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/selectors/factory.h"
 #include "live_support.h"
@@ -211,6 +212,26 @@ TEST_F(Replay, EverySelectorAnswersAsTheCoreDoes) {
     EXPECT_EQ(configure("selector", {{"selector", selector}})["selector"], selector);
     expectAnswerOf(selector);
   }
+}
+
+// The nodelet does not link corrsel::reference, while this program does.
+TEST_F(Replay, ReferenceSelectorsAreLoadedAndTheirOptionsChange) {
+  core::addReferenceSelectors();
+  for (const core::SelectorFactory& selector : core::builtInSelectors()) {
+    if (selector.group() != core::SelectorGroup::kReference) continue;
+    EXPECT_EQ(configure("selector", {{"selector", selector.name()}})["selector"], selector.name());
+    expectAnswerOf(selector.name());
+  }
+  const core::Correspondences matches = exampleMatches(1);
+  EXPECT_NE(core::createSelector("lap")->select(matches).mask,
+            core::createSelector("lap", {{"lambda", "0.2"}})->select(matches).mask);
+  configure("selector", {{"selector", "lap"}, {"plugin_options", "lambda=0.2"}});
+  expectAnswerOf("lap", {{"lambda", "0.2"}});
+  configure("selector", {{"plugin_options", ""}});
+  expectAnswerOf("lap");
+  configure("selector", {{"selector", "tlinkage"}, {"preset", "motions"}});
+  expectAnswerOf("tlinkage:motions");
+  configure("selector", {{"selector", "nnsr"}, {"preset", ""}});
 }
 
 TEST_F(Replay, OptionsChangeWhileFramesFlow) {

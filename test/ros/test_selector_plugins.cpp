@@ -98,6 +98,14 @@ TEST_F(SelectorPlugins, FindsMakesAndListsThem) {
             "unknown option test_selectors/All.sead; did you mean 'seed'? valid: seed");
 }
 
+TEST_F(SelectorPlugins, ThoseOfCorrselHaveShortNames) {
+  for (const std::string name : {"lap", "tlinkage:motions", "corrsel/lap"}) {
+    const std::string own = name == "corrsel/lap" ? "lap" : name.substr(0, name.find(':'));
+    EXPECT_EQ(core::createSelector(name)->name(), own);
+  }
+  EXPECT_EQ(refusal("lap", {{"lamda", "1"}}).substr(0, 42), "unknown option lap.lamda; did you mean 'lam");
+}
+
 TEST_F(SelectorPlugins, BadOnesAreErrorsOnly) {
   EXPECT_EQ(refusal("test_selectors/ThrowsError"), "test_selectors/ThrowsError: no licence");
   EXPECT_EQ(refusal("test_selectors/ThrowsNumber"),

@@ -20,16 +20,14 @@ enum class SelectorGroup : std::uint8_t {
   kPaper,           ///< the eight of Zhao et al., arXiv:1904.13383
   kConsensus,       ///< the model with the best support, found by random samples
   kLocal,           ///< neighbouring matches agree with each other
-  kGraph,           ///< pairs of matches support each other
-  kField,           ///< a smooth function from one image to the other
   kMultiStructure,  ///< several models in one pair of images
   kAutomatic,       ///< the method follows from the matches
-  kBaseline,        ///< what every selector is compared with
-  kOtherPackage     ///< loaded at run time, "package/Class"
+  kReference,    ///< further published methods, for comparison; see corrsel/reference/reference_selectors.h
+  kBaseline,     ///< what every selector is compared with
+  kOtherPackage  ///< loaded at run time, "package/Class"
 };
 
-/// "paper", "consensus", "local", "graph", "field", "multi-structure", "automatic", "baseline", "other
-/// packages".
+/// "paper", "consensus", "local", "multi-structure", "automatic", "reference", "baseline", "other packages".
 std::string toString(SelectorGroup group);
 
 /// A few words on what the selectors of a group have in common, for listings.
@@ -39,7 +37,7 @@ std::string meaningOf(SelectorGroup group);
 /// measured: options that change together, all with the same number of values. Empty: the selector has none.
 using MainParameter = std::vector<std::pair<std::string, std::vector<double>>>;
 
-/// Makes the selectors of one class, built in or from another package: its name, group, presets and options,
+/// Makes the selectors of one class, linked or from another package: its name, group, presets and options,
 /// and instances of it. Copyable; its functions may be called from any thread.
 class SelectorFactory {
  public:
@@ -51,6 +49,16 @@ class SelectorFactory {
   /// @param parameter  of operating curves, with ascending values
   SelectorFactory(std::string name, SelectorGroup group, std::string cost, std::string meaning, Make make,
                   MainParameter parameter = {});
+
+  /// The factory of a selector class S of this process, under the name that an instance returns. The
+  /// parameters are those of the constructor.
+  template <class S>
+  static SelectorFactory of(SelectorGroup group, std::string cost, std::string meaning,
+                            MainParameter parameter = {}) {
+    return {
+        S().name(),          group, std::move(cost), std::move(meaning), [] { return std::make_unique<S>(); },
+        std::move(parameter)};
+  }
 
   /// As in createSelector(), without preset.
   const std::string& name() const { return name_; }
@@ -82,12 +90,19 @@ class SelectorFactory {
   MainParameter parameter_;
 };
 
-/// The selectors of this library in the order of listings: group by group, those of the paper in its order.
-/// The pseudo-selector keep_all, the baseline, comes last.
-const std::vector<SelectorFactory>& builtInSelectors();
+/// The selectors that the program has under a short name: those of this library and those of addSelectors(),
+/// in the order of listings: group by group, those of the paper in its order. The pseudo-selector keep_all,
+/// the baseline, comes last. May be called from any thread.
+std::vector<SelectorFactory> builtInSelectors();
 
-/// Finds a built-in selector, or one of another package through the loader. Throws std::invalid_argument for
-/// an unknown name, listing the valid ones.
+/// Adds selectors to builtInSelectors(), for the whole process; each one follows those of its group that are
+/// there. May be called from any thread. Throws std::invalid_argument for a name that is taken, empty, or of
+/// the form "package/Class", and then adds none.
+void addSelectors(const std::vector<SelectorFactory>& selectors);
+
+/// Finds one of builtInSelectors(), or one of another package through the loader. A name of the library
+/// corrsel::reference that has not been added is asked of the loader as "corrsel/NAME". Throws
+/// std::invalid_argument for an unknown name, listing the valid ones.
 SelectorFactory findSelector(const std::string& name);
 
 /// Makes a selector of another package from the name of its class, with default options. Throws if it cannot.
@@ -111,6 +126,9 @@ std::vector<std::string> usualSelectorNames();
 
 /// Whether the name is that of a selector of another package: "package/Class".
 bool isPluginName(const std::string& spec);
+
+/// Whether the name, without preset, is that of a selector of the library corrsel::reference.
+bool isReferenceName(const std::string& name);
 
 /// Names of the members of Correspondences beside the coordinates, e.g. "left_frame" or "right_size", without
 /// which the selector returns `unsupported_input`. It is found out by selections of one match each, in

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
 
 #include "corrsel/selectors/selector.h"
@@ -8,14 +7,11 @@
 namespace corrsel::core {
 
 struct LafOptions : ConfidenceOptions {
-  enum class Schedule : std::uint8_t { kLaf, kPffm };
-
-  Schedule schedule = Schedule::kLaf;  ///< grids, kernels and deviations of the rounds, see the class
-  int rounds = 5;                      ///< rounds of the schedule that run; the last one repeats
-  double accept = 0.8;                 ///< posterior above which a match is active, and finally selected
+  int rounds = 5;            ///< rounds that run; the fifth one repeats
+  double accept = 0.8;       ///< posterior above which a match is active, and finally selected
   double outlier_area = 16;  ///< area over which wrong motions spread, in units of the largest motion
-  int min_cells = 15;        ///< laf: cells per side at least
-  int max_cells = 30;        ///< laf: cells per side at most
+  int min_cells = 15;        ///< cells per side at least
+  int max_cells = 30;        ///< cells per side at most
   double noise_floor = 7;    ///< motions that differ by at most this agree, px; 0 = off
   bool guided = false;       ///< compute the first field from the trusted matches
   double guide_ratio = 0.9;  ///< guided: trusted matches have a distance ratio below this
@@ -47,9 +43,7 @@ struct LafOptions : ConfidenceOptions {
 /// is above `accept`. Matches that share their left or their right pixel with another match are never active,
 /// but are judged like all others. After the last round, the matches with p > accept are selected.
 ///
-/// The schedule `laf` has lambda = 0.8, 0.2, 0.1, 0.05, 0.05. `pffm` is the earlier form of the method (Jiang
-/// et al., ICASSP 2019): 20, 20, 20, 25, 30 cells, kernels of 11, 7, 9, 9, 9 cells, lambda = 0.08, 0.2, 0.1,
-/// 0.05, 0.035, and a = 10 in its preset.
+/// The rounds have lambda = 0.8, 0.2, 0.1, 0.05, 0.05.
 ///
 /// With `guided`, only trusted matches are active in the first round: those whose ratio of descriptor
 /// distances is below `guide_ratio` and the smallest one at their right pixel. Fewer than 10 trusted matches
@@ -66,7 +60,7 @@ struct LafOptions : ConfidenceOptions {
 /// coordinate, which on whole pixels is nearly all of them, and the variance is at least that of
 /// `noise_floor` / 7.
 ///
-/// Presets: `pffm`; `guided`.
+/// Presets: `guided`.
 ///
 /// Failure: fewer than 8 matches give `too_few`; all left or all right points equal give `degenerate`. If no
 /// match deviates by less than lambda in a round, nothing is selected, and the message states it. If a round

@@ -20,7 +20,6 @@ struct LpmOptions : ConfidenceOptions {
   bool guided = false;     ///< form the first neighbourhoods from the trusted matches
   double guide_ratio = 0.9;      ///< guided: trusted matches have a distance ratio below this
   bool merge_duplicates = true;  ///< decide identical matches once, so that they cannot support themselves
-  bool compat = true;            ///< the authors' neighbour handling, see the class
 
   void visit(OptionVisitor& visitor) const override;
   void check() const override;
@@ -51,10 +50,8 @@ struct LpmOptions : ConfidenceOptions {
 ///
 /// Input: coordinates; with `guided` also the columns `distance` and `second_distance`.
 ///
-/// Options: with `compat`, neighbours are taken as the authors' code does. The nearest one is always
-/// dropped as "the match itself", even where it is not, and the windows of `multiscale` are the neighbours
-/// 1..8, 2..7 and 3..6. Without it, a match is excluded by its number and windows start at the nearest
-/// neighbour.
+/// Options: neighbours are taken as the authors' code does. The nearest one is always dropped as "the match
+/// itself", even where it is not, and the windows of `multiscale` are the neighbours 1..8, 2..7 and 3..6.
 ///
 /// `noise_floor` is a deviation from the authors' code. The default covers 95 % of the pairs of matches at a
 /// localisation noise of 2 px per coordinate in one image, or 1.4 px in both.

@@ -9,7 +9,6 @@ namespace corrsel::core {
 
 struct StOptions : ConfidenceOptions {
   enum class Affinity : std::uint8_t { kRatio, kDifference };
-  enum class Walk : std::uint8_t { kPower, kReweighted };
 
   Affinity affinity =
       Affinity::kRatio;             ///< of distances: their ratio (the paper) or difference, see the class
@@ -18,9 +17,6 @@ struct StOptions : ConfidenceOptions {
   double duplicate_affinity = 1.0;  ///< ratio: affinity of two equal matches, 0/0 by the formula
   double noise_floor = 0.0;   ///< distances that differ by no more than this do not conflict, px; 0 = off
   bool one_to_one = false;    ///< matches that share a point in one image only conflict
-  Walk walk = Walk::kPower;   ///< principal eigenvector, or reweighted random walks, see the class
-  double jump = 0.8;          ///< reweighted: share of the reweighting jumps
-  double inflation = 30;      ///< reweighted: exponent of the jumps
   int memory_limit = 2048;    ///< affinities above this size are computed again for every product, MiB
   int threads = 1;            ///< for large inputs; results do not depend on it
   double max_seconds = 30.0;  ///< time limit, s; 0 = none
@@ -45,39 +41,24 @@ struct StOptions : ConfidenceOptions {
 /// 1e-5 of the largest count as zero. Affinities are rounded to 16 bits (at most 7.7e-6 off); conflicts
 /// are decided in full precision.
 ///
-/// With `walk` = reweighted, the method is RRWM, reweighted random walks for graph matching. The diagonal and
-/// the affinities of matches that share a point are 0. From q = a = 1/N, up to 100 steps
-///
-///     q <- A ((1 - jump) q + jump a), divided by its sum,    a <- S(exp(inflation q / max q)),
-///
-/// are taken, until |q - q'|^2 < 1e-20 for one of the last two q'. S divides by the sum over the matches with
-/// the same left point, then by the sum over those with the same right point, until a changes by less than
-/// 1e-6, and finally by the sum over all. A graph matcher returns an assignment, which rejects nothing but
-/// conflicts. As a selector, the matches with q_i > t are selected, where t comes from Otsu's method with 256
-/// bins over [min q, max q]. Where all q are equal, all matches are selected if their mean affinity exceeds
-/// `threshold`, else none. Otsu's threshold and the affinity `ratio` are ours, the walk is the authors'.
-/// Their code adds dummy features where the images differ in their number of features, which this one does
-/// not.
-///
 /// Input: coordinates.
 ///
 /// Options: `threads` speeds up products and conflicts from about 1800 matches on. `memory_limit` changes
 /// the time and not the result.
 ///
 /// Presets: `leordeanu_hebert` has the affinity `difference`, and only matches that share one point
-/// conflict. `rrwm` has the walk `reweighted`.
+/// conflict.
 ///
 /// Failure: nothing is selected where no two matches have a positive affinity, which includes a single
 /// match. All matches equal: the rule applies, by which all are selected unless options change it, and the
 /// status is `degenerate`. The time that the first product took is reserved for the greedy step. Where the
 /// rest of `max_seconds` is over, that step works on the best vector so far, and the status is
 /// `time_limit`; if not even one product was done in time, it is `too_large` and nothing is selected. The
-/// score is v_i / max v, or q_i / max q; iterations are products with the matrix.
+/// score is v_i / max v; iterations are products with the matrix.
 ///
 /// Cost: O(N^2) time per product, usually 5 to 8 of them, and N^2 bytes (see Workspace).
 ///
-/// Source: Leordeanu and Hebert, ICCV 2005; the paper's section on ST. Cho, Lee and Lee, Reweighted random
-/// walks for graph matching, ECCV 2010.
+/// Source: Leordeanu and Hebert, ICCV 2005; the paper's section on ST.
 class StSelector : public SelectorWithOptions<StOptions> {
  public:
   using SelectorWithOptions::SelectorWithOptions;

@@ -24,6 +24,7 @@
 #include "base/text.h"
 #include "corrsel/benchmark/runner.h"
 #include "corrsel/datasets/reader.h"
+#include "corrsel/reference/reference_selectors.h"
 #include "corrsel/ros/selector_plugins.h"
 #include "datasets/sample.h"
 #include "programs/benchmark/argument_table.h"
@@ -301,6 +302,7 @@ std::optional<ros::NodeHandle> initRos(int argc, char** argv, const core::Shard&
 }
 
 int run(int argc, char** argv) {
+  core::addReferenceSelectors();
   enableSelectorPlugins();
   const Arguments arguments = parseArguments(argc, argv);
   if (arguments.help) {

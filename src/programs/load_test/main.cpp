@@ -15,6 +15,7 @@
 #include "arguments.h"
 #include "base/stopwatch.h"
 #include "corrsel/evaluation/statistics.h"
+#include "corrsel/reference/reference_selectors.h"
 #include "images.h"
 #include "process_meter.h"
 #include "reconfigurer.h"
@@ -240,6 +241,7 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   using namespace corrsel::load_test;
+  corrsel::core::addReferenceSelectors();
   ros::init(argc, argv, "load_test", ros::init_options::AnonymousName);  // takes remappings out of argv
   try {
     const corrsel::ArgumentValues values =

@@ -17,6 +17,13 @@ std::string specOf(const SelectorConfig& config) {
   return config.preset.empty() ? config.selector : config.selector + ":" + config.preset;
 }
 
+/// Whether the selector may be a plug-in, whose options are the text of the parameter `plugin_options`.
+/// Throws what core::findSelector() throws.
+bool hasPluginOptions(const std::string& name) {
+  const core::SelectorGroup group = core::findSelector(name).group();
+  return group == core::SelectorGroup::kReference || group == core::SelectorGroup::kOtherPackage;
+}
+
 /// 0 for times that were not measured, because somebody else has made the matches.
 double orZero(double seconds) { return seconds >= 0 ? seconds : 0.0; }
 
@@ -28,14 +35,13 @@ LiveSelector::Active LiveSelector::create(const SelectorConfig& config) {
   const core::SelectorSpec spec = core::SelectorSpec::fromText(active.spec);
   if (!spec.options.empty()) {
     const std::string& option = spec.options.begin()->first;
-    throw std::invalid_argument(
-        "'" + active.spec + "': a nodelet takes no options in brackets; set the parameter " +
-        (core::isPluginName(spec.name) ? "plugin_options" : spec.name + "_" + option));
+    throw std::invalid_argument("'" + active.spec +
+                                "': a nodelet takes no options in brackets; set the parameter " +
+                                (hasPluginOptions(spec.name) ? "plugin_options" : spec.name + "_" + option));
   }
   active.max_seconds = config.max_seconds;
-  core::OptionMap options = core::isPluginName(config.selector)
-                                ? parseOptions(config.plugin_options)
-                                : changedOptions(config, config.selector + "_");
+  core::OptionMap options = hasPluginOptions(config.selector) ? parseOptions(config.plugin_options)
+                                                              : changedOptions(config, config.selector + "_");
   core::OptionMap common = {{"seed", std::to_string(config.seed)}};
   if (config.max_seconds > 0) {
     common["max_seconds"] = core::formatNumber(config.max_seconds);

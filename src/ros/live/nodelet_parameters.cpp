@@ -163,8 +163,10 @@ void SelectorChoice::visit(OptionVisitor& visitor) const {
       "Named set of option values of the chosen selector, empty for none; options that differ from their "
       "default here win over the preset, options left at their default do not",
       &P::preset);
-  visitor.text("plugin_options", "Options of a selector from another package: name=value, comma-separated",
-               &P::plugin_options);
+  visitor.text(
+      "plugin_options",
+      "Options of a selector of another package or of corrsel::reference: name=value, comma-separated",
+      &P::plugin_options);
   visitor.number({"max_seconds", 0, 1e6, "s",
                   "Time limit of a selection, after which the best result so far counts; 0 = none"},
                  &P::max_seconds);

@@ -115,9 +115,13 @@ class Registry {
     }
   }
 
+  /// Those of other packages.
   std::vector<std::string> names() const {
     std::vector<std::string> names;
-    for (const auto& declaration : files_) names.push_back(declaration.first);
+    const std::string own = kPackage + std::string("/");
+    for (const auto& declaration : files_) {
+      if (declaration.first.rfind(own, 0) != 0) names.push_back(declaration.first);
+    }
     return names;
   }
 

@@ -11,30 +11,10 @@ double betweenClassVariance(double w, double mu, double mu_total) {
   return difference * difference / (w * (1.0 - w));
 }
 
-std::optional<double> exactThreshold(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const double n = static_cast<double>(values.size());
-  double total = 0;
-  for (const double value : values) total += value;
-  double best = -1, sum = 0;
-  std::optional<double> threshold;
-  for (std::size_t i = 0; i + 1 < values.size(); ++i) {
-    sum += values[i];
-    if (values[i] == values[i + 1]) continue;
-    const double variance = betweenClassVariance(static_cast<double>(i + 1) / n, sum / n, total / n);
-    if (variance > best) {
-      best = variance;
-      threshold = values[i];
-    }
-  }
-  return threshold;
-}
-
 }  // namespace
 
 std::optional<double> otsuThreshold(const std::vector<double>& values, double low, double high, int bins) {
   if (values.size() < 2 || !(high > low)) return std::nullopt;
-  if (bins <= 0) return exactThreshold(values);
   std::vector<std::size_t> histogram(static_cast<std::size_t>(bins), 0);
   const double scale = bins / (high - low);
   for (const double value : values) {
