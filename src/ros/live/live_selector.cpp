@@ -47,7 +47,7 @@ LiveSelector::LiveSelector(const std::string& presets) {
     try {
       const core::SelectorSpec spec = core::SelectorSpec::fromText(text);
       writeOptions(optionsOf(*core::createSelector(text)), spec.name + "_", accepted_);
-      presets_[spec.name] = spec.preset;
+      presets_[spec.name] = spec.preset.value_or("");
     } catch (const std::invalid_argument&) {
       // Another version of the package, which had this preset, has set the parameters.
     }
