@@ -57,10 +57,11 @@ std::string contradictionIn(const ResultRow& row) {
   if (!row.judged()) {
     const bool empty = row.n_selected == 0 && m.n_correct == 0 && std::isnan(m.precision) &&
                        std::isnan(m.recall_paper) && std::isnan(m.recall_same_tau) && std::isnan(m.f_paper) &&
-                       std::isnan(m.f_same_tau) && std::isnan(row.select_seconds) && row.confidence == 0;
+                       std::isnan(m.f_same_tau) && std::isnan(row.select_seconds) &&
+                       std::isnan(row.confidence);
     return empty ? "" : "status " + toString(row.status) + " beside numbers of a selection";
   }
-  if (!(row.confidence >= 0) || std::isinf(row.confidence)) {
+  if (row.confidence < 0 || std::isinf(row.confidence)) {
     return "confidence = " + formatNumber(row.confidence) + " is no number from 0";
   }
   if (row.n_selected > row.n_putative) {

@@ -141,7 +141,7 @@ class Summary {
     Group& group = groupOf(row);
     if (!row.judged()) return;
     group.seconds.push_back(row.select_seconds);
-    group.confidences.push_back(row.confidence);
+    if (!std::isnan(row.confidence)) group.confidences.push_back(row.confidence);
     if (row.n_ground_truth == 0) return;
     const Metrics& m = row.metrics;
     group.entries.push_back(

@@ -21,6 +21,7 @@ inline std::vector<ResultRow> rowsOf(const std::string& pair, double f = 0.5) {
       row.n_ground_truth = 50;
       row.n_selected = 40;
       row.metrics = {tau, 30, 0.75, 0.6, 0.65, f, f / 3};
+      row.confidence = 0;
       row.select_seconds = 0.001;
       rows.push_back(row);
     }

@@ -87,10 +87,11 @@ TEST(Icf, DecidesDegenerateInput) {
 TEST(Icf, ReachesItsMeansOnAdelaideRmf) {
   if (adelaidePairs().empty()) GTEST_SKIP() << "skipped: the AdelaideRMF files are not here";
   const Quality q = adelaideMeans("icf");
-  EXPECT_NEAR(q.precision, 97.7, 0.5);
-  EXPECT_NEAR(q.f, 64.9, 1);
-  // A stiffer function and a stricter start than the defaults.
-  EXPECT_NEAR(adelaideMeans("icf", {{"lambda", "0.1"}, {"first_threshold", "40"}}).f, 59.8, 1);
+  EXPECT_GT(q.precision, 97);
+  EXPECT_GT(q.f, 64);
+  // A stiffer function and a stricter start lose inliers of the smaller structures.
+  const Quality stiff = adelaideMeans("icf", {{"lambda", "0.1"}, {"first_threshold", "40"}});
+  EXPECT_GT(q.f, stiff.f);
 }
 
 }  // namespace
