@@ -9,6 +9,7 @@ namespace {
 
 using testing::contains;
 using testing::errorOf;
+using testing::mentions;
 using Names = std::vector<std::string>;
 
 TEST(SelectorSpec, TakesATextApart) {
