@@ -10,6 +10,7 @@ namespace {
 
 using core::testing::contains;
 using core::testing::errorOf;
+using core::testing::mentions;
 
 const CommandLineTable kTable = {"program",
                                  "Does something.",
