@@ -1,6 +1,6 @@
 #pragma once
 
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/neighbours.h"
 #include "search/proposal.h"
 
 namespace corrsel::core {
