@@ -11,7 +11,7 @@
 
 namespace corrsel::core {
 
-AutoOptions::AutoOptions() { min_confidence = kBelievedConfidence; }
+AutoOptions::AutoOptions() { min_confidence = kSignificantConfidence; }
 
 void AutoOptions::visit(OptionVisitor& visitor) const {
   visitor.choice("model",

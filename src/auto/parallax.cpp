@@ -70,7 +70,7 @@ bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& 
     for (std::uint32_t i = 0; i < n; ++i)
       if (errors[i] > kOffPlane * kOffPlane) far_.push_back(i);
     significance_.assign(pixels.subset(far_));
-    if (significance_.fundamental(candidate, kPairs).confidence < kBelievedConfidence) return false;
+    if (significance_.fundamental(candidate, kPairs).confidence < kSignificantConfidence) return false;
   }
   fundamental = candidate;
   return true;

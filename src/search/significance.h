@@ -17,9 +17,9 @@ namespace corrsel::core {
 
 /// Confidence from which a model is taken for real, where a search or a choice depends on it, decades. Of the
 /// homographies of unrelated images none reaches it (docs/studies/confidence.md).
-inline constexpr double kBelievedConfidence = 4;
+inline constexpr double kSignificantConfidence = 4;
 
-inline bool isSignificant(double confidence) { return confidence >= kBelievedConfidence; }
+inline bool isSignificant(double confidence) { return confidence >= kSignificantConfidence; }
 
 /// The evidence for a model or for a set of selected matches.
 struct Significance {

@@ -10,7 +10,7 @@
 
 namespace corrsel::core {
 
-AcransacOptions::AcransacOptions() { min_confidence = kBelievedConfidence; }
+AcransacOptions::AcransacOptions() { min_confidence = kSignificantConfidence; }
 
 void AcransacOptions::visit(OptionVisitor& visitor) const {
   visitModel(visitor, &AcransacOptions::model);

@@ -14,7 +14,7 @@ namespace corrsel::core {
 PlanesOptions::PlanesOptions() {
   sampler = Sampler::kLocal;
   max_iterations = 1000;
-  min_confidence = kBelievedConfidence;
+  min_confidence = kSignificantConfidence;
 }
 
 void PlanesOptions::visit(OptionVisitor& visitor) const {

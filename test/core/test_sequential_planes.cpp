@@ -46,7 +46,7 @@ TEST(SequentialPlanes, NumbersPlanesAndLeavesTheOtherRows) {
   const Scene scene = twoPlanes(1);
   const Search search(scene, nullptr);
   EXPECT_EQ(search.planes.planes(), 2);
-  EXPECT_GE(search.planes.confidence(), kBelievedConfidence);
+  EXPECT_GE(search.planes.confidence(), kSignificantConfidence);
   EXPECT_EQ(search.rows.size(), static_cast<std::size_t>(std::count(search.planes.group().begin(),
                                                                     search.planes.group().end(), -1)));
   for (const std::uint32_t row : search.rows) EXPECT_EQ(search.planes.group()[row], -1);

@@ -30,27 +30,18 @@ struct AutoOptions : ConfidenceOptions {
 /// inliers has to be drawn, which is hopeless among few of them. Second, which model a scene needs shows
 /// in what a model leaves over: matches with local support that it does not explain.
 ///
-/// Algorithm: evidence is gathered (src/auto/gathering.h), a table decides by it which answer to give
-/// (src/auto/decision.h), and the answer is written (src/auto/answer.h).
-///  1. Local support (local_support.h) gives the local set L, the extended local set L2, and
-///     a local map per match.
-///  2. The best homography is found by growing local maps (affine_growing.h) and by PROSAC in the order of
-///     local support on L. Where that found little, the maps that the frames of single matches give are tried
-///     on all matches (frame_hypotheses.h), and PROSAC draws from all. Where still nothing is significant,
-///     `hard_search` hypotheses are drawn in the order of the descriptor distances. Each candidate is refined
-///     on all matches and scored with one-to-one support (search/support.h). Matches are on the plane if
-///     the smaller one of their transfer errors in both images is at most `threshold`.
-///  3. If the homography is significant (search/significance.h) and leaves nothing sizable over
-///     (leftover.h), and if the matches off the plane show no parallax (parallax.h), the answer is H.
-///  4. Otherwise F is estimated from uniform samples of L and refined on all matches. Matches agree if their
-///     Sampson distance is at most `fundamental_threshold`, or twice that for members of L2, and if their
-///     surroundings make them plausible (plausibility.h).
-///  5. If F is significant and leaves nothing sizable over, the answer is F. If it leaves something over,
-///     there are several motions. Planes are then searched among what F leaves over (sequential_planes.h),
-///     with hypotheses from L2, and the answer is what agrees with F or with a plane, and L2.
-///  6. If F is not significant, the answer is H. If H leaves a coherent group over and L2 is significant, the
-///     answer is what agrees with H or with a plane among the others, and L2. Without a significant model,
-///     the answer is the more significant one of H and L2.
+/// Algorithm:
+///  1. Evidence (src/auto/gathering.h). Local support (local_support.h) gives the local set L, the extended
+///     local set L2, and a local map per match. The best homography H is found from these
+///     (homography_search.h). Where the decision asks for it, a fundamental matrix F is estimated from
+///     uniform samples of L and refined on all matches, and it is tested what a model leaves over of L
+///     (leftover.h), and whether the matches off H show parallax (parallax.h).
+///  2. Decision (decision.h). A table states which evidence leads to which scene and answer.
+///  3. Answer (answer.h). Matches agree with H if the smaller one of their transfer errors in both images is
+///     at most `threshold`. They agree with F if their Sampson distance is at most `fundamental_threshold`,
+///     or twice that for members of L2, and if their surroundings make them plausible (plausibility.h).
+///     Where there are several motions, planes are searched among what the model leaves over
+///     (sequential_planes.h), with hypotheses from L2, and L2 is selected, too.
 ///
 /// Input: coordinates. Image sizes, descriptor distances and frames are used where they exist.
 ///

@@ -89,7 +89,7 @@ void SequentialPlanes::find(const Correspondences& matches, std::vector<std::uin
     const SignificantModel found =
         findOne(matches, rows, trusted != nullptr, parts, parameters, deadline, workspace, remarks);
     const double confidence = found.significance.confidence;
-    if (!found.outcome.best.exists() || confidence < kBelievedConfidence ||
+    if (!found.outcome.best.exists() || confidence < kSignificantConfidence ||
         confidence < options.relative_cut * confidence_)
       break;
     if (planes_ == 0) {
