@@ -5,9 +5,6 @@
 include(CMakePackageConfigHelpers)
 
 set(libraries core)
-if(${PROJECT_NAME}_REFERENCE)
-  list(APPEND libraries reference)
-endif()
 if(${PROJECT_NAME}_FEATURES)
   list(APPEND libraries features)
 endif()
@@ -47,12 +44,12 @@ endforeach()
 
 if(catkin_FOUND)
   install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
-  install(TARGETS ${PROJECT_NAME}_nodelets ${PROJECT_NAME}_reference_plugins ${PROJECT_NAME}_ros
+  install(TARGETS ${PROJECT_NAME}_nodelets ${PROJECT_NAME}_ros
     ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
     LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
   )
   install(DIRECTORY config examples launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-  install(FILES nodelet_plugins.xml reference_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+  install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   catkin_install_python(
     PROGRAMS
       scripts/export_matches.py scripts/kitti_to_bag.py scripts/matches_to_bag.py scripts/report.py
@@ -67,10 +64,10 @@ else()
   #catkin_lint: skip
   file(GLOB headers include/${PROJECT_NAME}/*.h)
   install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${PROJECT_NAME})
-  set(core_headers search evaluation pose selectors)
+  set(core_headers search evaluation selectors)
   set(reference_headers reference)
   set(features_headers features matching)
-  set(benchmark_headers benchmark datasets)
+  set(benchmark_headers benchmark datasets pose)
   foreach(library ${libraries})
     foreach(folder ${${library}_headers})
       install(DIRECTORY include/${PROJECT_NAME}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${PROJECT_NAME})

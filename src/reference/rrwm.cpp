@@ -7,7 +7,7 @@
 
 #include "base/deadline.h"
 #include "base/text.h"
-#include "search/support.h"
+#include "points/point_groups.h"
 #include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_matrix.h"
 

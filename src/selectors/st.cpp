@@ -8,7 +8,6 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
-#include "base/workspace_scope.h"
 #include "selectors/parts/pair_matrix.h"
 
 namespace corrsel::core {
@@ -36,8 +35,13 @@ struct LanczosMemory {
 /// with the diagonal (w_i - 1) * duplicate_affinity.
 class PrincipalEigenvector {
  public:
-  PrincipalEigenvector(PairMemory& space, double duplicate_affinity, int threads, const Deadline& deadline)
-      : space_(space), duplicate_affinity_(duplicate_affinity), threads_(threads), deadline_(deadline) {
+  PrincipalEigenvector(PairMemory& space, LanczosMemory& memory, double duplicate_affinity, int threads,
+                       const Deadline& deadline)
+      : space_(space),
+        memory_(memory),
+        duplicate_affinity_(duplicate_affinity),
+        threads_(threads),
+        deadline_(deadline) {
     root_weight_.resize(static_cast<Eigen::Index>(space.distinct.size()));
     for (std::size_t i = 0; i < space.distinct.size(); ++i)
       root_weight_[static_cast<Eigen::Index>(i)] = std::sqrt(double(space.distinct.multiplicity(i)));
@@ -111,7 +115,7 @@ class PrincipalEigenvector {
   }
 
   PairMemory& space_;
-  LanczosMemory& memory_ = WorkspaceScope::part<LanczosMemory>();
+  LanczosMemory& memory_;
   double duplicate_affinity_;
   int threads_;
   Deadline deadline_;
@@ -214,7 +218,8 @@ void StSelector::run(const Correspondences& matches, Workspace& workspace, Selec
   space.matrix.assign(value, rule, space.distinct.columns(), space.distinct.size(),
                       static_cast<std::size_t>(options_.memory_limit) << 20);
   const double duplicate_affinity = ratio ? options_.duplicate_affinity : 1;
-  PrincipalEigenvector method(space, duplicate_affinity, options_.threads, deadline);
+  PrincipalEigenvector method(space, workspace.part<LanczosMemory>(), duplicate_affinity, options_.threads,
+                              deadline);
   const Vector v = method.compute();
   result.iterations = method.products();
   space.matrix.release();
