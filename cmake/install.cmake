@@ -5,6 +5,9 @@
 include(CMakePackageConfigHelpers)
 
 set(libraries core)
+if(${PROJECT_NAME}_REFERENCE)
+  list(APPEND libraries reference)
+endif()
 if(${PROJECT_NAME}_FEATURES)
   list(APPEND libraries features)
 endif()
@@ -44,12 +47,12 @@ endforeach()
 
 if(catkin_FOUND)
   install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
-  install(TARGETS ${PROJECT_NAME}_nodelets ${PROJECT_NAME}_ros
+  install(TARGETS ${PROJECT_NAME}_nodelets ${PROJECT_NAME}_reference_plugins ${PROJECT_NAME}_ros
     ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
     LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
   )
   install(DIRECTORY config examples launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-  install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+  install(FILES nodelet_plugins.xml reference_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   catkin_install_python(
     PROGRAMS
       scripts/export_matches.py scripts/kitti_to_bag.py scripts/matches_to_bag.py scripts/report.py

@@ -64,7 +64,8 @@ def groups(catalogue, nodelet):
     result = [("", "", SELECTOR, choice)]
     for selector in catalogue["selectors"]:
         options = live_options(selector)
-        if options:
+        # Methods for comparison are plug-ins of the nodelet: the parameter `options` sets theirs.
+        if options and selector["group"] != "reference":
             result.append((selector["name"], selector["name"] + "_", SELECTOR, options))
     return result
 
