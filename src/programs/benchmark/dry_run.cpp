@@ -96,16 +96,15 @@ class TrialObserver : public core::RunObserver {
   void progress(const core::Progress& progress) override {
     if (progress.done > 0 && watch_.seconds() > kTrialSeconds) stop = true;
   }
-  void judged(const std::vector<core::ResultRow>& made) override {
+  void judged(const core::ResultRow&) override {
     ++selections;
-    rows += made.size();
     if (interrupted_) stop = true;
   }
   void failed(const core::Failure& failure) override { failures.push_back(failure); }
   void noticed(const core::Remark& remark) override { remarks.push_back(remark); }
 
   std::atomic<bool> stop{false};
-  std::size_t selections = 0, rows = 0;
+  std::size_t selections = 0;
   std::vector<core::Failure> failures;
   std::vector<core::Remark> remarks;
 
@@ -273,7 +272,6 @@ void DryRun::tryRun(const std::string& bag, core::Trial& trial) {
   runner.run(sources());
   if (stop_) throw Interrupted();
   trial.selections = observer.selections;
-  trial.rows = observer.rows;
   trial.run.count = folder.doneCount();
   // The parts of a run are converted once they have been merged.
   if (arguments_.shard.count == 1 && trial.run.count > 0) {
@@ -326,8 +324,8 @@ void DryRun::printEstimate() {
   std::cout << "\npairs x " << counted(config.grid().size(), "cell") << " (features and preselection) x "
             << counted(config.selectors.size(), "selector") << " x "
             << counted(static_cast<std::size_t>(config.repetitions), "repetition")
-            << " = selections; each has a row per tolerance (" << config.tolerances.size()
-            << "). Matches that a dataset provides have cells of their own, and nnsr does not run after "
+            << " = selections; each is a row of pairs.csv. Matches that a dataset provides have cells of "
+               "their own, and nnsr does not run after "
                "itself.\n\n";
   const bool draws = arguments_.shard.count == 1 && !core::makesVariants(config.experiment);
   const std::size_t pictures = draws ? core::mostPictures(trials_, config.selectors.size() - 1) : 0;

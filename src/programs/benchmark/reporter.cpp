@@ -56,28 +56,27 @@ void Reporter::progress(const core::Progress& progress) {
   publish("running");
 }
 
-void Reporter::judged(const std::vector<core::ResultRow>& rows) {
-  const core::ResultRow& first = rows.front();
+void Reporter::judged(const core::ResultRow& row) {
   if (verbose_) {
     printer_.finish();
-    std::cout << first.id.text() << " " << first.features << " " << first.preselection << " "
-              << first.selector << ": " << first.n_selected << " of " << first.n_putative << " selected, "
-              << toString(first.status) << std::endl;
+    std::cout << row.id.text() << " " << row.features << " " << row.preselection << " " << row.selector
+              << ": " << row.n_selected << " of " << row.n_putative << " selected, " << toString(row.status)
+              << std::endl;
   }
   if (!node_) return;
   core::Evaluation evaluation;
-  evaluation.n_putative = first.n_putative;
-  evaluation.n_ground_truth = first.n_ground_truth;
-  evaluation.n_selected = first.n_selected;
-  for (const core::ResultRow& row : rows) evaluation.metrics.push_back(row.metrics);
+  evaluation.n_putative = row.n_putative;
+  evaluation.n_ground_truth = row.n_ground_truth;
+  evaluation.n_selected = row.n_selected;
+  evaluation.metrics = row.metrics;
   ScoreLabels labels;
   labels.pair.header.stamp = ros::Time(ros::WallTime::now().toSec());
-  labels.pair.id = first.id;
-  labels.pair.features = first.features;
-  labels.preselection = first.preselection;
-  labels.selector = first.selector;
-  labels.status = first.status;
-  labels.select_seconds = first.select_seconds;
+  labels.pair.id = row.id;
+  labels.pair.features = row.features;
+  labels.preselection = row.preselection;
+  labels.selector = row.selector;
+  labels.status = row.status;
+  labels.select_seconds = row.select_seconds;
   score_publisher_.publish(toMsg(evaluation, labels));
 }
 

@@ -22,7 +22,7 @@ class Reporter : public core::RunObserver {
   Reporter(bool verbose, const std::string& output_dir, const std::optional<ros::NodeHandle>& node);
 
   void progress(const core::Progress& progress) override;
-  void judged(const std::vector<core::ResultRow>& rows) override;
+  void judged(const core::ResultRow& row) override;
   void failed(const core::Failure& failure) override;
   void doubtful(const core::TruthWarning& warning) override;
   void noticed(const core::Remark& remark) override;
