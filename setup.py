@@ -3,4 +3,8 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["corrsel"], package_dir={"": "python"}))
+setup(
+    **generate_distutils_setup(
+        packages=["corrsel", "corrsel.files", "corrsel.report"], package_dir={"": "python"}
+    )
+)

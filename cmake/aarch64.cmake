@@ -1,6 +1,6 @@
 # Toolchain file that compiles for 64-bit ARM on another processor:
 #   cmake -S . -B build -DCMAKE_TOOLCHAIN_FILE=cmake/aarch64.cmake -DCMAKE_SYSROOT=FOLDER
-# FOLDER holds the root file system of the ARM machine, or as much of it as the build needs: scripts/test_arm.sh makes one
+# FOLDER holds the root file system of the ARM machine, or as much of it as the build needs: scripts/maintenance/test_arm.sh makes one
 # of Debian's packages. The compiler is Debian's package g++-aarch64-linux-gnu. Where qemu-user-static is installed, ctest
 # runs the tests in its emulator.
 set(CMAKE_SYSTEM_NAME Linux)

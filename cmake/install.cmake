@@ -52,13 +52,8 @@ if(catkin_FOUND)
   install(FILES nodelet_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   catkin_install_python(
     PROGRAMS
-      scripts/export_matches.py scripts/guide.py scripts/kitti_to_bag.py scripts/matches_to_bag.py
-      scripts/print_results.py scripts/report.py
+      scripts/export_matches.py scripts/kitti_to_bag.py scripts/matches_to_bag.py scripts/report.py
     DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}
-  )
-  install(DIRECTORY scripts/${PROJECT_NAME}_matches scripts/${PROJECT_NAME}_report
-    DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}
-    FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE
   )
   # The other scripts build the package and are of no use in an installation.
   #catkin_lint: ignore uninstalled_script

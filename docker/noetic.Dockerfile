@@ -4,7 +4,7 @@
 #   docker run --rm -it corrsel rosrun corrsel benchmark --list
 #
 # This image itself has not been built, because its package archives could not be reached where it was written.
-# scripts/test_dockerfile.sh runs its steps on Debian 11; docs/packaging.md states what has been run.
+# scripts/maintenance/test_dockerfile.sh runs its steps on Debian 11; docs/packaging.md states what has been run.
 FROM ros:noetic-perception AS build
 SHELL ["/bin/bash", "-eo", "pipefail", "-c"]
 WORKDIR /workspace

@@ -39,7 +39,7 @@ const corrsel::CommandLineTable& argumentTable() {
 
 struct Arguments {
   bool all = false;
-  std::string csv, markdown, command = "scripts/performance.sh";
+  std::string csv, markdown, command = "scripts/maintenance/performance.sh";
   std::vector<std::string> rest;  // for Google Benchmark
 };
 

@@ -70,7 +70,7 @@ system_release() {
 write_rosdep_sources() {
   local folder=$1 distribution=$2 package=${3:-$package_dir}
   mkdir -p "$folder"
-  printf 'yaml file://%s debian\n' "$package/scripts/debian_rosdep.yaml" /usr/share/python3-rosdep2/debian.yaml \
+  printf 'yaml file://%s debian\n' "$package/scripts/maintenance/debian_rosdep.yaml" /usr/share/python3-rosdep2/debian.yaml \
     >"$folder/10-debian.list"
   cat >"$folder/index-v4.yaml" <<END
 %YAML 1.1
@@ -135,13 +135,13 @@ train_table() {
     say "the table in the repository agrees with the training"
   else
     diff -u "$table" "$trained" | head -n 20 >&2
-    echo "the table in the repository differs from the training: run scripts/$program.sh" >&2
+    echo "the table in the repository differs from the training: run scripts/maintenance/$program.sh" >&2
     return 1
   fi
 }
 
 # build_sanitized TARGET...: builds without ROS, by clang, under AddressSanitizer and UndefinedBehaviorSanitizer. The
-# libraries also count which code has run, for the fuzzer: one build serves the tests and scripts/fuzz.sh. Comparisons
+# libraries also count which code has run, for the fuzzer: one build serves the tests and scripts/maintenance/fuzz.sh. Comparisons
 # are not traced, because that takes twice as long as all the rest and the fuzzer's bytes are seldom compared.
 # -O1 and -g1 halve the compile time of -O2 and -g; so does -O0 for the tests.
 build_sanitized() {

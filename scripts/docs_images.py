@@ -28,7 +28,6 @@ from pathlib import Path
 from xml.sax.saxutils import escape
 
 package = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(package / "scripts"))  # corrsel_report lies there in the source tree
 
 DATASET, FEATURES = "vgg", "hessian_affine+sift"
 TOLERANCE = 5  # px
@@ -148,11 +147,11 @@ def copy_rows(source, target):
 
 def write_plots(run_folder, folder):
     """Write the plots of a run with the functions that draw the report; return their paths."""
-    from corrsel_report.figures import FigureWriter, set_up_figures
-    from corrsel_report.reading import ReportError, read_run
-    from corrsel_report.results import curve_panel
-    from corrsel_report.selectors import parts
-    from corrsel_report.timing import time_panel
+    from corrsel.report.figures import FigureWriter, set_up_figures
+    from corrsel.report.reading import ReportError, read_run
+    from corrsel.report.results import curve_panel
+    from corrsel.report.selectors import parts
+    from corrsel.report.timing import time_panel
 
     set_up_figures()
     with tempfile.TemporaryDirectory() as work:
@@ -219,7 +218,7 @@ def write_matches(samples, folder):
     except ImportError as error:
         raise ImageError("the Python module of corrsel: %s. Remedy: see docs/python.md." % error)
     import numpy as np
-    from corrsel_report.figures import FigureCanvasAgg, Figure, set_up_figures
+    from corrsel.report.figures import FigureCanvasAgg, Figure, set_up_figures
     from PIL import Image
 
     images, homography = read_samples(samples)

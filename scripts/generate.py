@@ -4,10 +4,10 @@
     scripts/generate.py [--build DIR] [--check]
 
 Builds and runs the program option_catalogue and writes options/catalogue.json; from that file it writes
-config/live.yaml, scripts/corrsel_report/groups.py and the tables between `<!-- options: NAME -->` and `<!-- end -->` in
-docs/. The parameters of
-dynamic_reconfigure (cfg/) read the catalogue when the package is built. Run it after a change of an option, a preset
-or the list of selectors, and commit what it changes.
+config/live.yaml, python/corrsel/report/groups.py and the tables between `<!-- options: NAME -->` and `<!-- end -->` in
+docs/. The tables of measured numbers, between `<!-- measured: NAME -->` and `<!-- end -->`, come from docs/data/. The
+parameters of dynamic_reconfigure (cfg/) read the catalogue when the package is built. Run it after a change of an
+option, a preset, the list of selectors or a file in docs/data/, and commit what it changes.
 
     --build DIR      a build folder of this package; by default one below ~/.cache/corrsel is configured without ROS
     --program FILE   use this option_catalogue and build nothing
@@ -27,12 +27,13 @@ from collections import OrderedDict
 
 sys.dont_write_bytecode = True
 PACKAGE = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(PACKAGE / "options"))
+sys.path[:0] = [str(PACKAGE / "options"), str(pathlib.Path(__file__).resolve().parent)]
 import catalogue as options
+from measured_tables import measured_tables
 
 COMMAND = "scripts/generate.py"
 WIDTH = 110
-MARKED = re.compile(r"(<!-- options: (\S+) -->\n).*?(<!-- end -->)", flags=re.S)
+MARKED = re.compile(r"(<!-- (?:options|measured): (\S+) -->\n).*?(<!-- end -->)", flags=re.S)
 TYPES = {"number": "number", "integer": "whole number"}
 
 
@@ -181,6 +182,53 @@ def option_table(rows):
     return "\n".join(lines) + "\n"
 
 
+# Options that mean the same in every selector that has them.
+SHARED = ("seed", "max_seconds", "threads", "min_confidence")
+
+
+def deviations(rows, other):
+    """Return how options differ from those of another selector that has the same ones."""
+    defaults, changed = [], []
+    for option in rows:
+        theirs = next(row for row in other["options"] if row["name"] == option["name"])
+        if option == dict(theirs, default=option["default"]):
+            if option["default"] != theirs["default"]:
+                defaults.append("`%s` = %s" % (option["name"], table_value(option["default"])))
+        else:
+            changed.append(option)
+    text = "Its options are those of `%s`, with other defaults: %s." % (other["name"], ", ".join(defaults))
+    return text + "\n" + ("\n" + option_table(changed) if changed else "")
+
+
+def own_options(catalogue, selector):
+    """Return the table of a selector's options without the shared ones.
+
+    Where an earlier selector has the same options, only the differences are listed.
+    """
+    rows = [option for option in selector["options"] if option["name"] not in SHARED]
+    names = [option["name"] for option in selector["options"]]
+    for other in catalogue["selectors"]:
+        if other is selector or not rows:
+            break
+        if names == [option["name"] for option in other["options"]]:
+            return deviations(rows, other)
+    return option_table(rows)
+
+
+def shared_options(catalogue):
+    """Return a Markdown table of the options that several selectors share, with their defaults."""
+    lines = ["| option | default |", "|---|---|"]
+    for name in SHARED:
+        defaults = OrderedDict()
+        for selector in catalogue["selectors"]:
+            for option in selector["options"]:
+                if option["name"] == name:
+                    defaults.setdefault(table_value(option["default"]), []).append("`%s`" % selector["name"])
+        text = "; ".join("%s: %s" % (value, ", ".join(names)) for value, names in defaults.items())
+        lines.append("| `%s` | %s |" % (name, text))
+    return "\n".join(lines) + "\n"
+
+
 def needs_text(names):
     """Return columns of the matches without which a selector does nothing, in words."""
     both = {"left_size", "right_size"} <= set(names)
@@ -193,8 +241,9 @@ def needs_text(names):
     return ", ".join(text for name, text in words if name in names) or "-"
 
 
-def selector_table(catalogue):
-    """Return a Markdown table of all selectors."""
+def selector_table(catalogue, text):
+    """Return a Markdown table of all selectors, with links to their sections in a text."""
+    links = section_links(catalogue, text)
     lines = ["| selector | group | what it is | needs | time | presets |", "|---|---|---|---|---|---|"]
     for selector in catalogue["selectors"]:
         presets = ", ".join("`%s`" % preset for preset in selector["presets"])
@@ -202,8 +251,9 @@ def selector_table(catalogue):
         for preset, names in selector["needs_of_presets"].items():
             needs += "; `%s`: %s" % (preset, needs_text(names))
         cost = "-" if selector["group"] == "baseline" else selector["cost"]
-        row = (selector["name"], selector["group"], cell(selector["meaning"]), needs, cost, presets)
-        lines.append("| `%s` | %s | %s | %s | %s | %s |" % row)
+        name = links.get(selector["name"], selector["name"])
+        row = (name, selector["group"], cell(selector["meaning"]), needs, cost, presets)
+        lines.append("| %s | %s | %s | %s | %s | %s |" % row)
     return "\n".join(lines) + "\n"
 
 
@@ -241,24 +291,23 @@ def slug(heading):
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
-def contents(catalogue, text):
-    """Return the table of contents of docs/selectors.md: chapters, and below those of a group its selectors.
+def section_links(catalogue, text):
+    """Return a link to the section of every selector in docs/selectors.md, by name.
 
     The section of a selector is the one that holds its table of options. All selectors of a group are in one chapter.
     """
-    chapters, chapter_of, section_of = [], {}, {}
+    chapter_of, section_of = {}, {}
     chapter = section = None
     for line in text.splitlines():
         heading = re.match(r"(#{2,3}) (.*)", line)
         marker = re.match(r"<!-- options: (\S+) -->", line)
         if heading and heading.group(1) == "##":
             chapter = section = heading.group(2)
-            chapters.append(chapter)
         elif heading:
             section = heading.group(2)
         elif marker:
             chapter_of[marker.group(1)], section_of[marker.group(1)] = chapter, section
-    entries, chapter_of_group = {}, {}
+    links, chapter_of_group = {}, {}
     for selector in catalogue["selectors"]:
         name, group = selector["name"], selector["group"]
         if name not in section_of:
@@ -266,22 +315,16 @@ def contents(catalogue, text):
         if chapter_of_group.setdefault(group, chapter_of[name]) != chapter_of[name]:
             problem = "docs/selectors.md: %s belongs to the group %s, and its section to the chapter '%s'"
             raise Problem(problem % (name, group, chapter_of[name]))
-        link = "[%s](#%s)" % (name, slug(section_of[name]))
-        entries.setdefault(chapter_of[name], []).append(link)
-    lines = []
-    for chapter in chapters:
-        selectors = ": " + ", ".join(entries[chapter]) if chapter in entries else ""
-        lines.append("- [%s](#%s)%s" % (chapter, slug(chapter), selectors))
-    return "\n".join(lines) + "\n"
+        links[name] = "[`%s`](#%s)" % (name, slug(section_of[name]))
+    return links
 
 
 def tables(catalogue):
     """Return the generated part of every document: {document: {name of the marker: text}}."""
-    selectors = {entry["name"]: option_table(entry["options"]) for entry in catalogue["selectors"]}
-    selectors["selectors"] = selector_table(catalogue)
+    selectors = {entry["name"]: own_options(catalogue, entry) for entry in catalogue["selectors"]}
+    selectors["shared"] = shared_options(catalogue)
     document = (PACKAGE / "docs/selectors.md").read_text(encoding="utf-8")
-    selectors["special-cases"] = special_cases_table(catalogue)
-    selectors["contents"] = contents(catalogue, document)
+    selectors["selectors"] = selector_table(catalogue, document)
     features = {
         entry["name"]: option_table(entry["options"]) for entry in catalogue["features"]["algorithms"]
     }
@@ -292,7 +335,9 @@ def tables(catalogue):
         "docs/selectors.md": selectors,
         "docs/features.md": features,
         "docs/live.md": nodelets,
-        "docs/evaluation.md": {"main-parameters": main_parameter_table(catalogue)},
+        "docs/data/special_cases.md": {"special-cases": special_cases_table(catalogue)},
+        "docs/data/main_parameters.md": {"main-parameters": main_parameter_table(catalogue)},
+        **measured_tables(PACKAGE),
     }
 
 
@@ -316,7 +361,7 @@ def filled(document, text, parts):
 
 
 def report_groups(catalogue):
-    """Return scripts/corrsel_report/groups.py: groups and main parameters."""
+    """Return python/corrsel/report/groups.py: groups and main parameters."""
     groups = {}
     for selector in catalogue["selectors"]:
         groups.setdefault(selector["group"], []).append(selector["name"])
@@ -352,7 +397,7 @@ def generated(catalogue):
     """Return all generated files but the catalogue: {path inside the package: content}."""
     files = {
         "config/live.yaml": live_yaml(catalogue),
-        "scripts/corrsel_report/groups.py": report_groups(catalogue),
+        "python/corrsel/report/groups.py": report_groups(catalogue),
     }
     for document, parts in tables(catalogue).items():
         files[document] = filled(document, (PACKAGE / document).read_text(encoding="utf-8"), parts)

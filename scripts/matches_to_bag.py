@@ -9,21 +9,18 @@ docs/matches.md describes the forms, their keys and columns, and the ground trut
 Exit status: 0 written, 2 unusable input.
 """
 import argparse
-import os
 import sys
 from pathlib import Path
 
-# The package lies beside this file, in the source tree as in the install space.
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from corrsel_matches.pairs import SCORES, InputError, parse_size  # noqa: E402  (found through the path above)
-from corrsel_matches.program import run  # noqa: E402
-from corrsel_matches.reading import FORMS, Request, read_pairs  # noqa: E402
+from corrsel.files.pairs import SCORES, InputError, parse_size
+from corrsel.files.program import run
+from corrsel.files.reading import FORMS, Request, read_pairs
 
 
 def convert(arguments):
     """Write the bag; return what is to be printed."""
     # The help and errors of arguments need no ROS.
-    from corrsel_matches.bag import write_bag  # pylint: disable=import-outside-toplevel
+    from corrsel.files.bag import write_bag  # pylint: disable=import-outside-toplevel
 
     if arguments.images is not None and not arguments.images.is_dir():
         raise InputError("%s is not a folder of images" % arguments.images)

@@ -15,10 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-SCRIPTS = Path(__file__).resolve().parents[1] / "scripts"
-sys.path.insert(0, str(SCRIPTS))
-from corrsel_report.groups import GROUPS  # noqa: E402  (found through the path above)
-from corrsel_report.reading import (  # noqa: E402
+from corrsel.report.groups import GROUPS
+from corrsel.report.reading import (
     PAIRS_HEADER,
     STAGES_HEADER,
     SUMMARY_HEADER,

@@ -15,8 +15,8 @@ struct DegenerateInput {
   core::Correspondences matches;
 };
 
-/// One input of at most 500 matches for each column of the table in docs/selectors.md. Every call returns the
-/// same.
+/// One input of at most 500 matches for each column of the table in docs/data/special_cases.md. Every call
+/// returns the same.
 std::vector<DegenerateInput> degenerateInputs();
 
 /// Status and share of the selected matches: "`ok`: all", most (at least half), some, few (less than 5 %) or

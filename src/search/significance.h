@@ -13,7 +13,7 @@
 namespace corrsel::core {
 
 /// Confidence from which a model is taken for real, where a search or a choice depends on it, decades. Of the
-/// homographies of unrelated images none reaches it (docs/selectors.md).
+/// homographies of unrelated images none reaches it (docs/studies/confidence.md).
 inline constexpr double kBelievedConfidence = 4;
 
 /// The evidence for a model or for a set of selected matches.

@@ -3,6 +3,7 @@
 
 Needs nothing but Python: run it as `python3 test/core/test_docs.py`.
 """
+import csv
 import pathlib
 import re
 import tempfile
@@ -77,10 +78,12 @@ def broken_links(package):
 def broken_file_names(package):
     """Return a line for every file of the package that is named in backticks but does not exist.
 
-    NAME stands for any name.
+    NAME stands for any name. The dated pages in docs/studies name the files of their day.
     """
     broken = []
     for file in documents(package):
+        if file.parent.name == "studies":
+            continue
         roots = [package / root for root in ROOTS] + [file.parent]
         for name in FILE_NAME.findall(prose(file.read_text(encoding="utf-8"))):
             if "NAME" not in name and not any((root / name).exists() for root in roots):
@@ -123,31 +126,17 @@ class Copies(unittest.TestCase):
 
     def test_the_times_of_the_readme_are_those_of_the_performance_suite(self):
         readme = (PACKAGE / "README.md").read_text(encoding="utf-8")
-        suite = (PACKAGE / "docs" / "performance.md").read_text(encoding="utf-8")
-        # Selector with its default options, without model and threshold -> ms for N = 5000, in the suite's order.
-        measured = {}
-        rows = re.findall(
-            r"^\| ([\w:]+)(?: [^|=]*)? \| [^|]* \| 5000 \| 0.5 \| ([\d.]+) \|", suite, flags=re.M
-        )
-        for name, milliseconds in rows:
-            times = measured.setdefault(re.sub(":[hf]$|:paper$", "", name), [])
-            if float(milliseconds) not in times:
-                times.append(float(milliseconds))
-        table = re.findall(r"^\|.* \| ([\d., ms]+) ms \| `([\w:]+)` \|$", readme, flags=re.M)
-        self.assertGreater(len(table), 4)
-        for text, selector in table:
+        with (PACKAGE / "docs" / "data" / "performance.csv").open(encoding="utf-8", newline="") as file:
+            rows = [row for row in csv.DictReader(file) if row["comparison"].startswith("growth/")]
+        # Selector -> ms for N = 5000; usac has a row for each model.
+        measured = {
+            row["selector"].replace(":h", ""): float(row["ours_ms"]) for row in rows if row["n"] == "5000"
+        }
+        table = re.findall(r"^\|.* \| ([\d.]+) ms \| `([\w:]+)` \|$", readme, flags=re.M)
+        self.assertGreater(len(table), 7)
+        for written, selector in table:
             with self.subTest(selector=selector):
-                written = [float(number) for number in text.replace(" ms", "").split(", ")]
-                self.assertEqual(len(measured[selector]), len(written))
-                for one, other in zip(written, measured[selector]):
-                    self.assertLess(max(one / other, other / one), 1.5)  # rounded, and of one machine
-
-    def test_the_table_of_the_readme_is_part_of_the_results(self):
-        readme = (PACKAGE / "README.md").read_text(encoding="utf-8")
-        results = (PACKAGE / "docs" / "results.md").read_text(encoding="utf-8").splitlines()
-        rows = re.search(r"^\| F, % .*?(?=\n\n)", readme, flags=re.M | re.S).group(0).splitlines()
-        self.assertGreater(len(rows), 3)
-        self.assertEqual([], [row for row in rows if row not in results])
+                self.assertLess(abs(float(written) / measured[selector] - 1), 0.2)  # rounded
 
 
 class Checks(unittest.TestCase):

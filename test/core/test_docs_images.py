@@ -9,12 +9,11 @@ import tempfile
 import unittest
 from pathlib import Path
 
-import test_report
 from test_report import SCORES, pair_row, summary_row, write_csv
 
-sys.path.insert(0, str(test_report.SCRIPT.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 import docs_images  # noqa: E402  (found through the path above)
-from corrsel_report import reading  # noqa: E402
+from corrsel.report import reading  # noqa: E402
 
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
 

@@ -90,16 +90,33 @@ class Generate(unittest.TestCase):
             self.assertNotIn("unsupported", str(results), spec)
 
     def test_sections_lie_in_the_chapter_of_their_group(self):
-        """The table of contents names the selectors below the chapter that holds their sections."""
+        """The table of the selectors links to the sections that hold their options."""
         document = "## One\n### a: x\n<!-- options: a -->\n## Two\n### b\n<!-- options: b -->\n"
         selectors = [{"name": "a", "group": "first"}, {"name": "b", "group": "second"}]
-        contents = self.generate.contents({"selectors": selectors}, document)
-        self.assertEqual(contents, "- [One](#one): [a](#a-x)\n- [Two](#two): [b](#b)\n")
+        links = self.generate.section_links({"selectors": selectors}, document)
+        self.assertEqual(links, {"a": "[`a`](#a-x)", "b": "[`b`](#b)"})
         selectors[1]["group"] = "first"
         with self.assertRaisesRegex(
             self.generate.Problem, "b belongs to the group first, and its section to .*Two"
         ):
-            self.generate.contents({"selectors": selectors}, document)
+            self.generate.section_links({"selectors": selectors}, document)
+
+    def test_options_of_several_selectors_are_listed_once(self):
+        """A selector with the options of an earlier one shows how its own differ."""
+        option = {"name": "size", "type": "integer", "default": 1, "min": 0, "max": 9, "description": "Size"}
+        seed = dict(option, name="seed")
+        first = {"name": "first", "options": [option, seed]}
+        second = {"name": "second", "options": [dict(option, default=2), seed]}
+        catalogue = {"selectors": [first, second]}
+        table = (
+            "| option | default | range | meaning |\n|---|---|---|---|\n| `size` | `1` | 0 to 9 | Size |\n"
+        )
+        self.assertEqual(self.generate.own_options(catalogue, first), table)
+        self.assertEqual(
+            self.generate.own_options(catalogue, second),
+            "Its options are those of `first`, with other defaults: `size` = `2`.\n",
+        )
+        self.assertIn("| `seed` | `1`: `first`, `second` |", self.generate.shared_options(catalogue))
 
     def test_numbers_in_yaml_read_back_as_numbers(self):
         """YAML 1.1 takes 1e-05, which has no decimal point, for a text."""

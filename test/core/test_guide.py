@@ -2,7 +2,6 @@
 """Tests of the guide and of what it rests on: python3 test_guide.py"""
 import contextlib
 import csv
-import importlib.util
 import io
 import math
 import os
@@ -18,18 +17,12 @@ from unittest import mock
 import numpy as np
 
 PROJECT = Path(__file__).resolve().parents[2]
-SCRIPT = PROJECT / "scripts" / "guide.py"
 PAPER = PROJECT.parent / "shared" / "paper" / "comparative_evaluation_2d_correspondence_selection.tex"
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(SCRIPT.parent))
-from corrsel_report import efficiency, guide, inference, paper, robustness  # noqa: E402  (found above)
-from corrsel_report.figures import FigureWriter, set_up_figures  # noqa: E402
-from corrsel_report.groups import GROUPS  # noqa: E402
-from corrsel_report.reading import PAIRS_HEADER, SCALING_HEADER, read_run  # noqa: E402
-
-SPEC = importlib.util.spec_from_file_location("guide_command", str(SCRIPT))
-command = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(command)
+from corrsel.report import __main__ as command, efficiency, guide, inference, paper, robustness  # noqa: E402
+from corrsel.report.figures import FigureWriter, set_up_figures  # noqa: E402
+from corrsel.report.groups import GROUPS  # noqa: E402
+from corrsel.report.reading import PAIRS_HEADER, SCALING_HEADER, read_run  # noqa: E402
 
 EVIL = '<script>alert("x")</script>&\'$a$'
 DEFAULT = paper.FEATURES_DEFAULT
@@ -263,7 +256,7 @@ class RunTest(unittest.TestCase):
         """Run the command in this process; return exit status, standard output and error output."""
         out, err = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            status = command.main([str(a) for a in arguments or (self.folder,)])
+            status = command.main(["--guide", "--no-page", *map(str, arguments or (self.folder,))])
         return status, out.getvalue(), err.getvalue()
 
     def csv_of(self):
@@ -511,7 +504,7 @@ class GuideTest(RunTest):
         first = self.call()[1]
         written = (self.folder / "guide.csv").read_bytes()
         environment = dict(os.environ, PYTHONHASHSEED="12345", LC_ALL="C")
-        arguments = [sys.executable, "-B", str(SCRIPT), str(self.folder)]
+        arguments = [sys.executable, "-B", "-m", "corrsel.report", "--guide", "--no-page", str(self.folder)]
         done = subprocess.run(arguments, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         self.assertEqual((done.returncode, done.stderr), (0, b""))
         self.assertEqual(done.stdout.decode(), first)

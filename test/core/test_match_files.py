@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of scripts/corrsel_matches: readers and writers of match files. Run: python3 test_match_files.py"""
+"""Tests of corrsel.files: readers and writers of match files. Run: python3 test_match_files.py"""
 import contextlib
 import io
 import pathlib
@@ -13,9 +13,7 @@ from unittest import mock
 import numpy as np
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
-import export_matches  # noqa: E402  (found through the path above)
-from corrsel_matches import colmap, hloc, pairs, reading, truth  # noqa: E402
+from corrsel.files import __main__ as export_matches, colmap, hloc, pairs, reading, truth  # noqa: E402
 
 try:
     import h5py
@@ -669,7 +667,7 @@ class Export(MatchFiles):
     """Saved matches of a run as NPZ files and databases."""
 
     def export(self, *arguments):
-        """Exit status and output of export_matches.py."""
+        """Exit status and output of python3 -m corrsel.files."""
         text = io.StringIO()
         with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
             code = export_matches.main([str(self.root), *arguments])

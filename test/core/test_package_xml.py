@@ -52,7 +52,7 @@ class PackageXml(unittest.TestCase):
     def setUpClass(cls):
         package = parse_package(str(PACKAGE))
         cls.keys = {dependency.name for kind in KINDS for dependency in getattr(package, kind)}
-        cls.own_rules = read_rules(PACKAGE / "scripts" / "debian_rosdep.yaml")
+        cls.own_rules = read_rules(PACKAGE / "scripts" / "maintenance" / "debian_rosdep.yaml")
         cls.rules = {**read_rules(DATABASE), **cls.own_rules}
 
     def test_every_key_exists(self):

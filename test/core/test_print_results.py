@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Tests of scripts/print_results.py: python3 test_print_results.py"""
+"""Tests of what corrsel.report prints: python3 test_print_results.py"""
 import contextlib
 import io
 import sys
@@ -7,11 +7,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
-SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(SCRIPTS))
-import print_results  # noqa: E402  (found through the path above)
-from corrsel_report import reading  # noqa: E402
+from corrsel.report import __main__ as report, reading  # noqa: E402  (without byte code)
 from test_report import pair_row, read_csv, write_csv, write_run, SCORES  # noqa: E402
 
 
@@ -28,7 +25,7 @@ class PrintResults(unittest.TestCase):
         """Return the exit status, what is printed, and the errors."""
         out, errors = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors):
-            status = print_results.main(list(arguments) + [str(self.folder)])
+            status = report.main(list(arguments) + ["--no-page", str(self.folder)])
         return status, out.getvalue(), errors.getvalue()
 
     def lines(self, *arguments):

@@ -11,12 +11,10 @@ from unittest import mock
 import numpy as np
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import large_run  # noqa: E402  (found through the path above)
-import report  # noqa: E402
-from corrsel_report import per_pair, reading, tables, timing, unrelated  # noqa: E402
-from corrsel_report.figures import FINEST, visible  # noqa: E402
+from corrsel.report import __main__ as report, per_pair, reading, tables, timing, unrelated  # noqa: E402
+from corrsel.report.figures import FINEST, visible  # noqa: E402
 
 HEADER = "dataset,selector,tau_px,f_paper".split(",")
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from unittest import mock
 
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[2] / "scripts")]
-import report  # noqa: E402  (found through the path above)
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from corrsel.report import __main__ as report  # noqa: E402
 import numpy as np  # noqa: E402
-from corrsel_report import (  # noqa: E402
+from corrsel.report import (  # noqa: E402
     compared,
     paper,
     per_pair,
@@ -27,8 +27,8 @@ from corrsel_report import (  # noqa: E402
     visual,
     words,
 )
-from corrsel_report.figures import safe_name  # noqa: E402
-from corrsel_report.words import data_kind  # noqa: E402
+from corrsel.report.figures import safe_name  # noqa: E402
+from corrsel.report.words import data_kind  # noqa: E402
 from test_report import JPEG, Page, figure_files, pair_row, read_csv, summary_row, write_csv  # noqa: E402
 
 SECTIONS = "overall per_pair preselected features robustness efficiency visual guide".split()  # of paper

@@ -8,9 +8,8 @@ import unittest
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
-from corrsel_report import reading  # noqa: E402  (found through the path above)
-from corrsel_report.page import build  # noqa: E402
+from corrsel.report import reading  # noqa: E402
+from corrsel.report.page import build  # noqa: E402
 from test_report import Page, write_run  # noqa: E402
 from test_report_variants import GMS, LPM, gms, write_run as write_variants  # noqa: E402
 

@@ -9,13 +9,11 @@ import unittest
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[2] / "scripts")]
-import print_results  # noqa: E402  (found through the path above)
-import report  # noqa: E402
-from corrsel_report import budget, curves, reading, selectors  # noqa: E402
-from corrsel_report.figures import FigureWriter  # noqa: E402
-from corrsel_report.groups import GROUPS, MAIN_PARAMETERS  # noqa: E402
-from corrsel_report.reading import Group  # noqa: E402
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from corrsel.report import __main__ as report, budget, curves, reading, selectors  # noqa: E402
+from corrsel.report.figures import FigureWriter  # noqa: E402
+from corrsel.report.groups import GROUPS, MAIN_PARAMETERS  # noqa: E402
+from corrsel.report.reading import Group  # noqa: E402
 from test_report import Page, figure_files, pair_row, summary_row, write_csv  # noqa: E402
 
 VGG, LABELLED = Group("vgg", "sift+sift", "none"), Group("adelaidermf", "given", "none")
@@ -320,7 +318,7 @@ class Sections(unittest.TestCase):
         self.write_budget()
         out = io.StringIO()
         with contextlib.redirect_stdout(out):
-            self.assertEqual(print_results.main(["--all", str(self.folder)]), 0)
+            self.assertEqual(report.main(["--all", "--no-page", str(self.folder)]), 0)
         self.assertIn("usac[max_seconds=0.1] 90.0", out.getvalue())
 
 

@@ -100,7 +100,7 @@ template <class Row>
 void expectDescribed(const CsvTable<Row>& table) {
   expectInDocs(table);
   const std::string reader =
-      joinedLiterals(readTextFile(corrsel::testing::sourceDir() + "/scripts/corrsel_report/reading.py"));
+      joinedLiterals(readTextFile(corrsel::testing::sourceDir() + "/python/corrsel/report/reading.py"));
   EXPECT_TRUE(contains(reader, "\"" + table.header() + "\"")) << "reading.py, " << table.file();
 }
 
@@ -113,7 +113,7 @@ TEST(Tables, DocumentationAndReportHaveTheSameColumns) {
   expectDescribed(scalingTable());
   expectDescribed(failuresTable());
   expectDescribed(imagesTable());
-  expectInDocs(savedMatchesTable());  // export_matches.py reads it by its columns' names
+  expectInDocs(savedMatchesTable());  // corrsel.files reads it by its columns' names
   expectInDocs(truthChecksTable());   // the report reads the warnings in summary.json
   expectDescribed(remarksTable());
 }

@@ -1,5 +1,5 @@
-// libFuzzer program: selectors on input of every kind, made from the fuzzer's bytes. scripts/fuzz.sh builds
-// and runs it.
+// libFuzzer program: selectors on input of every kind, made from the fuzzer's bytes.
+// scripts/maintenance/fuzz.sh builds and runs it.
 //
 // CORRSEL_FUZZ_SELECTOR names the selector, as "name" (its presets are tried as well) or "name:preset"; all
 // selectors where it is not set. --list prints the names.

@@ -95,7 +95,8 @@ TEST_F(Regression, ResultsAreTheExpectedOnes) {
   ASSERT_EQ(run.code, 0) << run.text;
   const Output comparison = compare(kExpected, root_ / "run");
   EXPECT_EQ(comparison.code, 0)
-      << comparison.text << "\nif the change is meant: scripts/update_regression.sh keeps the new results";
+      << comparison.text
+      << "\nif the change is meant: scripts/maintenance/update_regression.sh keeps the new results";
   std::cout << comparison.text;
 }
 

@@ -130,7 +130,7 @@ TEST_F(BenchmarkLaunch, LaunchWritesACompleteFolderAndPublishes) {
   EXPECT_NE(output.text.find("Highest mean F in percent (tau = 5 px)"), std::string::npos) << output.text;
   EXPECT_NE(output.text.find("vgg, orb+orb, after nnsr  "), std::string::npos) << output.text;
   EXPECT_EQ(output.text.find("median ms"), std::string::npos) << output.text;
-  EXPECT_NE(output.text.find("print_results.py --all " + run.string()), std::string::npos) << output.text;
+  EXPECT_NE(output.text.find("report.py --all --no-page " + run.string()), std::string::npos) << output.text;
   EXPECT_NE(output.text.find("report.html"), std::string::npos) << output.text;
   for (const char* file : {"config.yaml", "environment.json", "pairs.csv", "summary.csv", "summary.json",
                            "report.html", "failures.csv", "images/index.csv"}) {

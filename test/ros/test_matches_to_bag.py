@@ -24,7 +24,7 @@ DEVEL = pathlib.Path(os.environ["CORRSEL_DEVEL_DIR"])
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(SOURCE / "scripts"))
 import matches_to_bag  # noqa: E402  (found through the path above)
-from corrsel_matches import colmap, csv_list, reading  # noqa: E402
+from corrsel.files import colmap, csv_list, reading  # noqa: E402
 
 LEFT_SIZE, RIGHT_SIZE = (640, 480), (700, 520)
 HOMOGRAPHY = np.array([[0.95, 0.05, 12], [-0.04, 1.02, 7], [1e-5, -2e-5, 1]])

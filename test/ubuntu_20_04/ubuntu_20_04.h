@@ -1,7 +1,7 @@
 // Makes the installed libraries look like those of Ubuntu 20.04, where that cannot be had: OpenCV 4.2.0 and
-// nlohmann-json 3.7.3. The platform bullseye-as-focal of scripts/test_platforms.sh includes this header
-// before everything else. The libraries report these versions, and a name that they got later is a compile
-// error. What the old libraries compute differently is not seen.
+// nlohmann-json 3.7.3. The platform bullseye-as-focal of scripts/maintenance/test_platforms.sh includes this
+// header before everything else. The libraries report these versions, and a name that they got later is a
+// compile error. What the old libraries compute differently is not seen.
 //
 // The names of OpenCV are those of its list of changes from 4.3 to 4.12, of the modules that corrsel uses.
 #pragma once

@@ -6,9 +6,9 @@
 namespace corrsel {
 
 /// Makes core::createSelector() accept selectors of other packages: classes derived from corrsel::Selector
-/// that a package exports with pluginlib, under the name "package/Class" (see docs/selectors.md). A program
-/// that creates selectors calls it once; further calls do nothing. It needs no ROS master, reads nothing
-/// before the first such name is used, and may be called from any thread.
+/// that a package exports with pluginlib, under the name "package/Class" (see docs/adding_selectors.md). A
+/// program that creates selectors calls it once; further calls do nothing. It needs no ROS master, reads
+/// nothing before the first such name is used, and may be called from any thread.
 ///
 /// A library that has been loaded stays loaded until the process ends, because selectors may outlive
 /// everything else. A library that was built anew is used by the next process.

@@ -28,7 +28,7 @@ namespace core {
 /// To write a selector, derive from SelectorWithOptions and implement name() and run(). Override
 /// missingInput() if the algorithm needs a column beyond the coordinates, and presets() if it has named sets
 /// of option values. A selector is made by its default constructor and then given its options by configure().
-/// docs/selectors.md describes the steps, for this library and for other packages.
+/// docs/adding_selectors.md describes the steps, for this library and for other packages.
 class Selector {
  public:
   virtual ~Selector() = default;

@@ -21,9 +21,9 @@ struct FreakOptions : OptionSet {
 ///
 /// Algorithm: 512 comparisons of mean grey levels in 43 receptive fields. The direction of the pattern is the
 /// mean gradient over 45 symmetric pairs. The comparisons were chosen on the sample images by the paper's
-/// procedure (scripts/train_freak.sh), so descriptors cannot be compared with those of other implementations.
-/// In contrast to the paper, scale and direction of the pattern are not rounded to a table's values, and
-/// small fields may begin and end within pixels.
+/// procedure (scripts/maintenance/train_freak.sh), so descriptors cannot be compared with those of other
+/// implementations. In contrast to the paper, scale and direction of the pattern are not rounded to a table's
+/// values, and small fields may begin and end within pixels.
 ///
 /// Input: 8-bit grey image and keypoints with sizes.
 ///

@@ -40,9 +40,9 @@ std::array<FreakPair, kFreakOrientationPairs> freakOrientationPairs();
 /// All 903 pairs of fields, (a, b) with a < b, in lexicographic order. The 512 tests are chosen from them.
 std::vector<FreakPair> freakCandidatePairs();
 
-/// The 512 tests, those of the largest fields first. scripts/train_freak.sh generates them by the procedure
-/// of section 4.2, which prefers tests whose results on the blobs of the sample images are evenly distributed
-/// and little correlated.
+/// The 512 tests, those of the largest fields first. scripts/maintenance/train_freak.sh generates them by the
+/// procedure of section 4.2, which prefers tests whose results on the blobs of the sample images are evenly
+/// distributed and little correlated.
 extern const std::array<FreakPair, kFreakTests> kFreakPairs;
 
 /// Mean grey levels of the fields around any place of an image. Sums come from an integral image of 32 bits,

@@ -14,9 +14,9 @@ struct OrbTest {
   std::int8_t x1, y1, x2, y2;
 };
 
-/// The tests for a keypoint with the angle 0. scripts/train_orb.sh generates them by the procedure of section
-/// 4.3, which prefers tests whose results on the features of the sample images are evenly distributed and
-/// little correlated.
+/// The tests for a keypoint with the angle 0. scripts/maintenance/train_orb.sh generates them by the
+/// procedure of section 4.3, which prefers tests whose results on the features of the sample images are
+/// evenly distributed and little correlated.
 ///
 /// Source: Rublee, Rabaud, Konolige and Bradski, "ORB: an efficient alternative to SIFT or SURF", ICCV 2011.
 extern const std::array<OrbTest, kOrbTests> kOrbPattern;

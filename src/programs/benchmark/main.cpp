@@ -209,33 +209,26 @@ core::RunState runStages(const Arguments& arguments, const std::vector<std::stri
   return state;
 }
 
-/// Prints the winners, and with `verbose` the tables of all selectors. Tables of numbers are made by one
-/// program, so that the terminal and the report show the same winners.
-void printResults(const Arguments& arguments) {
+/// Prints the winners, and with `verbose` the tables of all selectors, prints the guide where the experiment
+/// has one, and writes the report. One program makes them all, so that the terminal and the report show the
+/// same numbers.
+/// @return whether everything could be made
+bool reportResults(const Arguments& arguments) {
   std::vector<std::string> words = {arguments.output_dir};
   if (arguments.verbose) words.insert(words.begin(), "--all");
+  if (!arguments.report) words.insert(words.begin(), "--no-page");
   std::cout << std::endl;
-  if (runScript("print_results.py", words) != 0) {
-    std::cerr << "the results could not be printed: see the message above; the means are in "
+  if (runScript("report.py", words) != 0) {
+    std::cerr << "the results could not be printed, or report.html could not be written: see the message "
+                 "above; the means are in "
               << arguments.output_dir << "/summary.csv" << std::endl;
-  } else if (!arguments.verbose) {
+    return false;
+  }
+  if (!arguments.verbose) {
     std::cout << "All selectors and tolerances are in summary.csv; verbose:=true prints them, and so does\n"
-              << "  rosrun corrsel print_results.py --all " << arguments.output_dir << "\n";
+              << "  rosrun corrsel report.py --all --no-page " << arguments.output_dir << "\n";
   }
-}
-
-/// Writes the report and prints the guide. @return whether both could be made
-bool writeReport(const core::BenchmarkConfig& config, const std::string& output_dir) {
-  const auto shows = [&config](const char* section) {
-    return std::find(config.sections.begin(), config.sections.end(), section) != config.sections.end();
-  };
-  bool written = !shows("guide") || runScript("guide.py", {output_dir}) == 0;
-  if (!written) std::cerr << "the guide could not be made: see the message above" << std::endl;
-  if (runScript("report.py", {output_dir}) != 0) {
-    std::cerr << "report.html could not be written: see the message above" << std::endl;
-    written = false;
-  }
-  return written;
+  return true;
 }
 
 /// Converts the saved matches of a run, which are CSV files, to the other forms that are wanted.
@@ -359,12 +352,11 @@ int run(int argc, char** argv) {
   const core::Stopwatch watch;
   core::writeSummary(folder, state);
   folder.appendStage({"summary", watch.seconds()});
-  printResults(arguments);
   std::cout << state.pairs_done << " of " << state.pairs_total << " pairs done, " << state.pairs_failed
             << " failed; peak memory " << state.peak_memory_mib << " MiB\n";
   if (state.interrupted)
     std::cout << "interrupted: continue with resume:=true output_dir:=" << output_dir << "\n";
-  const bool reported = !arguments.report || writeReport(config, output_dir);
+  const bool reported = reportResults(arguments);
   const bool whole = arguments.shard.count == 1 && !state.interrupted;
   const bool exported = !whole || exportMatches(arguments);
   std::cout << "results: " << output_dir << std::endl;

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Runs the steps of docker/noetic.Dockerfile in a Debian 11 root file system, which is the closest to Ubuntu 20.04 whose
 # packages Debian's archive has. Run it as root.
-#   scripts/test_dockerfile.sh [FOLDER]
+#   scripts/maintenance/test_dockerfile.sh [FOLDER]
 # FOLDER keeps the root file system (default: ${XDG_CACHE_HOME:-~/.cache}/corrsel/docker). It contains a compiler, catkin and
 # rosdep, as the base image does. What else is needed, the step `rosdep install` installs, so the run also proves that
 # package.xml is complete. Instead of ROS in /opt/ros there is Debian's own, and rosdep uses the rules of Debian's packages.
 # CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/root_file_system.sh"
 
 case ${1:-} in

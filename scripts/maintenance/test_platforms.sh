@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the whole package with ROS and runs all tests on the platforms of the list below, in root file systems that
 # debootstrap creates, and prints a table of what was used, passed, failed and skipped. Run it as root.
-#   scripts/test_platforms.sh [OPTION]... [PLATFORM]...
+#   scripts/maintenance/test_platforms.sh [OPTION]... [PLATFORM]...
 # PLATFORM is a name of the list or the beginning of one; the default is all of Debian.
 #   --folder FOLDER     keeps root file systems, builds and results (default: ${XDG_CACHE_HOME:-~/.cache}/corrsel/platforms)
 #   --ccache FOLDER     compiles with ccache, whose cache is FOLDER (default: $CCACHE_DIR; without it, ccache is not used)
@@ -15,7 +15,7 @@
 # CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
 # Exit code: 0 no test failed, 1 a platform failed, 2 usage error.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/root_file_system.sh"
 
 # Name, suite, C++ compiler, its package, further arguments of the compiler. bullseye-as-focal stands for Ubuntu 20.04, see

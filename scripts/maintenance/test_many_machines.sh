@@ -3,13 +3,13 @@
 # results with those of an undivided run: with GNU parallel, and with a Slurm cluster of two nodes that this script starts on
 # this machine. Then a part of the Slurm job is requeued while it runs, another one is cancelled and submitted again, and a
 # merge is tried without one of its parts.
-#   scripts/test_many_machines.sh [--short]
+#   scripts/maintenance/test_many_machines.sh [--short]
 # --short leaves out what comes after the first run with Slurm. It is part of .ci/run.
 # Slurm and munge have a configuration, a key, ports and folders of their own. They listen on the loopback device only, and
 # they end with the script. Services of these packages that run already are not touched.
 # Exit code 0 only if all results are the same.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 short=0
 case ${1:-} in

@@ -9,7 +9,7 @@
 #   --benchmark_list_tests        prints the names of all comparisons
 # Exit code 0 only if everything was measured, the masks agree and all targets are met.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 for argument in "$@"; do
   case $argument in -h | --help) sed -n '2,10s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;; esac

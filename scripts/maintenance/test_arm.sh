@@ -2,7 +2,7 @@
 # Compiles the libraries and their tests for 64-bit ARM on another processor, runs the tests in an emulator (qemu-user), and
 # ends with "N passed, N failed, N skipped". The first run downloads about 300 MB of Debian's packages for ARM, which it
 # extracts without running anything of them.
-#   scripts/test_arm.sh [--short] [CMAKE_ARGUMENT...]
+#   scripts/maintenance/test_arm.sh [--short] [CMAKE_ARGUMENT...]
 # --short runs the tests of the kernels, of what differs between processors, and of the masks of all selectors. It is part
 # of .ci/run.
 # CORRSEL_ARM_ROOT names another folder with the root file system of an ARM machine (default:
@@ -10,7 +10,7 @@
 # The tests that are Python programs are left out, because they start programs of the build without the emulator.
 # Exit code 0 only if no test failed.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 short=0
 case ${1:-} in

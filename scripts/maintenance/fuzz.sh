@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Feeds the selectors with generated input under AddressSanitizer, UndefinedBehaviorSanitizer and LeakSanitizer, and
 # fails if one crashes, hangs, leaks or violates its contract. test/fuzz/fuzz_select.cpp describes the checks.
-#   scripts/fuzz.sh [SECONDS_EACH [SELECTOR...]]      default: 60 s for each selector, with its presets
-#   scripts/fuzz.sh 600 lpm ransac:f
+#   scripts/maintenance/fuzz.sh [SECONDS_EACH [SELECTOR...]]      default: 60 s for each selector, with its presets
+#   scripts/maintenance/fuzz.sh 600 lpm ransac:f
 # One selector per processor core is tested at a time. Inputs that reached new code are kept in the build folder, and
 # the next run continues from them.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 seconds=${1:-60}
 shift || true

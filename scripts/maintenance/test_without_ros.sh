@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Proves that the libraries work without ROS: builds, installs, uses and tests them in Debian 12 root file systems that
 # debootstrap creates. Run it as root. The first run downloads about 500 MB and takes some minutes longer than the others.
-#   scripts/test_without_ros.sh [FOLDER]
+#   scripts/maintenance/test_without_ros.sh [FOLDER]
 # FOLDER keeps the root file systems for the next run (default: ${XDG_CACHE_HOME:-~/.cache}/corrsel/without_ros):
 #   FOLDER/core  has a compiler, CMake, OpenCV and Eigen. corrsel::core is built, installed and used there.
 #   FOLDER/all   also has the packages of corrsel::features, corrsel::benchmark, the Python module and the tests.
 #                Everything is built, tested, installed and used there.
 # CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/root_file_system.sh"
 
 case ${1:-} in

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Runs the nodelets inside a test program under a sanitizer: data races (thread) or memory errors, leaks and
 # undefined behaviour (address).
-#   scripts/sanitize_live.sh thread|address [GTEST_FILTER]
+#   scripts/maintenance/sanitize_live.sh thread|address [GTEST_FILTER]
 # Fails if a test fails or the sanitizer reports anything. ROS and OpenCV are built without the sanitizer, so
 # ThreadSanitizer sees their locks but not their memory accesses. test/ros/tsan.supp lists the false reports that follow.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 case ${1:-} in
   thread) sanitizer=thread ;;

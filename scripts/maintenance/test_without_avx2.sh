@@ -2,12 +2,12 @@
 # Runs the tests of the libraries as on x86-64 processors without AVX2: on this one, but with the baseline kernels, and then
 # on each emulated processor (qemu-user), where an instruction that it lacks ends the program. Each run ends with
 # "N passed, N failed, N skipped". Needs an x86-64 processor, and no ROS.
-#   scripts/test_without_avx2.sh [--core] [PROCESSOR...]      default: Nehalem, which has SSE4.2 but no AVX
-#   scripts/test_without_avx2.sh --core qemu64                the least that x86-64 offers: SSE2 (and SSE3)
+#   scripts/maintenance/test_without_avx2.sh [--core] [PROCESSOR...]      default: Nehalem, which has SSE4.2 but no AVX
+#   scripts/maintenance/test_without_avx2.sh --core qemu64                the least that x86-64 offers: SSE2 (and SSE3)
 # --core tests corrsel::core alone. `qemu-x86_64-static -cpu help` lists the processors.
 # Exit code 0 only if no test failed.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 build_dir=$build_dir/without_avx2
 arguments=()

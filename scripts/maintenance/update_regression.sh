@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Builds, repeats the run of test/regression, compares the stored results with the new ones, and stores the new ones
 # in test/regression/expected. Commit them together with the change that caused them.
-#   scripts/update_regression.sh            CMake arguments may follow
+#   scripts/maintenance/update_regression.sh            CMake arguments may follow
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 case ${1:-} in
   -h | --help) sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;;

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Proves that the Debian package works: builds it (scripts/make_deb.sh), installs it with apt-get into a fresh root file system
+# Proves that the Debian package works: builds it (scripts/maintenance/make_deb.sh), installs it with apt-get into a fresh root file system
 # of this Debian, and runs the benchmark, the live nodelets, the Python package and a CMake project there. Run it as root.
-#   scripts/test_deb.sh [FOLDER]
+#   scripts/maintenance/test_deb.sh [FOLDER]
 # FOLDER gets the packages and the root file system (default: ${XDG_CACHE_HOME:-~/.cache}/corrsel/deb). A package that is
 # there already is not built again. CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/root_file_system.sh"
 
 case ${1:-} in
@@ -17,7 +17,7 @@ folder=${1:-$cache_dir/deb}
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 
-compgen -G "$folder/ros-corrsel_*.deb" >/dev/null || "$package_dir/scripts/make_deb.sh" "$folder"
+compgen -G "$folder/ros-corrsel_*.deb" >/dev/null || "$package_dir/scripts/maintenance/make_deb.sh" "$folder"
 deb=$(compgen -G "$folder/ros-corrsel_*.deb")
 
 say "contents of $deb"

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Builds Debian packages of corrsel for the Debian that it runs on, whose ROS comes from Debian's own archive.
-#   scripts/make_deb.sh [FOLDER]
+#   scripts/maintenance/make_deb.sh [FOLDER]
 # The result, ros-corrsel_VERSION_ARCHITECTURE.deb and its debug symbols, is placed in FOLDER (default: the current folder).
 # bloom writes the folder debian/ from package.xml, CHANGELOG.rst and LICENSE. rosdep finds the names of the packages in
-# Debian's database and in scripts/debian_rosdep.yaml. Tests are not built: run scripts/test.sh.
+# Debian's database and in scripts/maintenance/debian_rosdep.yaml. Tests are not built: run scripts/test.sh.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/root_file_system.sh"
 
 case ${1:-} in

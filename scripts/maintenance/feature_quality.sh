@@ -9,7 +9,7 @@
 #   --options LIST       options of the algorithms, e.g. sift.contrast_threshold=0.03
 # Exit code 0 only if no mean is more than 0.5 points below that of the features that it is compared with.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 for argument in "$@"; do
   case $argument in -h | --help) sed -n '2,11s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;; esac

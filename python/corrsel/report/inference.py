@@ -13,13 +13,15 @@ from pathlib import Path
 
 import numpy as np
 
+from .tables import ReportError
+
 PROGRAM = "mean_intervals"
 
 Estimate = namedtuple("Estimate", "mean low high count")
 Estimate.__doc__ = "A mean, its 95 % percentile bootstrap interval, and the number of values it is made of."
 
 
-class ProgramError(Exception):
+class ProgramError(ReportError):
     """The program that computes intervals is missing or failed; the message names the remedy."""
 
 

@@ -1,0 +1,125 @@
+"""The tables of the documentation that hold measured numbers, made of the files in docs/data/.
+
+docs/data/README.md describes these files, and which command writes them anew.
+"""
+
+import csv
+import json
+from collections import OrderedDict
+
+# Selectors of the README's table, in the paper's order.
+SHOWN = ("nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms", "lpm", "adalam", "auto", "keep_all")
+
+
+def table(header, rows):
+    """Return a Markdown table."""
+    lines = [header, ["---"] * len(header)] + rows
+    return "".join("| %s |\n" % " | ".join(line) for line in lines)
+
+
+def marked(values):
+    """Return F values as text, the highest one in bold, and a dash for a missing one."""
+    best = max((value for value in values if value is not None), default=None)
+    return ["–" if value is None else ("**%.1f**" if value == best else "%.1f") % value for value in values]
+
+
+def all_selectors(results):
+    """Return the table of F of every selector on every dataset; the highest value of a column is bold."""
+    header, before = ["F, %"], None
+    for column in results["columns"]:
+        short = {"sift+sift": "sift", "orb+orb": "orb", "hessian_affine+sift": "hess."}.get(
+            column["features"]
+        )
+        name = "%s (%d)" % (column["dataset"], column["pairs"])
+        same = column["dataset"] == before
+        header.append(short if same else name if short is None else "%s: %s" % (name, short))
+        before = column["dataset"]
+    values = results["f_percent"]
+    columns = [marked(column) for column in zip(*values.values())]
+    return table(header, [["`%s`" % name] + list(row) for name, row in zip(values, zip(*columns))])
+
+
+def chosen(results):
+    """Return the README's table: four datasets by some selectors; the highest value of a row is bold."""
+    rows = []
+    for dataset, features in (
+        ("VGG", "hessian_affine+sift"),
+        ("VGG", "orb+orb"),
+        ("SymBench", "hessian_affine+sift"),
+        ("AdelaideRMF", "given matches"),
+    ):
+        for number, column in enumerate(results["columns"]):
+            if (column["dataset"], column["features"]) == (dataset, features):
+                title = "%s, %s (%d)" % (dataset, features, column["pairs"])
+                rows.append([title] + marked([results["f_percent"][name][number] for name in SHOWN]))
+    return table(["F, %"] + list(SHOWN), rows)
+
+
+def milliseconds(text):
+    """Return a time with two or three digits."""
+    return "%.3g" % float(text) if float(text) < 1000 else "%.0f" % float(text)
+
+
+def growth(rows):
+    """Return the table of the time of every selector by the number of matches."""
+    times, exponents = OrderedDict(), {}
+    for row in rows:
+        if row["comparison"].startswith("growth/"):
+            times.setdefault(row["selector"], {})[int(row["n"])] = milliseconds(row["ours_ms"])
+            if row["exponent"]:
+                exponents[row["selector"]] = "%.2f" % float(row["exponent"])
+    sizes = sorted({size for measured in times.values() for size in measured})
+    body = [
+        ["`%s`" % name] + [measured.get(size, "-") for size in sizes] + [exponents.get(name, "-")]
+        for name, measured in times.items()
+    ]
+    return table(["ms"] + ["N = %d" % size for size in sizes] + ["exponent"], body)
+
+
+def alternatives(rows):
+    """Return the table of the selectors beside OpenCV's functions and textbook versions."""
+    body = []
+    for row in rows:
+        if not row["against"].startswith(("cv ", "textbook ", "dense ")) or not row["inlier_ratio"]:
+            continue
+        cells = [row["selector"], row["against"], row["n"], row["inlier_ratio"]]
+        cells += [milliseconds(row["ours_ms"]), milliseconds(row["peer_ms"]), "%.3g" % float(row["ratio"])]
+        cells += ["%.1f" % float(row["ours_f"]), "%.1f" % float(row["peer_f"])]
+        body.append(cells)
+    header = [
+        "ours",
+        "alternative",
+        "N",
+        "inliers",
+        "ms",
+        "alternative, ms",
+        "ratio",
+        "F, %",
+        "alternative's",
+    ]
+    return table(header, body)
+
+
+def source(rows):
+    """Return a sentence on where and with what the times were measured."""
+    row = rows[0]
+    return (
+        "Measured on: %(cpu)s, %(threads)s thread, %(compiler)s, %(build_type)s, OpenCV %(opencv)s, %(kernels)s kernels, "
+        "commit %(corrsel_commit)s.\n" % row
+    )
+
+
+def measured_tables(package):
+    """Return the measured tables of every document: {document: {name of the marker: text}}."""
+    results = json.loads((package / "docs/data/results.json").read_text(encoding="utf-8"))
+    with (package / "docs/data/performance.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {
+        "README.md": {"results": chosen(results)},
+        "docs/results.md": {"all-selectors": all_selectors(results)},
+        "docs/performance.md": {
+            "machine": source(rows),
+            "growth": growth(rows),
+            "alternatives": alternatives(rows),
+        },
+    }
