@@ -162,7 +162,7 @@ CONFIGURATION
 nodes_are_idle() { [ "$(sinfo --noheader --Node --states=idle 2>/dev/null | wc -l)" -eq 2 ]; }
 queue_is_empty() { [ -z "$(squeue --noheader)" ]; }
 # has_pairs FOLDER: a run has finished a pair.
-has_pairs() { [ -e "$1/pairs.csv" ] && [ "$(wc -l <"$1/pairs.csv")" -gt 1 ]; }
+has_pairs() { [ -e "$1/pairs.csv" ] && [ "$(wc -l <"$1/pairs.csv")" -gt 2 ]; }
 
 daemons_run() {
   local daemon

@@ -22,7 +22,8 @@ sys.dont_write_bytecode = True
 from corrsel.report import __main__ as command, efficiency, guide, inference, paper, robustness  # noqa: E402
 from corrsel.report.figures import FigureWriter, set_up_figures  # noqa: E402
 from corrsel.report.groups import GROUPS  # noqa: E402
-from corrsel.report.reading import PAIRS_HEADER, SCALING_HEADER, read_run  # noqa: E402
+from corrsel.report.reading import SCALING_HEADER, read_run  # noqa: E402
+from test_report import write_csv, write_pairs  # noqa: E402
 
 EVIL = '<script>alert("x")</script>&\'$a$'
 DEFAULT = paper.FEATURES_DEFAULT
@@ -58,14 +59,6 @@ def scaling_rows(seconds, threads="1", rounds=10, status="ok"):
                 time = start * (n / 1000.0) ** exponent * (1 + 0.01 * (i % 3))
                 rows.append(dict(zip(SCALING_HEADER, (selector, threads, n, i, n // 2, status, time))))
     return rows
-
-
-def write_csv(path, header, rows):
-    """Write rows of dictionaries; missing keys give empty cells."""
-    with path.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, header, restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def table_rows(text, label, before=False):
@@ -131,7 +124,7 @@ class InferenceTest(unittest.TestCase):
                     measures = ("precision", "recall_paper", "recall_same_tau", "f_paper", "f_same_tau")
                     row.update((measure, count / 50) for measure in measures)
                     rows.append(row)
-                write_csv(folder / "pairs.csv", PAIRS_HEADER, rows)
+                write_pairs(folder / "pairs.csv", rows)
             program = shutil.which(
                 "compare_runs", path=os.pathsep.join(map(str, inference.program_folders()))
             )
@@ -238,7 +231,7 @@ class RunTest(unittest.TestCase):
 
     def run_of(self, rows, scaling=None):
         """Write the files of a run and read it."""
-        write_csv(self.folder / "pairs.csv", PAIRS_HEADER, rows)
+        write_pairs(self.folder / "pairs.csv", rows)
         if scaling is not None:
             write_csv(self.folder / "scaling.csv", SCALING_HEADER, scaling)
         return read_run(self.folder)
