@@ -229,6 +229,30 @@ def shared_options(catalogue):
     return "\n".join(lines) + "\n"
 
 
+def common_options(algorithms):
+    """Return the names of the options that most detectors share, in their order."""
+    names = [option["name"] for entry in algorithms for option in entry["options"]]
+    return [name for name in OrderedDict.fromkeys(names) if 2 * names.count(name) > len(algorithms)]
+
+
+def common_table(algorithms, common):
+    """Return the table of the options that most detectors share; defaults that differ are in the last column."""
+    rows = []
+    for name in common:
+        found = [
+            (entry["name"], option)
+            for entry in algorithms
+            for option in entry["options"]
+            if option["name"] == name
+        ]
+        first = dict(found[0][1])
+        others = ["`%s`: %s" % (owner, table_value(row["default"])) for owner, row in found if row != first]
+        if others:
+            first["description"] += ". Default of " + ", ".join(others)
+        rows.append(first)
+    return option_table(rows)
+
+
 def needs_text(names):
     """Return columns of the matches without which a selector does nothing, in words."""
     both = {"left_size", "right_size"} <= set(names)
@@ -251,8 +275,7 @@ def selector_table(catalogue, text):
         for preset, names in selector["needs_of_presets"].items():
             needs += "; `%s`: %s" % (preset, needs_text(names))
         cost = "-" if selector["group"] == "baseline" else selector["cost"]
-        name = links.get(selector["name"], selector["name"])
-        row = (name, selector["group"], cell(selector["meaning"]), needs, cost, presets)
+        row = (links[selector["name"]], selector["group"], cell(selector["meaning"]), needs, cost, presets)
         lines.append("| %s | %s | %s | %s | %s | %s |" % row)
     return "\n".join(lines) + "\n"
 
@@ -294,28 +317,24 @@ def slug(heading):
 def section_links(catalogue, text):
     """Return a link to the section of every selector in docs/selectors.md, by name.
 
-    The section of a selector is the one that holds its table of options. All selectors of a group are in one chapter.
+    The heading of a section begins with the names of its selectors. All selectors of a group are in one chapter.
     """
-    chapter_of, section_of = {}, {}
-    chapter = section = None
-    for line in text.splitlines():
-        heading = re.match(r"(#{2,3}) (.*)", line)
-        marker = re.match(r"<!-- options: (\S+) -->", line)
-        if heading and heading.group(1) == "##":
-            chapter = section = heading.group(2)
-        elif heading:
-            section = heading.group(2)
-        elif marker:
-            chapter_of[marker.group(1)], section_of[marker.group(1)] = chapter, section
-    links, chapter_of_group = {}, {}
+    links, chapter_of, chapter_of_group = {}, {}, {}
+    chapter = None
+    for level, heading in re.findall(r"^(#{2,3}) (.*)$", text, flags=re.M):
+        if level == "##":
+            chapter = heading
+            continue
+        for name in re.split(r", | and ", heading.split(":")[0]):
+            chapter_of[name] = chapter
+            links[name] = "[`%s`](#%s)" % (name, slug(heading))
     for selector in catalogue["selectors"]:
         name, group = selector["name"], selector["group"]
-        if name not in section_of:
-            continue  # filled() reports it
+        if name not in links:
+            raise Problem("docs/selectors.md: no heading begins with the name %s" % name)
         if chapter_of_group.setdefault(group, chapter_of[name]) != chapter_of[name]:
             problem = "docs/selectors.md: %s belongs to the group %s, and its section to the chapter '%s'"
             raise Problem(problem % (name, group, chapter_of[name]))
-        links[name] = "[`%s`](#%s)" % (name, slug(section_of[name]))
     return links
 
 
@@ -325,14 +344,29 @@ def tables(catalogue):
     selectors["shared"] = shared_options(catalogue)
     document = (PACKAGE / "docs/selectors.md").read_text(encoding="utf-8")
     selectors["selectors"] = selector_table(catalogue, document)
+    # The methods for comparison have their options on a page of their own.
+    text = (PACKAGE / "docs/data/reference_options.md").read_text(encoding="utf-8")
+    reference = {name: selectors.pop(name) for _, name, _ in MARKED.findall(text) if name in selectors}
+    algorithms = catalogue["features"]["algorithms"]
+    common = common_options(algorithms)
     features = {
-        entry["name"]: option_table(entry["options"]) for entry in catalogue["features"]["algorithms"]
+        entry["name"]: option_table([row for row in entry["options"] if row["name"] not in common])
+        for entry in algorithms
     }
+    features["detectors"] = common_table(algorithms, common)
     features["match"] = option_table(catalogue["matching"])
     features["sequence"] = option_table(catalogue["sequence"])
-    nodelets = {name: option_table(parts["start"]) for name, parts in catalogue["nodelets"].items()}
+    nodelets = {}
+    known = []
+    for name, parts in catalogue["nodelets"].items():
+        rows = [row for row in parts["start"] if row not in known]
+        again = ", ".join("`%s`" % row["name"] for row in parts["start"] if row in known)
+        sentence = "\nThese are the same as above: %s.\n" % again if again else ""
+        nodelets[name] = option_table(rows) + sentence
+        known += rows
     return {
         "docs/selectors.md": selectors,
+        "docs/data/reference_options.md": reference,
         "docs/features.md": features,
         "docs/live.md": nodelets,
         "docs/data/special_cases.md": {"special-cases": special_cases_table(catalogue)},

@@ -76,30 +76,6 @@ def growth(rows):
     return table(["ms"] + ["N = %d" % size for size in sizes] + ["exponent"], body)
 
 
-def alternatives(rows):
-    """Return the table of the selectors beside OpenCV's functions and textbook versions."""
-    body = []
-    for row in rows:
-        if not row["against"].startswith(("cv ", "textbook ", "dense ")) or not row["inlier_ratio"]:
-            continue
-        cells = [row["selector"], row["against"], row["n"], row["inlier_ratio"]]
-        cells += [milliseconds(row["ours_ms"]), milliseconds(row["peer_ms"]), "%.3g" % float(row["ratio"])]
-        cells += ["%.1f" % float(row["ours_f"]), "%.1f" % float(row["peer_f"])]
-        body.append(cells)
-    header = [
-        "ours",
-        "alternative",
-        "N",
-        "inliers",
-        "ms",
-        "alternative, ms",
-        "ratio",
-        "F, %",
-        "alternative's",
-    ]
-    return table(header, body)
-
-
 def source(rows):
     """Return a sentence on where and with what the times were measured."""
     row = rows[0]
@@ -120,6 +96,5 @@ def measured_tables(package):
         "docs/performance.md": {
             "machine": source(rows),
             "growth": growth(rows),
-            "alternatives": alternatives(rows),
         },
     }

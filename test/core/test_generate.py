@@ -90,11 +90,11 @@ class Generate(unittest.TestCase):
             self.assertNotIn("unsupported", str(results), spec)
 
     def test_sections_lie_in_the_chapter_of_their_group(self):
-        """The table of the selectors links to the sections that hold their options."""
-        document = "## One\n### a: x\n<!-- options: a -->\n## Two\n### b\n<!-- options: b -->\n"
+        """The table of the selectors links to the sections whose headings begin with their names."""
+        document = "## One\n### a: x\n## Two\n### b and c: y\n"
         selectors = [{"name": "a", "group": "first"}, {"name": "b", "group": "second"}]
         links = self.generate.section_links({"selectors": selectors}, document)
-        self.assertEqual(links, {"a": "[`a`](#a-x)", "b": "[`b`](#b)"})
+        self.assertEqual(links, {"a": "[`a`](#a-x)", "b": "[`b`](#b-and-c-y)", "c": "[`c`](#b-and-c-y)"})
         selectors[1]["group"] = "first"
         with self.assertRaisesRegex(
             self.generate.Problem, "b belongs to the group first, and its section to .*Two"

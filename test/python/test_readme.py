@@ -76,17 +76,19 @@ class Readme(unittest.TestCase):
         where = self.run_python("from corrsel import _core; print(_core.__file__)")
         self.assertTrue(where.startswith(str(self.prefix)), where)
         output = self.run_python(readme_blocks()["python"])
-        self.assertTrue(output.startswith("ok [["), output)
+        lines = output.splitlines()
+        self.assertIn("# " + lines[0] + "\n", readme_blocks()["python"])
+        self.assertTrue(lines[1].startswith("ok [["), output)
 
     def test_python_documentation(self):
         text = (ROOT / "docs" / "python.md").read_text("utf-8")
         programs = [block for language, block in blocks(text) if language == "python"]
         outputs = [self.run_python(program) for program in programs]
         self.assertEqual(len(outputs), 5)
-        self.assertRegex(outputs[0], r"^\d+ of \d+ matches; homography: \[\[")
+        self.assertRegex(outputs[0], r"^\d+ of \d+ matches; a plane .* model: \[\[")
         self.assertRegex(outputs[1], r"^plane 0 has \d+ matches around \[")
-        self.assertRegex(outputs[2], r"^<corrsel.Selection: ok, .* model fundamental")
-        self.assertRegex(outputs[3], r"^gms +P [01].*\nlpm +P [01].*\nransac +P 1.000 R 1.000 F 1.000\n$")
+        self.assertRegex(outputs[2], r"^<corrsel.Selection: ok, .* model homography")
+        self.assertRegex(outputs[3], r"^auto +P 1.000 R 1.000 F 1.000\nlpm +P [01].*\nransac +P 1.000 R 1.000 F 1.000\n$")
         self.assertRegex(
             outputs[4], r"^AUC at 5, 10, 20 degrees \[0\.314\d* +0\.323\d* +0\.328\d*\] mAA 0\.333\d*\n$"
         )
