@@ -9,7 +9,15 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 from corrsel.report import __main__ as report, reading  # noqa: E402  (without byte code)
-from test_report import pair_row, read_csv, read_pairs, write_csv, write_pairs, write_run, SCORES  # noqa: E402
+from test_report import (
+    pair_row,
+    read_csv,
+    read_pairs,
+    write_csv,
+    write_pairs,
+    write_run,
+    SCORES,
+)  # noqa: E402
 
 
 class PrintResults(unittest.TestCase):

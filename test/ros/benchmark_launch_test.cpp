@@ -49,10 +49,14 @@ std::string readAll(const fs::path& file) {
 /// pairs.csv without its time columns.
 std::vector<std::string> timelessRows(const fs::path& folder) {
   std::vector<std::string> rows;
-  std::ifstream in(folder / "pairs.csv");
+  const fs::path file = folder / "pairs.csv";
+  const std::size_t first_time = core::pairsTableIn(file.string()).indexOf("detect_s");
+  std::ifstream in(file);
+  std::string format;
+  std::getline(in, format);
   for (std::string line; std::getline(in, line);) {
     std::vector<std::string> fields = core::parseCsvLine(line);
-    fields.resize(core::pairsTable().indexOf("detect_s"));
+    fields.resize(first_time);
     rows.push_back(core::joinList(fields, ","));
   }
   return rows;
@@ -640,9 +644,7 @@ TEST_F(BenchmarkLaunch, NamesAreTextNotPathsOrMarkup) {
       shell("rosrun corrsel benchmark --max_pairs 1 --features orb+orb --data_root " + data.string() +
             " --dataset '" + dataset + "' --output_dir " + (outer / "run").string());
   EXPECT_EQ(output.code, 0) << output.text;
-  std::ifstream in(outer / "run" / "pairs.csv");
-  for (std::string line; std::getline(in, line);)
-    EXPECT_EQ(core::parseCsvLine(line).size(), core::pairsTable().columns().size()) << line;
+  EXPECT_FALSE(core::readResults((outer / "run").string()).empty());
   const std::string report = readAll(outer / "run" / "report.html");
   EXPECT_EQ(report.find("<b>set"), std::string::npos);
   EXPECT_EQ(report.find("<em>"), std::string::npos);

@@ -210,6 +210,7 @@ class MatchesToBag(unittest.TestCase):
         self.assertEqual(len(rows), 2 * 3)
         given = {pair.key: pair for pair in reading.read_pairs(reading.Request(self.root / "set"))}
         with open(str(self.root / "run/pairs.csv"), newline="", encoding="utf-8") as file:
+            next(file)  # the format
             counts = {(row["pair"], row["selector"]): int(row["n_selected"]) for row in csv.DictReader(file)}
         for row in rows:
             pair, selector = given[row["pair"]], row["selector"]
