@@ -219,11 +219,14 @@ RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& so
   observer_.progress(meter.at(state.pairs_done, ""));
   warmUp();
   eachPair(sources, [&](PairSource& source, std::size_t number) {
+    const std::optional<PairId> known = source.nextId();
+    if (known && (!shard.holds(number) || folder_.isDone(*known))) return source.skip();
     ImagePair pair;
+    if (known) pair.id = *known;
     const char* stage = "read";
     try {
       const Stopwatch watch;
-      if (!source.next(pair)) throw DatasetError("the bag ends before this pair");
+      if (!source.next(pair)) throw DatasetError("the data end before this pair");
       if (!shard.holds(number) || folder_.isDone(pair.id)) return;
       stage = "run";
       judgeTruth(pair.id);
@@ -444,7 +447,10 @@ void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>
   const ProgressMeter meter(chosen.size(), 0);
   std::size_t drawn = 0;
   eachPair(sources, [&](PairSource& source, std::size_t) {
+    const std::optional<PairId> known = source.nextId();
+    if (known && !isChosen(*known)) return source.skip();
     ImagePair pair;
+    if (known) pair.id = *known;
     try {
       if (drawn == chosen.size() || !source.next(pair) || !isChosen(pair.id)) return;
       Cell cell = first;

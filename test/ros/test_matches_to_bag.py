@@ -301,7 +301,7 @@ class MatchesToBag(unittest.TestCase):
         self.assertIn(
             "the size of the image set/set/one/left is not known; give it by --size WIDTHxHEIGHT", text
         )
-        self.assertIn("rosrun corrsel export_matches.py --format colmap", text)
+        self.assertIn("rosrun corrsel report.py --no-page --export colmap", text)
         code, text = self.shell.output_of(
             "rosrun corrsel export_matches.py --format colmap --size 640x480 %s/run" % self.root
         )
