@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
 #include "base/text.h"
@@ -409,18 +408,8 @@ std::string Report::machine() {
 }
 
 void writeMarkdown(const std::string& file, const std::string& text) {
-  const std::string begin = "<!-- tables begin -->\n", end = "<!-- tables end -->";
-  std::stringstream old;
-  if (std::ifstream in(file); in) old << in.rdbuf();
-  std::string content = old.str();
-  const std::size_t from = content.find(begin), to = content.find(end);
-  if (from != std::string::npos && to != std::string::npos && from < to) {
-    content.replace(from + begin.size(), to - from - begin.size(), text);
-  } else {
-    content = text;
-  }
   std::ofstream out(file);
-  if (!(out << content << std::flush)) throw std::runtime_error("cannot write " + file);
+  if (!(out << text << std::flush)) throw std::runtime_error("cannot write " + file);
 }
 
 }  // namespace corrsel::performance

@@ -110,8 +110,7 @@ class Report {
   std::string new_lines_;
 };
 
-/// Writes `text` to the file; between the lines `<!-- tables begin -->` and `<!-- tables end -->` where the
-/// file exists and has them. Throws std::runtime_error where that fails.
+/// Writes `text` to the file. Throws std::runtime_error where that fails.
 void writeMarkdown(const std::string& file, const std::string& text);
 
 /// Three significant digits; empty for NaN.

@@ -338,37 +338,49 @@ def section_links(catalogue, text):
     return links
 
 
-def tables(catalogue):
-    """Return the generated part of every document: {document: {name of the marker: text}}."""
-    selectors = {entry["name"]: own_options(catalogue, entry) for entry in catalogue["selectors"]}
-    selectors["shared"] = shared_options(catalogue)
-    document = (PACKAGE / "docs/selectors.md").read_text(encoding="utf-8")
-    selectors["selectors"] = selector_table(catalogue, document)
-    # The methods for comparison have their options on a page of their own.
-    text = (PACKAGE / "docs/data/reference_options.md").read_text(encoding="utf-8")
-    reference = {name: selectors.pop(name) for _, name, _ in MARKED.findall(text) if name in selectors}
-    algorithms = catalogue["features"]["algorithms"]
-    common = common_options(algorithms)
-    features = {
-        entry["name"]: option_table([row for row in entry["options"] if row["name"] not in common])
-        for entry in algorithms
-    }
-    features["detectors"] = common_table(algorithms, common)
-    features["match"] = option_table(catalogue["matching"])
-    features["sequence"] = option_table(catalogue["sequence"])
-    nodelets = {}
-    known = []
+def nodelet_tables(catalogue):
+    """Return the tables of the start-up parameters of the nodelets; what an earlier nodelet has is only named."""
+    tables_of, known = {}, []
     for name, parts in catalogue["nodelets"].items():
         rows = [row for row in parts["start"] if row not in known]
         again = ", ".join("`%s`" % row["name"] for row in parts["start"] if row in known)
         sentence = "\nThese are the same as above: %s.\n" % again if again else ""
-        nodelets[name] = option_table(rows) + sentence
+        tables_of[name] = option_table(rows) + sentence
         known += rows
+    return tables_of
+
+
+def feature_tables(catalogue):
+    """Return the tables of the options of features, matching and sequences."""
+    algorithms = catalogue["features"]["algorithms"]
+    common = common_options(algorithms)
+    tables_of = {
+        entry["name"]: option_table([row for row in entry["options"] if row["name"] not in common])
+        for entry in algorithms
+    }
+    tables_of["detectors"] = common_table(algorithms, common)
+    tables_of["match"] = option_table(catalogue["matching"])
+    tables_of["sequence"] = option_table(catalogue["sequence"])
+    return tables_of
+
+
+def tables(catalogue):
+    """Return the generated part of every document: {document: {name of the marker: text}}.
+
+    The options of a selector stand where their marker is: in docs/selectors.md, or for methods that are there for
+    comparison in docs/data/reference_options.md.
+    """
+    selectors = {entry["name"]: own_options(catalogue, entry) for entry in catalogue["selectors"]}
+    selectors["shared"] = shared_options(catalogue)
+    document = (PACKAGE / "docs/selectors.md").read_text(encoding="utf-8")
+    selectors["selectors"] = selector_table(catalogue, document)
+    text = (PACKAGE / "docs/data/reference_options.md").read_text(encoding="utf-8")
+    reference = {name: selectors.pop(name) for _, name, _ in MARKED.findall(text) if name in selectors}
     return {
         "docs/selectors.md": selectors,
         "docs/data/reference_options.md": reference,
-        "docs/features.md": features,
-        "docs/live.md": nodelets,
+        "docs/data/feature_options.md": feature_tables(catalogue),
+        "docs/data/nodelet_parameters.md": nodelet_tables(catalogue),
         "docs/data/special_cases.md": {"special-cases": special_cases_table(catalogue)},
         "docs/data/main_parameters.md": {"main-parameters": main_parameter_table(catalogue)},
         **measured_tables(PACKAGE),

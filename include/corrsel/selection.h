@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <opencv2/core/matx.hpp>
 #include <string>
 #include <vector>
@@ -32,6 +33,22 @@ enum class ModelKind : std::uint8_t { kNone = 0, kHomography = 1, kFundamental =
 
 std::string toString(ModelKind kind);
 
+/// What the matches show, as far as a selector found it out. The texts returned by toString() are part of the
+/// file formats.
+enum class SceneKind : std::uint8_t {
+  kUnknown = 0,          ///< the selector does not find it out, or no model holds for what agrees
+  kNothing = 1,          ///< chance explains all that agrees: the images may show different scenes
+  kAtRest = 2,           ///< the images show the same view; neither camera nor scene has moved
+  kPlaneOrRotation = 3,  ///< one homography: a plane, or a camera that only turns
+  kRigid = 4,            ///< one fundamental matrix: a rigid scene with depth
+  kSeveralMotions = 5    ///< no single model: objects move by themselves
+};
+
+std::string toString(SceneKind kind);
+
+/// Throws std::invalid_argument listing the valid texts.
+SceneKind sceneFromString(const std::string& text);
+
 /// The result of a selector.
 struct Selection {
   std::vector<std::uint8_t> mask;  ///< 1 = selected, 0 = rejected; always as long as the input
@@ -47,9 +64,11 @@ struct Selection {
   cv::Matx33d model =
       cv::Matx33d::zeros();  ///< left to right (x' ~ Hx, or x'^T F x = 0); valid if kind is not kNone
   Status status = Status::kOk;
-  /// -log10 of the number of agreements as good as this one that wrong matches alone are expected to show; at
-  /// least 0. It is 0 where chance explains the agreement and where it is not known, see addConfidence().
-  double confidence = 0.0;
+  SceneKind scene = SceneKind::kUnknown;  ///< what the matches show; `auto` finds it out
+  /// -log10 of the number of agreements as good as this one that outliers alone are expected to show; at
+  /// least 0. It is 0 where chance explains the agreement, and NaN where nobody has computed it, see
+  /// addConfidence().
+  double confidence = std::numeric_limits<double>::quiet_NaN();
   std::string message;        ///< one sentence for people; empty if there is nothing to report
   std::size_t n_input = 0;    ///< matches given
   std::size_t n_ignored = 0;  ///< matches dropped beforehand because a coordinate was NaN, infinite or absurd

@@ -129,8 +129,11 @@ class Selection:
     status       "ok"; "too_few", "degenerate", "no_model", "unsupported_input" (a column or an image size is missing)
                  "too_large", "time_limit" (stopped at max_seconds: the best result so far), "failed" or "uncertain" (the
                  confidence is below min_confidence; mask and model are there, but should not be relied on)
-    confidence   -log10 of the number of agreements as good as this one that are expected by chance; 0 where it is
-                 unknown
+    scene        what the matches show, as far as the selector finds it out ("auto" does): "unknown"; "nothing" (chance
+                 explains all that agrees), "at_rest" (nothing has moved), "plane_or_rotation", "rigid" (with depth) or
+                 "several_motions"
+    confidence   -log10 of the number of agreements as good as this one that are expected by chance; nan where it could
+                 not be computed (status "failed" or "unsupported_input")
     message      one sentence that explains the status; may be empty
     seconds      wall time, s
     iterations   hypotheses, EM steps or passes: the selector's own count
@@ -145,6 +148,7 @@ class Selection:
         "model",
         "model_kind",
         "status",
+        "scene",
         "confidence",
         "message",
         "seconds",

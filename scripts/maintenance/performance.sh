@@ -5,7 +5,7 @@
 #   --all            full grid of sizes and inlier ratios (25 minutes) instead of the comparisons with targets (6)
 #   --filter REGEX   only the comparisons that match, e.g. '^gms' or '^usac:h/N:5000'
 #   --data_root FOLDER   time features on images of its datasets vgg and kitti_stereo instead of the sample photographs
-#   --csv FILE, --markdown FILE   other output files; in a FILE with marks, e.g. docs/performance.md, the text is kept
+#   --csv FILE, --markdown FILE   other output files, e.g. docs/data/performance.csv, from which scripts/generate.py makes tables
 #   --benchmark_list_tests        prints the names of all comparisons
 # Exit code 0 only if everything was measured, the masks agree and all targets are met.
 set -euo pipefail

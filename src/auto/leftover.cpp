@@ -6,15 +6,15 @@ namespace corrsel::core {
 namespace {
 
 constexpr float kSamePlace = 4.0F;  // px
-constexpr std::size_t kLeast = 6;
-constexpr double kShareOfExplained = 0.04, kShareOfWrong = 0.02;
+constexpr std::size_t kMinPlaces = 6;
+constexpr double kShareOfExplained = 0.04, kShareOfOthers = 0.02;
 
 }  // namespace
 
 bool Leftover::isSizable(std::size_t count, std::size_t explained) const {
   const auto c = static_cast<double>(count), m = static_cast<double>(explained);
   const auto n = static_cast<double>(matches_->size());
-  return count >= kLeast && c > kShareOfExplained * (c + m) && c > kShareOfWrong * (n - m);
+  return count >= kMinPlaces && c > kShareOfExplained * (c + m) && c > kShareOfOthers * (n - m);
 }
 
 int Leftover::countOutside(const PlanarNeighbours& neighbours, const float* x, const float* y,
@@ -45,7 +45,7 @@ std::size_t Leftover::coherent(const std::vector<std::uint8_t>& local,
   for (std::uint32_t i = 0; i < m.size(); ++i)
     if (local[i] != 0 || explained[i] != 0) members_.push_back(i);
   coherent_.assign(m.size(), 0);
-  if (members_.size() < kLeast) return 0;
+  if (members_.size() < kMinPlaces) return 0;
   const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
     to.resize(members_.size());
     for (std::size_t i = 0; i < members_.size(); ++i) to[i] = from[members_[i]];

@@ -25,7 +25,7 @@ namespace corrsel::core {
 ///
 /// A leftover of c places is sizable if c >= 6, c > 0.04 (c + m) and c > 0.02 (N - m), where the model
 /// explains m of the N matches. The last condition is there because chance and repeated structure make 0.3 to
-/// 2 % of all wrong matches look locally supported.
+/// 2 % of all outliers look locally supported.
 ///
 /// Cost: O(N) time, memory is kept between calls.
 class Leftover {

@@ -9,11 +9,11 @@
 namespace corrsel::core {
 namespace {
 
-constexpr float kFloor = 3;              // px: least tolerance
+constexpr float kFloor = 3;              // px: min tolerance
 constexpr double kRho[2] = {0.12, 0.3};  // relative tolerances
 constexpr double kLocalRho = 0.3, kExtendedRho = 0.45;
 constexpr double kReach = 1.0 / 8;  // of the diagonal: relative tolerances grow up to this distance
-constexpr double kRarest = 0.02;    // least number of supporters expected by chance
+constexpr double kRarest = 0.02;    // min number of supporters expected by chance
 constexpr double kTests = 6;        // per hypothesis: radii and tolerances
 constexpr double kCaution = 4;      // survivors expected by chance: e^-4
 // Larger discs are looked at only where the smaller ones leave it open whether the map is right.
@@ -22,12 +22,12 @@ constexpr double kHopeless = 2;  // S where the smaller discs hold enough matche
 constexpr double kEnough = 40;
 constexpr double kCostOfPartner = 1;  // S of a map from two matches is lowered by this
 constexpr std::uint32_t kNone = 0xffffffffU;
-constexpr int kVoters = 8;                                        // survivors that decide about the local set
-constexpr float kLeastLeft = 8, kLeastRight = 3, kMostScale = 6;  // of two matches that give a similarity
+constexpr int kVoters = 8;                                   // survivors that decide about the local set
+constexpr float kMinLeft = 8, kMinRight = 3, kMaxScale = 6;  // of two matches that give a similarity
 
 /// The number of matches that hypotheses are made for: up to `most`, fewer where many survive.
 struct Budget {
-  static constexpr std::size_t kBatch = 128;      // matches judged before the survivors are counted again
+  static constexpr std::size_t kBatch = 128;      // matches verified before the survivors are counted again
   static constexpr std::size_t kSurvivors = 200;  // more hypotheses are not needed
   static constexpr double kApart = 0.25;          // of `most`: matches outside of the local set, afterwards
 
@@ -37,7 +37,7 @@ struct Budget {
       : most(std::min(
             n, frames ? std::max<std::size_t>(100, 1000000 / n) : std::max<std::size_t>(60, 800000 / n))) {}
 
-  /// The end of the batch that begins with match `start`; `start` itself where no more matches are judged.
+  /// The end of the batch that begins with match `start`; `start` itself where no more matches are verified.
   std::size_t batchEnd(std::size_t start, std::size_t survivors) const {
     return survivors >= kSurvivors ? start : std::min(most, start + kBatch);
   }
@@ -111,19 +111,19 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   sortPool(budget.most);
   candidates_.resize(budget.most);
   std::iota(candidates_.begin(), candidates_.end(), 0U);
-  std::size_t judged = 0;
-  for (std::size_t end = 0; (end = budget.batchEnd(judged, members_.size())) > judged; judged = end)
-    judgeBatch(matches, frames, judged, end, threads);
+  std::size_t verified = 0;
+  for (std::size_t end = 0; (end = budget.batchEnd(verified, members_.size())) > verified; verified = end)
+    verifyBatch(matches, frames, verified, end, threads);
   extendLocalSets();
   // Small groups that move by themselves have few of the best matches, or none. They stand out among those
   // that the survivors do not predict.
   const auto apart = static_cast<std::size_t>(Budget::kApart * static_cast<double>(budget.most));
   candidates_.clear();
-  for (std::size_t i = judged; i < n_ && candidates_.size() < apart; ++i) {
+  for (std::size_t i = verified; i < n_ && candidates_.size() < apart; ++i) {
     if (extended_[row_[i]] == 0) candidates_.push_back(static_cast<std::uint32_t>(i));
   }
   const std::size_t before = members_.size();
-  judgeBatch(matches, frames, 0, candidates_.size(), threads);
+  verifyBatch(matches, frames, 0, candidates_.size(), threads);
   // Fewer have no majority of their own.
   if (2 * (members_.size() - before) > kVoters) extendLocalSets();
   std::sort(members_.begin(), members_.end(), [this](std::uint32_t a, std::uint32_t b) {
@@ -133,25 +133,25 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   local_size_ = static_cast<std::size_t>(std::count(local_.begin(), local_.end(), 1));
 }
 
-void LocalSupport::judgeBatch(const Correspondences& matches, bool frames, std::size_t first,
-                              std::size_t last, int threads) {
-  constexpr std::size_t kBlock = 16;  // matches that a thread judges at a time
+void LocalSupport::verifyBatch(const Correspondences& matches, bool frames, std::size_t first,
+                               std::size_t last, int threads) {
+  constexpr std::size_t kBlock = 16;  // matches that a thread verifies at a time
   const int wanted = partnersPerMatch(frames);
   forEachBlock(last - first, kBlock, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t place = first + begin; place < first + end; ++place) {
       const std::uint32_t i = candidates_[place];
       Place of_map;
       LinearMap map;
-      if (frames && frameMap(matches, i, map)) judge(i, map, nullptr, of_map);
+      if (frames && frameMap(matches, i, map)) verify(i, map, nullptr, of_map);
       if (best_[i] > kSure * significant_support_) continue;
-      std::uint32_t found[kMostPartners];
+      std::uint32_t found[kMaxPartners];
       const int count = partners(i, wanted, found);
       for (int p = 0; p < count; ++p) {
         const std::uint32_t j = found[p];
-        judge(i,
-              similarity(left_x_[j] - left_x_[i], left_y_[j] - left_y_[i], right_x_[j] - right_x_[i],
-                         right_y_[j] - right_y_[i]),
-              &j, of_map);
+        verify(i,
+               similarity(left_x_[j] - left_x_[i], left_y_[j] - left_y_[i], right_x_[j] - right_x_[i],
+                          right_y_[j] - right_y_[i]),
+               &j, of_map);
       }
     }
   });
@@ -244,7 +244,7 @@ void LocalSupport::findWeights() {
 }
 
 bool LocalSupport::frameMap(const Correspondences& m, std::size_t rank, LinearMap& map) const {
-  constexpr double kMostArea = double{kMostScale} * kMostScale, kMostStretch = 32;
+  constexpr double kMaxArea = double{kMaxScale} * kMaxScale, kMaxStretch = 32;
   const AffineFrame &left = m.left_frame[row_[rank]], &right = m.right_frame[row_[rank]];
   const double a = left[0], b = left[1], c = left[3], d = left[4], det = a * d - b * c;
   double norm = 0;
@@ -257,18 +257,18 @@ bool LocalSupport::frameMap(const Correspondences& m, std::size_t rank, LinearMa
   }
   const double area = std::abs((right[0] * double{right[4]} - right[1] * double{right[3]}) / det);
   // Comparisons with NaN are false.
-  return area >= 1 / kMostArea && area <= kMostArea && norm <= kMostStretch * area;
+  return area >= 1 / kMaxArea && area <= kMaxArea && norm <= kMaxStretch * area;
 }
 
-void LocalSupport::sortPool(std::size_t judged) {
-  pool_.resize(std::min(n_, std::max({std::size_t{300}, n_ / 4, judged})));
+void LocalSupport::sortPool(std::size_t verified) {
+  pool_.resize(std::min(n_, std::max({std::size_t{300}, n_ / 4, verified})));
   for (std::size_t i = 0; i < pool_.size(); ++i)
     pool_[i] = {sortKey(left_x_[i]), static_cast<std::uint32_t>(i)};
   radixSort(pool_, scratch_);
 }
 
 int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) const {
-  float distances[kMostPartners];
+  float distances[kMaxPartners];
   int found = 0;
   const float x = left_x_[rank], y = left_y_[rank], u = right_x_[rank], v = right_y_[rank];
   /// @return false where no match further along x can be nearer than those found
@@ -279,11 +279,11 @@ int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) con
     const auto isNearer = [&](int place) {
       return left < distances[place] || (left == distances[place] && j < out[place]);
     };
-    if (left < kLeastLeft * kLeastLeft || (found == wanted && !isNearer(found - 1))) return true;
+    if (left < kMinLeft * kMinLeft || (found == wanted && !isNearer(found - 1))) return true;
     const float vx = right_x_[j] - u, vy = right_y_[j] - v;
     const float right = vx * vx + vy * vy;
-    if (right < kLeastRight * kLeastRight || right > kMostScale * kMostScale * left ||
-        left > kMostScale * kMostScale * right) {
+    if (right < kMinRight * kMinRight || right > kMaxScale * kMaxScale * left ||
+        left > kMaxScale * kMaxScale * right) {
       return true;
     }
     int place = found < wanted ? found++ : found - 1;
@@ -320,7 +320,20 @@ double LocalSupport::visibleShare(std::size_t rank, int disc, Place& place) cons
   return share;
 }
 
-void LocalSupport::judge(std::size_t rank, const LinearMap& map, const std::uint32_t* partner, Place& place) {
+/// What makes a match a supporter, in the smallest two discs at once or in a larger one.
+SupportRule LocalSupport::ruleOf(int disc) const {
+  const bool near = disc < SupportRule::kRadii;
+  SupportRule rule{};
+  rule.squared_floor = kFloor * kFloor;
+  for (int t = 0; t < SupportRule::kTolerances; ++t)
+    rule.squared_rho[t] = static_cast<float>(kRho[t] * kRho[t]);
+  for (int i = 0; i < SupportRule::kRadii; ++i)
+    rule.squared_radius[i] = static_cast<float>(radius(near ? i : disc) * radius(near ? i : disc));
+  return rule;
+}
+
+void LocalSupport::verify(std::size_t rank, const LinearMap& map, const std::uint32_t* partner,
+                          Place& place) {
   constexpr int kNear = SupportRule::kRadii;
   const float x = left_x_[rank], y = left_y_[rank], u = right_x_[rank], v = right_y_[rank];
   const double unit = unit_, cost = partner != nullptr ? kCostOfPartner : 0;
@@ -337,13 +350,7 @@ void LocalSupport::judge(std::size_t rank, const LinearMap& map, const std::uint
   for (int disc = kNear - 1; disc < kDiscs; ++disc) {
     const bool near = disc < kNear;
     const double r = radius(disc) * kMargin;
-    SupportRule rule{};
-    rule.squared_floor = kFloor * kFloor;
-    for (int t = 0; t < SupportRule::kTolerances; ++t)
-      rule.squared_rho[t] = static_cast<float>(kRho[t] * kRho[t]);
-    for (int i = 0; i < SupportRule::kRadii; ++i)
-      rule.squared_radius[i] = static_cast<float>(radius(near ? i : disc) * radius(near ? i : disc));
-
+    const SupportRule rule = ruleOf(disc);
     SupportCounts counts;
     std::size_t found = left_cells_.find(x, y, r * width, r * height, runs);
     (near ? kernel.both : kernel.first)(by_left_.view(), runs, found,

@@ -39,7 +39,7 @@ namespace corrsel::core {
 ///
 /// Larger discs are looked at only where the smaller ones leave it open whether the map is right: not where S
 /// is already more than twice what makes a survivor, nor where S is below 2 although the disc holds at least
-/// 40 matches. Right maps are sure, and wrong ones hopeless, mostly after D/8.
+/// 40 matches. Maps of inliers are sure, and those of outliers hopeless, mostly after D/8.
 ///
 /// Hypotheses are made for the M = min(N, max(100, 10^6 / N)) best matches, without frames five for each of M
 /// = min(N, max(60, 8 * 10^5 / N)), but for no more once 200 have survived. The M / 4 best other matches
@@ -57,7 +57,7 @@ namespace corrsel::core {
 /// frames that are singular or NaN) gives no support, and no error.
 ///
 /// Sensitivity, as change of the F of `auto` on the real and generated datasets: lambda with N in place of W
-/// and without s lets 34 to 39 wrong matches survive per pair of unrelated images (0 to 0.1 as it is). One
+/// and without s lets 34 to 39 outliers survive per pair of unrelated images (0 to 0.1 as it is). One
 /// vote of 8 in place of 5 costs 1 to 17 on SymBench, tolerances that grow beyond D/8 cost 1 to 5 there, 6
 /// votes cost 0.9 on AdelaideRMF, D/16 in place of D/8 costs 1.6 on KITTI. 2 or 6 in place of 4, and 100 or
 /// any number in place of 200 survivors, change it by at most 0.6. rho = 0.10 or 0.15 in place of 0.12
@@ -106,7 +106,7 @@ class LocalSupport {
   double area() const { return area_; }
 
  private:
-  static constexpr int kMostPartners = 5, kDiscs = 4;
+  static constexpr int kMaxPartners = 5, kDiscs = 4;
 
   struct Bounds {
     std::array<double, 2> low, high;  ///< x and y, px
@@ -130,18 +130,19 @@ class LocalSupport {
   static Bounds boundsOf(const std::vector<float>& x, const std::vector<float>& y, const cv::Size& image);
   void layOut(const Correspondences& matches);
   void findWeights();
-  void sortPool(std::size_t judged);
-  static int partnersPerMatch(bool frames) { return frames ? 1 : kMostPartners; }
-  /// Judges the matches candidates_[first .. last), and adds the survivors to members_.
-  void judgeBatch(const Correspondences& matches, bool frames, std::size_t first, std::size_t last,
-                  int threads);
+  void sortPool(std::size_t verified);
+  static int partnersPerMatch(bool frames) { return frames ? 1 : kMaxPartners; }
+  /// Verifies the maps of the matches candidates_[first .. last), and adds the survivors to members_.
+  void verifyBatch(const Correspondences& matches, bool frames, std::size_t first, std::size_t last,
+                   int threads);
   bool frameMap(const Correspondences& matches, std::size_t rank, LinearMap& map) const;
   int partners(std::size_t rank, int wanted, std::uint32_t* out) const;
   double radius(int disc) const { return diagonal_ / (16 >> disc); }
+  SupportRule ruleOf(int disc) const;
   double visibleShare(std::size_t rank, int disc, Place& place) const;
   /// Counts the supporters of a map through a match, and keeps the map if it is the match's best so far.
   /// @param partner  the second match that the map was made from, or nullptr
-  void judge(std::size_t rank, const LinearMap& map, const std::uint32_t* partner, Place& place);
+  void verify(std::size_t rank, const LinearMap& map, const std::uint32_t* partner, Place& place);
   void extendLocalSets();
 
   // Matches are numbered by their rank in the order of quality. The order of the input then has no influence.

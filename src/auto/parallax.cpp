@@ -15,9 +15,9 @@ namespace corrsel::core {
 namespace {
 
 constexpr double kOffPlane = 15;  // px
-constexpr std::size_t kLeastGood = 100, kGoodShare = 8;
+constexpr std::size_t kMinGood = 100, kGoodShare = 8;
 constexpr int kPairs = 300;
-constexpr double kTimesChance = 40, kShareOfPlane = 0.5, kOutnumbers = 1.25, kLeastTimesChance = 8;
+constexpr double kTimesChance = 40, kShareOfPlane = 0.5, kOutnumbers = 1.25, kMinTimesChance = 8;
 
 }  // namespace
 
@@ -26,7 +26,7 @@ bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& 
                         const std::vector<double>& errors, double area, const Thresholds& thresholds,
                         std::uint64_t seed, cv::Matx33d& fundamental) {
   const std::size_t n = matches.size();
-  const std::size_t good = std::min(n, std::max(kLeastGood, n / kGoodShare));
+  const std::size_t good = std::min(n, std::max(kMinGood, n / kGoodShare));
   off_plane_.clear();
   for (std::size_t rank = 0; rank < good; ++rank)
     if (errors[best_first[rank]] > kOffPlane * kOffPlane) off_plane_.push_back(best_first[rank]);
@@ -63,7 +63,7 @@ bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& 
       off_agreeing >= kTimesChance * chance * static_cast<double>(off) && off_agreeing >= kShareOfPlane * on;
   if (!clear) {
     if (off_agreeing < kOutnumbers * on ||
-        off_agreeing < kLeastTimesChance * chance * static_cast<double>(off)) {
+        off_agreeing < kMinTimesChance * chance * static_cast<double>(off)) {
       return false;
     }
     far_.clear();

@@ -12,8 +12,8 @@ namespace corrsel::core {
 
 /// Removes matches that agree with a fundamental matrix but not with their surroundings.
 ///
-/// Idea: a wrong match agrees with the epipolar geometry by chance if its right point lies near its epipolar
-/// line, anywhere along it. The local maps of right matches nearby tell roughly where on the line it belongs.
+/// Idea: an outlier agrees with the epipolar geometry by chance if its right point lies near its epipolar
+/// line, anywhere along it. The local maps of inliers nearby tell roughly where on the line it belongs.
 ///
 /// Algorithm: a match outside the core stays if at least 2 of its 8 nearest core matches in the left image
 /// predict its right point within max(10 px, 0.6 |A dx|), where A is the linear part of the local map of the

@@ -1,5 +1,6 @@
 #include "corrsel/selection.h"
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -10,7 +11,10 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::pair<Status, const char*> kStatusTexts[] = {
+template <class Value>
+using Text = std::pair<Value, const char*>;
+
+constexpr Text<Status> kStatusTexts[] = {
     {Status::kOk, "ok"},
     {Status::kTooFew, "too_few"},
     {Status::kDegenerate, "degenerate"},
@@ -22,34 +26,46 @@ constexpr std::pair<Status, const char*> kStatusTexts[] = {
     {Status::kUncertain, "uncertain"},
 };
 
+constexpr Text<ModelKind> kModelTexts[] = {
+    {ModelKind::kNone, "none"},
+    {ModelKind::kHomography, "homography"},
+    {ModelKind::kFundamental, "fundamental"},
+};
+
+constexpr Text<SceneKind> kSceneTexts[] = {
+    {SceneKind::kUnknown, "unknown"}, {SceneKind::kNothing, "nothing"},
+    {SceneKind::kAtRest, "at_rest"},  {SceneKind::kPlaneOrRotation, "plane_or_rotation"},
+    {SceneKind::kRigid, "rigid"},     {SceneKind::kSeveralMotions, "several_motions"},
+};
+
+template <class Value, std::size_t N>
+std::string textOf(Value wanted, const Text<Value> (&texts)[N], const std::string& what) {
+  for (const auto& [value, text] : texts) {
+    if (value == wanted) return text;
+  }
+  throw std::invalid_argument("unknown " + what + " " + std::to_string(static_cast<int>(wanted)));
+}
+
+template <class Value, std::size_t N>
+Value valueOf(const std::string& wanted, const Text<Value> (&texts)[N], const std::string& what) {
+  std::vector<std::string> valid;
+  for (const auto& [value, text] : texts) {
+    if (wanted == text) return value;
+    valid.emplace_back(text);
+  }
+  throw std::invalid_argument("unknown " + what + " '" + wanted + "'" + validNames(wanted, valid));
+}
+
 }  // namespace
 
-std::string toString(Status status) {
-  for (const auto& [value, text] : kStatusTexts) {
-    if (value == status) return text;
-  }
-  throw std::invalid_argument("unknown status " + std::to_string(static_cast<int>(status)));
-}
+std::string toString(Status status) { return textOf(status, kStatusTexts, "status"); }
 
-Status statusFromString(const std::string& text) {
-  std::vector<std::string> valid;
-  for (const auto& [value, name] : kStatusTexts) {
-    if (text == name) return value;
-    valid.emplace_back(name);
-  }
-  throw std::invalid_argument("unknown status '" + text + "'" + validNames(text, valid));
-}
+Status statusFromString(const std::string& text) { return valueOf(text, kStatusTexts, "status"); }
 
-std::string toString(ModelKind kind) {
-  switch (kind) {
-    case ModelKind::kNone:
-      return "none";
-    case ModelKind::kHomography:
-      return "homography";
-    case ModelKind::kFundamental:
-      return "fundamental";
-  }
-  throw std::invalid_argument("unknown model kind " + std::to_string(static_cast<int>(kind)));
-}
+std::string toString(ModelKind kind) { return textOf(kind, kModelTexts, "model kind"); }
+
+std::string toString(SceneKind kind) { return textOf(kind, kSceneTexts, "scene"); }
+
+SceneKind sceneFromString(const std::string& text) { return valueOf(text, kSceneTexts, "scene"); }
 
 }  // namespace corrsel::core

@@ -72,10 +72,10 @@ std::string contradictionIn(const ResultRow& row) {
     if (!problem.empty()) return problem;
   }
   if (!row.judged()) {
-    const bool empty = row.n_selected == 0 && std::isnan(row.select_seconds) && row.confidence == 0;
+    const bool empty = row.n_selected == 0 && std::isnan(row.select_seconds) && std::isnan(row.confidence);
     return empty ? "" : "status " + toString(row.status) + " beside numbers of a selection";
   }
-  if (!(row.confidence >= 0) || std::isinf(row.confidence)) {
+  if (row.confidence < 0 || std::isinf(row.confidence)) {
     return "confidence = " + formatNumber(row.confidence) + " is no number from 0";
   }
   return "";

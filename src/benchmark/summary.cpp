@@ -143,7 +143,7 @@ class Summary {
       Group& group = groupOf(row, m.tau);
       if (!row.judged()) continue;
       group.seconds.push_back(row.select_seconds);
-      group.confidences.push_back(row.confidence);
+      if (!std::isnan(row.confidence)) group.confidences.push_back(row.confidence);
       if (row.n_ground_truth == 0) continue;
       group.entries.push_back(
           {numberOf(row.id), {m.precision, m.recall_paper, m.f_paper, m.recall_same_tau, m.f_same_tau}});

@@ -60,6 +60,7 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
   result["model"] = modelled ? py::object(matrix(selection.model)) : py::none();
   result["model_kind"] = core::toString(selection.model_kind);
   result["status"] = core::toString(selection.status);
+  result["scene"] = core::toString(selection.scene);
   result["confidence"] = selection.confidence;
   result["message"] = selection.message;
   result["seconds"] = selection.seconds;

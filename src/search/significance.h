@@ -16,6 +16,8 @@ namespace corrsel::core {
 /// homographies of unrelated images none reaches it (docs/studies/confidence.md).
 inline constexpr double kBelievedConfidence = 4;
 
+inline bool isSignificant(double confidence) { return confidence >= kBelievedConfidence; }
+
 /// The evidence for a model or for a set of selected matches.
 struct Significance {
   double confidence = 0;  ///< -log10 of the probability of such an agreement by chance, at least 0, decades

@@ -49,7 +49,8 @@ void fail(Selection& result, std::size_t n, Status status, const std::string& me
   result.score.clear();
   result.group.clear();
   result.model_kind = ModelKind::kNone;
-  result.confidence = 0.0;
+  result.scene = SceneKind::kUnknown;
+  result.confidence = std::numeric_limits<double>::quiet_NaN();
   result.status = status;
   result.message = message;
 }
@@ -87,9 +88,13 @@ void requireSense(const Selection& result, std::size_t n) {
   if (result.model_kind != ModelKind::kNone && !cv::checkRange(result.model)) {
     throw std::domain_error("the selector returned a model that is not finite");
   }
-  if (!(result.confidence >= 0) || std::isinf(result.confidence)) {
+  if (result.scene > SceneKind::kSeveralMotions) {
+    throw std::domain_error("the selector returned a scene that does not exist: " +
+                            std::to_string(static_cast<int>(result.scene)));
+  }
+  if (result.confidence < 0 || std::isinf(result.confidence)) {
     throw std::domain_error("the selector returned a confidence of " + formatNumber(result.confidence) +
-                            "; allowed are finite numbers from 0");
+                            "; allowed are finite numbers from 0, and NaN where it is not computed");
   }
 }
 
@@ -103,7 +108,7 @@ double confidenceIn(const Correspondences& matches, const Selection& selection) 
 /// @pre finite coordinates
 void requireConfidence(const Correspondences& matches, Selection& result, double min_confidence) {
   if (result.status != Status::kOk || min_confidence <= 0) return;
-  if (result.confidence == 0) result.confidence = confidenceIn(matches, result);
+  if (std::isnan(result.confidence)) result.confidence = confidenceIn(matches, result);
   if (result.confidence >= min_confidence) return;
   result.status = Status::kUncertain;
   const std::string reason = "the confidence is " + formatNumber(std::floor(result.confidence * 10) / 10) +
@@ -115,7 +120,8 @@ void requireConfidence(const Correspondences& matches, Selection& result, double
 
 void addConfidence(const Correspondences& matches, Selection& selection) {
   const bool fits = selection.mask.size() == matches.size() && matches.inconsistency().empty();
-  if (selection.confidence > 0 || !fits) return;
+  const bool failed = selection.status == Status::kFailed || selection.status == Status::kUnsupportedInput;
+  if (!std::isnan(selection.confidence) || failed || !fits) return;
   if (allUsable(matches)) {
     selection.confidence = confidenceIn(matches, selection);
     return;
@@ -179,6 +185,7 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
       result.model = inner.model;
       result.status = inner.status;
       result.message = inner.message;
+      result.scene = inner.scene;
       result.confidence = inner.confidence;
       result.iterations = inner.iterations;
     }

@@ -301,7 +301,8 @@ inline bool sameBits(const std::vector<float>& a, const std::vector<float>& b) {
 inline std::string difference(const Selection& a, const Selection& b) {
   if (a.status != b.status) return "status " + toString(a.status) + " and " + toString(b.status);
   if (a.message != b.message) return "message '" + a.message + "' and '" + b.message + "'";
-  if (a.confidence != b.confidence) return "confidences differ";
+  if (toString(a.scene) != toString(b.scene)) return "scenes differ";
+  if (std::memcmp(&a.confidence, &b.confidence, sizeof a.confidence) != 0) return "confidences differ";
   if (a.mask != b.mask) return "masks differ";
   if (!sameBits(a.score, b.score)) return "scores differ";
   if (a.model_kind != b.model_kind) return "model kinds differ";
@@ -347,7 +348,7 @@ inline std::string contractViolation(const Correspondences& m, const Selection& 
     for (const double value : s.model.val) sum += std::abs(value);
     if (!(std::isfinite(sum) && sum > 0)) return "the model is zero or not finite";
   }
-  if (!(s.confidence >= 0) || std::isinf(s.confidence)) return "the confidence is negative or not finite";
+  if (s.confidence < 0 || std::isinf(s.confidence)) return "the confidence is negative or infinite";
   if (s.iterations < 0 || !(s.seconds >= 0)) return "iterations or seconds are negative";
   return "";
 }

@@ -23,6 +23,7 @@ inline std::vector<ResultRow> rowsOf(const std::string& pair, double f = 0.5) {
     row.n_ground_truth = row.n_selected = 60;
     const auto correct = static_cast<std::size_t>(std::lround(60 * f));
     for (const double tau : {5.0, 10.0}) row.metrics.push_back(metricsOf(tau, correct, 60, 60, 60));
+    row.confidence = 0;
     row.select_seconds = 0.001;
     rows.push_back(row);
   }

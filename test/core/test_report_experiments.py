@@ -352,9 +352,9 @@ class ExperimentsTest(unittest.TestCase):
         add("unrelated_vgg", "usac", [(9, 5, "ok"), (8, 0, "ok")])
         add("unrelated_symbench", "usac", [(60, 1, "uncertain"), (0, 0, "no_model")])
         # gms has no confidence: the number selected counts, unless the status is another than ok.
-        add("vgg", "gms", [(50, 0, "ok"), (40, 0, "ok"), (30, 0, "time_limit")])
-        add("unrelated_vgg", "gms", [(45, 0, "ok"), (44, 0, "ok")])
-        add("unrelated_symbench", "gms", [(10, 0, "ok"), (0, 0, "ok")])
+        add("vgg", "gms", [(50, "", "ok"), (40, "", "ok"), (30, "", "time_limit")])
+        add("unrelated_vgg", "gms", [(45, "", "ok"), (44, "", "ok")])
+        add("unrelated_symbench", "gms", [(10, "", "ok"), (0, "", "ok")])
         add("vgg", "nnsr", [("", "", "unsupported_input")] * 3)
         write_pairs(folder / "pairs.csv", rows)
         write_config(folder, ["unrelated"])

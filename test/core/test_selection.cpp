@@ -36,5 +36,18 @@ TEST(Selection, ModelKindTexts) {
             "unknown model kind 3");
 }
 
+TEST(Selection, SceneTextsAreFixedAndReadBack) {
+  const std::vector<std::string> texts = {"unknown",           "nothing", "at_rest",
+                                          "plane_or_rotation", "rigid",   "several_motions"};
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    EXPECT_EQ(toString(static_cast<SceneKind>(i)), texts[i]);
+    EXPECT_EQ(sceneFromString(texts[i]), static_cast<SceneKind>(i));
+  }
+  EXPECT_EQ(
+      errorOf<std::invalid_argument>([] { sceneFromString("rigged"); }).rfind("unknown scene 'rigged'", 0),
+      0U);
+  EXPECT_EQ(errorOf<std::invalid_argument>([] { toString(static_cast<SceneKind>(6)); }), "unknown scene 6");
+}
+
 }  // namespace
 }  // namespace corrsel::core

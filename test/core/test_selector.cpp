@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <new>
@@ -222,10 +223,14 @@ TEST(Selector, RefusesNonsense) {
          r.model(2, 1) = std::numeric_limits<double>::quiet_NaN();
        },
        "the selector returned a model that is not finite"},
+      {[](const Correspondences&, Selection& r) { r.scene = static_cast<SceneKind>(6); },
+       "the selector returned a scene that does not exist: 6"},
       {[](const Correspondences&, Selection& r) { r.confidence = -1; },
-       "the selector returned a confidence of -1; allowed are finite numbers from 0"},
+       "the selector returned a confidence of -1; allowed are finite numbers from 0, and NaN where it is not "
+       "computed"},
       {[](const Correspondences&, Selection& r) { r.confidence = std::numeric_limits<double>::infinity(); },
-       "the selector returned a confidence of inf; allowed are finite numbers from 0"},
+       "the selector returned a confidence of inf; allowed are finite numbers from 0, and NaN where it is "
+       "not computed"},
       {[](const Correspondences&, Selection& r) { r.group.assign(r.mask.size(), -2); },
        "the selector returned the group number -2 for a match with mask 0; allowed are numbers from 0 for "
        "selected matches, and -1"},
@@ -337,8 +342,10 @@ TEST(Selector, ComputesTheConfidenceOnlyWhereItDecides) {
   const Scene scene = homographyScene({200, 0.5, 0.5, 1});
   Correspondences m = scene.matches;
   Confident selector;
-  selector.confidence = 0;
-  EXPECT_EQ(selector.select(m).confidence, 0);
+  selector.confidence = kNaN;
+  EXPECT_TRUE(std::isnan(selector.select(matches(3)).confidence));
+  selector.configure({{"min_confidence", "1"}});
+  EXPECT_EQ(selector.select(matches(3)).confidence, 0) << "chance explains one selected match";
 
   const auto run = [&scene](const Correspondences& kept, Selection& result) {
     for (std::size_t i = 0; i < kept.size(); ++i) result.mask[i] = scene.inlier[i];
@@ -347,7 +354,7 @@ TEST(Selector, ComputesTheConfidenceOnlyWhereItDecides) {
     result.iterations = 100000;
   };
   Selection s = Stub(run).select(m);
-  EXPECT_EQ(s.confidence, 0);
+  EXPECT_TRUE(std::isnan(s.confidence));
   addConfidence(m, s);
   EXPECT_EQ(s.confidence, confidenceOf(m, s, 100000));
   EXPECT_GT(s.confidence, 100);
@@ -361,13 +368,21 @@ TEST(Selector, ComputesTheConfidenceOnlyWhereItDecides) {
   addConfidence(m, s);
   EXPECT_EQ(s.confidence, confidence);
 
-  s.confidence = 7;
-  addConfidence(m, s);
-  EXPECT_EQ(s.confidence, 7) << "what a selector has set is kept";
-  s.confidence = 0;
+  for (const double set : {7.0, 0.0}) {
+    s.confidence = set;
+    addConfidence(m, s);
+    EXPECT_EQ(s.confidence, set) << "what a selector has set is kept";
+  }
+  s.confidence = kNaN;
+  for (const Status failed : {Status::kFailed, Status::kUnsupportedInput}) {
+    s.status = failed;
+    addConfidence(m, s);
+    EXPECT_TRUE(std::isnan(s.confidence)) << toString(failed);
+  }
+  s.status = Status::kOk;
   s.mask.pop_back();
   addConfidence(m, s);
-  EXPECT_EQ(s.confidence, 0) << "another number of matches";
+  EXPECT_TRUE(std::isnan(s.confidence)) << "another number of matches";
 }
 
 TEST(Selector, TakesNoOptionsUnlessItSaysSo) {

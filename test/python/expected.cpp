@@ -46,6 +46,7 @@ json toJson(const Selection& selection) {
           {"model", toJson(selection.model)},
           {"model_kind", toString(selection.model_kind)},
           {"status", toString(selection.status)},
+          {"scene", toString(selection.scene)},
           {"confidence", selection.confidence},
           {"message", selection.message},
           {"iterations", selection.iterations},

@@ -53,7 +53,7 @@ class Results(unittest.TestCase):
                     for (
                         name
                     ) in (
-                        "model_kind status confidence message iterations n_input n_ignored n_selected".split()
+                        "model_kind status scene confidence message iterations n_input n_ignored n_selected".split()
                     ):
                         self.assertEqual(getattr(selection, name), result[name], name)
                     self.assertGreaterEqual(selection.seconds, 0)

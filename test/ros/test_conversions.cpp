@@ -147,6 +147,7 @@ core::Selection exampleSelection() {
   selection.model_kind = core::ModelKind::kFundamental;
   selection.model = cv::Matx33d(1, 2, 3, 4, 5, 6, 7, 8, 9);
   selection.status = core::Status::kTimeLimit;
+  selection.scene = core::SceneKind::kSeveralMotions;
   selection.confidence = 12.5;
   selection.message = "stopped";
   selection.n_input = 3;
@@ -168,6 +169,7 @@ TEST(SelectionMessage, RoundTripKeepsEverything) {
   EXPECT_EQ(back.model_kind, selection.model_kind);
   EXPECT_EQ(back.model, selection.model);
   EXPECT_EQ(back.status, selection.status);
+  EXPECT_EQ(back.scene, selection.scene);
   EXPECT_EQ(back.confidence, selection.confidence);
   EXPECT_EQ(back.message, selection.message);
   EXPECT_EQ(back.n_input, selection.n_input);
@@ -187,6 +189,7 @@ TEST(SelectionMessage, WithoutModelItIsNaN) {
   const core::Selection back = fromMsg(msg);
   EXPECT_EQ(back.model_kind, core::ModelKind::kNone);
   EXPECT_TRUE(back.mask.empty());
+  EXPECT_TRUE(std::isnan(back.confidence)) << "nobody has computed it";
 }
 
 TEST(SelectionMessage, NonsenseIsNamed) {
@@ -197,7 +200,7 @@ TEST(SelectionMessage, NonsenseIsNamed) {
   };
   expectRefused(with([](Selection& m) { m.status = 9; }), "status");
   expectRefused(with([](Selection& m) { m.confidence = -1; }), "confidence");
-  expectRefused(with([](Selection& m) { m.confidence = std::nan(""); }), "confidence");
+  expectRefused(with([](Selection& m) { m.scene = 6; }), "scene");
   expectRefused(with([](Selection& m) { m.model_kind = 3; }), "model_kind");
   expectRefused(with([](Selection& m) { m.mask[1] = 2; }), "mask");
   expectRefused(with([](Selection& m) { m.score.pop_back(); }), "score");

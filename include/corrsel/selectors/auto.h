@@ -26,12 +26,13 @@ struct AutoOptions : ConfidenceOptions {
 /// Finds out by itself what kind of scene the matches show, selects accordingly, and reports how sure it is.
 ///
 /// Idea: two facts carry it. First, one match fixes a local map, so that every match is a hypothesis of its
-/// own, and the number of other matches that it predicts decides whether it is right. No sample of four right
-/// matches has to be drawn, which is hopeless among few right ones. Second, which model a scene needs shows
+/// own, and the number of other matches that it predicts decides whether it is an inlier. No sample of four
+/// inliers has to be drawn, which is hopeless among few of them. Second, which model a scene needs shows
 /// in what a model leaves over: matches with local support that it does not explain.
 ///
-/// Algorithm:
-///  1. Local support (selectors/parts/local_support.h) gives the local set L, the extended local set L2, and
+/// Algorithm: evidence is gathered (src/auto/gathering.h), a table decides by it which answer to give
+/// (src/auto/decision.h), and the answer is written (src/auto/answer.h).
+///  1. Local support (local_support.h) gives the local set L, the extended local set L2, and
 ///     a local map per match.
 ///  2. The best homography is found by growing local maps (affine_growing.h) and by PROSAC in the order of
 ///     local support on L. Where that found little, the maps that the frames of single matches give are tried
@@ -53,14 +54,14 @@ struct AutoOptions : ConfidenceOptions {
 ///
 /// Input: coordinates. Image sizes, descriptor distances and frames are used where they exist.
 ///
-/// Options: `threshold` is what the user calls right, px. Below `min_confidence`, the best guess is returned
-/// with the status `uncertain`. The stages themselves take a model for real from a confidence of 4. With
+/// Options: `threshold` is the error that the user allows, px. Below `min_confidence`, the best guess is
+/// returned with the status `uncertain`. The decision takes a model for real from a confidence of 4. With
 /// `max_seconds` the hard search is cut first. Local support uses `threads`.
 ///
 /// Output: where there are several motions, `group` is 0 for the matches that agree with the returned model,
 /// 1 and up for those of the planes that move in another way, and -1 for selected matches that only agree
 /// with their surroundings. The score is the local support, the log likelihood ratio of a Poisson count. The
-/// iterations are hypotheses, and the message names the kind of scene.
+/// iterations are hypotheses. `scene` holds what was found, and the message says it in words.
 ///
 /// Presets: `h` and `f` restrict the answer to that model; `fast` does without the hard search.
 ///

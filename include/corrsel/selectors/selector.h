@@ -68,9 +68,10 @@ class Selector {
 
 /// Computes the confidence of a selection, by the same definition for every selector (docs/selectors.md).
 /// A selector computes it by itself only where its decision needs it: where `min_confidence` is above 0, or
-/// inside its algorithm. The others leave it 0, because it takes longer than a fast selector
+/// inside its algorithm. The others leave it NaN, because it takes longer than a fast selector
 /// (docs/selectors.md has the times).
-/// A confidence that the selection has already is kept.
+/// A confidence that the selection has already is kept. It stays NaN where the status is `failed` or
+/// `unsupported_input`.
 /// @param matches    those that the selector was given
 /// @param selection  of select(), for these matches
 /// Does nothing where the selection is not of these matches or their columns are inconsistent. O(N log N).

@@ -96,8 +96,7 @@ def definitions(run):
             (
                 "-log<sub>10</sub> of the number of agreements as good as that of the selected matches that are"
                 " expected if all matches were wrong: 20 means that one such agreement is expected in 10<sup>20</sup>"
-                " selections. 0 means that chance explains it, or that the selector has no confidence. Tables show"
-                " the median over the pairs."
+                " selections. 0 means that chance explains it. Tables show the median over the pairs."
             ),
         ),
         (

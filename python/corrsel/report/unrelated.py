@@ -21,14 +21,14 @@ DASH = "\u2013"
 MORE_THAN = 8  # selected matches, with status ok: the pair is accepted
 SMALLEST_SHARE = 1e-3  # left end of the logarithmic axis
 
-# Selections, as arrays: whether the status is ok, how many matches are selected, and the confidence.
+# Selections, as arrays: whether the status is ok, how many matches are selected, and the confidence (NaN = none).
 Judged = namedtuple("Judged", "ok selected confidence")
 NOTHING = Judged(np.empty(0, bool), np.empty(0), np.empty(0))
 
 
 def judged_of(rows):
     """Return the Judged of a selector's Rows, one entry per pair and seed; None without any."""
-    usable = np.isfinite(rows["n_selected"]) & np.isfinite(rows["confidence"])
+    usable = np.isfinite(rows["n_selected"])
     usable &= ~rows.has("status", "unsupported_input", "failed")
     selections = rows["place"] * np.int64(rows["seed"].max(initial=0) + 1) + rows["seed"]
     # The tolerances repeat a selection.
@@ -80,7 +80,7 @@ def has_confidence(cell, selector):
 def scores(cell, selector, selections):
     """Return what is compared with a threshold: the confidence, or else the number selected with the status ok."""
     if has_confidence(cell, selector):
-        return selections.confidence
+        return np.nan_to_num(selections.confidence)
     return np.where(selections.ok, selections.selected, 0.0)
 
 

@@ -73,6 +73,7 @@ void LiveDiagnostics::inlierRatio(double ratio) {
 }
 
 void LiveDiagnostics::confidence(double confidence) {
+  if (std::isnan(confidence)) return;
   const std::lock_guard<std::mutex> lock(mutex_);
   corrsel::remember(confidences_, confidence);
 }

@@ -50,7 +50,7 @@ class LiveDiagnostics {
   /// @param ratio  share of the matches that are selected, 0..1; NaN is left out
   void inlierRatio(double ratio);
 
-  /// @param confidence  of a selection, -log10 units
+  /// @param confidence  of a selection, -log10 units; NaN is left out
   void confidence(double confidence);
 
   /// Something was lost or late. The status is WARN for some seconds, and the reason stays as the last

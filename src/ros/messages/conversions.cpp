@@ -266,6 +266,7 @@ Selection toMsg(const core::Selection& selection, const PairInfo& info, const st
   msg.right_frame_id = info.right_frame_id;
   msg.selector = selector;
   msg.status = static_cast<std::uint8_t>(selection.status);
+  msg.scene = static_cast<std::uint8_t>(selection.scene);
   msg.confidence = selection.confidence;
   msg.message = selection.message;
   msg.mask = selection.mask;
@@ -290,8 +291,12 @@ core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selec
   if (msg.model_kind > Selection::MODEL_FUNDAMENTAL) {
     refuse(kName, "model_kind", "is " + std::to_string(msg.model_kind) + ", which is unknown");
   }
-  if (!(msg.confidence >= 0) || std::isinf(msg.confidence)) {
-    refuse(kName, "confidence", "is " + core::formatNumber(msg.confidence) + ", expected a number from 0");
+  if (msg.scene > Selection::SCENE_SEVERAL_MOTIONS) {
+    refuse(kName, "scene", "is " + std::to_string(msg.scene) + ", which is unknown");
+  }
+  if (msg.confidence < 0 || std::isinf(msg.confidence)) {
+    refuse(kName, "confidence",
+           "is " + core::formatNumber(msg.confidence) + ", expected a number from 0, or NaN");
   }
   std::size_t n_selected = 0;
   for (const std::uint8_t value : msg.mask) {
@@ -320,6 +325,7 @@ core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selec
   selection.model_kind = static_cast<core::ModelKind>(msg.model_kind);
   if (selection.model_kind != core::ModelKind::kNone) selection.model = readMatrix(kName, "model", msg.model);
   selection.status = static_cast<core::Status>(msg.status);
+  selection.scene = static_cast<core::SceneKind>(msg.scene);
   selection.confidence = msg.confidence;
   selection.message = msg.message;
   selection.n_input = msg.n_input;

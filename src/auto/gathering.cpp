@@ -1,0 +1,191 @@
+#include "auto/gathering.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "auto/homography_search.h"
+#include "base/gather.h"
+#include "corrsel/selectors/usac.h"
+#include "geometry/residual.h"
+#include "search/local_optimization.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr int kFundamentalHypotheses = 300;
+constexpr std::size_t kMinLocal = 12;  // members of the local set that F is estimated from
+constexpr double kLooseShare = 0.08;   // of the matches off the homography: a loose leftover
+constexpr double kNearFundamental =
+    3;  // times the threshold: a member of the local set is not left over by F
+
+std::size_t count(const AutoMemory::Mask& mask) {
+  return static_cast<std::size_t>(std::accumulate(mask.begin(), mask.end(), 0));
+}
+
+}  // namespace
+
+void AutoMemory::assign(const Correspondences& input, std::uint64_t seed) {
+  ordering.shuffle(input, seed, rows);
+  gather(input, rows, matches);
+  identity.resize(size());
+  std::iota(identity.begin(), identity.end(), 0U);
+  normalizeMatches(matches, identity, normalized);
+  if (!ordering.byQuality(matches, identity, best_first)) best_first = identity;
+  distinct.group(normalized, normalized.scale);
+  significance.assign(matches);
+  leftover.assign(matches);
+}
+
+bool Gathering::start() {
+  memory_.support.compute(memory_.matches, memory_.best_first, options_.threads);
+  evidence_.local_support = !memory_.support.survivors().empty();
+  effort_.timed_out = effort_.deadline.passed();
+  if (effort_.timed_out) return false;
+  sortBySupport();
+  if (options_.model != AutoOptions::Model::kFundamental) findHomography();
+  return true;
+}
+
+void Gathering::gather(Need need) {
+  switch (need) {
+    case Need::kNone:
+      return;
+    case Need::kHomographyLeftover:
+      return addHomographyLeftover();
+    case Need::kParallax:
+      return addParallax();
+    case Need::kFundamental:
+      return addFundamental();
+    case Need::kFundamentalLeftover:
+      return addFundamentalLeftover();
+    case Need::kLocalConfidence:
+      evidence_.local_confidence = memory_.significance.local(memory_.support.extended()).confidence;
+  }
+}
+
+/// Writes all matches by falling support, then by quality.
+void Gathering::sortBySupport() {
+  const std::vector<float>& support = memory_.support.support();
+  AutoMemory::Rows& rank = memory_.rank;
+  rank.resize(memory_.size());
+  for (std::uint32_t k = 0; k < rank.size(); ++k) rank[memory_.best_first[k]] = k;
+  memory_.by_support = memory_.best_first;
+  // A stable sort would allocate memory.
+  std::sort(memory_.by_support.begin(), memory_.by_support.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return support[a] != support[b] ? support[a] > support[b] : rank[a] < rank[b];
+  });
+}
+
+void Gathering::findHomography() {
+  HomographySearch search(options_, memory_, effort_);
+  search.run();
+  if (!search.found()) return;
+  normalized_homography_ = search.normalizedModel();
+  evidence_.homography.found = true;
+  evidence_.homography.model = search.model();
+  evidence_.homography.confidence = search.confidence();
+  const Correspondences& m = memory_.matches;
+  std::vector<float>& displacements = memory_.displacements;
+  displacements.clear();
+  for (std::size_t i = 0; i < m.size(); ++i) {
+    if (memory_.homography_inliers[i] == 0) continue;
+    displacements.push_back(std::hypot(m.right_x[i] - m.left_x[i], m.right_y[i] - m.left_y[i]));
+  }
+  if (displacements.empty()) return;
+  const auto middle = displacements.begin() + static_cast<std::ptrdiff_t>(displacements.size() / 2);
+  std::nth_element(displacements.begin(), middle, displacements.end());
+  evidence_.homography.displacement = *middle;
+}
+
+void Gathering::addHomographyLeftover() {
+  const AutoMemory::Mask &local = memory_.support.local(), &inliers = memory_.homography_inliers;
+  const std::vector<double>& errors = memory_.homography_errors;
+  AutoMemory::Mask &near = memory_.near_homography, &loose = memory_.loose;
+  near.resize(errors.size());
+  loose.resize(errors.size());
+  const double squared = kNearHomography * kNearHomography * options_.threshold * options_.threshold;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    near[i] = errors[i] <= squared ? 1 : 0;
+    loose[i] = local[i] != 0 && inliers[i] == 0 ? 1 : 0;
+  }
+  Leftover& leftover = memory_.leftover;
+  const std::size_t n_inliers = count(inliers), loose_places = leftover.distinctPlaces(loose);
+  evidence_.homography_leftover = {
+      leftover.isSizable(leftover.coherent(local, near), count(near)),
+      leftover.isSizable(loose_places, n_inliers) &&
+          static_cast<double>(loose_places) > kLooseShare * static_cast<double>(errors.size() - n_inliers)};
+}
+
+void Gathering::addParallax() {
+  evidence_.parallax = memory_.parallax.find(
+      memory_.matches, memory_.normalized, memory_.best_first, normalized_homography_,
+      memory_.homography_errors, memory_.support.area(), {options_.threshold, options_.fundamental_threshold},
+      static_cast<std::uint64_t>(options_.seed), parallax_fundamental_);
+}
+
+/// Searches on the local set.
+bool Gathering::searchFundamental(cv::Matx33d& model) {
+  if (memory_.support.localSize() < kMinLocal || effort_.timed_out) return false;
+  const AutoMemory::Mask& local = memory_.support.local();
+  memory_.searched.clear();
+  for (std::uint32_t i = 0; i < local.size(); ++i)
+    if (local[i] != 0) memory_.searched.push_back(i);
+  UsacOptions options;
+  options.model = ModelKind::kFundamental;
+  // In the order of support, the best matches lie on one surface.
+  options.sampler = ConsensusOptions::Sampler::kUniform;
+  options.max_iterations = kFundamentalHypotheses;
+  options.confidence = 1;  // all of them: the first good model is often good in a part of the scene only
+  options.seed = options_.seed;
+  const SearchOutcome outcome = searchModel(memory_.normalized, options, options_.fundamental_threshold,
+                                            &memory_.searched, effort_.deadline);
+  effort_.add(outcome);
+  if (!outcome.best.exists()) return false;
+  const Verifier verifier(memory_.normalized, Residual::kSampson,
+                          options_.fundamental_threshold * memory_.normalized.scale, true);
+  Candidate candidate;
+  if (!verifier.improve(outcome.best.model, candidate)) return false;
+  optimizeLocally(fundamentalProblem(), verifier, candidate);
+  model = memory_.normalized.fundamentalToPixels(candidate.model);
+  return true;
+}
+
+void Gathering::addFundamental() {
+  Evidence::Fundamental& found = evidence_.fundamental.emplace();
+  if (evidence_.parallax.value_or(false)) {
+    found.model = parallax_fundamental_;
+  } else if (!searchFundamental(found.model)) {
+    return;
+  }
+  found.found = true;
+  std::vector<double>& errors = memory_.fundamental_errors;
+  errors.resize(memory_.size());
+  pixelErrors(Residual::kSampson, found.model, memory_.matches, errors.data());
+  found.confidence = memory_.significance.fundamental(found.model, effort_.hypotheses).confidence;
+  if (!evidence_.homography_leftover) return;
+  const double squared = options_.fundamental_threshold * options_.fundamental_threshold;
+  std::size_t loose = 0, explained = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (memory_.loose[i] == 0) continue;
+    ++loose;
+    explained += errors[i] <= squared ? 1 : 0;
+  }
+  found.explains_loose = 2 * explained >= loose;
+}
+
+void Gathering::addFundamentalLeftover() {
+  const AutoMemory::Mask& local = memory_.support.local();
+  const std::vector<double>& errors = memory_.fundamental_errors;
+  const double squared = options_.fundamental_threshold * options_.fundamental_threshold;
+  AutoMemory::Mask& near = memory_.near_fundamental;
+  near.resize(errors.size());
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const double limit = (local[i] != 0 ? kNearFundamental * kNearFundamental : 1) * squared;
+    near[i] = errors[i] <= limit ? 1 : 0;
+  }
+  Leftover& leftover = memory_.leftover;
+  evidence_.fundamental_leftover = leftover.isSizable(leftover.coherent(local, near), count(near));
+}
+
+}  // namespace corrsel::core

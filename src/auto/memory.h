@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "auto/leftover.h"
+#include "auto/local_support.h"
+#include "auto/parallax.h"
+#include "auto/plausibility.h"
+#include "base/deadline.h"
+#include "corrsel/correspondences.h"
+#include "geometry/normalization.h"
+#include "search/affine_growing.h"
+#include "search/frame_hypotheses.h"
+#include "search/ordering.h"
+#include "search/search.h"
+#include "search/significance.h"
+#include "search/support.h"
+#include "selectors/parts/sequential_planes.h"
+
+namespace corrsel::core {
+
+/// Memory of the selector `auto` that is kept between calls, and the matches of the present one.
+struct AutoMemory {
+  using Rows = std::vector<std::uint32_t>;
+  using Mask = std::vector<std::uint8_t>;
+
+  /// Takes the matches of a call, in a random order that is independent of the order of the input.
+  void assign(const Correspondences& input, std::uint64_t seed);
+
+  std::size_t size() const { return rows.size(); }
+
+  Ordering ordering;
+  Rows rows;                // of the input, in random order: the order of everything below
+  Correspondences matches;  // in this order
+  NormalizedMatches normalized;
+  Rows identity, best_first;  // all matches in this order, and by quality
+  Rows by_support;            // all matches by falling local support, then by quality
+  DistinctSupport distinct;
+  LocalSupport support;
+  SignificanceTest significance;
+  Leftover leftover;
+
+  // The homography search.
+  AffineGrowing growing;
+  FrameHypotheses frames;
+  Rows rank, searched;
+  Mask taken;
+  std::vector<double> homography_errors;  // squared, px^2
+  Mask homography_inliers;
+
+  // What the models leave over.
+  ParallaxTest parallax;
+  Mask near_homography;                    // within twice the threshold
+  Mask loose;                              // members of the local set outside of the homography
+  std::vector<double> fundamental_errors;  // squared Sampson distances, px^2
+  Mask near_fundamental;                   // what it does not leave over
+  std::vector<float> displacements;        // of the inliers of the homography, px
+
+  // The answer.
+  Plausibility plausibility;
+  SequentialPlanes planes;
+  Rows rest;
+  Mask answer, core;
+};
+
+/// What the searches of a call have cost so far.
+struct Effort {
+  explicit Effort(double max_seconds) : deadline(max_seconds) {}
+
+  void add(const SearchOutcome& outcome) {
+    hypotheses += static_cast<std::uint64_t>(outcome.iterations);
+    timed_out = timed_out || outcome.timed_out;
+  }
+
+  const Deadline deadline;
+  std::uint64_t hypotheses = 0;
+  bool timed_out = false;
+};
+
+}  // namespace corrsel::core
