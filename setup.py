@@ -5,6 +5,8 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["corrsel", "corrsel.files", "corrsel.report"], package_dir={"": "python"}
+        packages=["corrsel", "corrsel.files", "corrsel.report"],
+        package_dir={"": "python"},
+        package_data={"corrsel.report": ["*.css", "*.js", "templates/*.html"]},
     )
 )

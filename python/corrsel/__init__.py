@@ -16,6 +16,7 @@ Matches of another matcher: corrsel.select(left, right, "gms", left_size=(640, 4
     ground_truth_errors, evaluate, Evaluation   precision, recall and F against ground truth
     pose_errors, PoseErrors, epipolar_errors, corner_error   errors of an estimated pose or homography
     error_auc, mean_average_accuracy   of the errors of many pairs
+    mean_interval                      mean of many values with its bootstrap interval
 
 The module corrsel.matches serves programs that use the ROS messages of corrsel.msg; nothing else needs ROS.
 The modules in C++ are loaded on first use: `import corrsel.msg` works where they are not built.
@@ -45,6 +46,7 @@ _HOMES = {
         "evaluate",
         "ground_truth_errors",
         "mean_average_accuracy",
+        "mean_interval",
         "pose_errors",
     ),
     ("features", "_features"): (

@@ -163,6 +163,20 @@ def error_auc(errors, thresholds=None):
     )
 
 
+def mean_interval(values):
+    """Return the mean of N >= 1 finite values and the bounds of its 95 % percentile bootstrap interval.
+
+    2000 resamples with a fixed seed (B. Efron, Annals of Statistics 1979): the same values in the same order give the
+    same interval. With one value the bounds are that value. Raises ValueError for other input. O(2000 N).
+    """
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim != 1 or len(array) == 0 or not np.isfinite(array).all():
+        raise ValueError(
+            "values has shape %s; needed: a list of finite numbers, at least one" % (array.shape,)
+        )
+    return _core.mean_interval(array)
+
+
 def mean_average_accuracy(errors, thresholds=None):
     """Return the mean over the thresholds of the share of errors below them: 0 to 1, NaN without errors.
 

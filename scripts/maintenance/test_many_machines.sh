@@ -87,7 +87,7 @@ compare() {
   echo "$1: $(wc -l <"$work/runs/whole/pairs.csv") lines in pairs.csv, all checksums are those of the undivided run"
 }
 
-# Every job finds an empty cache, and all of them make the bag of the dataset at the same time.
+# Every job finds an empty cache.
 forget() {
   rm -rf "$work/cache" "$work/runs" "$work"/slurm-*.out
   mkdir -p "$work/runs"

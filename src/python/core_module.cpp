@@ -9,12 +9,14 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "base/text.h"
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/evaluation/pose.h"
+#include "corrsel/evaluation/statistics.h"
 #include "corrsel/selectors/factory.h"
 #include "python/arrays.h"
 
@@ -202,6 +204,10 @@ PYBIND11_MODULE(_core, module) {
   module.def("epipolar_errors", &epipolarErrors);
   module.def("corner_error", &cornerError);
   module.def("error_auc", &core::errorAuc);
+  module.def("mean_interval", [](const std::vector<double>& values) {
+    const core::Interval interval = core::bootstrapMean(values, core::kBootstrapSeed);
+    return std::make_tuple(core::mean(values), interval.low, interval.high);
+  });
   module.def("threshold_accuracy", &core::thresholdAccuracy);
   module.attr("FAILED_POSE") = core::kFailedPose;
   module.attr("POSE_THRESHOLDS") = core::kPoseThresholds;

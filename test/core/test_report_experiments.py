@@ -227,7 +227,7 @@ class ExperimentsTest(unittest.TestCase):
         self.assertIn("generated data", self.cells("Highest mean F", "heinly_generated")["Dataset"])
         self.assertIn("real data", self.cells("Highest mean F", "vgg")["Dataset"])
         self.assert_text(self.text, "heinly_generated (generated)")
-        self.assert_text(self.text, "stands in for the paper&#x27;s heinly (29 pairs, not available here)")
+        self.assert_text(self.text, "stands in for the paper&#39;s heinly (29 pairs, not available here)")
 
     def test_paper_beside_the_run(self):
         self.assertEqual(self.cells("Highest mean F", "vgg")["Paper names"], "usac, ransac, vfcTable V")
@@ -536,7 +536,7 @@ class ExperimentsTest(unittest.TestCase):
         (folder / "config.yaml").write_text(config + "cells: [hessian_affine+sift/none]\n")
         text = self.make(folder, files=True)
         self.assertNotIn("<b>vil", text)
-        self.assert_text(text, "&lt;b&gt;vil&lt;/b&gt;, &quot;x&quot;")
+        self.assert_text(text, "&lt;b&gt;vil&lt;/b&gt;, &#34;x&#34;")
         names = [p.name for p in (folder / "figures").iterdir()]
         self.assertEqual([n for n in names if not re.fullmatch(r"[a-z0-9_+-]+\.(png|svg)", n)], [])
         self.assertEqual({p.name for p in folder.parent.iterdir()}, {"run"})

@@ -144,6 +144,15 @@ class Poses(unittest.TestCase):
         self.assertAlmostEqual(corrsel.mean_average_accuracy([2], [1, 3]), 0.5)
         self.assertTrue(np.isnan(corrsel.mean_average_accuracy([])))
 
+    def test_mean_interval(self):
+        # Printed by the C++ function for the same values.
+        found = corrsel.mean_interval([0, 0.14, 0.2, 0.44, 0.62, 0.8, 0.9])
+        np.testing.assert_allclose(found, (0.4428571428571429, 0.2, 0.6800714285714282), rtol=1e-12)
+        self.assertEqual(corrsel.mean_interval([0.25]), (0.25, 0.25, 0.25))
+        for values in ([], [1, float("nan")], [[1, 2]]):
+            with self.assertRaisesRegex(ValueError, "finite numbers, at least one"):
+                corrsel.mean_interval(values)
+
     def test_epipolar_errors(self):
         matches = corrsel.Matches([[10.0, 20], [10, 20]], [[5.0, 20], [5, 23]])
         camera = [[100, 0, 50], [0, 100, 40], [0, 0, 1]]

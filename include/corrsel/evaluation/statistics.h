@@ -24,7 +24,7 @@ inline constexpr std::uint64_t kBootstrapSeed = 0;
 /// jackknife, Annals of Statistics 1979): the 2.5 % and the 97.5 % quantile of the means of `resamples`
 /// samples, which are drawn from the values with replacement. The same values in the same order give the same
 /// interval. With one value both bounds are that value, without any they are NaN. This is the only definition
-/// of the interval: the report obtains its intervals from the program mean_intervals, which calls it.
+/// of the interval: the report obtains its intervals from the Python binding of it.
 /// O(resamples * N).
 Interval bootstrapMean(const std::vector<double>& values, std::uint64_t seed,
                        int resamples = kBootstrapResamples);

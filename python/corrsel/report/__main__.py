@@ -128,7 +128,7 @@ def succeeded(work, *arguments):
     except ReportError as error:
         print("%s: error: %s" % (PROGRAM, error), file=sys.stderr)
     except ModuleNotFoundError as error:
-        if error.name not in ("jinja2", "matplotlib", "yaml"):
+        if error.name not in ("jinja2", "markupsafe", "matplotlib", "numpy", "yaml"):
             raise
         remedy = "apt install python3-%s" % error.name
         print("%s: error: needs the Python package %s: %s" % (PROGRAM, error.name, remedy), file=sys.stderr)

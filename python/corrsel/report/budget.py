@@ -1,25 +1,16 @@
 """Experiment budget: what every selector reaches in a limited time, and which one to use with how many milliseconds."""
 from collections import OrderedDict, namedtuple
 
-from .figures import (
-    draw_background,
-    draw_line,
-    format_time_axis,
-    line_figures,
-    line_style,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-)
+from .figures import draw_background, draw_line, format_time_axis, line_figures, line_style, marked, new_axes
+from .figures import part_ending, plot_text
 from .inference import is_separate, mean_interval
-from .markup import group_heading, paragraph, sources, table, with_headings
+from .markup import DASH, article, bold, group_heading, joined, paragraph, sources, table, text_cell
+from .markup import with_headings
 from .reading import group_of
 from .scopes import figure_name
 from .selectors import TIME_LIMIT, budget_name, is_baseline, selector_key, take_apart
-from .words import at_tau, esc, fraction, group_text, milliseconds
+from .words import at_tau, group_text, milliseconds, with_interval
 
-DASH = "\u2013"
 BUDGETS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # s, the limits that the experiment sets
 
 # One selector with one limit (None: it has none) in a group: mean F with its row of summary.csv, median and 95th
@@ -99,12 +90,11 @@ def best_cells(run, group, lines, seconds, time):
         return [DASH, DASH, DASH, DASH]
     row = best.row
     level = not_separated(run, group, lines, seconds, time, best)
-    bounds = [fraction(row[name]) for name in ("f_paper_lo", "f_paper_hi")]
     return [
-        ('class="text"', "<b>%s</b>" % esc(best.selector)),
-        "%s (%s)" % (fraction(row["f_paper"]), DASH.join(bounds)),
+        text_cell(bold(best.selector)),
+        with_interval(row),
         "%s / %s" % (milliseconds(best.median), milliseconds(best.p95)),
-        ('class="text"', esc(", ".join(level)) or DASH),
+        text_cell(", ".join(level) or DASH),
     ]
 
 
@@ -122,7 +112,7 @@ def choice_table(run, group, lines):
         "Which selector when there are so many milliseconds: %s, %s. The time counts that was really taken, whatever the"
         " limit. On the left the median of the pairs must fit, on the right the 95th percentile. Not separated: other"
         " selectors, with the limit that suits the time best, whose paired difference in F has an interval that contains 0."
-        % (esc(group_text(group)), esc(at_tau(run.tau(group))))
+        % (group_text(group), at_tau(run.tau(group)))
     )
     return table(caption, head, rows, "results")
 
@@ -134,15 +124,9 @@ def limit_table(run, group, lines):
         for t in line:
             over = None if t.limit is None else t.p95 - t.limit
             cells = [
-                esc(t.selector),
+                t.selector,
                 DASH if t.limit is None else "%g" % (1e3 * t.limit),
-                "%s (%s%s%s)"
-                % (
-                    fraction(t.row["f_paper"]),
-                    fraction(t.row["f_paper_lo"]),
-                    DASH,
-                    fraction(t.row["f_paper_hi"]),
-                ),
+                with_interval(t.row),
                 milliseconds(t.median),
                 milliseconds(t.p95),
                 DASH if over is None else "0" if over <= 0 else "+" + milliseconds(over),
@@ -155,7 +139,7 @@ def limit_table(run, group, lines):
         "Every limit: %s, %s. Overshoot: the 95th percentile of the time less the limit; selectors look at the clock"
         " between steps, and what comes before and after the search is not limited. Best until then: share of the"
         " selections that the limit ended with the best result so far; no result: share of those that had none yet"
-        " (status too large)." % (esc(group_text(group)), esc(at_tau(run.tau(group))))
+        " (status too large)." % (group_text(group), at_tau(run.tau(group)))
     )
     return table(caption, head, with_headings(rows), "results")
 
@@ -212,30 +196,24 @@ def group_html(run, figures, group, lines):
     measures = [("Mean F", {t.selector: t.row["f_paper"] for line in lines.values() for t in line})]
     measures += pose_measures(run, group)
 
-    def panels(part):
-        plots = (
-            time_panel(run, figures, group, lines, part, values, name, "budget_pose" if i else "budget")
-            for i, (name, values) in enumerate(measures)
-        )
-        return "".join("<div>%s</div>" % plot for plot in plots)
+    def plots(part):
+        for i, (name, values) in enumerate(measures):
+            yield time_panel(run, figures, group, lines, part, values, name, "budget_pose" if i else "budget")
 
     caption = (
         "Mean F at %s%s against the median of the time that was really taken. A line joins the time limits of a selector,"
         " %s ms; a selector without a limit is one point. The thin lines reach to the 95th percentile of the time."
         % (
-            esc(at_tau(run.tau(group))),
+            at_tau(run.tau(group)),
             "".join(" and %s" % name for name, _ in measures[1:]),
             ", ".join("%g" % (1e3 * s) for s in BUDGETS),
         )
     )
-    return "\n".join(
-        [
-            '<article class="group"><h3>%s</h3>' % group_heading(group),
-            line_figures(run, figures, names, panels, "panels two", caption),
-            choice_table(run, group, lines),
-            limit_table(run, group, lines),
-            "</article>",
-        ]
+    return article(
+        group_heading(group),
+        line_figures(run, figures, names, plots, "panels two", caption),
+        choice_table(run, group, lines),
+        limit_table(run, group, lines),
     )
 
 
@@ -253,4 +231,4 @@ def html(run, figures):
     if not shown:
         return paragraph("No selector has a mean F and a time.")
     out += [group_html(run, figures, group, lines) for group, lines in shown]
-    return "\n".join(out)
+    return joined(out)

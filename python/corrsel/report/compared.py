@@ -2,10 +2,11 @@
 from collections import OrderedDict, namedtuple
 
 from . import paper
-from .markup import best_cell, breakable, table, transposed, with_headings
+from .markup import DASH, Cell, below, best_cell, breakable, lines, row_class, table, transposed, with_badge
+from .markup import with_headings
 from .scopes import is_main
 from .selectors import are_many, is_baseline, selector_key
-from .words import GIVEN, data_kind, esc, plural
+from .words import GIVEN, data_kind, plural, span
 
 STAND_INS = {"heinly_generated": "heinly"}  # generated dataset -> the paper's dataset it stands in for
 
@@ -116,50 +117,41 @@ def comparison_table(caption, blocks):
         cells = [block.label]
         for s in selectors:
             if s not in block.ours:
-                cells.append("\u2013")
+                cells.append(DASH)
                 continue
             value, low, high = block.ours[s]
-            rest = (
-                ""
-                if None in (low, high)
-                else '<br><span class="small">%s\u2013%s</span>'
-                % (
-                    percent(low),
-                    percent(high),
-                )
-            )
+            rest = "" if None in (low, high) else below(span(low, high, percent))
             if s in best:
                 cells.append(best_cell(percent(value), rest, line))
             else:
-                cells.append(('class="base"' if is_baseline(s) else "", percent(value) + rest))
+                cells.append(Cell(percent(value) + rest, "base" if is_baseline(s) else ""))
         rows.append(("", cells))
         if block.theirs:
             best = best_selectors(block.theirs, "{:.2f}".format)
             cells = [block.paper_label]
             for s in selectors:
-                text = "%.2f" % block.theirs[s] if s in block.theirs else "\u2013"
+                text = "%.2f" % block.theirs[s] if s in block.theirs else DASH
                 cells.append(best_cell(text, of=line) if s in best else text)
             rows.append(("paper", cells))
-    head = [""] + [esc(s) for s in selectors]
+    head = [""] + selectors
     if many:
         head, columns = transposed(head, rows)
-        rows = with_headings([(s, ("baseline" * is_baseline(s), c)) for s, c in zip(selectors, columns)])
+        rows = with_headings([(s, (row_class(s), c)) for s, c in zip(selectors, columns)])
         return table(caption, head, rows, "results", long=True)
     return table(caption, head, rows, "results compared", long=len(rows) > 20)
 
 
 def group_label(group, *words):
     """Return the label of a row of the run."""
-    rest = "<br>".join(esc(word) for word in words if word)
-    kind = data_kind(group.dataset)
-    badge = "" if kind == "real" else ' <span class="kind">%s</span>' % esc(kind)
-    return breakable(group.dataset) + badge + ('<br><span class="small">%s</span>' % rest if rest else "")
+    kind, name = data_kind(group.dataset), breakable(group.dataset)
+    words = [word for word in words if word]
+    return (name if kind == "real" else with_badge(name, kind)) + (below(lines(words)) if words else "")
 
 
 def paper_label(source, dataset=None):
     """Return the label of a row of the paper: where it is printed, and on what."""
     pairs = "%s, %d pairs; " % (dataset, paper.DATASET_PAIRS[dataset]) if dataset else ""
-    return 'paper<br><span class="small">%s</span>' % esc(pairs + source.split(", ", 1)[-1])
+    return "paper" + below(pairs + source.split(", ", 1)[-1])
 
 
 def interval_text():

@@ -2,26 +2,19 @@
 from collections import OrderedDict, namedtuple
 
 import numpy as np
+from markupsafe import Markup
 
-from .figures import (
-    draw_background,
-    draw_line,
-    line_figures,
-    line_style,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-)
+from .figures import draw_background, draw_line, line_figures, line_style, marked, new_axes, part_ending
+from .figures import plot_text
 from .groups import MAIN_PARAMETERS
 from .inference import mean_interval
-from .markup import best_cell, group_heading, paragraph, sources, table, with_headings
+from .markup import DASH, article, best_cell, bold, findings, group_heading, heading, joined, paragraph
+from .markup import sources, table, text_cell, with_headings
 from .reading import Group
 from .scopes import figure_name
 from .selectors import curve_name, is_baseline, selector_key, take_apart
-from .words import GIVEN, at_tau, esc, features_text, fraction, group_text, plural
+from .words import GIVEN, at_tau, features_text, fraction, group_text, plural, span
 
-DASH = "\u2013"
 FAR = 0.02  # mean F by which a default must be below the best of its curve to be named
 
 # One variant of a selector: `value` of its main parameter as text, None where the data choose it; `default` tells
@@ -150,12 +143,7 @@ def verdict(run, groups, variants):
     if default is None:
         return None
     return Verdict(
-        groups,
-        default,
-        best,
-        default.f,
-        best.f,
-        difference(run, groups, best.selector, default.selector),
+        groups, default, best, default.f, best.f, difference(run, groups, best.selector, default.selector)
     )
 
 
@@ -166,18 +154,17 @@ def is_far(v):
 
 def verdict_sentence(name, v):
     """Return the sentence on a default that is far from the best of its curve."""
-    return (
+    return Markup(
         "<b>%s</b>: the default has a mean F of %s, and <code>%s</code> has %s, %s more (%s to %s), on %s."
-        % (
-            esc(name),
-            fraction(v.f),
-            esc(v.best.selector),
-            fraction(v.best_f),
-            fraction(v.best_f - v.f),
-            fraction(v.difference.low),
-            fraction(v.difference.high),
-            esc(", ".join(g.dataset for g in v.groups)),
-        )
+    ) % (
+        name,
+        fraction(v.f),
+        v.best.selector,
+        fraction(v.best_f),
+        fraction(v.best_f - v.f),
+        fraction(v.difference.low),
+        fraction(v.difference.high),
+        ", ".join(g.dataset for g in v.groups),
     )
 
 
@@ -191,45 +178,32 @@ def together_html(run, groups, curves):
     rows = []
     for name, v in verdicts.items():
         cells = [
-            esc(name),
-            ('class="text"', esc(parameter_text(name))),
+            name,
+            text_cell(parameter_text(name)),
             value_text(v.default),
             fraction(v.f),
             value_text(v.best),
             fraction(v.best_f),
             fraction(v.best_f - v.f),
-            "%s%s%s" % (fraction(v.difference.low), DASH, fraction(v.difference.high)),
-            "<strong>yes</strong>" if is_far(v) else "no",
-            ('class="text"', esc(", ".join(g.dataset for g in v.groups))),
+            span(v.difference.low, v.difference.high),
+            bold("yes") if is_far(v) else "no",
+            text_cell(", ".join(g.dataset for g in v.groups)),
         ]
         rows.append((name, ("", cells)))
-    head = [
-        "Selector",
-        "Main parameter",
-        "Default",
-        "F",
-        "Best value",
-        "F",
-        "Difference",
-        "95 % interval",
-        "Far",
-    ]
+    head = ["Selector", "Main parameter", "Default", "F", "Best value", "F", "Difference", "95 % interval"]
     caption = (
         "The default and the best value of each main parameter on all datasets together: F is the mean over the datasets"
         " of their mean F. The interval is that of the paired difference, with every dataset counting the same. A"
         " default is far if it is more than %g points below the best and the interval does not contain 0. The best of"
         " several values is a little too good, because it was chosen on the same pairs." % (100 * FAR)
     )
-    out = [table(caption, head + ["Datasets"], with_headings(rows), "results")]
+    out = [table(caption, head + ["Far", "Datasets"], with_headings(rows), "results")]
     if far:
         out.append(paragraph("Defaults that are far from the best of their curve:"))
-        out.append(
-            '<ul class="findings">%s</ul>'
-            % "".join("<li>%s</li>" % verdict_sentence(name, verdicts[name]) for name in far)
-        )
+        out.append(findings([verdict_sentence(name, verdicts[name]) for name in far]))
     else:
         out.append(paragraph("No default is far from the best of its curve."))
-    return "\n".join(out)
+    return joined(out)
 
 
 # ------------------------------------------------------------------------------------------------ one dataset
@@ -246,8 +220,8 @@ def curve_table(run, group, curves):
         best, default = best_of(points), default_of(points)
         text = DASH if areas[name] is None else fraction(areas[name])
         cells = [
-            esc(name),
-            ('class="text"', esc(parameter_text(name))),
+            name,
+            text_cell(parameter_text(name)),
             best_cell(text, of="column") if areas[name] is not None and areas[name] == largest else text,
         ]
         if default:
@@ -258,28 +232,18 @@ def curve_table(run, group, curves):
         cells += [value_text(best), fraction(best.f)]
         if default and best is not default:
             d = mean_interval(run.differences(group, best.selector, default.selector))
-            cells.append("%s (%s%s%s)" % (fraction(d.mean), fraction(d.low), DASH, fraction(d.high)))
+            cells.append("%s (%s)" % (fraction(d.mean), span(d.low, d.high)))
         else:
             cells.append(DASH)
         rows.append((name, ("", cells)))
-    head = [
-        "Selector",
-        "Main parameter",
-        "Area",
-        "Default",
-        "Precision",
-        "Recall",
-        "F",
-        "Best value",
-        "Best F",
-    ]
+    head = ["Selector", "Main parameter", "Area", "Default", "Precision", "Recall", "F", "Best value"]
     caption = (
         "Operating curves of %s, %s. Area: that under precision over recall, where the precision at a recall is the"
         " highest one of all points with at least this recall. Best F: the highest mean F on the curve, and how much"
         " that is above the default, with the 95 %% interval of the paired difference."
-        % (esc(group_text(group)), esc(at_tau(run.tau(group))))
+        % (group_text(group), at_tau(run.tau(group)))
     )
-    return table(caption, head + ["Difference"], with_headings(rows), "results")
+    return table(caption, head + ["Best F", "Difference"], with_headings(rows), "results")
 
 
 def shown_points(points):
@@ -323,16 +287,12 @@ def group_html(run, figures, group, curves):
     caption = (
         "Mean precision against mean recall at %s. One point for each value of a selector's main parameter, joined in the"
         " order of the values; the large marker is the default. The mean precision leaves out pairs of which nothing is"
-        " selected." % esc(at_tau(run.tau(group)))
+        " selected." % at_tau(run.tau(group))
     )
     figure = line_figures(
-        run, figures, names, lambda part: curve_panel(run, figures, group, curves, part), "panels", caption
+        run, figures, names, lambda part: [curve_panel(run, figures, group, curves, part)], "panels", caption
     )
-    return '<article class="group"><h3>%s</h3>%s%s</article>' % (
-        group_heading(group),
-        figure,
-        curve_table(run, group, curves),
-    )
+    return article(group_heading(group), figure, curve_table(run, group, curves))
 
 
 def html(run, figures):
@@ -350,7 +310,7 @@ def html(run, figures):
     ]
     for setting, together in groups_together(run).items():
         datasets = ", ".join(group.dataset for group in together)
-        out.append("<h3>All datasets: %s, %s</h3>" % (esc(datasets), esc(features_text(setting.features))))
+        out.append(heading("All datasets: %s, %s" % (datasets, features_text(setting.features))))
         out.append(together_html(run, together, curves))
     out += [group_html(run, figures, group, curves) for group in groups]
-    return "\n".join(out)
+    return joined(out)

@@ -2,16 +2,17 @@
 from collections import Counter, OrderedDict
 
 import numpy as np
+from markupsafe import Markup
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from . import paper
 from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
-from .markup import group_heading, paragraph, table, with_headings
+from .markup import DASH, LOWEST, bold, compared_cell, findings, group_heading, heading, joined, panels
+from .markup import paragraph, row_class, selector_name, small, table, with_headings
 from .selectors import DARK, YELLOW, is_baseline, selector_key, selector_styles
 from .timing import time_panel
-from .words import esc, milliseconds, plural
+from .words import milliseconds, plural, span
 
-DASH = "\u2013"
 # Statuses of calls that did not do the work, so that their times mean nothing.
 NOT_TIMED = ("too_few", "too_large", "unsupported_input", "failed")
 
@@ -79,40 +80,29 @@ def statement(threads, selectors):
     if len(medians) < 2:
         return ""
     names = list(medians)
-    text = "%s, N = %d: <b>%s</b> is fastest (%s ms)" % (
-        esc(threads_text(threads)),
+    timed = [Markup("<b>%s</b> (%s ms)") % (s, milliseconds(medians[s])) for s in names]
+    text = Markup("%s, N = %d: <b>%s</b> is fastest (%s ms)") % (
+        threads_text(threads),
         n,
-        esc(names[0]),
+        names[0],
         milliseconds(medians[names[0]]),
     )
     if len(names) > 3:
-        text += ", then <b>%s</b> (%s ms); " % (esc(names[1]), milliseconds(medians[names[1]]))
-        text += "slowest are <b>%s</b> (%s ms) and <b>%s</b> (%s ms)" % (
-            esc(names[-1]),
-            milliseconds(medians[names[-1]]),
-            esc(names[-2]),
-            milliseconds(medians[names[-2]]),
-        )
+        text += Markup(", then %s; slowest are %s and %s") % (timed[1], timed[-1], timed[-2])
     else:
-        text += "; slowest is <b>%s</b> (%s ms)" % (esc(names[-1]), milliseconds(medians[names[-1]]))
+        text += Markup("; slowest is %s") % timed[-1]
     if medians[names[0]] > 0:
         text += ": %s times the fastest" % ratio_text(medians[names[-1]] / medians[names[0]])
     exponents = {s: growth_exponent(selectors[s]) for s in names}
     exponents = {s: p for s, p in exponents.items() if p is not None}
     if len(exponents) > 1:
         steep, flat = max(exponents, key=exponents.get), min(exponents, key=exponents.get)
-        text += (
-            ". The time of <b>%s</b> grows most steeply, as N<sup>%.2f</sup>, that of <b>%s</b> least, as"
-            % (
-                esc(steep),
-                exponents[steep],
-                esc(flat),
-            )
-        )
-        text += " N<sup>%.2f</sup>" % exponents[flat]
+        text += Markup(
+            ". The time of <b>%s</b> grows most steeply, as N<sup>%.2f</sup>, that of <b>%s</b> least, as N<sup>%.2f</sup>"
+        ) % (steep, exponents[steep], flat, exponents[flat])
     absent = [s for s in selectors if s not in medians and not is_baseline(s)]
     if absent:
-        text += ". Without a time at this N: %s" % ", ".join("<b>%s</b>" % esc(s) for s in absent)
+        text += Markup(". Without a time at this N: %s") % joined(map(bold, absent), ", ")
     return text + "."
 
 
@@ -155,26 +145,24 @@ def scaling_table(threads, selectors):
     rows = []
     for selector in sorted(selectors, key=selector_key):
         rounds, base = selectors[selector], is_baseline(selector)
-        cells = [esc(selector) + (' <span class="small">baseline</span>' if base else "")]
+        cells = [selector_name(selector)]
         for n in ns:
             cells.append(time_cell(rounds.get(n), None if base else fastest[n]))
         last = rounds.get(ns[-1])
-        low, high = np.percentile(last, [25, 75]) if last else (None, None)
-        cells.append(DASH if last is None else "%s%s%s" % (milliseconds(low), DASH, milliseconds(high)))
+        cells.append(span(*np.percentile(last, [25, 75]), milliseconds) if last else DASH)
         exponent = growth_exponent(rounds)
         cells.append(DASH if exponent is None else "%.2f" % exponent)
         cells.append(
             DASH if base or not last or not fastest[ns[-1]] else ratio_text(np.median(last) / fastest[ns[-1]])
         )
-        rows.append((selector, ("baseline" if base else "", cells)))
+        rows.append((selector, (row_class(selector), cells)))
     head = ["Selector"] + ["N = %d" % n for n in ns]
     head += ["Quartiles", "Exponent", "\u00d7 fastest"]
     count = max(len(seconds) for rounds in selectors.values() for seconds in rounds.values())
-    caption = (
+    caption = Markup(
         "Selection time in ms, %s: median of %s; quartiles at N = %d. Exponent: p of the fit time \u221d N<sup>p</sup>"
         " through the medians. \u00d7 fastest: median over the lowest at N = %d. \u25bc lowest of the column."
-        % (esc(threads_text(threads)), plural(count, "round"), ns[-1], ns[-1])
-    )
+    ) % (threads_text(threads), plural(count, "round"), ns[-1], ns[-1])
     return table(caption, head, with_headings(rows), "results")
 
 
@@ -182,13 +170,7 @@ def time_cell(seconds, best):
     """Return the cell of a median time, marked where it shows the same text as the lowest one."""
     if not seconds:
         return DASH
-    text = milliseconds(float(np.median(seconds)))
-    if best is None or text != milliseconds(best):
-        return esc(text)
-    return (
-        'class="best"',
-        '<strong>%s</strong><span class="mark" title="best of the column">\u25bc</span>' % esc(text),
-    )
+    return compared_cell(milliseconds(float(np.median(seconds))), best and milliseconds(best), LOWEST)
 
 
 def gain_table(threads, selectors, single):
@@ -199,7 +181,7 @@ def gain_table(threads, selectors, single):
     ns = sorted({n for rounds in selectors.values() for n in rounds})
     rows = []
     for selector, rounds in selectors.items():
-        cells = [esc(selector)]
+        cells = [selector]
         for n in ns:
             before = single.get(selector, {}).get(n)
             if not rounds.get(n) or not before:
@@ -207,11 +189,11 @@ def gain_table(threads, selectors, single):
                 continue
             time = float(np.median(rounds[n]))
             gain = "%.2f" % (np.median(before) / time) if time > 0 else DASH
-            cells.append('%s <span class="small">(%s)</span>' % (esc(milliseconds(time)), gain))
+            cells.append(joined([milliseconds(time), small("(%s)" % gain)], " "))
         rows.append(("", cells))
     caption = (
         "Selection time in ms with %s, of the selectors that use several threads: median over the rounds. In brackets:"
-        " the time with one thread divided by this time." % esc(threads_text(threads))
+        " the time with one thread divided by this time." % threads_text(threads)
     )
     return table(caption, ["Selector"] + ["N = %d" % n for n in ns], rows, "results")
 
@@ -225,14 +207,14 @@ def scaling_html(run, figures):
     times = scaling_times(run)
     if not times:
         return paragraph(
-            "Time against the number of matches was not measured: scaling.csv is absent or empty"
-            " (the experiment <code>efficiency</code> writes it)."
+            "Time against the number of matches was not measured: scaling.csv is absent or empty (the experiment"
+            " efficiency writes it)."
         )
     threads, single = next(iter(times.items()))
     out = []
     sentence = statement(threads, single)
     if sentence:
-        out.append('<ul class="findings"><li>%s</li></ul>' % sentence)
+        out.append(findings([sentence]))
     for name in single:  # scaling.csv may name a selector that pairs.csv does not
         run.styles.setdefault(name, selector_styles([name])[name])
     caption = (
@@ -244,7 +226,7 @@ def scaling_html(run, figures):
             run,
             figures,
             sorted(single, key=selector_key),
-            lambda part: "<div>%s</div>" % scaling_panel(run, figures, threads, single, part),
+            lambda part: [scaling_panel(run, figures, threads, single, part)],
             "panels two",
             caption,
         )
@@ -253,12 +235,12 @@ def scaling_html(run, figures):
     for more, selectors in list(times.items())[1:]:
         out.append(gain_table(more, selectors, single))
     left = [
-        "%s (%s: %d)" % (esc(selector), esc(status.replace("_", " ")), count)
+        "%s (%s: %d)" % (selector, status.replace("_", " "), count)
         for (selector, status), count in untimed(run).items()
     ]
     if left:
         out.append(paragraph("Calls that did not do the work are left out: %s." % ", ".join(left), "small"))
-    return "\n".join(out)
+    return joined(out)
 
 
 def panels_html(run, figures):
@@ -269,13 +251,14 @@ def panels_html(run, figures):
             continue
         plot = time_panel(run, figures, group)
         if plot:
-            out.append("<div><h4>%s</h4>%s</div>" % (group_heading(group), plot))
+            out.append(Markup("<h4>%s</h4>%s") % (group_heading(group), plot))
     if not out:
         return ""
-    return (
-        '<h3>Time against F</h3><figure class="figure"><div class="panels two">%s</div><figcaption>Mean F with its 95 %%'
-        " interval against the median selection time on each dataset. Up and to the left is better; the F axis does"
-        " not start at 0.</figcaption></figure>" % "".join(out)
+    return heading("Time against F") + panels(
+        out,
+        "Mean F with its 95 % interval against the median selection time on each dataset. Up and to the left is better;"
+        " the F axis does not start at 0.",
+        "panels two",
     )
 
 
@@ -283,6 +266,6 @@ def html(run, figures):
     """Return the body of the section on efficiency."""
     intro = paragraph(
         "The paper shows its times as curves only (%s, Figs. 10 and 11), and it times OpenCV and MATLAB programs separately."
-        " Only the order of the selectors can be compared, which the guide does." % esc(paper.SOURCE)
+        " Only the order of the selectors can be compared, which the guide does." % paper.SOURCE
     )
-    return "\n".join(part for part in (intro, scaling_html(run, figures), panels_html(run, figures)) if part)
+    return joined([intro, scaling_html(run, figures), panels_html(run, figures)])

@@ -1,8 +1,9 @@
 """Machine, configuration and seeds of the run."""
 import json
 
-from .markup import paragraph, table
-from .words import esc
+from markupsafe import Markup
+
+from .markup import heading, joined, paragraph, table, text_cell
 
 
 def seeds_text(run):
@@ -11,36 +12,26 @@ def seeds_text(run):
     if not seeds:
         return "none recorded"
     if len(seeds) > 12:
-        return "%d different seeds, %s to %s; each is in its row of pairs.csv" % (
-            len(seeds),
-            seeds[0],
-            seeds[-1],
-        )
+        text = "%d different seeds, %s to %s; each is in its row of pairs.csv"
+        return text % (len(seeds), seeds[0], seeds[-1])
     return ", ".join(seeds)
 
 
 def html(run, figures):
     """Return the body of the section."""
-    out = [paragraph("Seeds: %s." % esc(seeds_text(run)))]
+    out = [paragraph("Seeds: %s." % seeds_text(run))]
     if run.environment:
         rows = []
         for key, value in run.environment.items():
             text = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
-            rows.append(("", [esc(key), ('class="text"', esc(text))]))
-        out.append(
-            table(
-                "The machine and the software of the run.",
-                ["Item", "Value"],
-                rows,
-                "texts",
-                long=len(rows) > 30,
-            )
-        )
+            rows.append(("", [key, text_cell(text)]))
+        caption = "The machine and the software of the run."
+        out.append(table(caption, ["Item", "Value"], rows, "texts", long=len(rows) > 30))
     else:
         out.append(paragraph("The environment was not recorded."))
     if run.config is None:
         out.append(paragraph("The configuration was not recorded."))
     else:
-        out.append("<h3>Configuration</h3>")
-        out.append('<pre tabindex="0" aria-label="config.yaml">%s</pre>' % esc(run.config.strip("\n")))
-    return "\n".join(out)
+        out.append(heading("Configuration"))
+        out.append(Markup('<pre tabindex="0" aria-label="config.yaml">%s</pre>') % run.config.strip("\n"))
+    return joined(out)

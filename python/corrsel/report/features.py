@@ -2,20 +2,11 @@
 from collections import OrderedDict
 
 from . import paper, results
-from .compared import (
-    Block,
-    comparison_table,
-    dataset_notes,
-    group_label,
-    interval_text,
-    measured,
-    paper_dataset,
-    paper_label,
-    printed_f,
-)
-from .markup import paragraph, sources
+from .compared import Block, comparison_table, dataset_notes, group_label, interval_text, measured
+from .compared import paper_dataset, paper_label, printed_f
+from .markup import joined, paragraph, sources
 from .scopes import groups_of, is_main
-from .words import GIVEN, esc
+from .words import GIVEN
 
 
 def html(run, figures):
@@ -36,7 +27,7 @@ def html(run, figures):
         label = paper_label(source, paper_dataset(group.dataset)) if theirs else ""
         blocks.append(Block(group_label(group, group.features), measured(run, group), label, theirs))
     caption = "Mean F by detector and descriptor. %s" % interval_text()
-    out = [comparison_table(esc(caption), blocks), sources(run, "summary.csv", "pairs.csv")]
-    out += [paragraph(esc(note), "small") for note in dataset_notes(run, [g.dataset for g in groups])]
+    out = [comparison_table(caption, blocks), sources(run, "summary.csv", "pairs.csv")]
+    out += [paragraph(note, "small") for note in dataset_notes(run, [g.dataset for g in groups])]
     out.append(results.groups_html(run, figures, groups, "features"))
-    return "\n".join(out)
+    return joined(out)

@@ -7,14 +7,15 @@ import warnings
 
 import matplotlib
 import numpy as np
+from markupsafe import Markup, escape
 
 matplotlib.use("Agg")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402  (the backend is chosen first)
 from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator  # noqa: E402
 
+from .markup import BLOCKS, joined  # noqa: E402
 from .selectors import DARK, YELLOW, parts  # noqa: E402
-from .words import esc  # noqa: E402
 
 PNG_DPI = 150
 FINEST = 400  # steps along an axis that a figure shows apart
@@ -123,8 +124,8 @@ class FigureWriter:
         text = re.sub(r"<(metadata|style)\b.*?</\1>", "", text, flags=re.S)
         text = self.shorten(text)
         view_box = re.search(r'viewBox="([^"]*)"', text).group(1)
-        opening = '<svg class="%s" role="img" aria-label="%s" viewBox="%s">' % (css, esc(label), view_box)
-        return opening + text[text.index(">") + 1 :].strip() + files
+        opening = '<svg class="%s" role="img" aria-label="%s" viewBox="%s">' % (css, escape(label), view_box)
+        return Markup(opening + text[text.index(">") + 1 :].strip()) + files
 
     def write(self, figure, label, name):
         """Write a figure's files with a legend and a caption; return the links to them.
@@ -152,15 +153,12 @@ class FigureWriter:
         ):
             path = self.folder / ("%s.%s" % (name, ending))
             figure.savefig(path, facecolor="white", bbox_inches="tight", pad_inches=0.08, **options)
-        links = [
-            '<a href="%s%s.%s">%s</a>' % (esc(self.link), name, kind, kind.upper()) for kind in ("png", "svg")
-        ]
-        return '<p class="files">%s</p>' % ", ".join(links)
+        return BLOCKS.figure_files(["%s%s.%s" % (self.link, name, kind) for kind in ("png", "svg")])
 
     def again(self, svg):
         """Return an inline SVG for another place of the page: with separate identifiers."""
         self.count += 1
-        return re.sub(r'(id="|href="#|url\(#)f\d+-', lambda m: "%sf%d-" % (m[1], self.count), svg)
+        return Markup(re.sub(r'(id="|href="#|url\(#)f\d+-', lambda m: "%sf%d-" % (m[1], self.count), svg))
 
     def shorten(self, text):
         """Give the identifiers of one figure short names of its own and round its coordinates."""
@@ -178,21 +176,17 @@ class FigureWriter:
         return re.sub(r"\n\s*", "\n", text)
 
 
-def line_figures(run, figures, selectors, panels, css, caption):
+def line_figures(run, figures, selectors, plots, css, caption):
     """Return figures of lines with their legends: one, or one for each part of many selectors.
 
-    panels(part) returns the HTML of the panels, with lines for part.names and, in grey, for part.others.
+    plots(part) returns the plots, with lines for part.names and, in grey, for part.others.
     """
     out = []
     for part in parts(selectors):
-        legend = "".join("<li>%s%s</li>" % (swatch(run, figures, s), esc(s)) for s in part.names)
-        title = "<h4>%s</h4>" % esc(part.title.capitalize()) if part.title else ""
+        legend = [(swatch(run, figures, s), s) for s in part.names]
         text = caption + (" Grey: the selectors of the other groups." if part.others else "")
-        out.append(
-            '<figure class="figure">%s<ul class="legend">%s</ul><div class="%s">%s</div><figcaption>%s</figcaption>'
-            "</figure>" % (title, legend, css, panels(part), text)
-        )
-    return "\n".join(out)
+        out.append(BLOCKS.lines_figure(part.title.capitalize(), legend, list(plots(part)), text, css))
+    return joined(out)
 
 
 def part_ending(part):
@@ -243,7 +237,7 @@ def swatch(run, figures, selector):
         axes.set_ylim(-1, 1)
         axes.axis("off")
         text = figures(figure, "", css="swatch")
-        figures.swatches[selector] = text.replace('role="img" aria-label=""', 'aria-hidden="true"')
+        figures.swatches[selector] = text.replace('role="img" aria-label=""', Markup('aria-hidden="true"'))
     return figures.again(figures.swatches[selector])
 
 

@@ -4,15 +4,17 @@ import textwrap
 from collections import OrderedDict, namedtuple
 
 import numpy as np
+from markupsafe import Markup
 
 from . import paper
 from .efficiency import NOT_TIMED, scaling_times, threads_text
 from .inference import is_above, mean_interval, paired_difference
-from .markup import paragraph, table, transposed, with_headings
+from .markup import DASH, LOWEST, Cell, below, best_cell, bold, findings, heading, joined, lines, paragraph
+from .markup import small, table, text_cell, transposed, with_headings
 from .reading import Group, at_tolerance
 from .robustness import SAMPLE_SEQUENCES
 from .selectors import BASELINE, are_many, is_baseline, selector_key
-from .words import esc, fraction, group_text, milliseconds, plural
+from .words import fraction, group_text, milliseconds, plural, span
 
 MIN_PAIRS = 5  # as many as one of VGG's scenes has; fewer decide nothing
 MAGNITUDE = 1.0  # decades of time within which a selector still counts as fast, or as slow
@@ -337,14 +339,14 @@ def choice_cells(choice):
         return "%s (%s ms)" % (with_f(selector), milliseconds(choice.times[selector]))
 
     first, rest = choice.superior[0], choice.superior[1:]
-    bounds = "%s%s%s" % (fraction(choice.best.low), "\u2013", fraction(choice.best.high))
+    bounds = span(choice.best.low, choice.best.high)
     return [
         group_text(choice.group),
         str(choice.count),
         "%s (%s)" % (with_f(first), bounds),
-        ", ".join(map(with_f, rest)) or "\u2013",
-        with_time(choice.fastest) if choice.fastest else "\u2013",
-        ", ".join(map(with_time, choice.front)) or "\u2013",
+        ", ".join(map(with_f, rest)) or DASH,
+        with_time(choice.fastest) if choice.fastest else DASH,
+        ", ".join(map(with_time, choice.front)) or DASH,
     ]
 
 
@@ -363,7 +365,7 @@ def choices_markdown(run):
 
 def choice_table(run):
     """Return the choices as an HTML table; '' where no pairs separate selectors."""
-    rows = [("", [esc(cell) for cell in choice_cells(choice)]) for choice in choices(run)]
+    rows = [("", [cell for cell in choice_cells(choice)]) for choice in choices(run)]
     if not rows:
         return ""
     caption = (
@@ -371,7 +373,7 @@ def choice_table(run):
         " highest mean F contains 0. Faster: each has a higher mean F than every selector that is faster still, and a"
         " significantly higher one than keep_all. Times are medians of one selection."
     )
-    return table(esc(caption), list(CHOICE_HEAD), rows, "texts", long=True)
+    return table(caption, list(CHOICE_HEAD), rows, "texts", long=True)
 
 
 def counts(rows, side, generated):
@@ -540,8 +542,8 @@ def summary(rows):
 def names_html(names, verdict):
     """Return a measured set as a table cell."""
     if names:
-        return ('class="text"', " ".join("<b>%s</b>" % esc(s) for s in names))
-    return ('class="text none"', esc(set_text(names, verdict).strip("()")))
+        return text_cell(joined(map(bold, names), " "))
+    return Cell(set_text(names, verdict).strip("()"), "text none")
 
 
 def outcomes_html(outcomes):
@@ -549,42 +551,28 @@ def outcomes_html(outcomes):
     by_word = OrderedDict()
     for selector, word in outcomes.items():
         by_word.setdefault(word, []).append(selector)
-    lines = (
-        '%s <span class="small">%s</span>' % (esc(" ".join(by_word[word])), word)
-        for word in SIGNS
-        if word in by_word
-    )
-    return ('class="text"', "<br>".join(lines))
+    found = [joined([" ".join(by_word[word]), small(word)], " ") for word in SIGNS if word in by_word]
+    return text_cell(lines(found))
 
 
 def guide_table(rows):
     """Return the guide as a table."""
     body = []
     for row in rows:
-        head = "%s%s" % (
-            esc(scenario_name(row.advice)),
-            '<br><span class="small">%s</span>' % esc(row.advice.group) if row.advice.name else "",
-        )
+        head = scenario_name(row.advice) + (below(row.advice.group) if row.advice.name else "")
         if row.measured and row.measured.generated:
-            head += '<br><span class="small">generated data</span>'
-        text_cell = 'class="text"'
-        if not row.measured:
-            cells = [head, "\u2013", ('colspan="2" class="text none"', UNMEASURED)]
-            cells += [
-                (text_cell, esc(" ".join(row.advice.superior))),
-                (text_cell, esc(" ".join(row.advice.inferior))),
-            ]
-        else:
+            head += below("generated data")
+        if row.measured:
             cells = [head, str(row.measured.count)]
-            cells += [
-                names_html(row.verdict.superior, row.verdict),
-                names_html(row.verdict.inferior, row.verdict),
-            ]
-            cells += [outcomes_html(row.agreement.superior), outcomes_html(row.agreement.inferior)]
+            cells += [names_html(names, row.verdict) for names in row.verdict[:2]]
+            cells += [outcomes_html(outcomes) for outcomes in row.agreement[:2]]
+        else:
+            cells = [head, DASH, Cell(UNMEASURED, "text none", span=2)]
+            cells += [text_cell(" ".join(names)) for names in (row.advice.superior, row.advice.inferior)]
         body.append(("", cells))
     head = ["Scenario", "Pairs", "Superior", "Inferior", "Paper: superior", "Paper: inferior"]
     caption = "Superior and inferior selectors of each scenario, derived from this run, and the paper's (%s)."
-    return table(caption % esc(paper.GUIDE_SOURCE), head, body, "texts", long=True)
+    return table(caption % paper.GUIDE_SOURCE, head, body, "texts", long=True)
 
 
 def evidence_table(rows):
@@ -595,62 +583,51 @@ def evidence_table(rows):
     names = sorted({s for r in rows for s in r.measured.values}, key=selector_key)
     body = []
     for row in rows:
-        cells = ['%s<br><span class="small">%s</span>' % (esc(row.advice.name), esc(row.advice.group))]
+        cells = [row.advice.name + below(row.advice.group)]
         for selector in names:
             if selector not in row.measured.values:
-                cells.append("\u2013")
+                cells.append(DASH)
                 continue
             value = fraction(row.measured.values[selector].mean())
-            mark = (
-                "\u25b2"
-                if selector in row.verdict.superior
-                else "\u25bc"
-                if selector in row.verdict.inferior
-                else ""
-            )
-            word = "superior" if mark == "\u25b2" else "inferior"
-            cells.append(
-                (
-                    'class="best"',
-                    '<strong>%s</strong><span class="mark" title="%s">%s</span>' % (value, word, mark),
-                )
-                if mark
-                else value
-            )
+            if selector in row.verdict.superior:
+                cells.append(best_cell(value, title="superior"))
+            elif selector in row.verdict.inferior:
+                cells.append(best_cell(value, title="inferior", mark=LOWEST))
+            else:
+                cells.append(value)
         base = row.measured.baseline
-        cells.append(('class="base"', fraction(base.mean())) if base is not None else "\u2013")
+        cells.append(Cell(fraction(base.mean()), "base") if base is not None else DASH)
         body.append(("", cells))
-    head = ["Scenario"] + [esc(s) for s in names] + [BASELINE]
+    head = ["Scenario"] + names + [BASELINE]
     caption = "Mean F behind the verdicts, over the pairs that all selectors share. \u25b2 superior, \u25bc inferior."
     if are_many(names):
         head, columns = transposed(head, body)
         selectors = names + [BASELINE]
-        return table(
-            caption, head, with_headings([(s, ("", c)) for s, c in zip(selectors, columns)]), "results"
-        )
+        rows = with_headings([(s, ("", c)) for s, c in zip(selectors, columns)])
+        return table(caption, head, rows, "results")
     return table(caption, head, body, "results", long=True)
 
 
 def html(run, figures):
     """Return the body of the section on the guide; it has no figures."""
     rows = derive(run)
-    meanings = "; ".join("<i>%s</i>: %s" % (word, esc(text)) for word, text in MEANINGS.items())
+    meanings = joined((Markup("<i>%s</i>: %s") % item for item in MEANINGS.items()), "; ")
     out = [
         paragraph(
-            "<strong>How to read.</strong> Each row is a scenario of the paper's summary. <i>Superior</i> selectors are"
-            " the ones to try first there, <i>inferior</i> selectors are those to avoid. The others lie between them. Beside them"
-            " are the selectors that the paper names, with their outcome in this run. %s." % meanings
+            Markup(
+                "<strong>How to read.</strong> Each row is a scenario of the paper's summary. <i>Superior</i> selectors"
+                " are the ones to try first there, <i>inferior</i> selectors are those to avoid. The others lie between"
+                " them. Beside them are the selectors that the paper names, with their outcome in this run. %s."
+            )
+            % meanings
         )
     ]
-    out += [paragraph("<b>%s</b>" % esc(s) if i == 0 else esc(s)) for i, s in enumerate(summary(rows))]
+    out += [paragraph(bold(s) if i == 0 else s) for i, s in enumerate(summary(rows))]
     out.append(guide_table(rows))
-    remarks = [
-        "<li><b>%s</b>: %s.</li>" % (esc(row_title(r)), esc("; ".join(r.remarks))) for r in rows if r.remarks
-    ]
-    if remarks:
-        out.append('<ul class="findings">%s</ul>' % "".join(remarks))
+    remarks = [Markup("<b>%s</b>: %s.") % (row_title(r), "; ".join(r.remarks)) for r in rows if r.remarks]
+    out.append(findings(remarks) if remarks else "")
     out.append(choice_table(run))
-    out.append("<h3>Rule</h3>")
-    out += [paragraph(esc(part)) for part in rule()]
+    out.append(heading("Rule"))
+    out += [paragraph(part) for part in rule()]
     out.append(evidence_table(rows))
-    return "\n".join(part for part in out if part)
+    return joined(out)

@@ -1,92 +1,28 @@
-"""Statistics of the report: means with their intervals, paired differences, rank correlation.
-
-The interval of a mean is defined in corrsel/evaluation/statistics.h. The program mean_intervals computes it, so that
-the report and the tables of a run show the same interval for the same values.
-"""
-import functools
-import os
-import shutil
-import subprocess
-import weakref
+"""Statistics of the report: means with their intervals, paired differences, rank correlation."""
 from collections import namedtuple
-from pathlib import Path
 
 import numpy as np
 
 from .tables import ReportError
 
-PROGRAM = "mean_intervals"
-
 Estimate = namedtuple("Estimate", "mean low high count")
 Estimate.__doc__ = "A mean, its 95 % percentile bootstrap interval, and the number of values it is made of."
 
 
-class ProgramError(ReportError):
-    """The program that computes intervals is missing or failed; the message names the remedy."""
-
-
-def program_folders():
-    """Return the folders that may hold the package's programs, the most likely first."""
-    scripts = Path(__file__).resolve().parents[1]
-    folders = [scripts]  # of an installed package
-    for prefix in filter(None, os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)):
-        folders += [Path(prefix) / "lib" / "corrsel", Path(prefix) / "bin"]
-    return folders + [Path(folder) for folder in os.environ.get("PATH", "").split(os.pathsep) if folder]
-
-
-def find_program():
-    """Return the path of the program; raises ProgramError where it is in none of program_folders()."""
-    path = shutil.which(PROGRAM, path=os.pathsep.join(map(str, program_folders())))
-    if path is None:
-        raise ProgramError(
-            "the program %s, which computes the intervals, was not found. Remedy: build the package and source"
-            " its workspace (source devel/setup.bash), or add the folder of the program to PATH" % PROGRAM
-        )
-    return path
-
-
-class MeanIntervals:
-    """The running program. For each line of numbers it prints one line with the result."""
-
-    def __init__(self):
-        """Start the program; it ends with this object."""
-        self.process = subprocess.Popen(
-            [find_program()], stdin=subprocess.PIPE, stdout=subprocess.PIPE, universal_newlines=True
-        )
-        weakref.finalize(self, self.end, self.process)
-
-    @staticmethod
-    def end(process):
-        """End the program."""
-        process.communicate()
-
-    def estimate(self, values):
-        """Return the Estimate of the mean of a list of floats."""
-        try:
-            self.process.stdin.write(" ".join(map(repr, values)) + "\n")
-            self.process.stdin.flush()
-            numbers = self.process.stdout.readline().split()
-        except OSError:
-            numbers = []
-        if len(numbers) != 3:
-            raise ProgramError(
-                "the program %s ended without a result. Remedy: build the package again" % PROGRAM
-            )
-        return Estimate(*(float(number) for number in numbers), len(values))
-
-
-@functools.lru_cache(maxsize=None)
-def running_program():
-    """Return the program, which runs from its first use to the end of this process."""
-    return MeanIntervals()
-
-
 def mean_interval(values):
-    """Return the Estimate of the mean of n >= 1 finite values; with n = 1 the interval is the value."""
-    values = np.asarray(values, dtype=float)
-    if values.ndim != 1 or len(values) == 0 or not np.isfinite(values).all():
-        raise ValueError("interval: expected finite values, got an array of shape %s" % (values.shape,))
-    return running_program().estimate(values.tolist())
+    """Return the Estimate of the mean of n >= 1 finite values; with n = 1 the interval is the value.
+
+    corrsel/evaluation/statistics.h defines the interval, so that the tables of a run show the same one for the same
+    values. ReportError where the binding is not built.
+    """
+    try:
+        from ..evaluation import mean_interval as interval
+    except ImportError as error:
+        raise ReportError(
+            "intervals need the module corrsel._core, which cannot be loaded (%s). Remedy: install pybind11-dev and"
+            " python3-dev, build the package again and source its workspace" % error
+        ) from error
+    return Estimate(*interval(values), len(values))
 
 
 def paired_difference(first, second):

@@ -1,43 +1,61 @@
-"""Building blocks of the page: tables, sections, paragraphs."""
-import re
+"""Blocks of the page, which templates/blocks.html draws: tables, figures, articles. Texts are escaped there.
+
+HTML is a Markup, whose operator % escapes what it puts in; a text of another type is shown as it is.
+"""
+from collections import namedtuple
+from pathlib import Path
 from urllib.parse import quote
 
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
 from .selectors import are_many, group_of_selector, is_baseline
-from .words import data_kind, esc, features_text, preselection_text
+from .words import data_kind, features_text, preselection_text
+
+FOLDER = Path(__file__).resolve().parent
+ENVIRONMENT = Environment(
+    loader=FileSystemLoader([str(FOLDER / "templates"), str(FOLDER)]),
+    autoescape=True,
+    undefined=StrictUndefined,
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
+BLOCKS = ENVIRONMENT.get_template("blocks.html").module
+paragraph, bold, small, below = BLOCKS.paragraph, BLOCKS.bold, BLOCKS.small, BLOCKS.below
+heading, findings, contents, panels = BLOCKS.heading, BLOCKS.findings, BLOCKS.contents, BLOCKS.panels
+lines, with_badge, with_details = BLOCKS.lines, BLOCKS.with_badge, BLOCKS.with_details
 
 HEADING = "heading"  # class of a row that heads others
 MAX_ROWS = 200  # longest table of failures or left-out pairs; the rest stays in the CSV file
+HIGHEST, LOWEST = "\u25b2", "\u25bc"
+DASH = "\u2013"  # of a cell without a value
+
+Cell = namedtuple("Cell", "content css span value", defaults=("", 1, None))
+Cell.__doc__ = "A cell with CSS classes, a number of columns that it spans, and a value to sort it by."
+
+
+def render(template, **values):
+    """Return a template of this package filled in, as HTML."""
+    return Markup(ENVIRONMENT.get_template(template).render(**values))
+
+
+def joined(blocks, between="\n"):
+    """Return blocks, or texts, one after the other; empty ones are left out."""
+    return Markup(between).join(block for block in blocks if block)
 
 
 def table(caption, head, rows, css="", long=False):
-    """Return a table in a container of its own that scrolls; head cells and rows are HTML.
+    """Return a table in a container of its own that scrolls.
 
-    Rows are (class, [cells]); the first cell becomes the row's header. Cells may be (attributes, HTML). A row of the
+    Rows are (class, [cells]); the first cell becomes the row's header, the others are texts or Cells. A row of the
     class HEADING has one cell, which heads the rows below.
     """
-    out = [
-        '<div class="scroll" role="region" aria-label="%s" tabindex="0">'
-        % esc(re.sub("<[^>]*>", "", caption))
-    ]
-    out.append(
-        '<table class="%s"><caption>%s</caption>'
-        % (" ".join(filter(None, [css, "long" if long else ""])), caption)
-    )
-    out.append(
-        "<thead><tr>%s</tr></thead><tbody>" % "".join('<th scope="col">%s</th>' % cell for cell in head)
-    )
-    for row_css, cells in rows:
-        if row_css == HEADING:
-            cell = '<th scope="colgroup" colspan="%d">%s</th>' % (len(head), cells[0])
-            out.append('<tr class="%s">%s</tr>' % (HEADING, cell))
-            continue
-        parts = ['<th scope="row">%s</th>' % cells[0]]
-        for cell in cells[1:]:
-            attributes, content = cell if isinstance(cell, tuple) else ("", cell)
-            parts.append("<td%s>%s</td>" % (" " + attributes if attributes else "", content))
-        out.append("<tr%s>%s</tr>" % (' class="%s"' % row_css if row_css else "", "".join(parts)))
-    out.append("</tbody></table></div>")
-    return "\n".join(out)
+    return BLOCKS.table(caption, head, rows, " ".join(filter(None, [css, "long" if long else ""])))
+
+
+def article(title, *blocks, identifier=""):
+    """Return the part of a section that is about one group; empty blocks are left out."""
+    return BLOCKS.article(title, joined(blocks), identifier)
 
 
 def with_headings(rows):
@@ -48,7 +66,7 @@ def with_headings(rows):
     for selector, row in rows:
         if group_of_selector(selector) != group and not is_baseline(selector):
             group = group_of_selector(selector)
-            out.append((HEADING, [esc(group)]))
+            out.append((HEADING, [group]))
         out.append(row)
     return out
 
@@ -59,52 +77,52 @@ def transposed(head, rows):
     return columns[0], columns[1:]
 
 
-def section(number_, identifier, title, body):
-    """Return a numbered section."""
-    return '<section id="%s"><h2><span class="no">%d</span> %s</h2>\n%s\n</section>' % (
-        identifier,
-        number_,
-        esc(title),
-        body,
-    )
-
-
-def paragraph(text, css=""):
-    """Return a paragraph of HTML."""
-    return "<p%s>%s</p>" % (' class="%s"' % css if css else "", text)
-
-
 def group_heading(group):
     """Return a group's name as the HTML of a heading."""
     details = "%s, %s" % (features_text(group.features), preselection_text(group.preselection))
-    return '%s <span class="sub">%s</span>' % (dataset_html(group.dataset), esc(details))
+    return with_details(dataset_html(group.dataset), details)
 
 
-def best_cell(text, rest="", of="row"):
-    """Return the cell of the best value of a row or column."""
-    mark = '<span class="mark" title="best of the %s">\u25b2</span>' % of
-    return ('class="best"', "<strong>%s</strong>%s%s" % (text, mark, rest))
+def text_cell(text):
+    """Return the cell of a text, which is aligned to the left."""
+    return Cell(text, "text")
+
+
+def best_cell(text, rest="", of="row", mark=HIGHEST, title=None):
+    """Return the cell of the best value of a row or column; `title` explains another mark."""
+    return Cell(BLOCKS.marked_best(text, mark, title or "best of the " + of) + rest, "best")
+
+
+def compared_cell(text, best, mark=HIGHEST):
+    """Return the cell of a value as text, marked where it reads like the best one of its column."""
+    return best_cell(text, of="column", mark=mark) if best is not None and text == best else text
+
+
+def selector_name(selector):
+    """Return the name of a selector for the first cell of its row, with a remark on the baseline."""
+    return joined([selector, small("baseline") if is_baseline(selector) else ""], " ")
+
+
+def row_class(selector):
+    """Return the class of the row of a selector."""
+    return "baseline" if is_baseline(selector) else ""
 
 
 def breakable(name):
     """Return a name as HTML that may break after its underscores."""
-    return esc(name).replace("_", "_<wbr>")
+    return Markup("_<wbr>").join(name.split("_"))
 
 
 def dataset_html(dataset):
     """Return a dataset's name as HTML, with a badge where it is not real."""
     kind = data_kind(dataset)
-    return esc(dataset) + ("" if kind == "real" else ' <span class="kind">%s</span>' % esc(kind))
+    return dataset if kind == "real" else with_badge(dataset, kind)
 
 
 def sources(run, *names):
     """Return a line of links to files of the run's folder, those that are there."""
-    links = [
-        '<a href="%s%s">%s</a>' % (esc(run.link), quote(name), esc(name))
-        for name in names
-        if (run.folder / name).is_file()
-    ]
-    return '<p class="files">Files: %s</p>' % ", ".join(links) if links else ""
+    links = [(run.link + quote(name), name) for name in names if (run.folder / name).is_file()]
+    return BLOCKS.files(links) if links else ""
 
 
 def cut_rows(rows, source):

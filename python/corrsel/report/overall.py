@@ -1,17 +1,10 @@
 """Experiment overall: precision, recall and F on every dataset (the paper's Fig. 3)."""
 from . import paper, results
-from .compared import (
-    Block,
-    comparison_table,
-    dataset_notes,
-    group_label,
-    interval_text,
-    measured,
-    paper_label,
-)
-from .markup import paragraph, sources
+from .compared import Block, comparison_table, dataset_notes, group_label, interval_text, measured
+from .compared import paper_label
+from .markup import below, joined, paragraph, sources
 from .scopes import groups_of, main_features
-from .words import GIVEN, at_tau, esc, features_text, plural
+from .words import GIVEN, at_tau, features_text, plural
 
 
 def labelled_table(run, group):
@@ -23,7 +16,7 @@ def labelled_table(run, group):
     )
     blocks = [
         Block(
-            '%s<br><span class="small">this run</span>' % title,
+            title + below("this run"),
             measured(run, group, column),
             paper_label(paper.ADELAIDE_SOURCE),
             paper.ADELAIDE[key],
@@ -37,7 +30,7 @@ def labelled_table(run, group):
         paper.DATASET_PAIRS["adelaidermf"],
         interval_text(),
     )
-    return comparison_table(esc(caption), blocks)
+    return comparison_table(caption, blocks)
 
 
 def html(run, figures):
@@ -50,9 +43,9 @@ def html(run, figures):
         features_text(main_features(run)),
         "In percent, with its 95 % interval below; \u25b2 highest of the selectors. The paper shows these as curves only.",
     )
-    out = [comparison_table(esc(caption), blocks), sources(run, "summary.csv", "pairs.csv")]
+    out = [comparison_table(caption, blocks), sources(run, "summary.csv", "pairs.csv")]
     labelled = [g for g in groups if g.dataset == "adelaidermf" and g.features == GIVEN and run.ranking(g)]
     out += [labelled_table(run, group) for group in labelled]
-    out += [paragraph(esc(note), "small") for note in dataset_notes(run, [g.dataset for g in groups])]
+    out += [paragraph(note, "small") for note in dataset_notes(run, [g.dataset for g in groups])]
     out.append(results.groups_html(run, figures, groups, "overall"))
-    return "\n".join(out)
+    return joined(out)

@@ -1,27 +1,21 @@
-"""What won where: the state of the run and the table of the winners."""
+"""What won where: the state of the run, the picture of the winners, and their table."""
+from collections import Counter
+
+from markupsafe import Markup
+
 from .compared import dataset_notes, paper_dataset, paper_winner
-from .markup import breakable, dataset_html, paragraph, sources, table
+from .figures import line_style, mark, marked, new_axes, plot_text
+from .markup import DASH, Cell, below, bold, breakable, dataset_html, findings, joined, lines, panels
+from .markup import paragraph, sources, table, text_cell
 from .paper import SOURCE
 from .scopes import is_main
 from .remarks import remark_sentences
-from .selectors import BASELINE, is_baseline
+from .selectors import BASELINE, DARK, is_baseline
 from .standings import standing
-from .words import (
-    kind_text,
-    at_tau,
-    bracket,
-    esc,
-    features_text,
-    fraction,
-    group_text,
-    interval,
-    milliseconds,
-    number,
-    plural,
-    preselection_text,
-)
+from .words import at_tau, features_text, fraction, group_text, interval, kind_text, milliseconds, number
+from .words import plural, preselection_text, with_interval
 
-
+MAX_DRAWN = 24  # groups in the picture; the table has them all
 MAX_FINDINGS = 8  # further sentences on single groups are shown with the groups, not in the overview
 
 
@@ -32,13 +26,17 @@ def state_html(run):
     short = isinstance(done, (int, float)) and isinstance(total, (int, float)) and done < total
     if run.state.get("complete") is True and not short:
         tail = ": %s" % counted if done is not None and total is not None else ""
-        return paragraph("<strong>Complete</strong>%s." % esc(tail), "state done")
+        return paragraph(Markup("<strong>Complete</strong>%s.") % tail, "state done")
     if not run.state:
         return paragraph(
-            "<strong>State unknown</strong>: summary.json does not state whether the run is complete.",
+            Markup(
+                "<strong>State unknown</strong>: summary.json does not state whether the run is complete."
+            ),
             "state banner",
         )
-    text = "<strong>INCOMPLETE</strong>: %s. The numbers below describe only the pairs done." % esc(counted)
+    text = (
+        Markup("<strong>INCOMPLETE</strong>: %s. The numbers below describe only the pairs done.") % counted
+    )
     return paragraph(text, "state banner")
 
 
@@ -47,48 +45,101 @@ def scope_html(run):
     out, shard, left = [], run.state.get("shard"), run.state.get("left_out_datasets")
     experiment = run.settings.get("experiment")
     if run.sections and isinstance(experiment, str) and experiment:
-        out.append(paragraph("Experiment <b>%s</b>: %s." % (esc(experiment), esc(", ".join(run.sections)))))
+        out.append(paragraph(Markup("Experiment <b>%s</b>: %s.") % (experiment, ", ".join(run.sections))))
     if isinstance(shard, str) and shard:
-        text = (
-            "<strong>Shard %s</strong>: this run holds only its share of the pairs; merge all shards for the"
+        text = Markup(
+            "<strong>Shard %s</strong>: this run holds only its share of the pairs; merge all shards for the results of"
+            " the whole."
         )
-        out.append(paragraph(text % esc(shard) + " results of the whole.", "state banner"))
+        out.append(paragraph(text % shard, "state banner"))
     items = [item for item in left if isinstance(item, dict)] if isinstance(left, list) else []
     if items:
-        text = "; ".join(
-            "<b>%s</b> (%s)" % (esc(i.get("dataset")), esc(i.get("reason", "no reason given"))) for i in items
-        )
-        out.append(paragraph("<strong>Left out</strong>: %s." % text, "state banner"))
-    return "\n".join(out)
+        reasons = ((i.get("dataset"), i.get("reason", "no reason given")) for i in items)
+        text = joined((Markup("<b>%s</b> (%s)") % each for each in reasons), "; ")
+        out.append(paragraph(Markup("<strong>Left out</strong>: %s.") % text, "state banner"))
+    return joined(out)
 
 
-def notes_html(run):
-    """Return the remarks on missing and damaged input files."""
-    if not run.notes:
-        return ""
-    items = "".join("<li>%s</li>" % esc(note) for note in run.notes)
-    return (
-        '<aside class="notes" aria-label="Remarks on the input"><p>Remarks on the input'
-        " files</p><ul>%s</ul></aside>" % items
-    )
-
-
-def lead_html(run):
+def lead(run):
     """Return the sentence that states what was compared."""
     if not run.datasets:
-        return paragraph("This run holds no pairs.", "lead")
+        return "This run holds no pairs."
     competing = [s for s in run.selectors if not is_baseline(s)]
-    counts = ", ".join(
-        "%s (%s)" % (dataset_html(name), plural(count, "pair")) for name, count in run.datasets.items()
+    counts = (
+        Markup("%s (%s)") % (dataset_html(name), plural(count, "pair"))
+        for name, count in run.datasets.items()
     )
-    features = ", ".join(esc(features_text(f)) for f in run.features)
-    text = "%s on %s, with %s: %s." % (
+    return Markup("%s on %s, with %s: %s.") % (
         plural(len(competing), "selector").capitalize(),
-        counts,
-        features,
-        ", ".join("<b>%s</b>" % esc(s) for s in competing) or "none",
+        joined(counts, ", "),
+        ", ".join(map(features_text, run.features)),
+        joined(map(bold, competing), ", ") or "none",
     )
-    return paragraph(text, "lead")
+
+
+def groups_with_means(run):
+    """Return the groups that have means, those with the main features first."""
+    return sorted((g for g in run.groups if g in run.means), key=lambda g: not is_main(run, g))
+
+
+def picture_html(run, figures):
+    """Return the first thing to see: one sentence on who won, and the mean F of every selector in every group."""
+    groups = [group for group in groups_with_means(run) if run.ranking(group)][:MAX_DRAWN]
+    if not groups:
+        return ""
+    winners = Counter(run.ranking(group)[0]["selector"] for group in groups)
+    (first, wins), *others = winners.most_common()
+    text = Markup("<b>%s</b> has the highest mean F") % first
+    if len(groups) > 1:
+        text += " in %d of %d settings" % (wins, len(groups))
+        text += joined((Markup(", <b>%s</b> in %d") % other for other in others), "")
+    plot = winners_panel(run, figures, groups, winners)
+    caption = "Mean F of every selector, one row for each dataset, kind of features and preselection; the winner is named."
+    return paragraph(text + ".", "answer") + panels([plot], caption, "winners")
+
+
+def winners_panel(run, figures, groups, winners):
+    """Draw the mean F of every selector, one row for each group, with the names of winner and baseline."""
+    names = [plot_text(group_name(group), 52) for group in groups]
+    left = 0.3 + 0.075 * max(map(len, names))
+    figure, axes = new_axes(left + 6.5, 0.8 + 0.36 * len(groups), left, 1.9, 0.45, 0.12)
+    for y, group in enumerate(groups):
+        tau = run.tau(group)
+        rows = [row for row in (run.mean(group, s, tau) for s in run.selectors_of(group)) if row]
+        rows = [row for row in rows if row["f_paper"] is not None]
+        for row in sorted(rows, key=lambda row: row["f_paper"]):
+            name = row["selector"]
+            known = name in winners or is_baseline(name)
+            options = dict(line_style(run.styles[name]), linestyle="none", markersize=8)
+            if not known:
+                options.update(marker="o", markersize=5, markerfacecolor="#c4c4c4", markeredgecolor="#9a9a9a")
+            with marked(axes, name):
+                axes.plot([row["f_paper"]], [y], **options)
+        first = run.ranking(group)[0]
+        text = axes.annotate(
+            "%s %s" % (plot_text(first["selector"]), fraction(first["f_paper"])),
+            (1, y),
+            xycoords=("axes fraction", "data"),
+            xytext=(8, 0),
+            textcoords="offset points",
+            va="center",
+            fontweight="bold",
+        )
+        mark(figure, first["selector"], [text])
+    axes.set_yticks(range(len(groups)))
+    axes.set_yticklabels(names)
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(len(groups) - 0.5, -0.5)
+    axes.set_xlim(-0.02, 1.02)
+    axes.grid(True, axis="x")
+    axes.set_xlabel("mean F (\u00d7 %s, grey: the other selectors)" % BASELINE, color=DARK)
+    return figures(figure, "Mean F of every selector, one row for each setting, the winner named", "winners")
+
+
+def group_name(group):
+    """Return a short name of a group."""
+    after = "" if group.preselection in ("", "none") else ", after " + group.preselection
+    return "%s, %s%s" % (group.dataset, features_text(group.features), after)
 
 
 def sentence(run, group, named=True):
@@ -96,25 +147,23 @@ def sentence(run, group, named=True):
     result, tau = standing(run, group), run.tau(group)
     name = "Labelled ground truth" if tau is None else "At %s" % at_tau(tau)
     if named:
-        name = "<b>%s</b> (%s)" % (esc(group_text(group)), esc(at_tau(tau)))
+        name = Markup("<b>%s</b> (%s)") % (group_text(group), at_tau(tau))
     first, fastest = result.first, result.fastest
     if not first:
         return "%s: no selector has a mean F." % name
-    text = "%s: <b>%s</b> has the highest mean F, %s %s" % (
-        name,
-        esc(first["selector"]),
-        fraction(first["f_paper"]),
-        bracket(first),
-    )
+    values = (name, first["selector"], fraction(first["f_paper"]), bracket(first))
+    text = Markup("%s: <b>%s</b> has the highest mean F, %s %s") % values
     text += versus(result) + "."
     if fastest:
         same = " as well" if fastest is first else ", with F %s" % fraction(fastest["f_paper"])
-        text += " Fastest is <b>%s</b> (%s ms)%s." % (
-            esc(fastest["selector"]),
-            milliseconds(fastest["select_s_median"]),
-            same,
-        )
+        time = milliseconds(fastest["select_s_median"])
+        text += Markup(" Fastest is <b>%s</b> (%s ms)%s.") % (fastest["selector"], time, same)
     return text + baseline_sentence(run.ranking(group), result.baseline)
+
+
+def bracket(row):
+    """Return the interval in brackets, as HTML that does not break across lines."""
+    return Markup('<span class="nb">(%s)</span>') % interval(row)
 
 
 def versus(result):
@@ -123,20 +172,13 @@ def versus(result):
     if not second:
         return ", the only selector with a result"
     relation = "level with" if first["f_paper"] == second["f_paper"] else "ahead of"
-    text = ", %s <b>%s</b> with %s %s" % (
-        relation,
-        esc(second["selector"]),
-        fraction(second["f_paper"]),
-        bracket(second),
-    )
+    values = (relation, second["selector"], fraction(second["f_paper"]), bracket(second))
+    text = Markup(", %s <b>%s</b> with %s %s") % values
     if result.common is not None:
         text += "; the intervals %s" % ("overlap" if result.common else "do not overlap")
     if result.count:
-        text += "; pair by pair <b>%s</b> is better on %d of %d" % (
-            esc(first["selector"]),
-            result.wins,
-            result.count,
-        )
+        values = (first["selector"], result.wins, result.count)
+        text += Markup("; pair by pair <b>%s</b> is better on %d of %d") % values
         text += " (%s)" % plural(result.ties, "tie") if result.ties else ""
     return text
 
@@ -146,15 +188,15 @@ def baseline_sentence(ranking, baseline):
     if not baseline:
         return ""
     value = baseline["f_paper"]
-    below = [r["selector"] for r in ranking if r["f_paper"] <= value]
+    lower = [r["selector"] for r in ranking if r["f_paper"] <= value]
     text = " Keeping everything gives F %s" % fraction(value)
-    if not below:
+    if not lower:
         return text + "."
-    if len(below) == len(ranking):
+    if len(lower) == len(ranking):
         return text + ": no selector does better."
-    names = ["<b>%s</b>" % esc(s) for s in below]
-    listed = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
-    return text + "; %s %s no better." % (listed, "does" if len(below) == 1 else "do")
+    names = list(map(bold, lower))
+    listed = joined([joined(names[:-1], ", "), names[-1]], " and ")
+    return Markup("%s; %s %s no better.") % (text, listed, "does" if len(lower) == 1 else "do")
 
 
 def findings_in_place(run):
@@ -166,95 +208,67 @@ def paper_cell(run, group):
     """Return the selectors the paper puts first in the group's setting, as HTML."""
     named = paper_winner(run, group)
     if not named:
-        return "\u2013"
+        return DASH
     names, source = named
     note = "" if paper_dataset(group.dataset) == group.dataset else " (%s)" % paper_dataset(group.dataset)
-    return '%s<br><span class="small">%s</span>' % (
-        ", ".join(esc(name) for name in names),
-        esc(source.split(", ", 1)[-1] + note),
-    )
-
-
-OVERLAP = {
-    True: '<br><span class="small">intervals overlap</span>',
-    False: '<br><span class="small">intervals separate</span>',
-}
+    return ", ".join(names) + below(source.split(", ", 1)[-1] + note)
 
 
 def f_cell(row):
     """Return the name of a selector with F and interval below it."""
     if row is None:
-        return "\u2013"
-    return '<b>%s</b><br><span class="small">%s (%s)</span>' % (
-        esc(row["selector"]),
-        fraction(row["f_paper"]),
-        interval(row),
-    )
+        return DASH
+    return bold(row["selector"]) + below(with_interval(row))
 
 
 def summary_row(run, group):
     """Return one row of the summary table."""
     result, tau = standing(run, group), run.tau(group)
-    lines = (
+    words = (
         "%s, %s" % (kind_text(group.dataset), "labelled" if tau is None else at_tau(tau)),
         features_text(group.features),
         preselection_text(group.preselection),
     )
-    head = breakable(group.dataset) + '<br><span class="small">%s</span>' % "<br>".join(map(esc, lines))
-    cells = [head]
-    text = 'class="text"'
+    head, papers = breakable(group.dataset) + below(lines(words)), text_cell(paper_cell(run, group))
     if not result.first:
-        nothing = (text, "no selector has a mean F")
-        return ("", cells + ["\u2013", nothing, (text, paper_cell(run, group)), ('colspan="4"', "\u2013")])
-    versus_text = "\u2013"
+        return ("", [head, DASH, text_cell("no selector has a mean F"), papers, Cell(DASH, span=4)])
+    wins = DASH
     if result.count:
-        versus_text = "%d of %d" % (result.wins, result.count)
-        versus_text += '<br><span class="small">%s</span>' % plural(result.ties, "tie") if result.ties else ""
-    quickest = "\u2013"
+        wins = "%d of %d" % (result.wins, result.count) + (
+            below(plural(result.ties, "tie")) if result.ties else ""
+        )
+    fastest, base = DASH, result.baseline
     if result.fastest:
         time = milliseconds(result.fastest["select_s_median"])
-        quickest = '<b>%s</b><br><span class="small">%s ms</span>' % (esc(result.fastest["selector"]), time)
-    base = result.baseline
-    cells += [
-        number(result.first["pairs"]),
-        (text, f_cell(result.first)),
-        (text, paper_cell(run, group)),
-        (text, f_cell(result.second) + ("" if result.common is None else OVERLAP[result.common])),
-        versus_text,
-        (text, quickest),
-        ('class="base"', fraction(base["f_paper"])) if base else "\u2013",
-    ]
-    return ("", cells)
+        fastest = bold(result.fastest["selector"]) + below("%s ms" % time)
+    second = f_cell(result.second)
+    if result.common is not None:
+        second += below("intervals overlap" if result.common else "intervals separate")
+    cells = [head, number(result.first["pairs"]), text_cell(f_cell(result.first)), papers]
+    cells += [text_cell(second), wins, text_cell(fastest)]
+    return ("", cells + [Cell(fraction(base["f_paper"]), "base") if base else DASH])
 
 
 def html(run, figures):
     """Return the body of the section."""
-    groups = sorted((g for g in run.groups if g in run.means), key=lambda g: not is_main(run, g))
+    groups = groups_with_means(run)
     if not run.groups:
         return paragraph("There are no pairs in this run, so there is nothing to compare.")
     if not groups:
         return paragraph("There is no summary.csv to take means from; see the counts per pair below.")
-    caption = "Highest mean F for each dataset, kind of features and preselection."
-    caption += " In brackets the 95 %% interval of the mean. %s does not compete." % BASELINE
-    caption += " Paper names: what the paper (%s) puts first in the same setting." % SOURCE
-    head = [
-        "Dataset",
-        "Pairs",
-        "Highest F",
-        "Paper names",
-        "Runner-up",
-        "Winner better on",
-        "Fastest",
-        "F of %s" % BASELINE,
-    ]
-    out = [table(caption, head, [summary_row(run, g) for g in groups], "overview", long=len(groups) > 12)]
+    caption = (
+        "Highest mean F for each dataset, kind of features and preselection. In brackets the 95 %% interval of the mean."
+        " %s does not compete. Paper names: what the paper (%s) puts first in the same setting."
+        % (BASELINE, SOURCE)
+    )
+    head = ["Dataset", "Pairs", "Highest F", "Paper names", "Runner-up", "Winner better on", "Fastest"]
+    rows = [summary_row(run, g) for g in groups]
+    out = [table(caption, head + ["F of %s" % BASELINE], rows, "overview", long=len(groups) > 12)]
     out.append(sources(run, "summary.csv", "pairs.csv"))
-    out += [paragraph(esc(note), "small") for note in dataset_notes(run, [g.dataset for g in groups])]
+    out += [paragraph(note, "small") for note in dataset_notes(run, [g.dataset for g in groups])]
     if run.remarks:
-        items = "".join("<li>%s</li>" % esc(text) for text in remark_sentences(run))
-        out.append('%s<ul class="findings">%s</ul>' % (paragraph("Remarks on the input:", "small"), items))
+        out += [paragraph("Remarks on the input:", "small"), findings(remark_sentences(run))]
         out.append(sources(run, "remarks.csv"))
     if findings_in_place(run):
         groups = [g for g in groups if is_main(run, g)][:MAX_FINDINGS]
-    out.append('<ul class="findings">%s</ul>' % "".join("<li>%s</li>" % sentence(run, g) for g in groups))
-    return "\n".join(out)
+    return joined(out + [findings([sentence(run, g) for g in groups])])

@@ -2,34 +2,16 @@
 import json
 from collections import namedtuple
 
-from . import (
-    budget,
-    curves,
-    definitions,
-    doubts,
-    efficiency,
-    environment,
-    failures,
-    features,
-    guide,
-    overall,
-    overview,
-    per_pair,
-    pose,
-    preselected,
-    results,
-    robustness,
-    stages,
-    timing,
-    unrelated,
-    visual,
-)
+from markupsafe import Markup
+
+from . import budget, curves, definitions, efficiency, environment, failures, features, guide, overall
+from . import overview, per_pair, pose, preselected, results, robustness, stages, timing, unrelated, visual
 from .figures import FigureWriter, set_up_figures
-from .markup import section, sources
+from .markup import FOLDER, joined, render, sources
 from .scopes import makes_variants, other_groups, switches_of
-from .script import SCRIPT
-from .style import CSS
-from .words import esc, is_unrelated
+from .words import is_unrelated
+
+MAX_DOUBTS = 12  # warnings about the ground truth that are shown; the rest stays in summary.json
 
 # `files` are the tables of the run that a section is made of and does not link itself.
 Section = namedtuple("Section", "key title module shown files", defaults=[()])
@@ -96,34 +78,29 @@ def build(run, figures_folder=None):
     """Return the whole report as HTML; figures are also written as files where a folder is given."""
     set_up_figures()
     figures = FigureWriter(figures_folder, run.link + "figures/")
-    parts = [
-        (s.key, s.title, s.module.html(run, figures) + sources(run, *s.files))
+    picture = overview.picture_html(run, figures)
+    sections = [
+        {
+            "key": s.key,
+            "title": s.title,
+            "body": joined([s.module.html(run, figures), sources(run, *s.files)]),
+        }
         for s in SECTIONS
         if s.shown(run)
     ]
-    title = "Correspondence selection benchmark"
-    toc = "".join(
-        '<li><a href="#%s">%d %s</a></li>' % (key, i, esc(name)) for i, (key, name, _) in enumerate(parts, 1)
+    return render(
+        "page.html",
+        title="Correspondence selection benchmark",
+        run=run,
+        style=Markup((FOLDER / "style.css").read_text(encoding="utf-8")),
+        script=Markup((FOLDER / "script.js").read_text(encoding="utf-8")),
+        state=overview.state_html(run),
+        doubts=[w["text"] for w in run.truth_warnings if isinstance(w, dict) and w.get("text")],
+        doubt_files=sources(run, "truth_check.csv", "summary.json"),
+        max_doubts=MAX_DOUBTS,
+        scope=overview.scope_html(run),
+        picture=picture,
+        lead=overview.lead(run),
+        sections=sections,
+        switches=json.dumps(switches_of(run)),
     )
-    out = [
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        "<title>%s: %s</title>" % (title, esc(run.name)),
-        "<style>%s</style>\n</head>\n<body>" % CSS,
-        '<header><h1>%s</h1>\n<p class="run">Run <b>%s</b></p>' % (title, esc(run.name)),
-        overview.state_html(run),
-        doubts.html(run, figures),
-        overview.lead_html(run),
-        overview.scope_html(run),
-        overview.notes_html(run),
-        '<nav aria-label="Contents"><ul class="toc">%s</ul></nav></header>' % toc,
-        # Sections add the selectors that only their tables name.
-        '<main data-switches="%s">' % esc(json.dumps(switches_of(run))),
-    ]
-    out += [section(i, key, name, body) for i, (key, name, body) in enumerate(parts, 1)]
-    out.append(
-        "</main>\n<footer>Made by report.py of corrsel from the files of the run. Means: summary.csv; pairs:"
-        " pairs.csv; figures: the folder figures.</footer>"
-    )
-    out.append("<script>%s</script>\n</body>\n</html>\n" % SCRIPT)
-    return "\n".join(part for part in out if part)

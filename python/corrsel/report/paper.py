@@ -12,7 +12,6 @@ FEATURES_DEFAULT = "hessian_affine+sift"  # section III-A
 TAU_PX = 5.0  # of every table of single numbers
 
 # Table II (tab:dataset): matching pairs.
-DATASET_PAIRS_SOURCE = SOURCE + ", Table II"
 DATASET_PAIRS = OrderedDict([("vgg", 40), ("symbench", 46), ("heinly", 29), ("adelaidermf", 38)])
 
 # Section IV-A, "Performance on the Symbench dataset": "the average inlier ratio of initial correspondences on

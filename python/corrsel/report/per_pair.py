@@ -4,10 +4,11 @@ from itertools import compress
 import numpy as np
 
 from .figures import marked, new_axes, plot_text, selector_ticks
-from .markup import best_cell, group_heading, paragraph, sources, table, with_headings
+from .markup import BLOCKS, DASH, article, below, best_cell, group_heading, joined, paragraph, row_class
+from .markup import sources, table, with_headings
 from .scopes import figure_name, groups_of
 from .selectors import are_many, is_baseline
-from .words import at_tau, esc, fraction, group_text, interval
+from .words import at_tau, fraction, group_text, interval
 
 HIGH_F = 0.8  # a pair counts as solved from here on
 PAIRS_IN_A_MAP = 60  # more pairs are drawn as several maps
@@ -58,7 +59,7 @@ def heat_map(figures, label, names, selectors, values, bold, name):
                 axes.text(
                     x + 0.5,
                     y + 0.52,
-                    "%.0f" % (100 * value) if known else "\u2013",
+                    "%.0f" % (100 * value) if known else DASH,
                     ha="center",
                     va="center",
                     fontsize=8,
@@ -110,42 +111,23 @@ def pair_table(run, group, pairs, selectors, f):
     for i, selector in enumerate(selectors):
         known = np.isfinite(f[:, i])
         values = f[known, i]
-        wins = None if is_baseline(selector) else int(np.sum((values >= top[known]) & (values > 0)))
+        wins = 0 if is_baseline(selector) else int(np.sum((values >= top[known]) & (values > 0)))
         worst = pairs[int(np.nanargmin(f[:, i]))]
-        columns.append(
-            (
-                selector,
-                wins,
-                values.mean(),
-                float(np.median(values)),
-                int(np.sum(values >= HIGH_F)),
-                values.min(),
-                worst,
-                len(values),
-            )
-        )
-    best = {}
-    for k in range(1, 6):
-        values = [c[k] for c in columns if not is_baseline(c[0])]
-        best[k] = max(values) if len(values) > 1 and max(values) > 0 else None
+        numbers = (wins, values.mean(), float(np.median(values)), int(np.sum(values >= HIGH_F)), values.min())
+        columns.append((selector, numbers, worst, len(values)))
+    competing = [numbers for selector, numbers, _, _ in columns if not is_baseline(selector)]
+    best = [max(values) if len(values) > 1 and max(values) > 0 else None for values in zip(*competing)]
     rows = []
-    for column in columns:
-        base, row = is_baseline(column[0]), run.mean(group, column[0], run.tau(group))
-        texts = [
-            "\u2013" if base else str(column[1]),
-            fraction(column[2]),
-            fraction(column[3]),
-            str(column[4]),
-            fraction(column[5]),
-        ]
-        rests = ["", "", "", "", '<br><span class="small">%s</span>' % esc(pair_name(column[6]))]
-        cells = [
-            best_cell(text, rest, "column") if not base and best[k] == column[k] else text + rest
-            for k, (text, rest) in enumerate(zip(texts, rests), 1)
-        ]
-        cells.insert(2, esc(interval(row)) if row else "\u2013")
-        row = ("baseline" if base else "", [esc(column[0])] + cells + [str(column[7])])
-        rows.append((column[0], row))
+    for selector, numbers, worst, count in columns:
+        base, row = is_baseline(selector), run.mean(group, selector, run.tau(group))
+        cells = []
+        for value, highest, show in zip(numbers, best, (str, fraction, fraction, str, fraction)):
+            rest = below(pair_name(worst)) if len(cells) == 4 else ""
+            wins = not base and highest == value
+            cells.append(best_cell(show(value), rest, "column") if wins else show(value) + rest)
+        cells[0] = DASH if base else cells[0]
+        cells.insert(2, interval(row) if row else DASH)
+        rows.append((selector, (row_class(selector), [selector] + cells + [str(count)])))
     head = [
         "Selector",
         "Best on",
@@ -161,7 +143,7 @@ def pair_table(run, group, pairs, selectors, f):
         " none), mean with 95 %% interval, median, pairs with F of at least %g, lowest F. \u25b2 best of the column."
         % (group_text(group), HIGH_F)
     )
-    return table(esc(caption), head, with_headings(rows), "results")
+    return table(caption, head, with_headings(rows), "results")
 
 
 def html(run, figures):
@@ -171,28 +153,18 @@ def html(run, figures):
         pairs, selectors, f = values_of(run, group)
         if not pairs:
             continue
-        out.append('<article class="group"><h3>%s</h3>' % group_heading(group))
+        tau = at_tau(run.tau(group))
         if len(pairs) <= MAX_PAIRS:
             maps = pair_maps(run, figures, group, pairs, selectors, f)
-            text = (
-                "F in percent, one row per pair, %s; bold: highest of the row; grey: no ground truth or no result."
-                % at_tau(run.tau(group))
-            )
+            text = "F in percent, one row per pair, %s; bold: highest of the row; grey: no ground truth or no result."
+            text %= tau
         else:
             maps = [range_map(run, figures, group, selectors, f)]
             text = (
                 "The share of each selector's pairs, in percent, whose F in percent lies in the range of the row, %s."
-                " The %d pairs are too many for a row each; pairs.csv has them all."
-                % (at_tau(run.tau(group)), len(pairs))
+                " The %d pairs are too many for a row each; pairs.csv has them all." % (tau, len(pairs))
             )
-        out.append(
-            '<figure class="figure map%s"><div class="scroll" role="region" aria-label="F of every pair"'
-            ' tabindex="0">%s</div><figcaption>%s</figcaption></figure>'
-            % (" wide" if are_many(selectors) else "", "".join(maps), esc(text))
-        )
-        out += [
-            pair_table(run, group, pairs, selectors, f),
-            sources(run, "pairs.csv", "summary.csv"),
-            "</article>",
-        ]
-    return "\n".join(out) or paragraph("The run has no pairs of this experiment yet.")
+        figure = BLOCKS.maps(maps, text, are_many(selectors))
+        tables = pair_table(run, group, pairs, selectors, f), sources(run, "pairs.csv", "summary.csv")
+        out.append(article(group_heading(group), figure, *tables))
+    return joined(out) or paragraph("The run has no pairs of this experiment yet.")

@@ -3,24 +3,17 @@ import csv
 from collections import OrderedDict, namedtuple
 
 import numpy as np
+from markupsafe import Markup
 
-from .figures import (
-    draw_background,
-    draw_line,
-    line_figures,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-    visible,
-)
-from .markup import best_cell, group_heading, paragraph, sources, table, with_headings
+from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
+from .figures import visible
+from .markup import DASH, article, best_cell, group_heading, joined, paragraph, selector_name, sources, table
+from .markup import with_headings
 from .reading import POSES_HEADER, RowTable, group_of
 from .selectors import DARK, is_baseline, selector_key
 from .tables import ReportError, read_columns
-from .words import esc, group_text
+from .words import group_text
 
-DASH = "\u2013"
 GROUND_TRUTH = "ground_truth"  # the row of all ground-truth inliers
 
 # One of both tables. `columns` are (heading, column of pose_summary.csv, unit); `area` is marked and has an interval.
@@ -110,8 +103,8 @@ def interval_of(row, measure):
 def label_html(selector):
     """Return the name of a row as HTML."""
     if selector == GROUND_TRUTH:
-        return 'ground-truth inliers <span class="small">errors up to t<sub>gt</sub></span>'
-    return esc(selector) + (' <span class="small">baseline</span>' if is_baseline(selector) else "")
+        return Markup('ground-truth inliers <span class="small">errors up to t<sub>gt</sub></span>')
+    return selector_name(selector)
 
 
 def measure_table(group, rows, measure):
@@ -128,12 +121,12 @@ def measure_table(group, rows, measure):
                 cells.append(text)
                 continue
             bounds = interval_of(row, measure)
-            rest = ' <span class="nb">(%s)</span>' % bounds.replace("..", "\u2013") if bounds else ""
+            rest = Markup(' <span class="nb">(%s)</span>') % bounds.replace("..", DASH) if bounds else ""
             wins = competes(selector) and row[column] is not None and row[column] == best
             cells.append(best_cell(text, rest, of="column") if wins else text + rest)
         cells.append("%d" % (row[measure.failed] or 0))
         lines.append((selector, ("" if competes(selector) else "baseline", cells)))
-    caption = "%s, %s. %s" % (measure.title, esc(group_text(group)), measure.caption)
+    caption = "%s, %s. %s" % (measure.title, group_text(group), measure.caption)
     selectors = [line for line in lines if line[0] != GROUND_TRUTH]
     return table(
         caption,
@@ -202,12 +195,12 @@ def curves_html(run, figures, group, rows, measure, poses):
     """Return the figure of a group."""
     curves = curves_of(poses, group, rows, measure)
 
-    def panels(part):
-        return "<div>%s</div>" % curve_panel(run, figures, group, measure, curves, part)
+    def plots(part):
+        return [curve_panel(run, figures, group, measure, curves, part)]
 
     caption = "Dotted: the ground-truth inliers. A curve that ends below 1 has pairs with larger errors."
     selectors = [name for name in ordered(rows) if name in run.styles]
-    return line_figures(run, figures, selectors, panels, "panels", caption)
+    return line_figures(run, figures, selectors, plots, "panels", caption)
 
 
 def statement(rows, measure):
@@ -215,11 +208,8 @@ def statement(rows, measure):
     best = ranking(rows, measure)
     if not best:
         return ""
-    text = "<b>%s</b> has the highest %s: %s %%" % (
-        esc(best[0]["selector"]),
-        measure.area_text,
-        FORMATS["percent"](best[0][measure.area]),
-    )
+    area = FORMATS["percent"](best[0][measure.area])
+    text = Markup("<b>%s</b> has the highest %s: %s %%") % (best[0]["selector"], measure.area_text, area)
     perfect = rows.get(GROUND_TRUTH)
     if perfect and perfect[measure.area] is not None:
         text += "; the ground-truth inliers alone give %s %%" % FORMATS["percent"](perfect[measure.area])
@@ -242,9 +232,8 @@ def html(run, figures):
     poses = read_poses(run)
     for measure, groups in shown:
         for group, rows in groups.items():
-            out.append('<article class="group"><h3>%s: %s</h3>' % (measure.title, group_heading(group)))
-            out += [paragraph(statement(rows, measure)), measure_table(group, rows, measure)]
-            if poses:
-                out.append(curves_html(run, figures, group, rows, measure, poses))
-            out.append("</article>")
-    return "\n".join(part for part in out if part)
+            curves = curves_html(run, figures, group, rows, measure, poses) if poses else ""
+            title = Markup("%s: %s") % (measure.title, group_heading(group))
+            result = paragraph(statement(rows, measure))
+            out.append(article(title, result, measure_table(group, rows, measure), curves))
+    return joined(out)

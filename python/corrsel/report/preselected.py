@@ -1,22 +1,13 @@
 """Experiment preselected: the survivors of NNSR as input (the paper's Fig. 6)."""
 from . import paper, results
-from .compared import (
-    Block,
-    comparison_table,
-    dataset_notes,
-    group_label,
-    interval_text,
-    measured,
-    paper_dataset,
-    paper_label,
-    printed_f,
-)
+from .compared import Block, comparison_table, dataset_notes, group_label, interval_text, measured
+from .compared import paper_dataset, paper_label, printed_f
 from .figures import line_style, marked, new_axes, plot_text, selector_ticks
-from .markup import paragraph, sources
+from .markup import joined, panels, paragraph, sources
 from .reading import Group
 from .scopes import groups_of
 from .selectors import DARK, YELLOW, is_baseline
-from .words import esc, group_text, preselection_text
+from .words import group_text, preselection_text
 
 
 def without(run, group):
@@ -65,13 +56,7 @@ def change_text(run, group):
     most = max(changes, key=lambda s: abs(changes[s]))
     return (
         "%s: preselection raises the mean F of %d of %d selectors; it changes most for %s (%+.1f points)."
-        % (
-            group.dataset,
-            up,
-            len(changes),
-            most,
-            100 * changes[most],
-        )
+        % (group.dataset, up, len(changes), most, 100 * changes[most])
     )
 
 
@@ -90,17 +75,12 @@ def html(run, figures):
         text = preselection_text(group.preselection)
         blocks.append(Block(group_label(group, text), measured(run, group), label, theirs))
     caption = "Mean F without and after preselection. %s" % interval_text()
-    out = [comparison_table(esc(caption), blocks), sources(run, "summary.csv", "pairs.csv")]
-    out += [paragraph(esc(note), "small") for note in dataset_notes(run, [g.dataset for g in groups])]
-    out += [paragraph(esc(text)) for text in (change_text(run, g) for g in groups) if text]
-    panels = "".join(
-        "<div>%s</div>" % panel for panel in (arrow_panel(run, figures, g) for g in groups) if panel
-    )
-    if panels:
+    out = [comparison_table(caption, blocks), sources(run, "summary.csv", "pairs.csv")]
+    out += [paragraph(note, "small") for note in dataset_notes(run, [g.dataset for g in groups])]
+    out += [paragraph(text) for text in (change_text(run, g) for g in groups) if text]
+    plots = [plot for plot in (arrow_panel(run, figures, g) for g in groups) if plot]
+    if plots:
         text = "Mean F of each selector without and with preselection; recall is relative to the survivors."
-        out.append(
-            '<figure class="figure"><div class="panels">%s</div><figcaption>%s</figcaption></figure>'
-            % (panels, text)
-        )
+        out.append(panels(plots, text))
     out.append(results.groups_html(run, figures, groups, "preselected"))
-    return "\n".join(out)
+    return joined(out)

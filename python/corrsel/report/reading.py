@@ -15,10 +15,10 @@ A further large table of the same kind is read with `tables.read_columns` into a
 """
 import csv
 import json
-import re
 from collections import Counter, OrderedDict, namedtuple
 
 import numpy as np
+import yaml
 
 from .left_out import LeftOut, cause
 from .selectors import SHARED_NAMES, is_baseline, selector_key, selector_styles
@@ -86,34 +86,32 @@ def read_optional_json(path, notes, consequence):
 
 
 def config_values(text):
-    """Return key -> text or list of texts of the top-level lines of a config.yaml.
+    """Return key -> text or list of texts of the top level of a config.yaml; ReportError where it is no YAML.
 
-    Reads what the benchmark writes there: plain and quoted words, and lists in brackets. Nested maps, and
-    whatever else YAML allows, are left out.
+    All values are texts as they are written, so that the number of a selector's option stays as the user wrote it.
+    Nested maps are left out.
     """
-    values = OrderedDict()
-    for match in re.finditer(r"^([A-Za-z_]\w*):[ \t]*(\[.*\]|\[[^\]]*\]|.*?)[ \t]*$", text, re.M):
-        key, value = match.groups()
-        if value.startswith("[") and value.endswith("]"):
-            values[key] = [word for word in map(unquote, split_list(value[1:-1])) if word]
-        elif value:
-            values[key] = unquote(value)
-    return values
+    try:
+        # BaseLoader makes nothing but texts, lists and dictionaries, so that any file is safe to read.
+        content = yaml.load(text, Loader=yaml.BaseLoader)
+    except yaml.YAMLError as error:
+        raise ReportError("it is not valid YAML (%s)" % " ".join(str(error).split())) from error
+    items = content.items() if isinstance(content, dict) else ()
+    return OrderedDict((key, value) for key, value in items if isinstance(value, (str, list)))
 
 
-def split_list(text):
-    """Return the parts between the commas that stand outside of quotes."""
-    return [match[0] for match in re.finditer(r"""(?:"(?:\\.|[^"\\])*"|'(?:''|[^'])*'|[^,"'])+""", text)]
-
-
-def unquote(text):
-    """Return a YAML word without its quotes."""
-    text = text.strip()
-    if len(text) >= 2 and text[0] == text[-1] == '"':
-        return re.sub(r"\\(.)", r"\1", text[1:-1])
-    if len(text) >= 2 and text[0] == text[-1] == "'":
-        return text[1:-1].replace("''", "'")
-    return text
+def read_config(run):
+    """Read config.yaml, the text of which the page shows, into a Run; note where that fails."""
+    path = run.folder / "config.yaml"
+    if not path.is_file():
+        run.notes.append("config.yaml is missing: the configuration is not shown.")
+        return
+    run.config = read_text(path)
+    try:
+        run.settings = config_values(run.config)
+    except ReportError as error:
+        run.notes.append("config.yaml was not used, because %s." % error)
+    run.sections = run.list_setting("sections")
 
 
 def pairs_header(taus):
@@ -237,12 +235,7 @@ def read_run(folder):
     run.images = read_optional_table(
         folder / "images" / "index.csv", IMAGES_HEADER, notes, "no example pairs are shown"
     )
-    config = folder / "config.yaml"
-    run.config = read_text(config) if config.is_file() else None
-    if run.config is None:
-        notes.append("config.yaml is missing: the configuration is not shown.")
-    run.settings = config_values(run.config or "")
-    run.sections = run.list_setting("sections")
+    read_config(run)
     run.stages = read_optional_columns(
         folder / "stages.csv", STAGES_HEADER, notes, "the time by stage is not shown"
     )
@@ -428,7 +421,7 @@ class Run:
     def list_setting(self, key):
         """Return a list of config.yaml; empty where there is none."""
         value = self.settings.get(key, [])
-        return value if isinstance(value, list) else []
+        return [item for item in value if isinstance(item, str)] if isinstance(value, list) else []
 
     def ground_truth_px(self):
         """Return the tolerance of ground-truth inliers, px, as text."""

@@ -4,34 +4,17 @@ from collections import OrderedDict
 import numpy as np
 from matplotlib.ticker import FuncFormatter
 
-from .figures import (
-    draw_background,
-    draw_line,
-    line_figures,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-    selector_ticks,
-)
-from .markup import group_heading, paragraph, sources, table, with_headings
+from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
+from .figures import selector_ticks
+from .markup import HIGHEST, LOWEST, Cell, article, compared_cell, contents, group_heading, joined, panels
+from .markup import paragraph, row_class, selector_name, sources, table, with_headings
 from .left_out import left_out_sentence
 from .overview import findings_in_place, sentence
 from .reading import REFERENCE_TAU
 from .scopes import figure_name, other_groups
 from .selectors import DARK, YELLOW, is_baseline
-from .words import (
-    STATUSES,
-    at_tau,
-    esc,
-    fraction,
-    group_text,
-    interval,
-    milliseconds,
-    number,
-    statuses_text,
-    tenths,
-)
+from .words import STATUSES, at_tau, fraction, group_text, interval, milliseconds, number, statuses_text
+from .words import tenths
 
 
 def curve_panel(run, figures, group, part, title, column, name):
@@ -121,8 +104,8 @@ def best_texts(run, group):
 def result_row(run, group, selector, best):
     """Return one selector's row of a group's table."""
     row = run.mean(group, selector, run.tau(group))
-    css = "baseline" if is_baseline(selector) else ""
-    name = esc(selector) + (' <span class="small">baseline</span>' if css else "")
+    css = row_class(selector)
+    name = selector_name(selector)
     if row is None:
         if run.unsupported(group, selector):
             reason = "unsupported: %s" % (
@@ -131,20 +114,14 @@ def result_row(run, group, selector, best):
         else:
             counts = run.statuses.get((group, selector))
             reason = "no result" + (": " + statuses_text(counts) if counts else "")
-        return (css, [name, ('colspan="%d" class="text none"' % len(COLUMNS), esc(reason))])
+        return (css, [name, Cell(reason, "text none", span=len(COLUMNS))])
     cells = [name]
     for _, column, show, choose in COLUMNS:
         if column is None:
-            cells.append(esc(interval(row)))
-        elif not css and row[column] is not None and show(row[column]) == best.get(column):
-            mark = "\u25b2" if choose is max else "\u25bc"
-            content = '<strong>%s</strong><span class="mark" title="best of the column">%s</span>' % (
-                esc(show(row[column])),
-                mark,
-            )
-            cells.append(('class="best"', content))
+            cells.append(interval(row))
         else:
-            cells.append(esc(show(row[column])))
+            highest = None if css or row[column] is None else best.get(column)
+            cells.append(compared_cell(show(row[column]), highest, LOWEST if choose is min else HIGHEST))
     return (css, cells)
 
 
@@ -169,66 +146,58 @@ def group_notes(run, group):
             "summary.csv counts fewer pairs than pairs.csv holds for %s: it is older than the last pairs."
             % ", ".join(stale)
         )
-    return [esc(text) for text in out]
+    return out
 
 
 def group_html(run, figures, anchor, prefix, group):
     """Return table and curves of one dataset x features x preselection."""
     tau = run.tau(group)
-    caption = "Means over the pairs of %s at %s." % (esc(group_text(group)), esc(at_tau(tau)))
+    caption = "Means over the pairs of %s at %s." % (group_text(group), at_tau(tau))
     if tau is None:
-        caption = "Means over the pairs of %s; labelled ground truth, no tolerance." % esc(group_text(group))
+        caption = "Means over the pairs of %s; labelled ground truth, no tolerance." % group_text(group)
     caption += " \u25b2 highest, \u25bc lowest of the column; the baseline is not marked."
     best = best_texts(run, group)
     selectors = run.selectors_of(group)
     rows = with_headings([(s, result_row(run, group, s, best)) for s in selectors])
-    out = ['<article class="group" id="%s"><h3>%s</h3>' % (anchor, group_heading(group))]
+    out = []
     if findings_in_place(run):
         out.append(paragraph(sentence(run, group, named=False)))
     out.append(table(caption, ["Selector"] + [c[0] for c in COLUMNS], rows, "results"))
     out.append(sources(run, "summary.csv", "pairs.csv"))
     out += [paragraph(note, "small") for note in group_notes(run, group)]
-    measures = (("Precision", "precision", "p"), ("Recall", "recall_paper", "r"), ("F", "f_paper", "f"))
     if run.ranking(group):
-        if tau is None:
-            names = [(title, column, figure_name(run, prefix, group, key)) for title, column, key in measures]
-            plots = "".join("<div>%s</div>" % bar_panel(run, figures, group, *each) for each in names)
-            text = "Precision, recall and F of each selector; the bars on F are 95 % intervals of the mean."
-            out.append(
-                '<figure class="figure"><div class="panels">%s</div><figcaption>%s</figcaption></figure>'
-                % (plots, text)
-            )
-        else:
-            text = (
-                "Precision, recall and F against the tolerance; recall as in the paper, relative to the"
-                " inliers at %s px." % run.ground_truth_px()
-            )
+        out.append(figure_html(run, figures, prefix, group))
+    return article(group_heading(group), *out, identifier=anchor)
 
-            def panels(part):
-                names = [
-                    (title, column, figure_name(run, prefix, group, key) + part_ending(part))
-                    for title, column, key in measures
-                ]
-                plots = (curve_panel(run, figures, group, part, *each) for each in names)
-                return "".join("<div>%s</div>" % plot for plot in plots)
 
-            drawn = [s for s in selectors if any(run.mean(group, s, t) for t in run.taus(group))]
-            out.append(line_figures(run, figures, drawn, panels, "panels", text))
-    out.append("</article>")
-    return "\n".join(out)
+def figure_html(run, figures, prefix, group):
+    """Return the figure of a group: curves over the tolerances, or bars where the truth is labels."""
+    measures = (("Precision", "precision", "p"), ("Recall", "recall_paper", "r"), ("F", "f_paper", "f"))
+    names = [(title, column, figure_name(run, prefix, group, key)) for title, column, key in measures]
+    if run.tau(group) is None:
+        text = "Precision, recall and F of each selector; the bars on F are 95 % intervals of the mean."
+        return panels([bar_panel(run, figures, group, *each) for each in names], text)
+    text = (
+        "Precision, recall and F against the tolerance; recall as in the paper, relative to the inliers at %s px."
+        % run.ground_truth_px()
+    )
+
+    def plots(part):
+        for title, column, name in names:
+            yield curve_panel(run, figures, group, part, title, column, name + part_ending(part))
+
+    drawn = [s for s in run.selectors_of(group) if any(run.mean(group, s, t) for t in run.taus(group))]
+    return line_figures(run, figures, drawn, plots, "panels", text)
 
 
 def groups_html(run, figures, groups, prefix, link_text="Results"):
     """Return table and curves of several groups; `prefix` begins their anchors and figure files."""
     out = []
     if len(groups) > 1:
-        links = (
-            '<li><a href="#%s-%d">%s</a></li>' % (prefix, i, esc(group_text(g)))
-            for i, g in enumerate(groups, 1)
-        )
-        out.append('<nav aria-label="%s"><ul class="toc">%s</ul></nav>' % (esc(link_text), "".join(links)))
+        links = [("%s-%d" % (prefix, i), group_text(g)) for i, g in enumerate(groups, 1)]
+        out.append(contents(link_text, links))
     out += [group_html(run, figures, "%s-%d" % (prefix, i), prefix, g) for i, g in enumerate(groups, 1)]
-    return "\n".join(out)
+    return joined(out)
 
 
 def html(run, figures):

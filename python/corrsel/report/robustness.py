@@ -2,14 +2,16 @@
 from collections import OrderedDict, namedtuple
 
 import numpy as np
+from markupsafe import Markup
 
 from . import paper
 from .figures import marked, new_axes, plot_text, selector_ticks
 from .inference import average_ranks, is_separate, mean_interval, paired_difference, spearman
-from .markup import group_heading, paragraph, table, with_headings
+from .markup import DASH, Cell, article, below, bold, compared_cell, findings, group_heading, heading, joined
+from .markup import lines, panels, paragraph, row_class, selector_name, table, with_headings
 from .reading import Group, average_by_pair
 from .selectors import DARK, YELLOW, is_baseline
-from .words import at_tau, esc, features_text, fraction, group_text, plural
+from .words import at_tau, features_text, fraction, group_text, plural, span
 
 SAMPLE_SEQUENCES = OrderedDict(
     [
@@ -25,7 +27,6 @@ SAMPLE_SEQUENCES = OrderedDict(
 )
 VGG_SEQUENCES = OrderedDict((name, case.scene) for name, case in paper.ROBUSTNESS.items())
 SEQUENCES = OrderedDict([("vgg", VGG_SEQUENCES), ("sample", SAMPLE_SEQUENCES)])
-DASH = "\u2013"
 
 InlierRatio = namedtuple("InlierRatio", "pairs within_10 within_5")
 Score = namedtuple("Score", "precision recall f values empty")  # f: Estimate; values: F of each pair
@@ -70,20 +71,16 @@ def inlier_ratio_html(run):
     ratio = mean_inlier_ratio(run, group.dataset, group.features) if group else None
     if ratio is None:
         return ""
+    values = (features_text(group.features), plural(ratio.pairs, "pair"), percent(ratio.within_10))
     text = (
-        "<b>SymBench</b>, %s: over %s, %s of the putative matches lie within 10 px of the truth on average"
-        % (
-            esc(features_text(group.features)),
-            plural(ratio.pairs, "pair"),
-            percent(ratio.within_10),
-        )
+        "SymBench, %s: over %s, %s of the putative matches lie within 10 px of the truth on average" % values
     )
     if ratio.within_5 is not None:
         text += ", %s within 5 px" % percent(ratio.within_5)
     bound = paper.SYMBENCH_INLIER_RATIO_BELOW / 100
-    text += ". The paper writes &lt; %g %% (%s; no tolerance named)" % (
+    text += ". The paper writes < %g %% (%s; no tolerance named)" % (
         paper.SYMBENCH_INLIER_RATIO_BELOW,
-        esc(paper.SYMBENCH_INLIER_RATIO_SOURCE),
+        paper.SYMBENCH_INLIER_RATIO_SOURCE,
     )
     values = [v for v in (ratio.within_10, ratio.within_5) if v is not None]
     if all(v < bound for v in values):
@@ -181,11 +178,8 @@ def change_text(result, selector):
     rise = measured.f.mean - printed(case.f[selector])
     sign = 1 if rise > 0 else -1
     name, here, there = max(parts, key=lambda p: sign * (p[1] - p[2]))
-    text = "<b>%s</b> is further from its printed F, %s here and %s there" % (
-        esc(selector),
-        fraction(measured.f.mean),
-        fraction(printed(case.f[selector])),
-    )
+    values = (selector, fraction(measured.f.mean), fraction(printed(case.f[selector])))
+    text = Markup("<b>%s</b> is further from its printed F, %s here and %s there") % values
     if sign * (here - there) > 0:
         text += ", most of all in %s (%s against %s)" % (name, fraction(here), fraction(there))
     return text + whole_pairs_text(case.recall[selector], measured.f.count)
@@ -208,9 +202,9 @@ def whole_pairs_text(recall, count):
 
 def difference_text(first, second, difference):
     """Return a paired difference and whether it separates, as words."""
-    text = "pair by pair <b>%s</b> is ahead of <b>%s</b> by %s (%s to %s)" % (
-        esc(first),
-        esc(second),
+    text = Markup("pair by pair <b>%s</b> is ahead of <b>%s</b> by %s (%s to %s)") % (
+        first,
+        second,
         fraction(difference.mean),
         fraction(difference.low),
         fraction(difference.high),
@@ -236,28 +230,28 @@ def why_html(result):
     ours, theirs = competing(result)[0], printed_winner(result.printed)
     if ours == theirs:
         return ""
-    text = "%s: <b>%s</b> has the highest F here, <b>%s</b> in the paper; " % (
+    text = Markup("%s: <b>%s</b> has the highest F here, <b>%s</b> in the paper; ") % (
         case_name(result),
-        esc(ours),
-        esc(theirs),
+        ours,
+        theirs,
     )
     if theirs not in result.scores:
-        return text + "%s has no result in this run." % esc(theirs)
+        return text + "%s has no result in this run." % theirs
     changes = {}
     for selector in (ours, theirs):
         if selector in result.printed.f:
             changes[selector] = result.scores[selector].f.mean - printed(result.printed.f[selector])
     moved = max(changes, key=lambda s: abs(changes[s]))
-    text += "of the two, %s" % change_text(result, moved)
+    text += Markup("of the two, %s") % change_text(result, moved)
     if theirs != moved:
-        text += "; <b>%s</b> has %s against %s" % (
-            esc(theirs),
+        text += Markup("; <b>%s</b> has %s against %s") % (
+            theirs,
             fraction(result.scores[theirs].f.mean),
             fraction(printed(result.printed.f[theirs])),
         )
     empty, count = result.scores[theirs].empty, result.scores[theirs].f.count
     if empty:
-        text += "; <b>%s</b> has nothing correct on %d of %s" % (esc(theirs), empty, plural(count, "pair"))
+        text += Markup("; <b>%s</b> has nothing correct on %d of %s") % (theirs, empty, plural(count, "pair"))
     difference = difference_of(result, ours, theirs)
     if difference:
         text += "; " + difference_text(ours, theirs, difference)
@@ -268,20 +262,10 @@ def why_html(result):
 
 def case_name(result):
     """Return a case's name as HTML."""
-    return "<b>%s</b> (%s, %s)" % (esc(result.case.name), esc(result.sequence), esc(result.case.nuisance))
+    return Markup("<b>%s</b> (%s, %s)") % (result.case.name, result.sequence, result.case.nuisance)
 
 
 # --------------------------------------------------------------------------------------------------- tables
-
-
-def best_cell(text, best):
-    """Return a table cell, marked where its text is the best of its column."""
-    if best is None or text != best:
-        return text
-    return (
-        'class="best"',
-        '<strong>%s</strong><span class="mark" title="best of the column">\u25b2</span>' % text,
-    )
 
 
 def highest(values):
@@ -317,36 +301,38 @@ def case_table(result, tau):
     rows = []
     for selector in shown:
         base = is_baseline(selector)
-        cells = [esc(selector) + (' <span class="small">baseline</span>' if base else "")]
+        cells = [selector_name(selector)]
         if selector in scores:
             value = scores[selector]
             numbers = (value.precision, value.recall, value.f.mean)
-            cells += [best_cell(fraction(v), None if base else b) for v, b in zip(numbers, best)]
-            cells.append("%s%s%s" % (fraction(value.f.low), DASH, fraction(value.f.high)))
+            cells += [compared_cell(fraction(v), None if base else b) for v, b in zip(numbers, best)]
+            cells.append(span(value.f.low, value.f.high))
             cells.append(rank_text(our_ranks.get(selector)))
         else:
-            cells.append(('colspan="5" class="text none"', "not measured"))
+            cells.append(Cell("not measured", "text none", span=5))
         for column, mark in zip(printed_columns, printed_best):
-            cells.append(best_cell(fraction(printed(column[selector])), mark) if selector in column else DASH)
+            cells.append(
+                compared_cell(fraction(printed(column[selector])), mark) if selector in column else DASH
+            )
         if case:
             cells.append(rank_text(their_ranks.get(selector)))
-        rows.append((selector, ("baseline" if base else "", cells)))
+        rows.append((selector, (row_class(selector), cells)))
     head = ["Selector", "Precision", "Recall", "F", "95 % interval of F", "Rank"]
     caption = "%s, %s: means over %s at %s" % (
-        esc(result.case.name),
-        esc(result.sequence),
+        result.case.name,
+        result.sequence,
         plural(max(s.f.count for s in scores.values()), "pair"),
-        esc(at_tau(tau)),
+        at_tau(tau),
     )
     if case:
         head += ["Paper: precision", "Recall", "F", "Rank"]
-        caption += "; on the right what the paper printed (%s)" % esc(paper.ROBUSTNESS_SOURCE)
+        caption += "; on the right what the paper printed (%s)" % paper.ROBUSTNESS_SOURCE
     return table(caption + ". \u25b2 highest of the column.", head, with_headings(rows), "results")
 
 
 def name_cell(selector, f):
     """Return a selector with its F below it, as HTML."""
-    return '<b>%s</b><br><span class="small">%s</span>' % (esc(selector), fraction(f))
+    return bold(selector) + below(fraction(f))
 
 
 def overview_table(group, cases):
@@ -359,11 +345,10 @@ def overview_table(group, cases):
         runner = names[1] if len(names) > 1 else None
         shares = (result.ratio.within_10, result.ratio.within_5) if result.ratio else (None, None)
         cells = [
-            '%s<br><span class="small">%s: %s</span>'
-            % (esc(result.case.name), esc(result.sequence), esc(result.case.nuisance)),
+            result.case.name + below("%s: %s" % (result.sequence, result.case.nuisance)),
             str(first.f.count),
             DASH if result.putative is None else "%.0f" % result.putative,
-            "%s<br>%s" % tuple(percent(share) for share in shares),
+            lines(list(map(percent, shares))),
             name_cell(names[0], first.f.mean),
             name_cell(runner, result.scores[runner].f.mean) if runner else DASH,
         ]
@@ -379,14 +364,22 @@ def overview_table(group, cases):
             cells.append("yes" if winner == names[0] else "no")
             cells.append(DASH if rho is None else "%.2f" % rho)
         rows.append(("", cells))
-    head = ["Case", "Pairs", "Matches", "Within 10 px<br>Within 5 px", "Highest F", "Runner-up", "Separate"]
+    head = [
+        "Case",
+        "Pairs",
+        "Matches",
+        lines(["Within 10 px", "Within 5 px"]),
+        "Highest F",
+        "Runner-up",
+        "Separate",
+    ]
     caption = (
         "The cases of %s. Matches: median number of putative matches; within 10 and 5 px: mean share of them so near the"
         " truth. Separate: the 95 %% interval of the difference in F between the first two, pair by pair, does not contain"
-        " 0; with five pairs that interval is rough." % esc(group_text(group))
+        " 0; with five pairs that interval is rough." % group_text(group)
     )
     if compared:
-        head += ["Highest F<br>in the paper", "Same", "\u03c1"]
+        head += [lines(["Highest F", "in the paper"]), "Same", "\u03c1"]
         caption += " \u03c1: Spearman's rank correlation between the measured F and the paper's."
     return table(caption, head, rows)
 
@@ -434,17 +427,19 @@ def intro_html(group, cases):
     """Return an introduction to the tables of a group and to the numbers beside them."""
     if group.dataset == "sample":
         return paragraph(
-            "<strong>Generated data.</strong> The eight sequences of the dataset sample take the place of the eight"
-            " cases: their right images are computed from photographs. The paper's numbers are therefore not shown."
+            Markup(
+                "<strong>Generated data.</strong> The eight sequences of the dataset sample take the place of the eight"
+                " cases: their right images are computed from photographs. The paper's numbers are therefore not shown."
+            )
         )
     if cases[0].printed:
         return paragraph(
             "The eight scenes of VGG are the paper's eight cases. Its numbers are from %s, where USAC is spelt"
-            " \u201cUASC\u201d; here they are fractions too." % esc(paper.ROBUSTNESS_SOURCE)
+            " \u201cUASC\u201d; here they are fractions too." % paper.ROBUSTNESS_SOURCE
         )
     return paragraph(
         "The paper's numbers are for %s at %g px, so they are not shown here."
-        % (esc(paper.FEATURES_DEFAULT), paper.TAU_PX)
+        % (paper.FEATURES_DEFAULT, paper.TAU_PX)
     )
 
 
@@ -461,8 +456,8 @@ def reasons_html(cases):
         text += "; \u03c1 is %.2f on average, from %.2f to %.2f" % (np.mean(values), min(values), max(values))
     out = [paragraph(text + ".")]
     if sentences:
-        out.append('<ul class="findings">%s</ul>' % "".join("<li>%s</li>" % s for s in sentences))
-    return "\n".join(out)
+        out.append(findings(sentences))
+    return joined(out)
 
 
 def group_html(run, figures, group):
@@ -470,19 +465,18 @@ def group_html(run, figures, group):
     cases = results(run, group)
     if not cases:
         return ""
-    out = ['<article class="group"><h3>%s</h3>' % group_heading(group), intro_html(group, cases)]
-    out += [overview_table(group, cases), reasons_html(cases)]
-    panels = "".join("<div>%s</div>" % dot_panel(run, figures, group, r) for r in cases)
+    plots = [dot_panel(run, figures, group, result) for result in cases]
     text = "F of each case: a dot with its 95 % interval is measured"
-    text += "; a hollow diamond is the paper's." if any(r.printed for r in cases) else "."
-    out.append(
-        '<figure class="figure"><div class="panels">%s</div><figcaption>%s</figcaption></figure>'
-        % (panels, text)
+    text += "; a hollow diamond is the paper's." if any(result.printed for result in cases) else "."
+    return article(
+        group_heading(group),
+        intro_html(group, cases),
+        overview_table(group, cases),
+        reasons_html(cases),
+        panels(plots, text),
+        Markup("<h4>Case by case</h4>"),
+        *(case_table(result, run.tau(group)) for result in cases),
     )
-    out.append("<h4>Case by case</h4>")
-    out += [case_table(r, run.tau(group)) for r in cases]
-    out.append("</article>")
-    return "\n".join(part for part in out if part)
 
 
 def html(run, figures):
@@ -497,6 +491,6 @@ def html(run, figures):
             )
         ]
     if ratio:
-        parts.append("<h3>Inlier ratio of SymBench</h3>")
+        parts.append(heading("Inlier ratio of SymBench"))
         parts.append(paragraph(ratio))
-    return "\n".join(part for part in parts if part)
+    return joined(parts)

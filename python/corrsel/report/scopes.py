@@ -4,20 +4,6 @@ from collections import OrderedDict
 from .selectors import SHARED_NAMES, selector_key
 from .words import GIVEN
 
-EXPERIMENTS = (
-    "overall",
-    "per_pair",
-    "preselected",
-    "features",
-    "robustness",
-    "efficiency",
-    "visual",
-    "guide",
-    "unrelated",
-    "pose",
-    "budget",
-    "curves",
-)
 # They run several variants of each selector, which only their own sections show.
 VARYING = tuple(SHARED_NAMES)
 

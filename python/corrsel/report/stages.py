@@ -4,8 +4,7 @@ from collections import OrderedDict
 import numpy as np
 
 from .figures import new_axes, plot_text
-from .markup import dataset_html, paragraph, sources, table
-from .words import esc
+from .markup import DASH, Cell, bold, dataset_html, joined, panels, paragraph, sources, table
 
 STAGES = (
     "bag",
@@ -41,7 +40,7 @@ def duration(seconds):
 
 def duration_cell(seconds):
     """Return the cell of a duration, whose text alone could not be sorted."""
-    return ('data-value="%.6f"' % seconds, duration(seconds))
+    return Cell(duration(seconds), value="%.6f" % seconds)
 
 
 def sums(run):
@@ -119,25 +118,22 @@ def html(run, figures):
             cells = [dataset_html(dataset), str(pairs[dataset])]
             for name in names:
                 totals[name] += stages.get(name, 0.0)
-                cells.append(duration_cell(stages[name]) if name in stages else "\u2013")
+                cells.append(duration_cell(stages[name]) if name in stages else DASH)
             rows.append(("", cells + [duration_cell(sum(stages.values()))]))
-        rows += [
-            ("", [esc(stage)] + ["\u2013"] * (len(names) + 1) + [duration_cell(s)])
-            for stage, s in whole.items()
-        ]
+        rows += [("", [stage] + [DASH] * (len(names) + 1) + [duration_cell(s)]) for stage, s in whole.items()]
         everything = sum(totals.values()) + sum(whole.values())
-        cells = ["<b>all</b>", str(sum(pairs.values()))] + [duration(s) for s in totals.values()]
-        rows.append(("total", cells + ["<b>%s</b>" % duration(everything)]))
-        head = ["Dataset or stage", "Pairs"] + [esc(name) for name in names] + ["all"]
+        cells = [bold("all"), str(sum(pairs.values()))] + [duration(s) for s in totals.values()]
+        rows.append(("total", cells + [bold(duration(everything))]))
+        head = ["Dataset or stage", "Pairs"] + [name for name in names] + ["all"]
         caption = (
             "Wall time by stage, summed over the pairs. Rows below the datasets are stages of the whole run."
         )
         out += [table(caption, head, rows, "results times"), sources(run, "stages.csv")]
         if any(sum(stages.values()) > 0 for stages in datasets.values()):
-            out.append('<figure class="figure single">%s</figure>' % stage_panel(figures, datasets))
+            out.append(panels([stage_panel(figures, datasets)], css="single"))
     else:
         out.append(paragraph("The run recorded no times by stage."))
     memory = run.state.get("peak_memory_mib")
     if isinstance(memory, (int, float)):
         out.append(paragraph("Peak memory of the run: %.0f MiB." % memory))
-    return "\n".join(out)
+    return joined(out)

@@ -3,21 +3,12 @@ from collections import OrderedDict
 
 import numpy as np
 
-from .figures import (
-    format_time_axis,
-    line_style,
-    marked,
-    new_axes,
-    overlap_area,
-    pixel_boxes,
-    place_labels,
-    plot_text,
-    selector_ticks,
-)
-from .markup import group_heading, paragraph, sources, table
+from .figures import format_time_axis, line_style, marked, new_axes, overlap_area, pixel_boxes, place_labels
+from .figures import plot_text, selector_ticks
+from .markup import DASH, article, group_heading, joined, panels, paragraph, sources, table, text_cell
 from .scopes import figure_name, is_main, makes_variants
 from .selectors import DARK, GREY, YELLOW, is_baseline
-from .words import at_tau, esc, features_text, group_text, milliseconds
+from .words import at_tau, features_text, group_text, milliseconds
 
 
 def draw_baseline(axes, row, points, obstacles):
@@ -147,7 +138,7 @@ def stage_table(run):
     rows = []
     for key in OrderedDict.fromkeys((g.dataset, g.features) for g in run.groups):
         first = run.first_rows(*key)
-        cells = [esc(key[0]), ('class="text"', esc(features_text(key[1]))), str(len(first))]
+        cells = [key[0], text_cell(features_text(key[1])), str(len(first))]
         for columns, show in (
             (("n_left", "n_right", "n_putative"), "{:.0f}".format),
             (("detect_s", "describe_s", "match_s"), milliseconds),
@@ -155,7 +146,7 @@ def stage_table(run):
             for column in columns:
                 values = run.pairs.columns[column][first]
                 values = values[np.isfinite(values)]
-                cells.append(show(float(np.median(values))) if len(values) else "\u2013")
+                cells.append(show(float(np.median(values))) if len(values) else DASH)
         rows.append(("", cells))
     head = [
         "Dataset",
@@ -192,23 +183,16 @@ def html(run, figures):
     """Return the body of the section: what the experiments efficiency and per_pair do not show."""
     out = [stage_table(run), sources(run, "summary.csv", "pairs.csv")] if run.pairs else []
     for group in () if makes_variants(run) else run.groups:
-        main, panels = is_main(run, group), []
+        main, plots = is_main(run, group), []
         if not (main and "efficiency" in run.sections):
-            panels.append((time_panel(run, figures, group), TIME_TEXT))
+            plots.append((time_panel(run, figures, group), TIME_TEXT))
         if not (main and "per_pair" in run.sections):
-            panels.append((distribution_panel(run, figures, group), distribution_text(run, group)))
-        panels = [(plot, text) for plot, text in panels if plot]
-        if not panels:
-            continue
-        tau = run.tau(group)
-        text = " ".join(
-            [text for _, text in panels]
-            + ["Labelled ground truth." if tau is None else "At %s." % at_tau(tau)]
-        )
-        plots = "".join("<div>%s</div>" % plot for plot, _ in panels)
-        out.append('<article class="group"><h3>%s</h3><figure class="figure">' % group_heading(group))
-        out.append(
-            '<div class="panels two">%s</div><figcaption>%s</figcaption></figure></article>'
-            % (plots, esc(text))
-        )
-    return "\n".join(out) or paragraph("The run holds no pairs.")
+            plots.append((distribution_panel(run, figures, group), distribution_text(run, group)))
+        plots = [(plot, text) for plot, text in plots if plot]
+        if plots:
+            tau = run.tau(group)
+            texts = [text for _, text in plots]
+            texts.append("Labelled ground truth." if tau is None else "At %s." % at_tau(tau))
+            figure = panels([plot for plot, _ in plots], " ".join(texts), "panels two")
+            out.append(article(group_heading(group), figure))
+    return joined(out) or paragraph("The run holds no pairs.")

@@ -2,22 +2,15 @@
 from collections import OrderedDict, namedtuple
 
 import numpy as np
+from markupsafe import Markup
 
-from .figures import (
-    draw_background,
-    draw_line,
-    line_figures,
-    marked,
-    new_axes,
-    part_ending,
-    plot_text,
-    visible,
-)
-from .markup import best_cell, dataset_html, paragraph, sources, table, with_headings
+from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
+from .figures import visible
+from .markup import DASH, article, best_cell, bold, dataset_html, joined, paragraph, row_class, selector_name
+from .markup import sources, table, text_cell, with_headings
 from .selectors import is_baseline, selector_key
-from .words import UNRELATED, esc, features_text, is_unrelated, plural, preselection_text
+from .words import UNRELATED, features_text, is_unrelated, plural, preselection_text
 
-DASH = "\u2013"
 MORE_THAN = 8  # selected matches, with status ok: the pair is accepted
 SMALLEST_SHARE = 1e-3  # left end of the logarithmic axis
 
@@ -128,8 +121,8 @@ def cell_table(name, cell):
     """Return the table of a cell: shares of accepted pairs, and areas under the ROC."""
     datasets = related_datasets(cell)
     head = ["Selector", "Unrelated pairs", "of them accepted", "Accepted"]
-    head += ["%s: accepted" % esc(d) for d in datasets]
-    head += ["Score of the ROC"] + ["%s: area" % esc(d) for d in datasets]
+    head += ["%s: accepted" % d for d in datasets]
+    head += ["Score of the ROC"] + ["%s: area" % d for d in datasets]
     values = OrderedDict()
     for selector in selectors_of(cell):
         wrong = unrelated_of(cell, selector)
@@ -143,23 +136,22 @@ def cell_table(name, cell):
         total = count_of(wrong)
         share = share_text(count, total)
         best = not base and total and count / total == fewest
-        cells = [esc(selector) + (' <span class="small">baseline</span>' if base else "")]
-        cells += [str(total), str(count)]
-        cells.append(('class="best"', "<strong>%s</strong>" % share) if best else share)
+        cells = [selector_name(selector), str(total), str(count)]
+        cells.append(best_cell(share, of="column", mark="") if best else share)
         for dataset in datasets:
             right = cell[dataset].get(selector, NOTHING)
             cells.append(share_text(accepted(right), count_of(right)))
-        cells.append(('class="text"', "confidence" if has_confidence(cell, selector) else "number selected"))
+        cells.append(text_cell("confidence" if has_confidence(cell, selector) else "number selected"))
         for dataset in datasets:
             value = areas[dataset]
             text = DASH if value is None else "%.3f" % value
             best = not base and value is not None and value == highest[dataset]
             cells.append(best_cell(text, of="column") if best else text)
-        rows.append((selector, ("baseline" if base else "", cells)))
+        rows.append((selector, (row_class(selector), cells)))
     caption = (
         "Pairs of different scenes, %s. A pair is accepted if more than %d matches are selected with the status ok."
         " Area: area under the ROC of the score between the pairs of the dataset and all unrelated pairs; 1 means that"
-        " a threshold separates them, 0.5 that the score tells nothing." % (esc(name), MORE_THAN)
+        " a threshold separates them, 0.5 that the score tells nothing." % (name, MORE_THAN)
     )
     return table(caption, head, with_headings(rows), "results")
 
@@ -181,14 +173,7 @@ def roc_panel(run, figures, name, cell, dataset, part):
             if selector in part.others:
                 draw_background(axes, x, y)
                 continue
-            draw_line(
-                axes,
-                x,
-                y,
-                run.styles[selector],
-                label=plot_text(selector),
-                markevery=0.2,
-            )
+            draw_line(axes, x, y, run.styles[selector], label=plot_text(selector), markevery=0.2)
     axes.set_xscale("log")
     axes.set_xlim(SMALLEST_SHARE, 1.1)
     axes.set_ylim(-0.02, 1.03)
@@ -211,8 +196,8 @@ def statement(cell):
     fewest = min(count / total for count, total in counts.values())
     names = [s for s, (count, total) in counts.items() if count / total == fewest]
     count, total = counts[names[0]]
-    return "%s accept%s the fewest: %d of %d unrelated pairs (%s)." % (
-        " and ".join("<b>%s</b>" % esc(name) for name in names),
+    return Markup("%s accept%s the fewest: %d of %d unrelated pairs (%s).") % (
+        joined(map(bold, names), " and "),
         "" if len(names) > 1 else "s",
         count,
         total,
@@ -226,24 +211,18 @@ def cell_html(run, figures, key, cell):
     name = features_text(features)
     if preselection not in ("", "none"):
         name += ", " + preselection_text(preselection)
-    out = [
-        '<article class="group"><h3>%s</h3>' % esc(name),
-        paragraph(statement(cell)),
-        cell_table(name, cell),
-    ]
+    blocks = [paragraph(statement(cell)), cell_table(name, cell)]
     if related_datasets(cell):
 
-        def panels(part):
-            plots = (roc_panel(run, figures, name, cell, d, part) for d in related_datasets(cell))
-            return "".join("<div>%s</div>" % plot for plot in plots)
+        def plots(part):
+            return (roc_panel(run, figures, name, cell, d, part) for d in related_datasets(cell))
 
         caption = (
             "Share of a dataset's pairs against the share of unrelated pairs whose score reaches a threshold, for all"
             " thresholds."
         )
-        out.append(line_figures(run, figures, selectors_of(cell), panels, "panels", caption))
-    out.append("</article>")
-    return "\n".join(part for part in out if part)
+        blocks.append(line_figures(run, figures, selectors_of(cell), plots, "panels", caption))
+    return article(name, *blocks)
 
 
 def html(run, figures):
@@ -252,10 +231,10 @@ def html(run, figures):
     if not cells:
         return paragraph("The run has no unrelated pairs yet.")
     datasets = list(OrderedDict.fromkeys(d for cell in cells.values() for d in cell if is_unrelated(d)))
-    intro = (
+    counts = (Markup("%s (%s)") % (dataset_html(d), plural(run.datasets[d], "pair")) for d in datasets)
+    intro = Markup(
         "Each of these pairs consists of two images of different scenes, so that every match is wrong: %s."
-        % "; ".join("%s (%s)" % (dataset_html(d), plural(run.datasets[d], "pair")) for d in datasets)
-    )
+    ) % joined(counts, "; ")
     out = [paragraph(intro), sources(run, "pairs.csv")]
     out += [cell_html(run, figures, key, cell) for key, cell in cells.items()]
-    return "\n".join(out)
+    return joined(out)

@@ -1,14 +1,16 @@
 """Experiment visual: drawn matches, pairs by selectors, with successes and failures named (the paper's Fig. 12)."""
 import base64
+import itertools
 from collections import OrderedDict, namedtuple
 from urllib.parse import quote
 
 import numpy as np
+from markupsafe import Markup
 
-from .markup import dataset_html, paragraph, sources, table
+from .markup import dataset_html, heading, joined, paragraph, render, sources, table, text_cell, with_details
 from .reading import at_tolerance, group_of
 from .selectors import is_baseline, selector_key
-from .words import PHOTOGRAPHED, at_tau, esc, features_text, plural, preselection_text
+from .words import PHOTOGRAPHED, at_tau, features_text, plural, preselection_text
 
 SUCCESS_F = 0.8  # F from which a drawn pair counts as a success
 FAILURE_GAP = 0.3  # F below the best selector's from which it counts as a failure ...
@@ -167,21 +169,15 @@ def findings_html(images):
     rows = []
     for selector, (success, failure) in findings(images).items():
         own = [d for d in images if d.row["selector"] == selector and d.f is not None]
-        cells = [esc(selector)]
+        cells = [selector]
         for sentence, drawn in (
             (success_sentence(success), success),
             (failure_sentence(selector, failure), failure),
         ):
-            link = ' <a class="nb" href="#cell-%d">see it</a>' % drawn.index if drawn else ""
-            cells.append(('class="text"', esc(sentence) + link))
-        cells.append(
-            "%s, %s of %d"
-            % (
-                plural(sum(map(is_success, own)), "success", "successes"),
-                plural(sum(map(is_failure, own)), "failure"),
-                len(own),
-            )
-        )
+            link = Markup(' <a class="nb" href="#cell-%d">see it</a>') % drawn.index if drawn else ""
+            cells.append(text_cell(sentence + link))
+        successes = plural(sum(map(is_success, own)), "success", "successes")
+        cells.append("%s, %s of %d" % (successes, plural(sum(map(is_failure, own)), "failure"), len(own)))
         rows.append(("", cells))
     if not rows:
         return ""
@@ -191,7 +187,7 @@ def findings_html(images):
         " %.0f, or else the largest shortfall. Last column: how many of the selector's drawn pairs are one or the other."
     ) % (100 * SUCCESS_F, 100 * FAILURE_GAP, 100 * FAILURE_BEST)
     head = ["Selector", "Success", "Failure", "Number"]
-    return table(esc(caption), head, rows, "texts findings", long=True)
+    return table(caption, head, rows, "texts findings", long=True)
 
 
 def embedded(run, images):
@@ -209,49 +205,39 @@ def embedded(run, images):
 
 
 def verdict(drawn):
-    """Return a badge for a success or a failure; '' otherwise, and for the baseline."""
+    """Return class and name of a success or a failure; None otherwise, and for the baseline."""
     if drawn.f is None or is_baseline(drawn.row["selector"]):
-        return ""
+        return None
     if is_failure(drawn):
-        return ' <span class="kind bad">failure</span>'
-    return ' <span class="kind good">success</span>' if is_success(drawn) else ""
+        return "bad", "failure"
+    return ("good", "success") if is_success(drawn) else None
 
 
-def picture_html(run, drawn, path, caption):
-    """Return the picture of one example: embedded, linked, or a word that it is missing."""
-    row = drawn.row
-    title = "%s on %s %s %s" % (row["selector"], row["dataset"], row["sequence"], row["pair"])
-    if path is not None:
-        alt = "Matches selected by %s, drawn between the two images: %s" % (title, caption)
-        return '<a class="open" href="#ex-%d" title="Enlarge"><img src="%s" alt="%s"></a>' % (
-            drawn.index,
-            image_data(path),
-            esc(alt),
-        )
-    path = image_path(run, row["file"])
-    if path is None:
-        return '<p class="missing">image %s is missing</p>' % esc(row["file"])
-    link = run.link + "/".join(quote(part) for part in path.relative_to(run.folder.resolve()).parts)
-    return '<p class="missing"><a href="%s">image file</a> (not in this page)</p>' % esc(link)
+def example(run, drawn, path):
+    """Return what the template shows of one image: embedded, linked, or a word that it is missing."""
+    row, file = drawn.row, image_path(run, drawn.row["file"])
+    parts = file.relative_to(run.folder.resolve()).parts if file else ()
+    return {
+        "index": drawn.index,
+        "selector": row["selector"],
+        "title": "%s on %s %s %s" % (row["selector"], row["dataset"], row["sequence"], row["pair"]),
+        "file": row["file"],
+        "data": image_data(path) if path else "",
+        "link": run.link + "/".join(map(quote, parts)) if file else "",
+        "caption": image_caption(row, drawn.f),
+        "verdict": verdict(drawn),
+    }
 
 
-def example_html(run, drawn, path):
-    """Return one example image with its caption; a click opens it large, without any script."""
-    caption = image_caption(drawn.row, drawn.f)
-    close = '<a class="close" href="#cell-%d">Close</a>' % drawn.index if path else ""
-    return (
-        '<div class="cell" id="cell-%d"><figure id="ex-%d">%s<figcaption><b>%s</b>%s'
-        " %s</figcaption>%s</figure></div>"
-        % (
-            drawn.index,
-            drawn.index,
-            picture_html(run, drawn, path, caption),
-            esc(drawn.row["selector"]),
-            verdict(drawn),
-            esc(caption),
-            close,
-        )
-    )
+def pair_heading(row):
+    """Return the heading of a drawn pair."""
+    group, tau = group_of(row), at_tau(row["tau_px"])
+    if group.dataset == "sample":
+        tau += ", photographed" if row["sequence"] in PHOTOGRAPHED else ", generated"
+    details = "%s, %s, %s" % (features_text(group.features), preselection_text(group.preselection), tau)
+    head = dataset_html(group.dataset) if group.dataset != "sample" else group.dataset
+    name = [head] + [part for part in (row["sequence"], row["pair"]) if part]
+    return heading(with_details(joined(name, " / "), details))
 
 
 LEGEND = (
@@ -266,44 +252,18 @@ def html(run, figures):
     """Return the body of the section."""
     if not run.images:
         return paragraph("The run drew no example pairs.")
-    items = "".join(
-        '<li><svg class="swatch" viewBox="0 0 36 14" aria-hidden="true"><path d="M2 7H34" stroke="#555"'
-        ' stroke-width="6.4"/><path d="M2.7 7H33.3" stroke="%s" stroke-width="5"/></svg><span><b>%s</b>:'
-        " %s</span></li>" % (colour, name, esc(meaning))
-        for colour, name, meaning in LEGEND
-    )
-    out = [
-        paragraph(
-            "Each line joins a match in the left image to its partner in the right one. Where a selector finds"
-            " several models, such as planes, the discs at the points have one colour for each model. Click an image"
-            " to enlarge it."
-        )
-    ]
-    out.append('<ul class="legend colours">%s</ul>' % items)
     images = drawn_images(run)
-    out += [findings_html(images), sources(run, "images/index.csv", "pairs.csv")]
-    paths, last = embedded(run, images), None
-    if len(paths) < len(images):
-        text = "%s of the %d images are in this page, the successes and failures of the table among them; the others"
-        text += " lie in the run's folder and are linked."
-        missing = [d for d in images if d.index not in paths and image_path(run, d.row["file"])]
-        out += [paragraph(esc(text % (len(paths), len(images))), "small")] * bool(missing)
-    for drawn in images:
-        if pair_of(drawn.row) != last:
-            out += ["</div>"] * (last is not None)
-            out.append(pair_heading(drawn.row) + '<div class="grid">')
-            last = pair_of(drawn.row)
-        out.append(example_html(run, drawn, paths.get(drawn.index)))
-    out.append("</div>")
-    return "\n".join(part for part in out if part)
-
-
-def pair_heading(row):
-    """Return the heading of a drawn pair."""
-    group, tau = group_of(row), at_tau(row["tau_px"])
-    if group.dataset == "sample":
-        tau += ", photographed" if row["sequence"] in PHOTOGRAPHED else ", generated"
-    sub = "%s, %s, %s" % (features_text(group.features), preselection_text(group.preselection), tau)
-    name = " / ".join(esc(part) for part in (row["sequence"], row["pair"]) if part)
-    head = dataset_html(group.dataset) if group.dataset != "sample" else esc(group.dataset)
-    return '<h3>%s%s <span class="sub">%s</span></h3>' % (head, " / " + name if name else "", esc(sub))
+    paths = embedded(run, images)
+    return render(
+        "visual.html",
+        legend=LEGEND,
+        findings=findings_html(images),
+        sources=sources(run, "images/index.csv", "pairs.csv"),
+        some_linked=any(d.index not in paths and image_path(run, d.row["file"]) for d in images),
+        embedded=len(paths),
+        drawn=len(images),
+        pairs=[
+            (pair_heading(rows[0].row), [example(run, drawn, paths.get(drawn.index)) for drawn in rows])
+            for rows in (list(rows) for _, rows in itertools.groupby(images, lambda d: pair_of(d.row)))
+        ],
+    )

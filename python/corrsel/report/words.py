@@ -1,5 +1,4 @@
-"""Numbers and names as words; nothing here is HTML, but `esc` and `bracket`."""
-import html
+"""Numbers and names as words; nothing here is HTML."""
 from collections import OrderedDict
 
 STATUSES = OrderedDict(
@@ -18,11 +17,6 @@ STATUSES = OrderedDict(
 PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
 UNRELATED = "unrelated_"  # begins the name of a dataset of pairs of different scenes
 GIVEN = "given"  # features of a dataset that provides matches
-
-
-def esc(value):
-    """Escape a value for HTML text and attributes."""
-    return html.escape(str(value), quote=True)
 
 
 def plural(count, noun, many=None):
@@ -62,14 +56,17 @@ def milliseconds(seconds, missing="\u2013"):
 
 def interval(row):
     """Return the bootstrap interval of the mean F of a row of summary.csv as text."""
-    if row["f_paper_lo"] is None or row["f_paper_hi"] is None:
-        return "\u2013"
-    return "%.3f\u2013%.3f" % (row["f_paper_lo"], row["f_paper_hi"])
+    return span(row["f_paper_lo"], row["f_paper_hi"])
 
 
-def bracket(row):
-    """Return the interval in brackets, as HTML that does not break across lines."""
-    return '<span class="nb">(%s)</span>' % interval(row)
+def with_interval(row):
+    """Return the mean F of a row of summary.csv with its interval as text."""
+    return "%s (%s)" % (fraction(row["f_paper"]), interval(row))
+
+
+def span(low, high, show=fraction):
+    """Return the bounds of an interval as text; a dash where one is undefined."""
+    return "\u2013" if None in (low, high) else "%s\u2013%s" % (show(low), show(high))
 
 
 def overlap(first, second):

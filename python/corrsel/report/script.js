@@ -1,11 +1,8 @@
-"""The script of the page: sorts tables and switches selectors off.
-
-It makes its own controls, so that a page without it shows everything and no control that does nothing. Rows, columns,
-legends and examples are found by the name of the selector that they begin with, artists of figures by their attribute
-data-selector (see figures.marked).
-"""
-
-SCRIPT = """
+// The script of the page: sorts tables and switches selectors off.
+//
+// It makes its own controls, so that a page without it shows everything and no control that does nothing. Rows, columns,
+// legends and examples are found by the name of the selector that they begin with, artists of figures by their attribute
+// data-selector (see figures.marked).
 (() => {
   "use strict";
   const switches = JSON.parse(document.querySelector("main").dataset.switches);
@@ -78,9 +75,9 @@ SCRIPT = """
     for (const mark of copy.querySelectorAll(".mark")) mark.remove();
     for (const end of copy.querySelectorAll("br")) end.replaceWith(" ");
     const text = cell.dataset.value || copy.textContent.trim();
-    return text === "\\u2013" ? "" : text;
+    return text === "\u2013" ? "" : text;
   };
-  const numberOf = text => parseFloat(text.replace(/^[<>\\u2264\\u2265\\u00d7] ?/, ""));
+  const numberOf = text => parseFloat(text.replace(/^[<>\u2264\u2265\u00d7] ?/, ""));
   const compare = (values, sign) => {
     const texts = values.filter(value => value !== "");
     const numeric = texts.every(text => !isNaN(numberOf(text)));
@@ -129,4 +126,3 @@ SCRIPT = """
   if (names.length > 1) makeSwitches();
   document.querySelectorAll("main table").forEach(sortable);
 })();
-"""
