@@ -15,6 +15,7 @@ A further large table of the same kind is read with `tables.read_columns` into a
 """
 import csv
 import json
+import re
 from collections import Counter, OrderedDict, namedtuple
 
 import numpy as np
