@@ -4,7 +4,7 @@ from collections import Counter
 from markupsafe import Markup
 
 from .compared import dataset_notes, paper_dataset, paper_winner
-from .figures import line_style, mark, marked, new_axes, plot_text
+from .figures import line_style, mark, marked, name_rows, new_axes, plot_text
 from .markup import DASH, Cell, below, bold, breakable, dataset_html, findings, joined, lines, panels
 from .markup import paragraph, sources, table, text_cell
 from .paper import SOURCE
@@ -126,10 +126,7 @@ def winners_panel(run, figures, groups, winners):
             fontweight="bold",
         )
         mark(figure, first["selector"], [text])
-    axes.set_yticks(range(len(groups)))
-    axes.set_yticklabels(names)
-    axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(groups) - 0.5, -0.5)
+    name_rows(axes, names)
     axes.set_xlim(-0.02, 1.02)
     axes.grid(True, axis="x")
     axes.set_xlabel("mean F (\u00d7 %s, grey: the other selectors)" % BASELINE, color=DARK)
