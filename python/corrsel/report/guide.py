@@ -9,7 +9,7 @@ from markupsafe import Markup
 from . import paper
 from .efficiency import NOT_TIMED, scaling_times, threads_text
 from .inference import is_above, mean_interval, paired_difference
-from .markup import DASH, LOWEST, Cell, below, best_cell, bold, findings, heading, joined, lines, paragraph
+from .markup import DASH, LOWEST, Cell, below, best_cell, bold, details, findings, joined, lines, paragraph
 from .markup import small, table, text_cell, transposed, with_headings
 from .reading import Group, at_tolerance
 from .robustness import SAMPLE_SEQUENCES
@@ -619,7 +619,6 @@ def html(run, figures):
     remarks = [Markup("<b>%s</b>: %s.") % (row_title(r), "; ".join(r.remarks)) for r in rows if r.remarks]
     out.append(findings(remarks) if remarks else "")
     out.append(choice_table(run))
-    out.append(heading("Rule"))
-    out += [paragraph(part) for part in rule()]
+    out.append(details("Rule", joined(map(paragraph, rule()))))
     out.append(evidence_table(rows))
     return joined(out)

@@ -5,8 +5,8 @@ from markupsafe import Markup
 
 from .compared import dataset_notes, paper_dataset, paper_winner
 from .figures import line_style, mark, marked, name_rows, new_axes, plot_text
-from .markup import DASH, Cell, below, bold, breakable, dataset_html, findings, joined, lines, panels
-from .markup import paragraph, sources, table, text_cell
+from .markup import DASH, Cell, below, bold, breakable, dataset_html, details, findings, joined, lines
+from .markup import panels, paragraph, sources, table, text_cell
 from .paper import SOURCE
 from .scopes import is_main
 from .remarks import remark_sentences
@@ -268,4 +268,4 @@ def html(run, figures):
         out.append(sources(run, "remarks.csv"))
     if findings_in_place(run):
         groups = [g for g in groups if is_main(run, g)][:MAX_FINDINGS]
-    return joined(out + [findings([sentence(run, g) for g in groups])])
+    return joined(out + [details("The results in words", findings([sentence(run, g) for g in groups]))])
