@@ -75,7 +75,7 @@ void append(Mask& bytes, std::uint32_t train, float distance, float second) {
   bytes.insert(bytes.end(), std::begin(text), std::end(text));
 }
 
-SceneSpec spec(std::size_t n) { return {SceneKind::kPlane, n, kNotMeasured}; }
+SceneSpec spec(std::size_t n) { return {MatchSceneKind::kPlane, n, kNotMeasured}; }
 
 }  // namespace
 

@@ -19,7 +19,7 @@
 namespace corrsel::performance {
 namespace {
 
-SceneSpec spec(int most) { return {SceneKind::kPlane, std::size_t(most), kNotMeasured}; }
+SceneSpec spec(int most) { return {MatchSceneKind::kPlane, std::size_t(most), kNotMeasured}; }
 
 Mask outcome(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors) {
   Mask bytes(keypoints.size() * kFeatureBytes);

@@ -64,7 +64,7 @@ void runHardModels(double inlier_ratio, int peer_every, const std::string& name,
     return report.addFailure(name, error.what());
   }
   searches.push_back({"cv::findHomography RANSAC", openCvModel, peer_every});
-  SceneSpec spec{SceneKind::kPlane, kMatches, inlier_ratio};
+  SceneSpec spec{MatchSceneKind::kPlane, kMatches, inlier_ratio};
   for (int seed = 0; seed < kSeeds; ++seed) {
     spec.seed = std::uint64_t(seed);
     Scene scene = core::makeScene(spec);

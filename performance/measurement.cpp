@@ -149,7 +149,7 @@ Method function(const std::string& name, const SceneSpec& scene, std::size_t sce
 
 Method openCv(const std::string& name, const SceneSpec& scene, std::size_t scenes,
               const OpenCvOptions& options) {
-  const bool plane = scene.kind == SceneKind::kPlane;
+  const bool plane = scene.kind == MatchSceneKind::kPlane;
   return {name, scene, scenes, [options, plane](const std::vector<Scene>& inputs) -> Call {
             if (options.method < 0) throw std::runtime_error("not run, needs OpenCV 4.5");
             if (options.method == CORRSEL_USAC(ACCURATE) && inputs[0].left.size() > kMostAccurate) {

@@ -161,11 +161,11 @@ std::string sceneName(const SceneSpec& scene) {
   // Matchers are timed on descriptors, which have no inlier ratio.
   if (std::isnan(scene.inlier_ratio)) return "descriptors";
   switch (scene.kind) {
-    case SceneKind::kPlane:
+    case MatchSceneKind::kPlane:
       return "plane";
-    case SceneKind::kSpace:
+    case MatchSceneKind::kSpace:
       return "space";
-    case SceneKind::kTwoPlanes:
+    case MatchSceneKind::kTwoPlanes:
       return "two planes";
     default:
       return "other";

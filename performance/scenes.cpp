@@ -6,7 +6,8 @@
 namespace corrsel::performance {
 
 std::shared_ptr<const std::vector<Scene>> scenes(SceneSpec spec, std::size_t count) {
-  using Key = std::tuple<SceneKind, std::size_t, double, bool, double, double, bool, bool, bool, std::size_t>;
+  using Key =
+      std::tuple<MatchSceneKind, std::size_t, double, bool, double, double, bool, bool, bool, std::size_t>;
   static std::map<Key, std::shared_ptr<const std::vector<Scene>>> made;
   auto& entry = made[Key(spec.kind, spec.n, spec.inlier_ratio, spec.sorted, spec.noise, spec.object_share,
                          spec.frames, spec.distances, spec.sizes, count)];

@@ -9,7 +9,7 @@
 
 namespace corrsel::performance {
 
-using core::SceneKind;
+using core::MatchSceneKind;
 using core::SceneSpec;
 using Scene = core::MatchScene;
 using Mask = std::vector<std::uint8_t>;  ///< one entry per match

@@ -116,7 +116,7 @@ Comparison nnsr(const SceneSpec& scene) {
 
 /// Beside usac with the model of the scene, which auto has to find out.
 Comparison automatic(const SceneSpec& scene) {
-  const bool plane = scene.kind == SceneKind::kPlane;
+  const bool plane = scene.kind == MatchSceneKind::kPlane;
   const std::string kind = plane ? "plane" : "space", where = kind + at(scene);
   const std::size_t count = scenesFor(scene.n);
   Comparison result{"auto/" + where,
@@ -140,7 +140,7 @@ Comparison beside(const std::string& spec, const std::string& peer, const SceneS
                   const OptionMap& options = {}) {
   const std::size_t count = scenesFor(scene.n);
   const std::string name = nameOf(spec, options);
-  const std::string where = scene.kind == SceneKind::kTwoPlanes ? "/two_planes" : "";
+  const std::string where = scene.kind == MatchSceneKind::kTwoPlanes ? "/two_planes" : "";
   Comparison result{name + where + at(scene), {selector(spec, scene, count, options)}, {}};
   result.methods[0].name = name;
   if (!peer.empty()) result.methods.push_back(selector(peer, scene, count));
@@ -180,7 +180,7 @@ Comparison ransacSameSamples(const SceneSpec& scene, double threshold) {
 
 /// As one calls them: each stops when it believes to be done.
 Comparison ransac(const SceneSpec& scene) {
-  const bool plane = scene.kind == SceneKind::kPlane;
+  const bool plane = scene.kind == MatchSceneKind::kPlane;
   const std::string spec = plane ? "ransac:h" : "ransac:f", px = plane ? "3" : "1.5";
   const OpenCvOptions peer{plane ? int(cv::RANSAC) : int(cv::FM_RANSAC), plane ? 3 : 1.5, 2000, 0.995};
   Method ours = selector(spec, scene, scenesFor(scene.n), {{"threshold", px}});
@@ -189,7 +189,7 @@ Comparison ransac(const SceneSpec& scene) {
 }
 
 Comparison usac(const SceneSpec& scene) {
-  const bool plane = scene.kind == SceneKind::kPlane;
+  const bool plane = scene.kind == MatchSceneKind::kPlane;
   const std::string spec = plane ? "usac:h" : "usac:f", px = plane ? "3" : "1.5";
   const double threshold = plane ? 3 : 1.5;
   const std::size_t count = scenesFor(scene.n);
@@ -382,7 +382,7 @@ double exponentOf(const Comparison& comparison, const Measurements& m) {
 }
 
 /// One selector at several sizes.
-Comparison growth(const std::string& spec, SceneKind kind, std::size_t most = kLargeSize,
+Comparison growth(const std::string& spec, MatchSceneKind kind, std::size_t most = kLargeSize,
                   const OptionMap& options = {}) {
   const bool pairs = most < kLargeSize;
   const double asked = pairs                ? kLargestExponentOfPairs
@@ -409,7 +409,7 @@ Comparison growth(const std::string& spec, SceneKind kind, std::size_t most = kL
 
 std::vector<Comparison> comparisons(bool all) {
   std::vector<Comparison> list;
-  SceneSpec target{SceneKind::kPlane, kTargetSize, kTargetRatio}, few = target;
+  SceneSpec target{MatchSceneKind::kPlane, kTargetSize, kTargetRatio}, few = target;
   few.inlier_ratio = 0.3;
   list.push_back(ransacSameSamples(target, 3));
   list.push_back(ransacSameSamples(target, 10));
@@ -417,8 +417,8 @@ std::vector<Comparison> comparisons(bool all) {
   list.push_back(ransacSameSamples(few, 3));
   for (const std::size_t n : kSizes) {
     for (const double inlier_ratio : kInlierRatios) {
-      const SceneSpec plane{SceneKind::kPlane, n, inlier_ratio}, space{SceneKind::kSpace, n, inlier_ratio},
-          corner{SceneKind::kTwoPlanes, n, inlier_ratio};
+      const SceneSpec plane{MatchSceneKind::kPlane, n, inlier_ratio},
+          space{MatchSceneKind::kSpace, n, inlier_ratio}, corner{MatchSceneKind::kTwoPlanes, n, inlier_ratio};
       // OpenCV's takes ten seconds a call at the largest size.
       if (n <= kMostPairs || inlier_ratio == kTargetRatio) list.push_back(ransac(space));
       for (const Comparison& comparison : {automatic(plane),
@@ -463,7 +463,7 @@ std::vector<Comparison> comparisons(bool all) {
       list.push_back(allPairs("gtm", plane, baselines::gtmDense));
     }
   }
-  list.push_back(automatic({SceneKind::kPlane, kLiveSize, kEasyRatio}));
+  list.push_back(automatic({MatchSceneKind::kPlane, kLiveSize, kEasyRatio}));
   for (const char* spec : {"auto",
                            "acransac:h",
                            "planes",
@@ -490,15 +490,15 @@ std::vector<Comparison> comparisons(bool all) {
                            "gaim",
                            "logos",
                            "icf"}) {
-    list.push_back(growth(spec, SceneKind::kPlane));
+    list.push_back(growth(spec, MatchSceneKind::kPlane));
   }
   for (const char* sampler : {"local", "pnapsac", "multigs"})
-    list.push_back(growth("usac:h", SceneKind::kPlane, kLargeSize, {{"sampler", sampler}}));
+    list.push_back(growth("usac:h", MatchSceneKind::kPlane, kLargeSize, {{"sampler", sampler}}));
   for (const char* spec : {"ransac:f", "usac:f", "acransac:f"})
-    list.push_back(growth(spec, SceneKind::kSpace));
+    list.push_back(growth(spec, MatchSceneKind::kSpace));
   for (const char* spec : {"st", "st:rrwm", "gtm"})
-    list.push_back(growth(spec, SceneKind::kPlane, kMostPairs));
-  list.push_back(growth("tlinkage", SceneKind::kTwoPlanes, kMostTlinkage));
+    list.push_back(growth(spec, MatchSceneKind::kPlane, kMostPairs));
+  list.push_back(growth("tlinkage", MatchSceneKind::kTwoPlanes, kMostTlinkage));
   for (const Comparison& comparison : matching()) list.push_back(comparison);
   if (!all) {
     list.erase(

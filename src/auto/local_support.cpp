@@ -77,6 +77,20 @@ struct Prediction {
   }
 };
 
+/// Writes the runs of whole multiples of slots, one per row of cells, that hold all points of a box.
+/// @return their number
+std::size_t findRuns(const PointCells& cells, double x, double y, double half_width, double half_height,
+                     SupportRun* runs) {
+  constexpr std::uint32_t kMask = SupportRun::kMultiple - 1;
+  std::size_t found = 0;
+  cells.visitRuns(x, y, half_width, half_height, [&](std::uint32_t begin, std::uint32_t end) {
+    begin &= ~kMask;
+    end = (end + kMask) & ~kMask;
+    if (begin < end) runs[found++] = {begin, end};
+  });
+  return found;
+}
+
 /// The similarity that takes a left displacement to a right one.
 LinearMap similarity(float dx, float dy, float vx, float vy) {
   const float squared = dx * dx + dy * dy;
@@ -180,6 +194,15 @@ LocalSupport::Bounds LocalSupport::boundsOf(const std::vector<float>& x, const s
   return bounds;
 }
 
+CellGrid LocalSupport::gridOver(const Bounds& bounds) const {
+  // By measurement: rows of about 16 sqrt(n / 256) points.
+  const int side = std::clamp(static_cast<int>(std::sqrt(static_cast<double>(n_)) / 4), 1, kMaxRows);
+  CellGrid grid{bounds.low[0], bounds.low[1], 0, 0, side, side};
+  grid.cell_width = std::max(bounds.high[0] - bounds.low[0], 1e-6) / side;
+  grid.cell_height = std::max(bounds.high[1] - bounds.low[1], 1e-6) / side;
+  return grid;
+}
+
 void LocalSupport::layOut(const Correspondences& m) {
   left_x_.resize(n_);
   left_y_.resize(n_);
@@ -199,8 +222,9 @@ void LocalSupport::layOut(const Correspondences& m) {
   const double height = sized ? m.right_size.height : bounds_.high[1] - bounds_.low[1];
   diagonal_ = std::hypot(width, height);
   area_ = std::max(1.0, width * height);
-  left_cells_.build(left_x_.data(), left_y_.data(), n_, left.low, left.high);
-  right_cells_.build(right_x_.data(), right_y_.data(), n_, bounds_.low, bounds_.high);
+  constexpr std::uint32_t kMultiple = SupportRun::kMultiple;
+  left_cells_.build(left_x_.data(), left_y_.data(), n_, gridOver(left), kMultiple);
+  right_cells_.build(right_x_.data(), right_y_.data(), n_, gridOver(bounds_), kMultiple);
   by_left_.assign(left_cells_);
   by_right_.assign(right_cells_);
   for (std::size_t i = 0; i < n_; ++i) {
@@ -217,28 +241,14 @@ void LocalSupport::layOut(const Correspondences& m) {
 
 void LocalSupport::findWeights() {
   unit_ = std::max(1, static_cast<std::int32_t>(std::min<std::size_t>(4096, (std::size_t{1} << 30) / n_)));
-  places_.resize(n_);
-  const auto sortBy = [this](const std::vector<float>& values) {
-    for (KeyedRow& place : places_) place.key = sortKey(std::round(values[place.row]));
-    radixSort(places_, scratch_);
-  };
-  for (std::size_t i = 0; i < n_; ++i) places_[i].row = static_cast<std::uint32_t>(i);
-  sortBy(right_x_);
-  sortBy(right_y_);
-  const auto samePlace = [this](std::uint32_t a, std::uint32_t b) {
-    return std::round(right_x_[a]) == std::round(right_x_[b]) &&
-           std::round(right_y_[a]) == std::round(right_y_[b]);
-  };
+  right_points_.number(right_x_, right_y_, 1);
   weight_.resize(n_);
   std::int64_t all = 0;
-  for (std::size_t begin = 0, end = 0; begin < n_; begin = end) {
-    while (end < n_ && samePlace(places_[begin].row, places_[end].row)) ++end;
-    const auto count = static_cast<std::int32_t>(end - begin);
-    for (std::size_t i = begin; i < end; ++i) {
-      weight_[places_[i].row] = std::max(1, unit_ / count);
-      weights_[row_[places_[i].row]] = 1.0F / static_cast<float>(count);
-      all += weight_[places_[i].row];
-    }
+  for (std::size_t i = 0; i < n_; ++i) {
+    const std::uint32_t count = right_points_.sizes[right_points_.of[i]];
+    weight_[i] = std::max(1, unit_ / static_cast<std::int32_t>(count));
+    weights_[row_[i]] = 1.0F / static_cast<float>(count);
+    all += weight_[i];
   }
   all_weights_ = static_cast<double>(all) / unit_;
 }
@@ -344,7 +354,7 @@ void LocalSupport::verify(std::size_t rank, const LinearMap& map, const std::uin
   const double width = std::hypot(map[1], map[3]) / det, height = std::hypot(map[0], map[2]) / det;
   constexpr double kMargin = 1.0001;  // for the rounding errors of single precision
   const SupportKernels& kernel = kernels().support;
-  SupportRun runs[CellRuns::kMostRows];
+  SupportRun runs[kMaxRows];
   double best = 0, in_disc = 0;  // S so far, and the matches in the largest disc so far
 
   for (int disc = kNear - 1; disc < kDiscs; ++disc) {
@@ -352,11 +362,11 @@ void LocalSupport::verify(std::size_t rank, const LinearMap& map, const std::uin
     const double r = radius(disc) * kMargin;
     const SupportRule rule = ruleOf(disc);
     SupportCounts counts;
-    std::size_t found = left_cells_.find(x, y, r * width, r * height, runs);
+    std::size_t found = findRuns(left_cells_, x, y, r * width, r * height, runs);
     (near ? kernel.both : kernel.first)(by_left_.view(), runs, found,
                                         {map[0], map[1], map[2], map[3], x, y, u, v}, rule, counts);
     if (place.right[disc] < 0) {
-      found = right_cells_.find(u, v, r, r, runs);
+      found = findRuns(right_cells_, u, v, r, r, runs);
       (near ? kernel.around_both : kernel.around_first)(by_right_.view(), runs, found, u, v, rule,
                                                         place.right + (near ? 0 : disc));
     }
@@ -417,7 +427,7 @@ void LocalSupport::extendLocalSets() {
   }
 }
 
-void LocalSupport::Columns::assign(const CellRuns& cells) {
+void LocalSupport::Columns::assign(const PointCells& cells) {
   for (std::vector<float>* const column : {&left_x, &left_y, &right_x, &right_y})
     column->assign(cells.slots(), 0);
   weight.assign(cells.slots(), 0);

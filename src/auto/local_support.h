@@ -7,10 +7,11 @@
 
 #include "base/coordinate_order.h"
 #include "corrsel/correspondences.h"
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/neighbours.h"
+#include "geometry/frame_map.h"
 #include "kernels/kernels.h"
-#include "points/cell_runs.h"
-#include "points/distinct_matches.h"
+#include "points/point_cells.h"
+#include "points/point_groups.h"
 
 namespace corrsel::core {
 
@@ -107,6 +108,7 @@ class LocalSupport {
 
  private:
   static constexpr int kMaxPartners = 5, kDiscs = 4;
+  static constexpr int kMaxRows = 64;  // of cells
 
   struct Bounds {
     std::array<double, 2> low, high;  ///< x and y, px
@@ -123,11 +125,12 @@ class LocalSupport {
     std::vector<float> left_x, left_y, right_x, right_y;
     std::vector<std::int32_t> weight;
 
-    void assign(const CellRuns& cells);
+    void assign(const PointCells& cells);
     VotingMatches view() const;
   };
 
   static Bounds boundsOf(const std::vector<float>& x, const std::vector<float>& y, const cv::Size& image);
+  CellGrid gridOver(const Bounds& bounds) const;
   void layOut(const Correspondences& matches);
   void findWeights();
   void sortPool(std::size_t verified);
@@ -153,14 +156,15 @@ class LocalSupport {
   std::vector<std::uint32_t> row_;                          // by rank
   std::vector<float> left_x_, left_y_, right_x_, right_y_;  // by rank
   std::vector<std::int32_t> weight_;                        // by rank
-  CellRuns left_cells_, right_cells_;
+  PointCells left_cells_, right_cells_;
   Columns by_left_, by_right_;
   std::vector<float> best_;                // S by rank
   std::vector<LinearMap> best_map_;        // by rank
   std::vector<KeyedRow> pool_;             // matches that may be partners, by left x
   std::vector<std::uint32_t> candidates_;  // ranks that hypotheses are made for
   std::vector<std::uint32_t> members_, near_;
-  std::vector<KeyedRow> places_, scratch_;
+  std::vector<KeyedRow> scratch_;
+  PointGroups right_points_;
   PlanarNeighbours neighbours_;
 
   std::vector<float> support_, weights_;

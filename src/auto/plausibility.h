@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "corrsel/correspondences.h"
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/neighbours.h"
 #include "points/distinct_matches.h"
 
 namespace corrsel::core {

@@ -141,27 +141,27 @@ PointMotion motionAt(const SceneSpec& spec, const cv::Point2d& left, Random& ran
   // A vertical edge at depth 6, from which the two sides recede.
   static const std::vector<Plane> corner = {{-0.12, 0, 1 / 6.0}, {0.1, 0, 1 / 6.0}};
   switch (spec.kind) {
-    case SceneKind::kPlane:
-    case SceneKind::kFacade:
+    case MatchSceneKind::kPlane:
+    case MatchSceneKind::kFacade:
       return {plane};
-    case SceneKind::kSpace:
+    case MatchSceneKind::kSpace:
       return {sideways.homography({0, 0, 1 / random.uniform(4, 12)})};
-    case SceneKind::kRest:
+    case MatchSceneKind::kRest:
       return {cv::Matx33d::eye()};
-    case SceneKind::kRotation:
+    case MatchSceneKind::kRotation:
       return {turned};
-    case SceneKind::kForward:
+    case MatchSceneKind::kForward:
       return {forward.homography(nearest(corridor(), left))};
-    case SceneKind::kMovingObject:
-    case SceneKind::kPassingObject:
+    case MatchSceneKind::kMovingObject:
+    case MatchSceneKind::kPassingObject:
       if (objectPlace(spec.object_share).contains(left)) return {objectHomography(spec.object_share), 2};
-      if (spec.kind == SceneKind::kPassingObject) return {cv::Matx33d::eye()};
+      if (spec.kind == MatchSceneKind::kPassingObject) return {cv::Matx33d::eye()};
       return {sideways.homography(nearest(corridor(), left))};
-    case SceneKind::kTwoPlanes: {
+    case MatchSceneKind::kTwoPlanes: {
       const cv::Vec3d view = ray(left);
       return {sideways.homography(corner[0].dot(view) < corner[1].dot(view) ? corner[0] : corner[1])};
     }
-    case SceneKind::kWall:
+    case MatchSceneKind::kWall:
       return {sideways.homography({0, 0, 1 / (8 + random.uniform(-1.5, 1.5))})};
   }
   return {};
@@ -182,13 +182,14 @@ Drawn correctMatch(const SceneSpec& spec, Random& random) {
     match.left = anywhere(random);
     const PointMotion motion = motionAt(spec, match.left, random);
     match.right = projected(motion.homography, match.left);
-    const bool has_object = spec.kind == SceneKind::kMovingObject || spec.kind == SceneKind::kPassingObject;
+    const bool has_object =
+        spec.kind == MatchSceneKind::kMovingObject || spec.kind == MatchSceneKind::kPassingObject;
     if (has_object && motion.structure == 1 && hidden(spec.object_share, match.right)) continue;
     match.right += noise(spec.noise, random);
     match.map = derivative(motion.homography, match.left);
     match.structure = motion.structure;
     match.random_map = false;
-    if (spec.kind == SceneKind::kSpace) match.left += noise(spec.noise, random);
+    if (spec.kind == MatchSceneKind::kSpace) match.left += noise(spec.noise, random);
     if (visible(match.left) && visible(match.right)) return match;
   }
 }
@@ -209,7 +210,7 @@ Drawn mistakenWindow(const SceneSpec& spec, Random& random) {
 
 /// Compilers evaluate function arguments in different orders: whatever is drawn has a statement of its own.
 Drawn wrongMatch(const SceneSpec& spec, Random& random) {
-  if (spec.kind == SceneKind::kFacade && random.index(2) == 0) return mistakenWindow(spec, random);
+  if (spec.kind == MatchSceneKind::kFacade && random.index(2) == 0) return mistakenWindow(spec, random);
   Drawn match;
   match.right = anywhere(random);
   match.left = anywhere(random);
@@ -230,7 +231,7 @@ void addFrames(const SceneSpec& spec, const Drawn& match, Random& random, Corres
   cv::Matx22d change = similarity(random, 0.5, 2);
   if (!match.random_map) {
     cv::Matx22d error = cv::Matx22d::eye();
-    if (spec.kind == SceneKind::kPlane) {
+    if (spec.kind == MatchSceneKind::kPlane) {
       for (const int element : {3, 2, 1, 0}) error.val[element] += kElementNoise * random.normal();
     } else {
       const double scale = std::exp(kScaleNoise * random.normal());
@@ -256,7 +257,7 @@ MatchScene makeScene(const SceneSpec& spec) {
   }
   Correspondences& m = scene.matches;
   m.left_size = m.right_size = {kWidth, kHeight};
-  const bool repetitive = spec.kind == SceneKind::kFacade;
+  const bool repetitive = spec.kind == MatchSceneKind::kFacade;
   for (const bool inlier : scene.inlier) {
     const Drawn match = inlier ? correctMatch(spec, random) : wrongMatch(spec, random);
     m.add(match.left, match.right);
@@ -266,7 +267,7 @@ MatchScene makeScene(const SceneSpec& spec) {
                                     : 0.78 + 0.10 * random.normal();
     m.second_distance.push_back(float(random.uniform(200, 400)));
     m.distance.push_back(float(std::clamp(ratio, 0.05, 1.0)) * m.second_distance.back());
-    addFrames(spec, match, spec.kind == SceneKind::kPlane ? random : of_frames, m);
+    addFrames(spec, match, spec.kind == MatchSceneKind::kPlane ? random : of_frames, m);
   }
   if (spec.sorted) {
     std::vector<std::uint32_t> order(spec.n);

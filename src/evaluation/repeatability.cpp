@@ -6,10 +6,10 @@
 #include <limits>
 #include <opencv2/core.hpp>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 
 #include "geometry/homography.h"
+#include "points/place_index.h"
 
 namespace corrsel::core {
 namespace {
@@ -63,36 +63,14 @@ double overlapIfAtLeast(const Ellipse& a, const cv::Matx22d& inverse, const Elli
   return overlap >= least ? overlap : 0;
 }
 
-/// Ellipses by the cell of the image in which their centres lie.
-class Cells {
- public:
-  Cells(const std::vector<Ellipse>& ellipses, double side) : side_(side) {
-    for (std::size_t i = 0; i < ellipses.size(); ++i) {
-      cells_[key(index(ellipses[i].centre[0]), index(ellipses[i].centre[1]))].push_back(i);
-    }
-  }
-
-  /// Calls use(number) for at least all ellipses whose centres are at most (dx, dy) away.
-  template <class Use>
-  void near(const cv::Vec2d& centre, double dx, double dy, const Use& use) const {
-    for (std::int64_t y = index(centre[1] - dy); y <= index(centre[1] + dy); ++y) {
-      for (std::int64_t x = index(centre[0] - dx); x <= index(centre[0] + dx); ++x) {
-        const auto found = cells_.find(key(x, y));
-        if (found == cells_.end()) continue;
-        for (const std::size_t i : found->second) use(i);
-      }
-    }
-  }
-
- private:
-  std::int64_t index(double coordinate) const {
-    return static_cast<std::int64_t>(std::floor(coordinate / side_));
-  }
-  static std::int64_t key(std::int64_t x, std::int64_t y) { return y * (std::int64_t{1} << 31) + x; }
-
-  double side_;
-  std::unordered_map<std::int64_t, std::vector<std::size_t>> cells_;
-};
+/// The centres of ellipses, by place.
+PlaceIndex centresOf(const std::vector<Ellipse>& ellipses, double side) {
+  PlaceIndex places;
+  places.clear(ellipses.size(), static_cast<float>(side));
+  for (const Ellipse& ellipse : ellipses)
+    places.add(static_cast<float>(ellipse.centre[0]), static_cast<float>(ellipse.centre[1]));
+  return places;
+}
 
 /// The ellipses of finite frames with an area, each once, ordered by position.
 std::vector<Ellipse> regions(const std::vector<AffineFrame>& frames) {
@@ -163,18 +141,19 @@ Repeatability repeatability(const std::vector<AffineFrame>& left, const cv::Size
   for (const Ellipse& ellipse : regions(right)) {
     if (project(backward, ellipse, image) && inside(image.centre, left_size)) detected.push_back(ellipse);
   }
-  const Cells cells(detected, kOverlapRadius);
+  const PlaceIndex places = centresOf(detected, kOverlapRadius);
   std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;  // negative overlap, left, right
   for (std::size_t i = 0; i < projected.size(); ++i) {
     const Ellipse& a = projected[i];
     const double scale = kOverlapRadius / std::sqrt(a.area());
     const cv::Matx22d inverse = a.matrix.inv();
-    cells.near(a.centre, scale * std::hypot(a.matrix(0, 0), a.matrix(0, 1)),
-               scale * std::hypot(a.matrix(1, 0), a.matrix(1, 1)), [&](std::size_t j) {
-                 const double overlap =
-                     overlapIfAtLeast(a, inverse, detected[j], scale, 1 - kMostOverlapError);
-                 if (overlap > 0) pairs.emplace_back(-overlap, i, j);
-               });
+    places.visitNear(a.centre[0], a.centre[1], scale * std::hypot(a.matrix(0, 0), a.matrix(0, 1)),
+                     scale * std::hypot(a.matrix(1, 0), a.matrix(1, 1)), [&](std::size_t j) {
+                       const double overlap =
+                           overlapIfAtLeast(a, inverse, detected[j], scale, 1 - kMostOverlapError);
+                       if (overlap > 0) pairs.emplace_back(-overlap, i, j);
+                       return false;
+                     });
   }
   std::sort(pairs.begin(), pairs.end());
   std::vector<char> used_left(projected.size(), 0), used_right(detected.size(), 0);
@@ -192,15 +171,14 @@ double agreement(const std::vector<AffineFrame>& frames, const std::vector<Affin
   std::vector<Ellipse> ellipses;
   ellipses.reserve(others.size());
   for (const AffineFrame& frame : others) ellipses.push_back(ellipseOf(frame));
-  const Cells cells(ellipses, std::max(distance, 1.0));
+  const PlaceIndex places = centresOf(ellipses, std::max(distance, 1.0));
   std::size_t found = 0;
   for (const AffineFrame& frame : frames) {
     const Ellipse own = ellipseOf(frame);
-    bool there = false;
-    cells.near(own.centre, distance, distance, [&](std::size_t i) {
+    const bool there = places.visitNear(own.centre[0], own.centre[1], distance, distance, [&](std::size_t i) {
       const cv::Vec2d offset = ellipses[i].centre - own.centre;
       const double ratio = std::sqrt(ellipses[i].area() / own.area());
-      there = there || (offset.dot(offset) <= distance * distance && std::abs(ratio - 1) <= scale);
+      return offset.dot(offset) <= distance * distance && std::abs(ratio - 1) <= scale;
     });
     found += there ? 1 : 0;
   }

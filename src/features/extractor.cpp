@@ -9,7 +9,6 @@
 
 #include "base/parallel.h"
 #include "base/stopwatch.h"
-#include "base/workspace_scope.h"
 #include "features/descriptors/descriptor.h"
 #include "features/detectors/detector.h"
 #include "features/parts/feature_list.h"
@@ -74,7 +73,7 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
   const cv::Rect area = visibleArea(region.area, image.size());
   DetectionRequest request;
   const DetectorOptions& options = detector_->options();
-  request.image = toGrey(image(area), options.max_megapixels, WorkspaceScope::part<GreyBuffer>());
+  request.image = toGrey(image(area), options.max_megapixels, request.workspace.part<GreyBuffer>());
   request.threads = threads;
   request.describe = descriptor_ == nullptr;
   std::vector<ScaleLevel> levels;
@@ -89,9 +88,9 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
   features.detect_seconds = watch.restart();
   if (descriptor_ != nullptr) {
     if (levels.empty()) {
-      descriptor_->describe(request.image, threads, features);
+      descriptor_->describe(request.image, threads, request.workspace, features);
     } else {
-      descriptor_->describeOn(levels, request.image, threads, features);
+      descriptor_->describeOn(levels, request.image, threads, request.workspace, features);
     }
     features.describe_seconds = watch.seconds();
   }

@@ -59,7 +59,7 @@ bool MatchNeighbours::canForm(std::size_t needed, const std::string& who, Select
 
 void MatchNeighbours::findIn(const std::vector<float>& x, const std::vector<float>& y,
                              const std::vector<std::uint32_t>* members, int listed, Self self,
-                             PlanarNeighbours& index, std::vector<std::uint32_t>& lists) {
+                             std::vector<std::uint32_t>& lists) {
   constexpr std::size_t kBeyond = 8;  // numbers that a kernel may read behind the end
   const std::size_t n = size(), count = members != nullptr ? members->size() : n;
   const int k = self == Self::kKeep ? listed : listed + 1;
@@ -68,18 +68,18 @@ void MatchNeighbours::findIn(const std::vector<float>& x, const std::vector<floa
   lists.resize(n * stride_ + kBeyond);
   // Matches are numbered by x, cells along their first coordinate. With x and y exchanged both orders agree,
   // which keeps what is used together in the processor's cache.
-  index.build(y.data(), x.data(), count, k, members != nullptr ? members->data() : nullptr);
-  index.nearestToAll(y.data(), x.data(), n, k, lists.data());
+  index_.build(y.data(), x.data(), count, k, members != nullptr ? members->data() : nullptr);
+  index_.nearestToAll(y.data(), x.data(), n, k, lists.data());
   if (self == Self::kLeaveOut) takeOutSelf(lists, n, stride_);
 }
 
 void MatchNeighbours::find(const std::vector<std::uint32_t>* members, int listed, Self self) {
-  findIn(left_x, left_y, members, listed, self, left_, near_left_);
-  findIn(right_x, right_y, members, listed, self, right_, near_right_);
+  findIn(left_x, left_y, members, listed, self, near_left_);
+  findIn(right_x, right_y, members, listed, self, near_right_);
 }
 
 void MatchNeighbours::findLeft(const std::vector<std::uint32_t>* members, int listed, Self self) {
-  findIn(left_x, left_y, members, listed, self, left_, near_left_);
+  findIn(left_x, left_y, members, listed, self, near_left_);
 }
 
 }  // namespace corrsel::core

@@ -7,8 +7,8 @@
 
 #include "base/coordinate_order.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/neighbours.h"
 #include "corrsel/selection.h"
-#include "corrsel/selectors/neighbours.h"
 
 namespace corrsel::core {
 
@@ -64,12 +64,12 @@ class MatchNeighbours {
 
  private:
   void findIn(const std::vector<float>& x, const std::vector<float>& y,
-              const std::vector<std::uint32_t>* members, int listed, Self self, PlanarNeighbours& index,
+              const std::vector<std::uint32_t>* members, int listed, Self self,
               std::vector<std::uint32_t>& lists);
 
   std::vector<std::uint32_t> of_row_, row_;
   std::vector<KeyedRow> rows_, scratch_;
-  PlanarNeighbours left_, right_;
+  PlanarNeighbours index_;
   std::vector<std::uint32_t> near_left_, near_right_;
   std::size_t stride_ = 1, offset_ = 0;
 };

@@ -1,10 +1,9 @@
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/neighbours.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
@@ -57,20 +56,6 @@ double squaredDistance(float ax, float ay, float bx, float by) {
   return dx * dx + dy * dy;
 }
 
-struct Point {
-  float x, y;
-  std::uint32_t number;
-};
-
-/// Scratch memory of build() and nearestToAll().
-struct NeighbourMemory {
-  std::vector<float> x, y, sorted_x, sorted_y;
-  std::vector<std::uint32_t> cell, sorted_cell, next, number, doubtful;
-  std::vector<Point> crowd;
-};
-
-NeighbourMemory& memory() { return WorkspaceScope::part<NeighbourMemory>(); }
-
 /// Turns cells of points into the first place of every cell in the sorted order, and the end. O(count +
 /// cells).
 void countCells(const std::uint32_t* cells, std::size_t count, std::vector<std::uint32_t>& start) {
@@ -89,7 +74,7 @@ PlanarNeighbours::PlanarNeighbours(const float* x, const float* y, std::size_t c
 void PlanarNeighbours::build(const float* x, const float* y, std::size_t count, int max_k,
                              const std::uint32_t* members) {
   max_k_ = std::min(max_k, PointGrid::kMostNeighbours);
-  NeighbourMemory& work = memory();
+  Scratch& work = scratch_;
   if (members != nullptr) {
     work.x.resize(count);
     work.y.resize(count);
@@ -142,7 +127,7 @@ void PlanarNeighbours::layOut(const float* x, const float* y, std::size_t count)
 /// Of points at one place only the max_k with the lowest numbers can ever be neighbours: crowds at one place
 /// must cost nothing.
 void PlanarNeighbours::dropCrowds() {
-  std::vector<Point>& crowd = memory().crowd;
+  std::vector<Point>& crowd = scratch_.crowd;
   std::uint32_t kept = 0, begin = 0;
   for (std::size_t cell = 0; cell + 1 < start_.size(); ++cell) {
     const std::uint32_t end = start_[cell + 1];
@@ -227,9 +212,9 @@ int PlanarNeighbours::nearest(float x, float y, int k, std::uint32_t* out) const
 }
 
 void PlanarNeighbours::nearestToAll(const float* x, const float* y, std::size_t count, int k,
-                                    std::uint32_t* out) const {
+                                    std::uint32_t* out) {
   constexpr std::size_t kBeyond = 16;  // floats that the kernel may read behind the end
-  NeighbourMemory& work = memory();
+  Scratch& work = scratch_;
   const NeighbourKernels& kernel = kernels().neighbours;
   work.cell.resize(count);
   work.sorted_cell.resize(count);

@@ -1,28 +1,25 @@
 #include "points/occupied_cells.h"
 
 #include <algorithm>
-#include <cmath>
-
-#include "base/saturated.h"
 
 namespace corrsel::core {
 namespace {
 
-constexpr float kCell = 8.0F;  // px
+constexpr double kCell = 8;  // px
 
 }  // namespace
 
 std::size_t OccupiedCells::count(const std::vector<float>& x, const std::vector<float>& y,
                                  const std::vector<std::uint8_t>& mask) {
-  cells_.clear();
+  x_.clear();
+  y_.clear();
   for (std::size_t i = 0; i < mask.size(); ++i) {
     if (mask[i] == 0) continue;
-    const auto column = static_cast<std::uint32_t>(saturated(std::floor(x[i] / kCell)));
-    const auto row = static_cast<std::uint32_t>(saturated(std::floor(y[i] / kCell)));
-    cells_.push_back(static_cast<std::uint64_t>(column) << 32 | row);
+    x_.push_back(x[i]);
+    y_.push_back(y[i]);
   }
-  std::sort(cells_.begin(), cells_.end());
-  return static_cast<std::size_t>(std::unique(cells_.begin(), cells_.end()) - cells_.begin());
+  groups_.number(x_, y_, kCell, PointGroups::Rounding::kDown);
+  return groups_.sizes.size();
 }
 
 std::size_t OccupiedCells::count(const Correspondences& matches, const std::vector<std::uint8_t>& mask) {

@@ -66,10 +66,11 @@ void addImage(const cv::Mat& grey, const std::vector<cv::Point>& places, Samples
   const int levels = usableLevels(grey.size(), options.scale_factor, options.levels, options.patch_size);
   pyramid.start(grey, options.scale_factor, levels, true);
   for (int level = 0; level < levels; ++level) {
-    if (level > 0) pyramid.reduce(level);
+    if (level > 0) pyramid.reduce(level, Workspace::ofThread());
     constexpr int kReach = ImagePyramid::kBlurReach;
     const PyramidLevel& image = pyramid.level(level);
-    pyramid.blur(level, {kReach, kReach, image.width - 2 * kReach, image.height - 2 * kReach});
+    pyramid.blur(level, {kReach, kReach, image.width - 2 * kReach, image.height - 2 * kReach},
+                 Workspace::ofThread());
   }
   std::vector<std::vector<cv::Point>> turned(OrientedPatch::kDirections);
   for (int direction = 0; direction < OrientedPatch::kDirections; ++direction) {

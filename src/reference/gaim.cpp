@@ -9,8 +9,8 @@
 #include "base/workspace_scope.h"
 #include "geometry/frame_map.h"
 #include "points/distinct_matches.h"
+#include "points/point_groups.h"
 #include "reference/pair_graph.h"
-#include "search/support.h"
 #include "selectors/parts/degenerate_input.h"
 
 namespace corrsel::core {

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "base/workspace_scope.h"
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/neighbours.h"
 #include "geometry/frame_map.h"
 #include "points/distinct_matches.h"
-#include "search/support.h"
+#include "points/point_groups.h"
 #include "selectors/parts/degenerate_input.h"
 
 namespace corrsel::core {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/neighbours.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "corrsel/neighbours.h"
 #include "corrsel/random.h"
-#include "corrsel/selectors/neighbours.h"
 #include "geometry/normalization.h"
 #include "search/multi_gs.h"
 #include "search/progressive_napsac.h"

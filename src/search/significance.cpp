@@ -5,8 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "base/saturated.h"
-#include "base/workspace_scope.h"
 #include "corrsel/random.h"
 #include "geometry/fundamental.h"
 #include "geometry/homography.h"
@@ -27,11 +25,6 @@ constexpr double kLeastCell = 5;       // px: side of a cell of the density
 constexpr double kCellsPerMatch = 8;   // cells of the density per match, at most
 constexpr double kLeastSpread = 1e-3;  // smallest product of principal variances over the squared sum
 constexpr int kPredictors = 6;         // nearest selected matches from which a match is predicted
-
-/// The cell of a position, at least 0 and at most `last`; 0 for NaN.
-int clampCell(double position, int last) {
-  return position > 0 ? static_cast<int>(std::min(position, static_cast<double>(last))) : 0;
-}
 
 double logFactorial(double n) {
   if (n < 16) {
@@ -67,40 +60,6 @@ double log10BinomialTail(std::size_t n, std::size_t k, double p) {
   return std::min(0.0, (term - std::log1p(-q)) / std::log(10.0));
 }
 
-void SignificanceTest::Places::clear(std::size_t most, float radius) {
-  radius_ = radius;
-  std::size_t size = 16;
-  while (size < 2 * most) size *= 2;
-  first_.assign(size, 0);
-  points_.clear();
-}
-
-std::size_t SignificanceTest::Places::slot(std::int64_t cell_x, std::int64_t cell_y) const {
-  const std::uint64_t cell = static_cast<std::uint64_t>(static_cast<std::uint32_t>(cell_x)) << 32 |
-                             static_cast<std::uint32_t>(cell_y);
-  return static_cast<std::size_t>(cell * 0x9E3779B97F4A7C15U >> 32) & (first_.size() - 1);
-}
-
-std::uint32_t SignificanceTest::Places::find(float x, float y) const {
-  const std::int64_t cell_x = saturated(std::floor(x / radius_)), cell_y = saturated(std::floor(y / radius_));
-  for (std::int64_t cy = cell_y - 1; cy <= cell_y + 1; ++cy) {
-    for (std::int64_t cx = cell_x - 1; cx <= cell_x + 1; ++cx) {
-      for (std::uint32_t i = first_[slot(cx, cy)]; i != 0; i = points_[i - 1].next) {
-        const Point& point = points_[i - 1];
-        const float dx = point.x - x, dy = point.y - y;
-        if (dx * dx + dy * dy < radius_ * radius_) return i - 1;
-      }
-    }
-  }
-  return kNone;
-}
-
-void SignificanceTest::Places::add(float x, float y) {
-  std::uint32_t& first = first_[slot(saturated(std::floor(x / radius_)), saturated(std::floor(y / radius_)))];
-  points_.push_back({x, y, first});
-  first = static_cast<std::uint32_t>(points_.size());
-}
-
 void SignificanceTest::assign(const Correspondences& matches) {
   sortByCoordinates(matches, order_, scratch_);
   const std::size_t n = matches.size();
@@ -129,20 +88,18 @@ void SignificanceTest::assign(const Correspondences& matches) {
 
 void SignificanceTest::Density::build(const std::vector<float>& x, const std::vector<float>& y, double left,
                                       double top, double width, double height) {
-  left_ = left;
-  top_ = top;
   const double most = kCellsPerMatch * static_cast<double>(x.size());
-  cell_ = std::max({kLeastCell, std::sqrt(width * height / most), width / most, height / most});
-  columns_ = static_cast<int>(width / cell_) + 1;
-  rows_ = static_cast<int>(height / cell_) + 1;
-  const auto stride = static_cast<std::size_t>(columns_) + 1;
-  sums_.assign(stride * (static_cast<std::size_t>(rows_) + 1), 0);
+  const double cell = std::max({kLeastCell, std::sqrt(width * height / most), width / most, height / most});
+  grid_ = CellGrid::covering(left, top, width, height, cell);
+  const auto stride = static_cast<std::size_t>(grid_.columns) + 1,
+             rows = static_cast<std::size_t>(grid_.rows);
+  sums_.assign(stride * (rows + 1), 0);
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const int column = clampCell((x[i] - left_) / cell_, columns_ - 1);
-    const int row = clampCell((y[i] - top_) / cell_, rows_ - 1);
-    ++sums_[(static_cast<std::size_t>(row) + 1) * stride + static_cast<std::size_t>(column) + 1];
+    const auto column = static_cast<std::size_t>(grid_.column(x[i])),
+               row = static_cast<std::size_t>(grid_.row(y[i]));
+    ++sums_[(row + 1) * stride + column + 1];
   }
-  for (std::size_t row = 1; row <= static_cast<std::size_t>(rows_); ++row) {
+  for (std::size_t row = 1; row <= rows; ++row) {
     std::uint32_t in_row = 0;
     for (std::size_t column = 1; column < stride; ++column) {
       in_row += sums_[row * stride + column];
@@ -152,22 +109,27 @@ void SignificanceTest::Density::build(const std::vector<float>& x, const std::ve
 }
 
 double SignificanceTest::Density::others(double x, double y, double own_x, double own_y) const {
-  const double low_x = (x - left_ - kDensityRadius) / cell_, high_x = (x - left_ + kDensityRadius) / cell_;
-  const double low_y = (y - top_ - kDensityRadius) / cell_, high_y = (y - top_ + kDensityRadius) / cell_;
-  const int first_column = clampCell(low_x, columns_), end_column = clampCell(std::ceil(high_x), columns_);
-  const int first_row = clampCell(low_y, rows_), end_row = clampCell(std::ceil(high_y), rows_);
+  const double cell = grid_.cell_width;
+  const double low_x = (x - grid_.left - kDensityRadius) / cell,
+               high_x = (x - grid_.left + kDensityRadius) / cell;
+  const double low_y = (y - grid_.top - kDensityRadius) / cell,
+               high_y = (y - grid_.top + kDensityRadius) / cell;
+  // One of the cells, or the end behind the last one.
+  const auto border = [](double position, int count) { return CellGrid::clamped(position, count + 1); };
+  const int first_column = border(low_x, grid_.columns),
+            end_column = border(std::ceil(high_x), grid_.columns);
+  const int first_row = border(low_y, grid_.rows), end_row = border(std::ceil(high_y), grid_.rows);
   if (first_column >= end_column || first_row >= end_row) return 0;
   const auto at = [this](int row, int column) {
-    return sums_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(columns_) + 1) +
+    return sums_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(grid_.columns) + 1) +
                  static_cast<std::size_t>(column)];
   };
   double count = at(end_row, end_column) - at(first_row, end_column) - at(end_row, first_column) +
                  at(first_row, first_column);
-  const int own_column = clampCell((own_x - left_) / cell_, columns_ - 1);
-  const int own_row = clampCell((own_y - top_) / cell_, rows_ - 1);
+  const int own_column = grid_.column(own_x), own_row = grid_.row(own_y);
   if (own_column >= first_column && own_column < end_column && own_row >= first_row && own_row < end_row)
     count -= 1;
-  return count / (static_cast<double>(end_column - first_column) * (end_row - first_row) * cell_ * cell_);
+  return count / (static_cast<double>(end_column - first_column) * (end_row - first_row) * cell * cell);
 }
 
 void SignificanceTest::addCandidate(double squared_error, std::size_t match) {
@@ -299,8 +261,8 @@ void SignificanceTest::drawHalves() {
   predictors_[1].clear();
   left_places_.clear(selected_.size(), kPlaceRadius);
   for (std::size_t i = 0; i < selected_.size(); ++i) {
-    std::uint32_t place = left_places_.find(selected_x_[i], selected_y_[i]);
-    if (place == Places::kNone) {
+    std::uint32_t place = left_places_.findWithin(selected_x_[i], selected_y_[i]);
+    if (place == PlaceIndex::kNone) {
       place = static_cast<std::uint32_t>(half_of_place_.size());
       left_places_.add(selected_x_[i], selected_y_[i]);
       half_of_place_.push_back(static_cast<std::uint8_t>(random.index(2)));
@@ -372,10 +334,11 @@ Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
   return worst;
 }
 
-double confidenceOf(const Correspondences& matches, const Selection& selection, std::uint64_t hypotheses) {
+double confidenceOf(const Correspondences& matches, const Selection& selection, std::uint64_t hypotheses,
+                    Workspace& workspace) {
   if (std::none_of(selection.mask.begin(), selection.mask.end(), [](std::uint8_t m) { return m != 0; }))
     return 0;
-  SignificanceTest& test = WorkspaceScope::part<SignificanceTest>();
+  SignificanceTest& test = workspace.part<SignificanceTest>();
   test.assign(matches);
   switch (selection.model_kind) {
     case ModelKind::kHomography:

@@ -7,8 +7,11 @@
 
 #include "base/coordinate_order.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/neighbours.h"
 #include "corrsel/selection.h"
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/workspace.h"
+#include "points/cell_grid.h"
+#include "points/place_index.h"
 
 namespace corrsel::core {
 
@@ -96,30 +99,6 @@ class SignificanceTest {
     std::uint32_t match;
   };
 
-  /// Accepted points of one image, found by their cell.
-  class Places {
-   public:
-    static constexpr std::uint32_t kNone = 0xffffffffU;
-
-    /// Removes all points and makes room for `most`.
-    /// @param radius  px: size of a place
-    void clear(std::size_t most, float radius);
-    /// The number of an accepted point nearer than the radius of a place, or kNone.
-    std::uint32_t find(float x, float y) const;
-    bool isTaken(float x, float y) const { return find(x, y) != kNone; }
-    void add(float x, float y);
-
-   private:
-    struct Point {
-      float x, y;
-      std::uint32_t next;  // in the list of the cell, counted from 1
-    };
-    std::size_t slot(std::int64_t cell_x, std::int64_t cell_y) const;
-    float radius_ = 1;
-    std::vector<std::uint32_t> first_;  // by hashed cell: first point, counted from 1
-    std::vector<Point> points_;
-  };
-
   /// Number of right points in squares of the image, from a summed-area table.
   class Density {
    public:
@@ -129,8 +108,7 @@ class SignificanceTest {
     double others(double x, double y, double own_x, double own_y) const;
 
    private:
-    double left_ = 0, top_ = 0, cell_ = 1;
-    int columns_ = 0, rows_ = 0;
+    CellGrid grid_;
     std::vector<std::uint32_t> sums_;
   };
 
@@ -149,7 +127,7 @@ class SignificanceTest {
   std::vector<Candidate> candidates_;                       // matches with an error of at most 10 px
   std::size_t counts_[8] = {};                              // distinct agreements by threshold
   Density density_;
-  Places left_places_, right_places_;
+  PlaceIndex left_places_, right_places_;
   std::vector<std::uint32_t> selected_;  // selected matches, and their left points
   std::vector<float> selected_x_, selected_y_;
   std::vector<std::uint32_t> predictors_[2], nearest_;
@@ -165,7 +143,7 @@ class SignificanceTest {
 ///                    are finite.
 /// @param hypotheses  number of samples among whose models the model was chosen. Searches on parts of the
 ///                    matches and models that were given up early count, too. Ignored without a model.
-/// The buffers belong to the calling thread's workspace.
-double confidenceOf(const Correspondences& matches, const Selection& selection, std::uint64_t hypotheses);
+double confidenceOf(const Correspondences& matches, const Selection& selection, std::uint64_t hypotheses,
+                    Workspace& workspace);
 
 }  // namespace corrsel::core

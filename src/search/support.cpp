@@ -1,8 +1,6 @@
 #include "search/support.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 
 #include "geometry/residual.h"
 #include "kernels/kernels.h"
@@ -12,92 +10,7 @@ namespace {
 
 constexpr std::uint32_t kEmpty = 0xFFFFFFFFU;
 
-std::uint32_t bitsOf(float value) {
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &value, sizeof bits);
-  return bits;
-}
-
-/// The largest magnitude in a column of finite numbers.
-float largestOf(const std::vector<float>& values) {
-  // The bits of positive numbers have the order of the numbers, and the compiler uses vectors for integers.
-  std::int32_t largest = 0;
-  for (const float value : values)
-    largest = std::max(largest, static_cast<std::int32_t>(bitsOf(std::abs(value))));
-  float result = 0;
-  std::memcpy(&result, &largest, sizeof result);
-  return result;
-}
-
-/// The number of the multiple of `cell` that is nearest to a coordinate, or, where such numbers would be too
-/// large, the bits of the coordinate.
-template <bool exact>
-std::uint32_t cellOf(float value, float inverse_cell) {
-  if constexpr (!exact) {
-    // std::floor() would be a call without SSE4.1.
-    const float shifted = value * inverse_cell + 0.5F;
-    const auto truncated = static_cast<std::int32_t>(shifted);
-    return static_cast<std::uint32_t>(truncated - (static_cast<float>(truncated) > shifted ? 1 : 0));
-  }
-  return bitsOf(value + 0.0F);
-}
-
 }  // namespace
-
-void PointGroups::number(const std::vector<float>& x, const std::vector<float>& y, double cell) {
-  constexpr double kMostCells = 1e9;
-  const double largest = std::max(largestOf(x), largestOf(y));
-  const auto inverse = static_cast<float>(1.0 / cell);
-  if (largest / cell < kMostCells) {
-    numberCells<false>(x, y, inverse);
-  } else {
-    numberCells<true>(x, y, inverse);
-  }
-}
-
-template <bool exact>
-void PointGroups::numberCells(const std::vector<float>& x, const std::vector<float>& y, float inverse_cell) {
-  const std::size_t n = x.size();
-  unsigned bits = 4;
-  while ((std::size_t{1} << bits) < 2 * n) ++bits;
-  slots_.assign(std::size_t{1} << bits, kEmpty);
-  for (std::vector<std::uint32_t>* column : {&of, &sizes}) column->resize(n);
-  keys_.resize(n);
-  // A hash table with open addressing. The groups are numbered in the order of their first appearance.
-  std::uint32_t* const slots = slots_.data();
-  std::uint64_t* const keys = keys_.data();
-  const std::size_t last = slots_.size() - 1;
-  std::uint32_t groups = 0;
-  // The slots of a block of points are fetched before the first of them is needed.
-  constexpr std::size_t kBlock = 32;
-  std::uint64_t block_keys[kBlock];
-  std::size_t block_slots[kBlock];
-  for (std::size_t begin = 0; begin < n; begin += kBlock) {
-    const std::size_t count = std::min(kBlock, n - begin);
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::size_t i = begin + k;
-      const std::uint64_t key =
-          (std::uint64_t{cellOf<exact>(x[i], inverse_cell)} << 32) | cellOf<exact>(y[i], inverse_cell);
-      block_keys[k] = key;
-      block_slots[k] = ((key ^ (key >> 29)) * 0x9E3779B97F4A7C15U) >> (64 - bits);
-      __builtin_prefetch(slots + block_slots[k]);
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::uint64_t key = block_keys[k];
-      std::size_t slot = block_slots[k];
-      while (slots[slot] != kEmpty && keys[slots[slot]] != key) slot = (slot + 1) & last;
-      std::uint32_t group = slots[slot];
-      if (group == kEmpty) {
-        group = slots[slot] = groups++;
-        keys[group] = key;
-        sizes[group] = 0;
-      }
-      of[begin + k] = group;
-      ++sizes[group];
-    }
-  }
-  sizes.resize(groups);
-}
 
 void DistinctSupport::group(const NormalizedMatches& m, double cell) {
   matches_ = m.size();

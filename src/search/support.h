@@ -5,27 +5,9 @@
 #include <vector>
 
 #include "geometry/normalization.h"
+#include "points/point_groups.h"
 
 namespace corrsel::core {
-
-/// The points of one image, equal ones under one number. Points are equal if they are equal after rounding to
-/// multiples of a cell. Groups are numbered in the order of their first appearance.
-class PointGroups {
- public:
-  /// Forgets the points of the previous call and keeps the memory. O(N).
-  /// @param cell  in the unit of the coordinates; positive
-  void number(const std::vector<float>& x, const std::vector<float>& y, double cell);
-
-  std::vector<std::uint32_t> of;     ///< group of each point
-  std::vector<std::uint32_t> sizes;  ///< points in each group
-
- private:
-  template <bool exact>
-  void numberCells(const std::vector<float>& x, const std::vector<float>& y, float inverse_cell);
-
-  std::vector<std::uint32_t> slots_;
-  std::vector<std::uint64_t> keys_;
-};
 
 /// Counts every image point at most once in the support of a model.
 ///

@@ -12,8 +12,9 @@
 #include "base/text.h"
 #include "base/workspace_scope.h"
 #include "kernels/kernels.h"
+#include "points/point_cells.h"
+#include "points/point_groups.h"
 #include "search/ordering.h"
-#include "search/support.h"
 #include "selectors/parts/degenerate_input.h"
 
 namespace corrsel::core {
@@ -70,10 +71,8 @@ struct AdalamMemory {
   std::vector<std::uint32_t> shuffled, by_quality;
   PointGroups left_groups, right_groups;
 
-  // The grid on the left points.
-  int columns = 0, rows = 0;
-  double cell = 1;
-  std::vector<std::uint32_t> cell_of, start, next;
+  std::vector<float> ranked_x, ranked_y;               // left points, best first
+  PointCells cells;                                    // the same
   std::vector<Member> members;                         // cell by cell, the best of a cell first
   std::vector<float> framed[7];                        // of the members, as in FramedMatches
   std::vector<std::uint32_t> left_group, right_group;  // of the members
@@ -89,33 +88,24 @@ struct AdalamMemory {
   std::vector<float> score;
 };
 
-int clampedCell(double value, double cell, int count) {
-  return static_cast<int>(std::clamp(value / cell, 0.0, static_cast<double>(count - 1)));
-}
-
 /// Sorts the matches into cells, best first.
 void layOut(const Correspondences& m, double cell, bool frames, AdalamMemory& work) {
   const std::size_t n = m.size();
-  work.cell = cell;
-  work.columns = static_cast<int>(m.left_size.width / cell) + 1;
-  work.rows = static_cast<int>(m.left_size.height / cell) + 1;
-  const auto cells = static_cast<std::size_t>(work.columns) * static_cast<std::size_t>(work.rows);
-  work.start.assign(cells + 1, 0);
-  work.cell_of.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const int column = clampedCell(m.left_x[i], cell, work.columns),
-              row = clampedCell(m.left_y[i], cell, work.rows);
-    work.cell_of[i] = static_cast<std::uint32_t>(row * work.columns + column);
-    ++work.start[work.cell_of[i] + 1];
+  work.ranked_x.resize(n);
+  work.ranked_y.resize(n);
+  for (std::uint32_t rank = 0; rank < n; ++rank) {
+    const std::uint32_t row = work.shuffled[work.by_quality[rank]];
+    work.ranked_x[rank] = m.left_x[row];
+    work.ranked_y[rank] = m.left_y[row];
   }
-  for (std::size_t c = 0; c < cells; ++c) work.start[c + 1] += work.start[c];
-  work.next.assign(work.start.begin(), work.start.end() - 1);
+  work.cells.build(work.ranked_x.data(), work.ranked_y.data(), n,
+                   CellGrid::covering(0, 0, m.left_size.width, m.left_size.height, cell));
   work.members.resize(n);
   work.left_group.resize(n);
   work.right_group.resize(n);
   for (std::uint32_t rank = 0; rank < n; ++rank) {
     const std::uint32_t row = work.shuffled[work.by_quality[rank]];
-    const std::uint32_t place = work.next[work.cell_of[row]]++;
+    const std::uint32_t place = work.cells.slotOf()[rank];
     Member& member = work.members[place];
     member = {m.left_x[row], m.left_y[row], m.right_x[row], m.right_y[row], 1, 0, 0, rank, row};
     if (frames) setFrames(m.left_frame[row], m.right_frame[row], member);
@@ -131,21 +121,6 @@ void layOut(const Correspondences& m, double cell, bool frames, AdalamMemory& wo
   work.found.resize(n + FramedMatches::kMultiple);
 }
 
-/// Calls a function with the first and the last-but-one member of every run of cells that may hold points
-/// within a radius.
-template <class Function>
-void forRuns(const AdalamMemory& work, const Member& centre, double radius, const Function& function) {
-  const int left = clampedCell(centre.left_x - radius, work.cell, work.columns);
-  const int right = clampedCell(centre.left_x + radius, work.cell, work.columns);
-  const int top = clampedCell(centre.left_y - radius, work.cell, work.rows);
-  const int bottom = clampedCell(centre.left_y + radius, work.cell, work.rows);
-  for (int row = top; row <= bottom; ++row) {
-    const auto first = static_cast<std::size_t>(row * work.columns);
-    function(work.start[first + static_cast<std::size_t>(left)],
-             work.start[first + static_cast<std::size_t>(right) + 1]);
-  }
-}
-
 float squaredDistance(float ax, float ay, float bx, float by) {
   return (ax - bx) * (ax - bx) + (ay - by) * (ay - by);
 }
@@ -154,21 +129,21 @@ float squaredDistance(float ax, float ay, float bx, float by) {
 void findSeeds(const Correspondences& m, double radius, double ratio, AdalamMemory& work) {
   const auto squared = static_cast<float>(radius * radius);
   work.seeds.clear();
-  for (std::size_t c = 0; c + 1 < work.start.size(); ++c) {
-    if (work.start[c] == work.start[c + 1]) continue;
-    const std::uint32_t candidate = work.start[c];
+  work.cells.visitCells([&](std::uint32_t candidate, std::uint32_t cell_end) {
+    if (candidate == cell_end) return;
     const Member& best = work.members[candidate];
-    if (ratio < 1 && !(m.distance[best.row] <= ratio * m.second_distance[best.row])) continue;
+    if (ratio < 1 && !(m.distance[best.row] <= ratio * m.second_distance[best.row])) return;
     bool beaten = false;
-    forRuns(work, best, radius, [&](std::uint32_t begin, std::uint32_t end) {
-      for (std::uint32_t j = begin; j < end && !beaten; ++j) {
-        const Member& other = work.members[j];
-        beaten = other.rank < best.rank &&
-                 squaredDistance(other.left_x, other.left_y, best.left_x, best.left_y) < squared;
-      }
-    });
+    work.cells.visitRuns(
+        best.left_x, best.left_y, radius, radius, [&](std::uint32_t begin, std::uint32_t end) {
+          for (std::uint32_t j = begin; j < end && !beaten; ++j) {
+            const Member& other = work.members[j];
+            beaten = other.rank < best.rank &&
+                     squaredDistance(other.left_x, other.left_y, best.left_x, best.left_y) < squared;
+          }
+        });
     if (!beaten) work.seeds.push_back(candidate);
-  }
+  });
   std::sort(work.seeds.begin(), work.seeds.end(), [&work](std::uint32_t a, std::uint32_t b) {
     return work.members[a].rank < work.members[b].rank;
   });
@@ -195,9 +170,10 @@ void findNeighbourhood(std::uint32_t seed, const Reach& reach, AdalamMemory& wor
   const auto around = kernels().affine.around;
   std::uint32_t* const found = work.found.data();
   std::size_t count = 0;
-  forRuns(work, s, reach.left, [&](std::uint32_t begin, std::uint32_t end) {
-    count += around(matches, begin, end, limits, found + count);
-  });
+  work.cells.visitRuns(s.left_x, s.left_y, reach.left, reach.left,
+                       [&](std::uint32_t begin, std::uint32_t end) {
+                         count += around(matches, begin, end, limits, found + count);
+                       });
   work.around.assign(found, std::remove(found, found + count, seed));
 }
 

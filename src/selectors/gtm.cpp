@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "base/text.h"
-#include "base/workspace_scope.h"
 #include "geometry/frame_map.h"
 #include "selectors/parts/degenerate_input.h"
 #include "selectors/parts/otsu.h"
@@ -53,8 +52,9 @@ struct ProductMemory {
 /// below a tolerance.
 class SmoothProducts {
  public:
-  SmoothProducts(PairMatrix& matrix, const Vector& diagonal, int threads, const Deadline& deadline)
-      : matrix_(matrix), diagonal_(diagonal), threads_(threads), deadline_(deadline) {}
+  SmoothProducts(PairMatrix& matrix, ProductMemory& memory, const Vector& diagonal, int threads,
+                 const Deadline& deadline)
+      : matrix_(matrix), memory_(memory), diagonal_(diagonal), threads_(threads), deadline_(deadline) {}
 
   /// y = P x + diagonal * x, elements to `tolerance`. @return false where the deadline passed.
   bool multiply(const Vector& x, double tolerance, Vector& y) {
@@ -83,7 +83,7 @@ class SmoothProducts {
 
  private:
   PairMatrix& matrix_;
-  ProductMemory& memory_ = WorkspaceScope::part<ProductMemory>();
+  ProductMemory& memory_;
   const Vector& diagonal_;
   const int threads_;
   const Deadline& deadline_;
@@ -93,9 +93,13 @@ class SmoothProducts {
 
 class Game {
  public:
-  Game(PairMemory& space, const PairRule& rule, const GtmOptions& options, const Deadline& deadline)
-      : space_(space), rule_(rule), options_(options), deadline_(deadline) {
-    diagonal_.resize(static_cast<Eigen::Index>(space.distinct.size()));
+  Game(Workspace& workspace, const PairRule& rule, const GtmOptions& options, const Deadline& deadline)
+      : space_(workspace.part<PairMemory>()),
+        memory_(workspace.part<ProductMemory>()),
+        rule_(rule),
+        options_(options),
+        deadline_(deadline) {
+    diagonal_.resize(static_cast<Eigen::Index>(space_.distinct.size()));
     // Players of a repeated match meet others of their kind, but not themselves.
     for (Eigen::Index i = 0; i < count(); ++i)
       diagonal_[i] = options.one_to_one ? 0 : (multiplicity(i) - 1) / multiplicity(i);
@@ -110,7 +114,7 @@ class Game {
     share /= share.sum();
     space_.matrix.assign(PairValue::kPayoff, rule_, space_.distinct.columns(), space_.distinct.size(),
                          static_cast<std::size_t>(options_.memory_limit) << 20);
-    SmoothProducts products(space_.matrix, diagonal_, options_.threads, deadline_);
+    SmoothProducts products(space_.matrix, memory_, diagonal_, options_.threads, deadline_);
     Vector payoff;
     for (; population.steps < options_.steps; ++population.steps) {
       population.timed_out =
@@ -179,6 +183,7 @@ class Game {
   }
 
   PairMemory& space_;
+  ProductMemory& memory_;
   PairRule rule_;
   const GtmOptions& options_;
   const Deadline& deadline_;
@@ -251,7 +256,7 @@ void GtmSelector::run(const Correspondences& matches, Workspace& workspace, Sele
   PairRule rule;
   rule.scale = static_cast<float>(lambda / std::log(2.0));
   rule.one_to_one = options_.one_to_one;
-  Game game(space, rule, options_, deadline);
+  Game game(workspace, rule, options_, deadline);
   const Population population = replicator ? game.replicator() : game.equilibrium();
   result.iterations = population.steps;
   if (population.timed_out) {

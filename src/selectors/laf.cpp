@@ -11,7 +11,7 @@
 
 #include "base/workspace_scope.h"
 #include "kernels/kernels.h"
-#include "search/support.h"
+#include "points/point_groups.h"
 #include "selectors/parts/degenerate_input.h"
 #include "selectors/parts/trusted_set.h"
 

@@ -99,16 +99,18 @@ void requireSense(const Selection& result, std::size_t n) {
 }
 
 /// @pre finite coordinates
-double confidenceIn(const Correspondences& matches, const Selection& selection) {
+double confidenceIn(const Correspondences& matches, const Selection& selection, Workspace& workspace) {
   const bool modelled = selection.model_kind != ModelKind::kNone && selection.iterations > 0;
-  return confidenceOf(matches, selection, modelled ? static_cast<std::uint64_t>(selection.iterations) : 0);
+  return confidenceOf(matches, selection, modelled ? static_cast<std::uint64_t>(selection.iterations) : 0,
+                      workspace);
 }
 
 /// Replaces the status `ok` of an answer with less confidence than the user asks for.
 /// @pre finite coordinates
-void requireConfidence(const Correspondences& matches, Selection& result, double min_confidence) {
+void requireConfidence(const Correspondences& matches, Selection& result, double min_confidence,
+                       Workspace& workspace) {
   if (result.status != Status::kOk || min_confidence <= 0) return;
-  if (std::isnan(result.confidence)) result.confidence = confidenceIn(matches, result);
+  if (std::isnan(result.confidence)) result.confidence = confidenceIn(matches, result, workspace);
   if (result.confidence >= min_confidence) return;
   result.status = Status::kUncertain;
   const std::string reason = "the confidence is " + formatNumber(std::floor(result.confidence * 10) / 10) +
@@ -123,7 +125,7 @@ void addConfidence(const Correspondences& matches, Selection& selection) {
   const bool failed = selection.status == Status::kFailed || selection.status == Status::kUnsupportedInput;
   if (!std::isnan(selection.confidence) || failed || !fits) return;
   if (allUsable(matches)) {
-    selection.confidence = confidenceIn(matches, selection);
+    selection.confidence = confidenceIn(matches, selection, Workspace::ofThread());
     return;
   }
   const std::vector<std::uint32_t> rows = usableRows(matches);
@@ -132,7 +134,7 @@ void addConfidence(const Correspondences& matches, Selection& selection) {
   inner.model_kind = selection.model_kind;
   inner.model = selection.model;
   inner.iterations = selection.iterations;
-  selection.confidence = confidenceIn(matches.subset(rows), inner);
+  selection.confidence = confidenceIn(matches.subset(rows), inner, Workspace::ofThread());
 }
 
 void Selector::configure(const OptionMap& options) {
@@ -144,7 +146,7 @@ void Selector::configure(const OptionMap& options) {
 std::string Selector::missingInput(const Correspondences&) const { return ""; }
 
 Selection Selector::select(const Correspondences& matches) const {
-  return select(matches, WorkspaceScope::current());
+  return select(matches, Workspace::ofThread());
 }
 
 Selection Selector::select(const Correspondences& matches, Workspace& workspace) const {
@@ -162,7 +164,7 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
     } else if (allUsable(matches)) {
       run(matches, workspace, result);
       requireSense(result, n);
-      requireConfidence(matches, result, minConfidence());
+      requireConfidence(matches, result, minConfidence(), workspace);
     } else {
       const std::vector<std::uint32_t> rows = usableRows(matches);
       n_ignored = n - rows.size();
@@ -171,7 +173,7 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
       const Correspondences kept = matches.subset(rows);
       run(kept, workspace, inner);
       requireSense(inner, rows.size());
-      requireConfidence(kept, inner, minConfidence());
+      requireConfidence(kept, inner, minConfidence(), workspace);
       for (std::size_t i = 0; i < rows.size(); ++i) result.mask[rows[i]] = inner.mask[i];
       if (!inner.score.empty()) {
         result.score.assign(n, std::numeric_limits<float>::quiet_NaN());

@@ -8,8 +8,7 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
-#include "base/workspace_scope.h"
-#include "search/support.h"
+#include "points/point_groups.h"
 #include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_matrix.h"
 
@@ -46,8 +45,13 @@ struct LanczosMemory {
 /// with the diagonal (w_i - 1) * duplicate_affinity.
 class PrincipalEigenvector {
  public:
-  PrincipalEigenvector(PairMemory& space, double duplicate_affinity, int threads, const Deadline& deadline)
-      : space_(space), duplicate_affinity_(duplicate_affinity), threads_(threads), deadline_(deadline) {
+  PrincipalEigenvector(PairMemory& space, LanczosMemory& memory, double duplicate_affinity, int threads,
+                       const Deadline& deadline)
+      : space_(space),
+        memory_(memory),
+        duplicate_affinity_(duplicate_affinity),
+        threads_(threads),
+        deadline_(deadline) {
     root_weight_.resize(static_cast<Eigen::Index>(space.distinct.size()));
     for (std::size_t i = 0; i < space.distinct.size(); ++i)
       root_weight_[static_cast<Eigen::Index>(i)] = std::sqrt(double(space.distinct.multiplicity(i)));
@@ -121,7 +125,7 @@ class PrincipalEigenvector {
   }
 
   PairMemory& space_;
-  LanczosMemory& memory_ = WorkspaceScope::part<LanczosMemory>();
+  LanczosMemory& memory_;
   double duplicate_affinity_;
   int threads_;
   Deadline deadline_;
@@ -338,7 +342,8 @@ void StSelector::run(const Correspondences& matches, Workspace& workspace, Selec
     search(walk);
     mean_affinity = walk.meanAffinity();
   } else {
-    search(PrincipalEigenvector(space, duplicate_affinity, options_.threads, deadline));
+    search(PrincipalEigenvector(space, workspace.part<LanczosMemory>(), duplicate_affinity, options_.threads,
+                                deadline));
   }
   space.matrix.release();
   if (timed_out) {

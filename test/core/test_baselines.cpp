@@ -11,7 +11,7 @@ using namespace testing;
 using Mask = std::vector<std::uint8_t>;
 
 MatchScene plane(std::size_t n, double inlier_ratio = 0.5) {
-  return makeScene({SceneKind::kPlane, n, inlier_ratio, 1});
+  return makeScene({MatchSceneKind::kPlane, n, inlier_ratio, 1});
 }
 
 Mask selected(const std::string& spec, const Correspondences& matches) {

@@ -45,7 +45,7 @@ Features featuresAt(const std::vector<cv::KeyPoint>& keypoints) {
 Features describe(const cv::Mat& image, const std::vector<cv::KeyPoint>& keypoints,
                   const FreakOptions& options = {}, int threads = 1) {
   Features features = featuresAt(keypoints);
-  FreakDescriptor(options).describe(image, threads, features);
+  FreakDescriptor(options).describe(image, threads, Workspace::ofThread(), features);
   features.image_size = image.size();
   return features;
 }
@@ -228,7 +228,7 @@ TEST(Freak, AffineFramesAreKept) {
   const AffineFrame ellipse = {6, 1, 150, 0, 3, 200}, mirrored = {4.5F, 0, 300, 0, -4.5F, 200};
   features.frames[1] = ellipse;
   features.frames[3] = mirrored;
-  FreakDescriptor().describe(image, 1, features);
+  FreakDescriptor().describe(image, 1, Workspace::ofThread(), features);
   ASSERT_EQ(features.keypoints.size(), 3u);
   EXPECT_EQ(features.frames[0], similarityFrames(features.keypoints)[0]);
   EXPECT_NE(features.keypoints[0].angle, 77);

@@ -306,8 +306,8 @@ TEST(HessianAffine, GivesItsLevelsToTheDescriptor) {
   for (std::size_t i = 1; i < levels.size(); ++i) EXPECT_GT(levels[i].sigma, levels[i - 1].sigma);
   // The descriptors on these levels are nearly those on levels of the descriptor's own.
   Features own = features;
-  PatchSift().describe(image, 1, own);
-  PatchSift().describeOn(levels, image, 1, features);
+  PatchSift().describe(image, 1, Workspace::ofThread(), own);
+  PatchSift().describeOn(levels, image, 1, Workspace::ofThread(), features);
   expectSameKeypoints(features, own);
   double difference = 0;
   for (int i = 0; i < own.descriptors.rows; ++i) {
@@ -332,7 +332,7 @@ TEST(HessianAffine, TakesHugeImages) {
   const std::size_t n = features.keypoints.size();
   EXPECT_GT(n, 150u);
   for (const cv::KeyPoint& k : features.keypoints) EXPECT_TRUE(cv::Rect2f(corner).contains(k.pt)) << k.pt;
-  PatchSift().describe(image, 2, features);
+  PatchSift().describe(image, 2, Workspace::ofThread(), features);
   EXPECT_EQ(features.keypoints.size(), n);
   EXPECT_EQ(features.descriptors.rows, int(n));
 }
@@ -353,7 +353,7 @@ TEST(HessianAffine, MatchesTheVggPairs) {
       cv::Mat grey = image;
       if (image.channels() == 3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
       Features features = detected(grey, {}, 2);
-      PatchSift().describe(grey, 2, features);
+      PatchSift().describe(grey, 2, Workspace::ofThread(), features);
       return features;
     };
     const Features left = extracted(pair.left), right = extracted(pair.right);

@@ -25,14 +25,14 @@ cv::Mat matOf(const PyramidLevel& level) {
 cv::Mat reduced(const cv::Mat& image, double factor, int levels) {
   ImagePyramid pyramid;
   pyramid.start(image, factor, levels, false);
-  for (int level = 1; level < levels; ++level) pyramid.reduce(level);
+  for (int level = 1; level < levels; ++level) pyramid.reduce(level, Workspace::ofThread());
   return matOf(pyramid.level(levels - 1));
 }
 
 cv::Mat blurred(const cv::Mat& image) {
   ImagePyramid pyramid;
   pyramid.start(image, 1.2, 1, true);
-  pyramid.blur(0, cv::Rect(3, 3, image.cols - 6, image.rows - 6));
+  pyramid.blur(0, cv::Rect(3, 3, image.cols - 6, image.rows - 6), Workspace::ofThread());
   constexpr int kReach = ImagePyramid::kBlurReach;
   return matOf(pyramid.blurred(0))(
       cv::Rect(kReach, kReach, image.cols - 2 * kReach, image.rows - 2 * kReach));
@@ -92,7 +92,7 @@ TEST_F(ImagePyramidTest, ImagesOfOtherSizesLeaveNothingBehind) {
   for (const cv::Size size : {cv::Size(200, 150), cv::Size(90, 300), cv::Size(201, 150)}) {
     const cv::Mat image = shapes(1, size);
     pyramid.start(image, 1.3, 4, false);
-    for (int level = 1; level < 4; ++level) pyramid.reduce(level);
+    for (int level = 1; level < 4; ++level) pyramid.reduce(level, Workspace::ofThread());
     EXPECT_EQ(cv::norm(matOf(pyramid.level(3)), reduced(image, 1.3, 4), cv::NORM_INF), 0);
     EXPECT_EQ(cv::norm(matOf(pyramid.level(0)), image, cv::NORM_INF), 0);
   }

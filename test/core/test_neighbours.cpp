@@ -3,7 +3,7 @@
 #include <chrono>
 #include <limits>
 
-#include "corrsel/selectors/neighbours.h"
+#include "corrsel/neighbours.h"
 #include "kernels/kernels.h"
 #include "test_support.h"
 

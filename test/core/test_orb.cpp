@@ -129,7 +129,7 @@ std::vector<cv::KeyPoint> limited(const cv::Mat& image, const Features& all, int
   const std::vector<int> shares = levelShares(most, 1.2, 8);
   ImagePyramid pyramid;
   pyramid.start(image, 1.2, 8, false);
-  for (int level = 1; level < 8; ++level) pyramid.reduce(level);
+  for (int level = 1; level < 8; ++level) pyramid.reduce(level, Workspace::ofThread());
   std::vector<cv::KeyPoint> result;
   for (int number = 0; number < 8; ++number) {
     const PyramidLevel& level = pyramid.level(number);
@@ -222,7 +222,7 @@ TEST(Orb, TheDescriptorOfItsOwnKeypointsIsTheSame) {
   Features features = detect(image, withLimit(700), false);
   for (const int threads : {1, 3}) {
     Features described = features;
-    OrbDescriptor().describe(image, threads, described);
+    OrbDescriptor().describe(image, threads, Workspace::ofThread(), described);
     ASSERT_EQ(described.keypoints.size(), expected.keypoints.size());
     EXPECT_EQ(cv::norm(described.descriptors, expected.descriptors, cv::NORM_INF), 0);
   }

@@ -26,7 +26,7 @@ class OrientedPatchTest : public ::testing::Test {
 struct OneLevel {
   explicit OneLevel(const cv::Mat& image) {
     pyramid.start(image, 1.2, 1, true);
-    pyramid.blur(0, cv::Rect(3, 3, image.cols - 6, image.rows - 6));
+    pyramid.blur(0, cv::Rect(3, 3, image.cols - 6, image.rows - 6), Workspace::ofThread());
   }
   ImagePyramid pyramid;
 };

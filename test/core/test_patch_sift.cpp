@@ -51,7 +51,7 @@ cv::Mat described(const cv::Mat& image, const std::vector<AffineFrame>& frames, 
   SiftOptions options;
   options.root = root;
   Features features = featuresOf(frames);
-  PatchSift(options).describe(image, 1, features);
+  PatchSift(options).describe(image, 1, Workspace::ofThread(), features);
   EXPECT_EQ(features.descriptors.rows, int(features.keypoints.size()));
   EXPECT_EQ(features.frames.size(), features.keypoints.size());
   return features.descriptors;
@@ -215,7 +215,7 @@ TEST(PatchSift, RemovesWhatCannotBeDescribed) {
       {2, 0, 190, 0, 2, 150},          // stays: less than half outside
   });
   for (std::size_t i = 0; i < features.keypoints.size(); ++i) features.keypoints[i].class_id = int(i);
-  PatchSift().describe(image, 2, features);
+  PatchSift().describe(image, 2, Workspace::ofThread(), features);
   ASSERT_EQ(features.keypoints.size(), 2u);
   EXPECT_EQ(features.keypoints[0].class_id, 0);
   EXPECT_EQ(features.keypoints[1].class_id, 11);
@@ -236,7 +236,7 @@ TEST(PatchSift, SurvivesTinyImages) {
     EXPECT_LE(d.rows, int(frames.size()));
   }
   Features none;
-  PatchSift().describe(texture({50, 50}), 2, none);
+  PatchSift().describe(texture({50, 50}), 2, Workspace::ofThread(), none);
   EXPECT_EQ(none.descriptors.rows, 0);
 }
 
@@ -244,10 +244,10 @@ TEST(PatchSift, DoesNotDependOnThreads) {
   const cv::Mat image = texture({400, 300});
   const Features start = featuresOf(randomFrames(image.size(), 1000));
   Features expected = start;
-  PatchSift().describe(image, 1, expected);
+  PatchSift().describe(image, 1, Workspace::ofThread(), expected);
   for (const int threads : {0, 2, 3, 7}) {
     Features features = start;
-    PatchSift().describe(image, threads, features);
+    PatchSift().describe(image, threads, Workspace::ofThread(), features);
     ASSERT_EQ(features.frames, expected.frames);
     EXPECT_EQ(cv::norm(features.descriptors, expected.descriptors, cv::NORM_INF), 0) << threads;
   }

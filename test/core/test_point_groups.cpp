@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "search/support.h"
+#include "points/point_groups.h"
 
 namespace corrsel::core {
 namespace {
@@ -14,6 +14,12 @@ TEST(PointGroups, NumbersPointsThatAreEqualAfterRounding) {
   EXPECT_EQ(groups.of, (std::vector<std::uint32_t>{0, 1}));
   groups.number({}, {}, 1);
   EXPECT_TRUE(groups.of.empty() && groups.sizes.empty());
+}
+
+TEST(PointGroups, RoundsDownToTheCellsOfAGrid) {
+  PointGroups groups;
+  groups.number({0, 7.9F, 8, -0.1F, 7}, {0, 7.9F, 0, 0, -8}, 8, PointGroups::Rounding::kDown);
+  EXPECT_EQ(groups.of, (std::vector<std::uint32_t>{0, 0, 1, 2, 3}));
 }
 
 TEST(PointGroups, ComparesExactlyWhereCellsAreTooMany) {

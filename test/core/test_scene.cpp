@@ -14,7 +14,7 @@ using testing::quality;
 
 /// The scenes agree with their description, which reports quote.
 TEST(Scene, HaveTheirInliersAndNoise) {
-  for (const SceneKind kind : {SceneKind::kPlane, SceneKind::kSpace}) {
+  for (const MatchSceneKind kind : {MatchSceneKind::kPlane, MatchSceneKind::kSpace}) {
     const auto scene = makeScene({kind, 2000, 0.3, 5});
     EXPECT_EQ(scene.matches.inconsistency(), "");
     EXPECT_EQ(std::accumulate(scene.inlier.begin(), scene.inlier.end(), 0), 600);
@@ -24,7 +24,7 @@ TEST(Scene, HaveTheirInliersAndNoise) {
     }
     EXPECT_NEAR(ratio[1] / 600, 0.60, 0.02);
     EXPECT_NEAR(ratio[0] / 1400, 0.78, 0.02);
-    const bool is_plane = kind == SceneKind::kPlane;
+    const bool is_plane = kind == MatchSceneKind::kPlane;
     const Selection found =
         createSelector(is_plane ? "ransac:h" : "ransac:f", {{"threshold", "3"}, {"max_iterations", "20000"}})
             ->select(scene.matches);
@@ -44,7 +44,7 @@ TEST(Scene, HaveTheirInliersAndNoise) {
 }
 
 TEST(Scene, SortedPutsTheBestRatioFirst) {
-  SceneSpec spec{SceneKind::kPlane, 500, 0.3, 5};
+  SceneSpec spec{MatchSceneKind::kPlane, 500, 0.3, 5};
   const auto any = makeScene(spec);
   spec.sorted = true;
   const auto sorted = makeScene(spec);
@@ -57,10 +57,11 @@ TEST(Scene, SortedPutsTheBestRatioFirst) {
   EXPECT_EQ(sorted.left[3].x, sorted.matches.left_x[3]);
 }
 
-constexpr SceneKind kAllKinds[] = {SceneKind::kPlane,         SceneKind::kSpace,     SceneKind::kRest,
-                                   SceneKind::kRotation,      SceneKind::kForward,   SceneKind::kMovingObject,
-                                   SceneKind::kPassingObject, SceneKind::kTwoPlanes, SceneKind::kWall,
-                                   SceneKind::kFacade};
+constexpr MatchSceneKind kAllKinds[] = {MatchSceneKind::kPlane,         MatchSceneKind::kSpace,
+                                        MatchSceneKind::kRest,          MatchSceneKind::kRotation,
+                                        MatchSceneKind::kForward,       MatchSceneKind::kMovingObject,
+                                        MatchSceneKind::kPassingObject, MatchSceneKind::kTwoPlanes,
+                                        MatchSceneKind::kWall,          MatchSceneKind::kFacade};
 
 /// Share of the correct matches of one structure that a model explains, given the selector that finds it.
 double explained(const MatchScene& scene, const std::string& selector, int structure) {
@@ -76,12 +77,12 @@ double explained(const MatchScene& scene, const std::string& selector, int struc
 
 TEST(Scene, KindsHaveTheModelsThatTheyAreNamedFor) {
   const struct {
-    SceneKind kind;
+    MatchSceneKind kind;
     bool homography, fundamental;  // whether this model is determined
-  } cases[] = {{SceneKind::kRest, true, false},      {SceneKind::kRotation, true, false},
-               {SceneKind::kForward, false, true},   {SceneKind::kMovingObject, false, true},
-               {SceneKind::kTwoPlanes, false, true}, {SceneKind::kWall, false, true},
-               {SceneKind::kFacade, true, false}};
+  } cases[] = {{MatchSceneKind::kRest, true, false},      {MatchSceneKind::kRotation, true, false},
+               {MatchSceneKind::kForward, false, true},   {MatchSceneKind::kMovingObject, false, true},
+               {MatchSceneKind::kTwoPlanes, false, true}, {MatchSceneKind::kWall, false, true},
+               {MatchSceneKind::kFacade, true, false}};
   for (const auto& c : cases) {
     SCOPED_TRACE(static_cast<int>(c.kind));
     const MatchScene scene = makeScene({c.kind, 2000, 0.5, 5});
@@ -98,7 +99,7 @@ TEST(Scene, KindsHaveTheModelsThatTheyAreNamedFor) {
 }
 
 TEST(Scene, ObjectMovesByItselfAndHasItsSize) {
-  for (const SceneKind kind : {SceneKind::kMovingObject, SceneKind::kPassingObject}) {
+  for (const MatchSceneKind kind : {MatchSceneKind::kMovingObject, MatchSceneKind::kPassingObject}) {
     for (const double share : {0.06, 0.3}) {
       SceneSpec spec{kind, 4000, 0.5, 2};
       spec.object_share = share;
@@ -107,13 +108,13 @@ TEST(Scene, ObjectMovesByItselfAndHasItsSize) {
       const double members = double(std::count(scene.structure.begin(), scene.structure.end(), 2)) / 2000;
       EXPECT_GT(members, share - 0.01);
       EXPECT_LT(members, 1.25 * share + 0.01);
-      EXPECT_LT(explained(scene, kind == SceneKind::kMovingObject ? "ransac:f" : "ransac:h", 2), 0.4);
+      EXPECT_LT(explained(scene, kind == MatchSceneKind::kMovingObject ? "ransac:f" : "ransac:h", 2), 0.4);
     }
   }
 }
 
 TEST(Scene, ObjectHidesTheBackground) {
-  SceneSpec spec{SceneKind::kPassingObject, 4000, 0.5, 2};
+  SceneSpec spec{MatchSceneKind::kPassingObject, 4000, 0.5, 2};
   spec.noise = 0;
   const MatchScene scene = makeScene(spec);
   // The hull of the object is convex: the centre of gravity of its points lies in it, in both images.
@@ -133,7 +134,7 @@ TEST(Scene, ObjectHidesTheBackground) {
 }
 
 TEST(Scene, RestWithoutNoiseIsTheSameImage) {
-  SceneSpec spec{SceneKind::kRest, 300, 0.5, 4};
+  SceneSpec spec{MatchSceneKind::kRest, 300, 0.5, 4};
   spec.noise = 0;
   const MatchScene scene = makeScene(spec);
   for (std::size_t i = 0; i < 300; ++i) {
@@ -147,7 +148,7 @@ TEST(Scene, RestWithoutNoiseIsTheSameImage) {
 
 /// gtm needs nothing but the frames, which must therefore fit the motion.
 TEST(Scene, FramesOfCorrectMatchesFollowTheMotion) {
-  for (const SceneKind kind : kAllKinds) {
+  for (const MatchSceneKind kind : kAllKinds) {
     SCOPED_TRACE(static_cast<int>(kind));
     const MatchScene scene = makeScene({kind, 1000, 0.9, 3});
     double sum = 0;
@@ -164,7 +165,7 @@ TEST(Scene, FramesOfCorrectMatchesFollowTheMotion) {
 }
 
 TEST(Scene, ColumnsLeftOutDoNotChangeTheOthers) {
-  for (const SceneKind kind : kAllKinds) {
+  for (const MatchSceneKind kind : kAllKinds) {
     SceneSpec spec{kind, 200, 0.5, 7};
     const MatchScene full = makeScene(spec);
     spec.frames = spec.distances = spec.sizes = false;
@@ -209,7 +210,7 @@ TEST(Scene, IsTheSameOnAllMachines) {
 
 /// Windows taken for their neighbours agree with each other, but not with the correct matches.
 TEST(Scene, FacadeHasRepeatedWindows) {
-  const MatchScene scene = makeScene({SceneKind::kFacade, 2000, 0.2, 1});
+  const MatchScene scene = makeScene({MatchSceneKind::kFacade, 2000, 0.2, 1});
   const cv::Matx33d model =
       createSelector("ransac:h", {{"max_iterations", "20000"}})->select(scene.matches).model;
   std::size_t aligned = 0;

@@ -356,7 +356,7 @@ TEST(Selector, ComputesTheConfidenceOnlyWhereItDecides) {
   Selection s = Stub(run).select(m);
   EXPECT_TRUE(std::isnan(s.confidence));
   addConfidence(m, s);
-  EXPECT_EQ(s.confidence, confidenceOf(m, s, 100000));
+  EXPECT_EQ(s.confidence, confidenceOf(m, s, 100000, Workspace::ofThread()));
   EXPECT_GT(s.confidence, 100);
   const double confidence = s.confidence;
 

@@ -39,7 +39,7 @@ TEST_P(OnScenes, CameraAtRestIsNoWorseThanAShiftedImage) {
     for (const double noise : {0.0, 0.1, 0.25, 0.5, 1.0, 2.0}) {
       double at_rest = 0, moved = 0;
       for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-        SceneSpec spec{SceneKind::kRest, size(), inlier_ratio, seed};
+        SceneSpec spec{MatchSceneKind::kRest, size(), inlier_ratio, seed};
         spec.noise = noise;
         const MatchScene scene = makeScene(spec);
         at_rest += f(scene) / kSeeds;
@@ -53,7 +53,7 @@ TEST_P(OnScenes, CameraAtRestIsNoWorseThanAShiftedImage) {
 /// Rounded coordinates, as of ORB, leave many matches exactly at rest and the others at a distance of 1 px.
 TEST_P(OnScenes, WholePixelsAtRestAreNoWorseThanAShiftedImage) {
   for (const double noise : {0.25, 0.5, 1.0}) {
-    SceneSpec spec{SceneKind::kRest, size(), 0.5, 1};
+    SceneSpec spec{MatchSceneKind::kRest, size(), 0.5, 1};
     spec.noise = noise;
     MatchScene scene = makeScene(spec);
     Correspondences& m = scene.matches;
@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Selectors, OnScenes, ::testing::ValuesIn(allSpecs()), [
 /// What `auto` must find on one kind of scene.
 struct Expectation {
   const char* name;
-  SceneKind kind;
+  MatchSceneKind kind;
   double noise, object_share;
   ModelKind model;
   double least_f[3];  // mean over seeds in percent, at inlier ratios of 90, 50 and 20 %
@@ -117,21 +117,23 @@ TEST_P(AutoOnScenes, FindsModelAndMatches) {
 INSTANTIATE_TEST_SUITE_P(
     Kinds, AutoOnScenes,
     ::testing::Values(
-        Expectation{"Plane", SceneKind::kPlane, 1, 0, ModelKind::kHomography, {99, 99, 99}},
-        Expectation{"Space", SceneKind::kSpace, 1, 0, ModelKind::kFundamental, {90, 90, 35}},
-        Expectation{"IdenticalImages", SceneKind::kRest, 0, 0, ModelKind::kHomography, {99, 99, 99}},
-        Expectation{"AtRest", SceneKind::kRest, 0.1, 0, ModelKind::kHomography, {99, 99, 99}},
-        Expectation{"AtRestWithNoise", SceneKind::kRest, 2, 0, ModelKind::kHomography, {95, 95, 95}},
-        Expectation{"Rotation", SceneKind::kRotation, 1, 0, ModelKind::kHomography, {99, 99, 99}},
-        Expectation{"Forward", SceneKind::kForward, 1, 0, ModelKind::kFundamental, {98, 98, 98}},
-        Expectation{"SmallObject", SceneKind::kMovingObject, 1, 0.06, ModelKind::kFundamental, {98, 98, 94}},
-        Expectation{"Object", SceneKind::kMovingObject, 1, 0.15, ModelKind::kFundamental, {98, 98, 92}},
-        Expectation{"LargeObject", SceneKind::kMovingObject, 1, 0.3, ModelKind::kFundamental, {98, 98, 95}},
+        Expectation{"Plane", MatchSceneKind::kPlane, 1, 0, ModelKind::kHomography, {99, 99, 99}},
+        Expectation{"Space", MatchSceneKind::kSpace, 1, 0, ModelKind::kFundamental, {90, 90, 35}},
+        Expectation{"IdenticalImages", MatchSceneKind::kRest, 0, 0, ModelKind::kHomography, {99, 99, 99}},
+        Expectation{"AtRest", MatchSceneKind::kRest, 0.1, 0, ModelKind::kHomography, {99, 99, 99}},
+        Expectation{"AtRestWithNoise", MatchSceneKind::kRest, 2, 0, ModelKind::kHomography, {95, 95, 95}},
+        Expectation{"Rotation", MatchSceneKind::kRotation, 1, 0, ModelKind::kHomography, {99, 99, 99}},
+        Expectation{"Forward", MatchSceneKind::kForward, 1, 0, ModelKind::kFundamental, {98, 98, 98}},
         Expectation{
-            "PassingObject", SceneKind::kPassingObject, 0.5, 0.3, ModelKind::kFundamental, {98, 97, 94}},
-        Expectation{"TwoPlanes", SceneKind::kTwoPlanes, 1, 0, ModelKind::kFundamental, {98, 98, 98}},
-        Expectation{"Wall", SceneKind::kWall, 1, 0, ModelKind::kFundamental, {98, 98, 98}},
-        Expectation{"Facade", SceneKind::kFacade, 1, 0, ModelKind::kHomography, {98, 98, 40}}),
+            "SmallObject", MatchSceneKind::kMovingObject, 1, 0.06, ModelKind::kFundamental, {98, 98, 94}},
+        Expectation{"Object", MatchSceneKind::kMovingObject, 1, 0.15, ModelKind::kFundamental, {98, 98, 92}},
+        Expectation{
+            "LargeObject", MatchSceneKind::kMovingObject, 1, 0.3, ModelKind::kFundamental, {98, 98, 95}},
+        Expectation{
+            "PassingObject", MatchSceneKind::kPassingObject, 0.5, 0.3, ModelKind::kFundamental, {98, 97, 94}},
+        Expectation{"TwoPlanes", MatchSceneKind::kTwoPlanes, 1, 0, ModelKind::kFundamental, {98, 98, 98}},
+        Expectation{"Wall", MatchSceneKind::kWall, 1, 0, ModelKind::kFundamental, {98, 98, 98}},
+        Expectation{"Facade", MatchSceneKind::kFacade, 1, 0, ModelKind::kHomography, {98, 98, 40}}),
     [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

@@ -174,17 +174,20 @@ TEST(ConfidenceOf, IsThatOfTheModelOrElseOfTheMask) {
   selection.mask = plane.inlier;
   SignificanceTest test;
   test.assign(plane.matches);
-  EXPECT_EQ(confidenceOf(plane.matches, selection, 0), test.local(plane.inlier).confidence);
+  EXPECT_EQ(confidenceOf(plane.matches, selection, 0, Workspace::ofThread()),
+            test.local(plane.inlier).confidence);
   selection.model_kind = ModelKind::kHomography;
   selection.model = plane.model;
-  EXPECT_EQ(confidenceOf(plane.matches, selection, 100000), test.homography(plane.model, 100000).confidence);
+  EXPECT_EQ(confidenceOf(plane.matches, selection, 100000, Workspace::ofThread()),
+            test.homography(plane.model, 100000).confidence);
   selection.mask.assign(400, 0);
-  EXPECT_EQ(confidenceOf(plane.matches, selection, 0), 0);
+  EXPECT_EQ(confidenceOf(plane.matches, selection, 0, Workspace::ofThread()), 0);
   selection.mask = space.inlier;
   selection.model_kind = ModelKind::kFundamental;
   selection.model = space.model;
   test.assign(space.matches);
-  EXPECT_EQ(confidenceOf(space.matches, selection, 50000), test.fundamental(space.model, 50000).confidence);
+  EXPECT_EQ(confidenceOf(space.matches, selection, 50000, Workspace::ofThread()),
+            test.fundamental(space.model, 50000).confidence);
 }
 
 TEST(ConfidenceOf, IsZeroWhereMatchesAreRandom) {
@@ -195,7 +198,9 @@ TEST(ConfidenceOf, IsZeroWhereMatchesAreRandom) {
       for (const std::size_t n : {50, 500, 2000}) {
         const Correspondences matches = randomMatches(n, 1, seed);
         const Selection selection = selector->select(matches);
-        EXPECT_LE(confidenceOf(matches, selection, static_cast<std::uint64_t>(selection.iterations)), 1)
+        EXPECT_LE(confidenceOf(matches, selection, static_cast<std::uint64_t>(selection.iterations),
+                               Workspace::ofThread()),
+                  1)
             << name << " " << n << " " << seed;
       }
     }

@@ -19,12 +19,12 @@ constexpr int kSeeds = 4;
 
 const struct {
   const char* name;
-  SceneKind kind;
+  MatchSceneKind kind;
   double inlier_ratio;
-} kScenes[] = {{"plane", SceneKind::kPlane, 0.3},
-               {"space", SceneKind::kSpace, 0.5},
-               {"moving_object", SceneKind::kMovingObject, 0.6},
-               {"facade", SceneKind::kFacade, 0.5}};
+} kScenes[] = {{"plane", MatchSceneKind::kPlane, 0.3},
+               {"space", MatchSceneKind::kSpace, 0.5},
+               {"moving_object", MatchSceneKind::kMovingObject, 0.6},
+               {"facade", MatchSceneKind::kFacade, 0.5}};
 
 /// What a selector returns for the scenes of one kind.
 struct Answers {
@@ -33,7 +33,7 @@ struct Answers {
   cv::Matx33d model = cv::Matx33d::zeros();  ///< of the last scene with a model, norm 1
 };
 
-Answers answersOf(const std::string& spec, SceneKind kind, double inlier_ratio) {
+Answers answersOf(const std::string& spec, MatchSceneKind kind, double inlier_ratio) {
   Answers answers;
   const auto selector = createSelector(spec);
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {

@@ -32,8 +32,7 @@ cv::Mat noise(const cv::Size& size) {
 }
 
 cv::Mat pixelsOf(const cv::Mat& image, double tilt, double turn) {
-  std::vector<std::int16_t> memory;
-  return TiltedViews(image).view(tilt, turn, memory).pixels.clone();
+  return TiltedViews(image).view(tilt, turn, Workspace::ofThread()).pixels.clone();
 }
 
 TEST_F(TiltedViewTest, ShowsTheImageRotatedBlurredAndCompressed) {
@@ -49,8 +48,7 @@ TEST_F(TiltedViewTest, ShowsTheImageRotatedBlurredAndCompressed) {
   for (const double tilt : {std::sqrt(2.0), 2.0, 4 * std::sqrt(2.0)}) {
     for (const double degrees : {0.0, 17.0, 45.0, 90.0, 133.0, 179.0}) {
       const double turn = degrees * CV_PI / 180;
-      std::vector<std::int16_t> memory;
-      const TiltedView view = TiltedViews(image).view(tilt, turn, memory);
+      const TiltedView view = TiltedViews(image).view(tilt, turn, Workspace::ofThread());
       ASSERT_EQ(view.pixels.type(), CV_16S);
       const double along = -wave.x * std::sin(turn) + wave.y * std::cos(turn),
                    sigma = 0.8 * std::sqrt(tilt * tilt - 1);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "base/workspace_scope.h"
+#include <thread>
+
 #include "corrsel/workspace.h"
 #include "test_support.h"
 
@@ -23,56 +24,40 @@ struct Other {
 
 TEST(Workspace, KeepsOnePartOfEveryType) {
   Workspace workspace;
-  {
-    const WorkspaceScope scope(workspace);
-    WorkspaceScope::part<Counted>().value = 3;
-    WorkspaceScope::part<Other>().value = 4;
-  }
-  const WorkspaceScope scope(workspace);
-  EXPECT_EQ(WorkspaceScope::part<Counted>().value, 3);
-  EXPECT_EQ(WorkspaceScope::part<Other>().value, 4);
+  workspace.part<Counted>().value = 3;
+  workspace.part<Other>().value = 4;
+  EXPECT_EQ(workspace.part<Counted>().value, 3);
+  EXPECT_EQ(workspace.part<Other>().value, 4);
   EXPECT_EQ(Counted::alive, 1);
 }
 
 TEST(Workspace, FreesItsPartsOnReleaseAndAtItsEnd) {
   {
     Workspace workspace;
-    const WorkspaceScope scope(workspace);
-    WorkspaceScope::part<Counted>();
+    workspace.part<Counted>().value = 3;
     workspace.release();
     EXPECT_EQ(Counted::alive, 0);
-    EXPECT_EQ(WorkspaceScope::part<Counted>().value, 0);
+    EXPECT_EQ(workspace.part<Counted>().value, 0);
     EXPECT_EQ(Counted::alive, 1);
   }
   EXPECT_EQ(Counted::alive, 0);
 }
 
-TEST(Workspace, ScopesNestAndEndInThatOfTheThread) {
-  EXPECT_EQ(&WorkspaceScope::current(), &Workspace::ofThread());
-  Workspace outer, inner;
-  {
-    const WorkspaceScope outer_scope(outer);
-    {
-      const WorkspaceScope inner_scope(inner);
-      EXPECT_EQ(&WorkspaceScope::current(), &inner);
-    }
-    EXPECT_EQ(&WorkspaceScope::current(), &outer);
-  }
-  EXPECT_EQ(&WorkspaceScope::current(), &Workspace::ofThread());
+TEST(Workspace, EveryThreadHasOne) {
+  Workspace* other = nullptr;
+  std::thread([&] { other = &Workspace::ofThread(); }).join();
+  EXPECT_NE(other, &Workspace::ofThread());
+  EXPECT_EQ(&Workspace::ofThread(), &Workspace::ofThread());
 }
 
 TEST(Workspace, MovesWithItsParts) {
   Workspace first;
-  {
-    const WorkspaceScope scope(first);
-    WorkspaceScope::part<Other>().value = 5;
-  }
+  first.part<Other>().value = 5;
   Workspace second = std::move(first);
-  const WorkspaceScope scope(second);
-  EXPECT_EQ(WorkspaceScope::part<Other>().value, 5);
+  EXPECT_EQ(second.part<Other>().value, 5);
 }
 
-/// Selects by another selector, in whatever workspace it is called with.
+/// Selects by another selector, in the workspace that it is given.
 class Wrapper : public Selector {
  public:
   std::string name() const override { return "wrapper"; }
@@ -80,9 +65,9 @@ class Wrapper : public Selector {
   mutable Workspace* used = nullptr;
 
  protected:
-  void run(const Correspondences& matches, Workspace&, Selection& result) const override {
-    used = &WorkspaceScope::current();
-    result = inner_->select(matches);
+  void run(const Correspondences& matches, Workspace& workspace, Selection& result) const override {
+    used = &workspace;
+    result = inner_->select(matches, workspace);
   }
 
  private:

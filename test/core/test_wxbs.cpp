@@ -20,7 +20,7 @@ class Wxbs : public DatasetFolder {
   void SetUp() override {
     DatasetFolder::SetUp();
     SceneSpec spec;
-    spec.kind = SceneKind::kSpace;
+    spec.kind = MatchSceneKind::kSpace;
     spec.n = 20;
     spec.inlier_ratio = 1;
     spec.noise = 0.5;

@@ -94,14 +94,15 @@ json judged(const GroundTruth& truth, const MatchScene& scene) {
           {"evaluation", toJson(evaluate(truth.kind, errors, scene.inlier))}};
 }
 
-json sceneResults(SceneKind kind) {
+json sceneResults(MatchSceneKind kind) {
   SceneSpec spec;
   spec.kind = kind;
   spec.n = 300;
   MatchScene scene = makeScene(spec);
   GroundTruth model, labels;
-  model.kind = kind == SceneKind::kPlane ? TruthKind::kHomography : TruthKind::kFundamental;
-  model.matrix = createSelector(kind == SceneKind::kPlane ? "usac:h" : "usac:f")->select(scene.matches).model;
+  model.kind = kind == MatchSceneKind::kPlane ? TruthKind::kHomography : TruthKind::kFundamental;
+  model.matrix =
+      createSelector(kind == MatchSceneKind::kPlane ? "usac:h" : "usac:f")->select(scene.matches).model;
   labels.kind = TruthKind::kLabels;
   labels.labels.assign(scene.inlier.begin(), scene.inlier.end());
   return {{"matches", toJson(scene.matches)},
@@ -142,7 +143,7 @@ int main(int argc, char** argv) {
   const std::string folder = argv[1];
   const cv::Mat left = cv::imread(folder + "/left.pgm", cv::IMREAD_UNCHANGED);
   const cv::Mat right = cv::imread(folder + "/right.pgm", cv::IMREAD_UNCHANGED);
-  json result = {{"scenes", {sceneResults(SceneKind::kPlane), sceneResults(SceneKind::kSpace)}}};
+  json result = {{"scenes", {sceneResults(MatchSceneKind::kPlane), sceneResults(MatchSceneKind::kSpace)}}};
   for (const std::string name : {"orb+orb", "sift+sift", "hessian_affine+sift"}) {
     result["features"][name] = featureResults(name, left, right);
   }

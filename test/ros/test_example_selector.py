@@ -137,7 +137,7 @@ class ExampleSelector(unittest.TestCase):
         self.shell.start_master()
         self.shell.run_beside(
             f"rosrun nodelet nodelet standalone corrsel/Selector __name:=filter --no-bond "
-            f"_selector:={SELECTOR} _plugin_options:=neighbours=4,threshold=3"
+            f"_selector:={SELECTOR} _options:=neighbours=4,threshold=3"
         )
         self.shell.wait_for("rostopic list", "/selection")
         left = ",".join(str(10 * k) for k in range(20))
@@ -153,10 +153,10 @@ class ExampleSelector(unittest.TestCase):
         self.shell.output_of(f"{set_parameter} preset strict")
         self.shell.wait_for("timeout 20 rostopic echo -n 1 /selection", f'selector: "{SELECTOR}:strict"')
         self.shell.output_of(f"{set_parameter} preset ''")
-        self.shell.output_of(f"{set_parameter} plugin_options threshold=1000,noise=1")
+        self.shell.output_of(f"{set_parameter} options threshold=1000,noise=1")
         self.shell.wait_for("timeout 20 rostopic echo -n 1 /selection/n_selected", "20")
         for name, value in (
-            ("plugin_options", "threshold=-1"),
+            ("options", "threshold=-1"),
             ("selector", "corrsel_example_selector/Typo"),
         ):
             self.shell.output_of(f"{set_parameter} {name} {value}")

@@ -1,6 +1,6 @@
 #include "corrsel_example_selector/normalized_median.h"
 
-#include <corrsel/selectors/neighbours.h>
+#include <corrsel/neighbours.h>
 
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 namespace corrsel::core {
 
 /// What the two cameras see, see makeScene().
-enum class SceneKind : std::uint8_t {
+enum class MatchSceneKind : std::uint8_t {
   kPlane,
   kSpace,
   kRest,
@@ -25,7 +25,7 @@ enum class SceneKind : std::uint8_t {
 
 /// Specification of generated matches between two images of 1024 x 768 px.
 struct SceneSpec {
-  SceneKind kind = SceneKind::kPlane;
+  MatchSceneKind kind = MatchSceneKind::kPlane;
   std::size_t n = 1000;
   double inlier_ratio = 0.5;
   std::uint64_t seed = 0;

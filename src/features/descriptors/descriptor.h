@@ -6,6 +6,7 @@
 
 #include "corrsel/features/features.h"
 #include "corrsel/options.h"
+#include "corrsel/workspace.h"
 #include "features/parts/scale_level.h"
 
 namespace corrsel::core {
@@ -21,16 +22,17 @@ class Descriptor {
   /// @param grey     the image in which the features were found: 8-bit, one channel; it may be a part of
   /// another image
   /// @param threads  threads that may be used; the result does not depend on it
+  /// @param workspace  memory for the calling thread; other threads use their own workspaces
   /// @param features  one frame per keypoint, and no descriptors yet
-  virtual void describe(const cv::Mat& grey, int threads, Features& features) const = 0;
+  virtual void describe(const cv::Mat& grey, int threads, Workspace& workspace, Features& features) const = 0;
 
   /// As describe(), where the detector has a scale space of the image. A descriptor that needs blurred levels
   /// overrides it and uses these instead of its own.
   /// @param levels  at least one, in the order of sigma
   virtual void describeOn(const std::vector<ScaleLevel>& levels, const cv::Mat& grey, int threads,
-                          Features& features) const {
+                          Workspace& workspace, Features& features) const {
     static_cast<void>(levels);
-    describe(grey, threads, features);
+    describe(grey, threads, workspace, features);
   }
 
   /// The part of "detector+descriptor" after the plus sign.

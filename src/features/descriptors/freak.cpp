@@ -34,7 +34,7 @@ bool isSimilarity(const AffineFrame& frame) {
 
 FreakDescriptor::FreakDescriptor(const FreakOptions& options) : options_(options) { options_.check(); }
 
-void FreakDescriptor::describe(const cv::Mat& grey, int threads, Features& features) const {
+void FreakDescriptor::describe(const cv::Mat& grey, int threads, Workspace&, Features& features) const {
   const FreakSampler sampler(grey, options_.pattern_scale);
   const auto sizeOf = [this](const cv::KeyPoint& keypoint) {
     return options_.scale_normalized ? static_cast<double>(keypoint.size) : kFreakUnitSize;

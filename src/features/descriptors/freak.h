@@ -44,7 +44,7 @@ class FreakDescriptor : public Descriptor {
   /// Throws std::invalid_argument for options out of range.
   explicit FreakDescriptor(const FreakOptions& options = {});
 
-  void describe(const cv::Mat& grey, int threads, Features& features) const override;
+  void describe(const cv::Mat& grey, int threads, Workspace& workspace, Features& features) const override;
   std::string name() const override { return "freak"; }
   const OptionSet& options() const override { return options_; }
 

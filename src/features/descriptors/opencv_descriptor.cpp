@@ -11,7 +11,7 @@ namespace corrsel::core {
 OpenCvDescriptor::OpenCvDescriptor(std::string name, CreateOpenCv create, int border, Prepare prepare)
     : name_(std::move(name)), create_(std::move(create)), border_(border), prepare_(std::move(prepare)) {}
 
-void OpenCvDescriptor::describe(const cv::Mat& grey, int, Features& features) const {
+void OpenCvDescriptor::describe(const cv::Mat& grey, int, Workspace&, Features& features) const {
   if (grey.cols <= 2 * border_ || grey.rows <= 2 * border_) {
     keepFeatures(std::vector<char>(features.keypoints.size(), 0), features);
   }

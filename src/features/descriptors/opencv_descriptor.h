@@ -17,7 +17,7 @@ class OpenCvDescriptor : public Descriptor {
   /// @param border  images of at most twice this size have no features, px
   OpenCvDescriptor(std::string name, CreateOpenCv create, int border, Prepare prepare);
 
-  void describe(const cv::Mat& grey, int threads, Features& features) const override;
+  void describe(const cv::Mat& grey, int threads, Workspace& workspace, Features& features) const override;
   std::string name() const override { return name_; }
 
  private:

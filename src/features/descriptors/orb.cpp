@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "base/workspace_scope.h"
 #include "features/parts/feature_list.h"
 #include "features/parts/image_pyramid.h"
 
@@ -30,7 +29,8 @@ OrbDescriptor::OrbDescriptor(const OrbOptions& options) : options_(options), pat
   options_.check();
 }
 
-void OrbDescriptor::describe(const cv::Mat& grey, int threads, Features& features) const {
+void OrbDescriptor::describe(const cv::Mat& grey, int threads, Workspace& workspace,
+                             Features& features) const {
   const int border = patch_.radius() + ImagePyramid::kBlurReach;
   std::vector<char> keep(features.keypoints.size(), 0);
   if (grey.cols <= 2 * options_.patch_size || grey.rows <= 2 * options_.patch_size) {
@@ -38,9 +38,9 @@ void OrbDescriptor::describe(const cv::Mat& grey, int threads, Features& feature
     return;
   }
   const int levels = usableLevels(grey.size(), options_.scale_factor, options_.levels, options_.patch_size);
-  ImagePyramid& pyramid = WorkspaceScope::part<DescriptorMemory>().pyramid;
+  ImagePyramid& pyramid = workspace.part<DescriptorMemory>().pyramid;
   pyramid.start(grey, options_.scale_factor, levels, true);
-  for (int level = 1; level < levels; ++level) pyramid.reduce(level);
+  for (int level = 1; level < levels; ++level) pyramid.reduce(level, workspace);
 
   std::vector<Place> places;
   std::vector<char> used(static_cast<std::size_t>(levels), 0);
@@ -59,11 +59,13 @@ void OrbDescriptor::describe(const cv::Mat& grey, int threads, Features& feature
   for (int number = 0; number < levels; ++number) {
     if (!used[static_cast<std::size_t>(number)]) continue;
     const int first = ImagePyramid::kBlurReach, last = pyramid.level(number).height - first;
-    forEachBlock(
-        static_cast<std::size_t>(last - first), kRows, threads, [&](std::size_t begin, std::size_t end) {
-          pyramid.blur(number, {first, first + static_cast<int>(begin),
-                                pyramid.level(number).width - 2 * first, static_cast<int>(end - begin)});
-        });
+    forEachBlock(static_cast<std::size_t>(last - first), kRows, threads,
+                 [&](std::size_t begin, std::size_t end) {
+                   pyramid.blur(number,
+                                {first, first + static_cast<int>(begin),
+                                 pyramid.level(number).width - 2 * first, static_cast<int>(end - begin)},
+                                Workspace::ofThread());
+                 });
   }
   features.descriptors.create(static_cast<int>(places.size()), OrientedPatch::kBytes, CV_8U);
   forEachBlock(places.size(), kPatches, threads, [&](std::size_t begin, std::size_t end) {

@@ -33,7 +33,7 @@ class OrbDescriptor : public Descriptor {
   /// Throws std::invalid_argument for options out of range.
   explicit OrbDescriptor(const OrbOptions& options = {});
 
-  void describe(const cv::Mat& grey, int threads, Features& features) const override;
+  void describe(const cv::Mat& grey, int threads, Workspace& workspace, Features& features) const override;
   std::string name() const override { return "orb"; }
   const OptionSet& options() const override { return options_; }
 

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/workspace_scope.h"
 #include "features/parts/feature_list.h"
 #include "features/parts/root_sift.h"
 #include "features/parts/scale_space.h"
@@ -20,8 +19,8 @@ struct PatchSiftPyramid {
 
 /// Levels whose blurs are a factor of sqrt(2) apart, from the image itself on. The resolution is halved where
 /// the blur allows it. None where the image is too small.
-std::vector<ScaleLevel> levelsOf(const cv::Mat& grey, int threads) {
-  auto& [space, image] = WorkspaceScope::part<PatchSiftPyramid>();
+std::vector<ScaleLevel> levelsOf(const cv::Mat& grey, int threads, Workspace& workspace) {
+  auto& [space, image] = workspace.part<PatchSiftPyramid>();
   grey.convertTo(image, CV_16S, kGreyUnit);
   ScaleSpaceOptions options;
   options.first_octave = 0;
@@ -47,12 +46,12 @@ std::vector<ScaleLevel> levelsOf(const cv::Mat& grey, int threads) {
 
 PatchSift::PatchSift(const SiftOptions& options) : options_(options) { options_.check(); }
 
-void PatchSift::describe(const cv::Mat& grey, int threads, Features& features) const {
-  describeOn(levelsOf(grey, threads), grey, threads, features);
+void PatchSift::describe(const cv::Mat& grey, int threads, Workspace& workspace, Features& features) const {
+  describeOn(levelsOf(grey, threads, workspace), grey, threads, workspace, features);
 }
 
 void PatchSift::describeOn(const std::vector<ScaleLevel>& levels, const cv::Mat& grey, int threads,
-                           Features& features) const {
+                           Workspace&, Features& features) const {
   const std::vector<char> described =
       siftDescriptors(levels, features.frames, grey.size(), threads, features.descriptors);
   keepFeatures(described, features);

@@ -32,9 +32,9 @@ class PatchSift : public Descriptor {
   /// Throws std::invalid_argument for options out of range.
   explicit PatchSift(const SiftOptions& options = {});
 
-  void describe(const cv::Mat& grey, int threads, Features& features) const override;
+  void describe(const cv::Mat& grey, int threads, Workspace& workspace, Features& features) const override;
   void describeOn(const std::vector<ScaleLevel>& levels, const cv::Mat& grey, int threads,
-                  Features& features) const override;
+                  Workspace& workspace, Features& features) const override;
   std::string name() const override { return "sift"; }
   const OptionSet& options() const override { return options_; }
 

@@ -5,15 +5,14 @@
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "base/parallel.h"
-#include "base/workspace_scope.h"
 #include "features/parts/dog_keypoints.h"
 #include "features/parts/sift_descriptor.h"
 #include "features/parts/tilted_views.h"
+#include "points/place_index.h"
 
 namespace corrsel::core {
 
@@ -62,14 +61,9 @@ std::vector<View> viewsOf(const AsiftOptions& options) {
 /// The features of one view, where `describe` also with descriptors.
 std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const TiltedViews& views, const View& view,
                                       int index, const AsiftOptions& options, const PlaceMask& mask,
-                                      bool describe) {
-  struct Memory {
-    std::vector<std::int16_t> pixels;
-    DogKeypoints keypoints;
-  };
-  Memory& memory = WorkspaceScope::part<Memory>();
+                                      bool describe, Workspace& workspace) {
   TiltedView simulated{image, {1, 0, 0, 0, 1, 0}};
-  if (view.tilt != 1) simulated = views.view(view.tilt, view.turn, memory.pixels);
+  if (view.tilt != 1) simulated = views.view(view.tilt, view.turn, workspace);
   const cv::Matx23d& m = simulated.to_image;
   const auto toImage = [&m](double x, double y) {
     return cv::Point2d(m(0, 0) * x + m(0, 1) * y + m(0, 2), m(1, 0) * x + m(1, 1) * y + m(1, 2));
@@ -83,7 +77,7 @@ std::vector<ViewFeature> viewFeatures(const cv::Mat& image, const TiltedViews& v
   dog.contrast_threshold = options.contrast_threshold;
   dog.edge_threshold = options.edge_threshold;
   dog.sigma = options.sigma;
-  DogKeypoints& keypoints = memory.keypoints;
+  DogKeypoints& keypoints = workspace.part<DogKeypoints>();
   keypoints.find(simulated.pixels, dog, {}, 1);
   std::vector<ViewFeature> features;
   std::vector<float> angles;
@@ -134,44 +128,36 @@ std::vector<ViewFeature> merged(std::vector<ViewFeature> features, const AsiftOp
   std::stable_sort(features.begin(), features.end(), [](const ViewFeature& a, const ViewFeature& b) {
     return a.keypoint.response > b.keypoint.response;
   });
-  // Level l holds frames that reach up to 2^l px, in cells of twice this size, so each frame is in at most
-  // four cells.
-  using Grid = std::unordered_map<std::uint64_t, std::vector<std::uint32_t>>;
-  std::vector<Grid> levels;
-  const auto cell = [](double x, double y, double side) {
-    const auto number = [side](double v) {
-      return static_cast<std::uint64_t>(static_cast<std::uint32_t>(static_cast<int>(std::floor(v / side))));
-    };
-    return number(y) << 32 | number(x);
+  // Level l holds frames that reach up to 2^l px.
+  struct Level {
+    PlaceIndex places;
+    std::vector<std::uint32_t> kept;  // by number of the place
   };
+  std::vector<Level> levels;
   std::vector<ViewFeature> kept;
   for (const ViewFeature& feature : features) {
     const double x = feature.keypoint.pt.x, y = feature.keypoint.pt.y;
     bool is_new = true;
     for (std::size_t l = 0; l < levels.size() && is_new; ++l) {
-      const auto found = levels[l].find(cell(x, y, std::ldexp(2.0, int(l))));
-      if (found == levels[l].end()) continue;
-      for (const std::uint32_t i : found->second) {
+      const double side = std::ldexp(1.0, int(l));
+      is_new = !levels[l].places.visitNear(x, y, side, side, [&](std::uint32_t place) {
         double distance;
-        if (difference(kept[i].frame, feature.frame, distance) <= options.merge_shape &&
-            distance <= options.merge_distance) {
-          is_new = false;
-          break;
-        }
-      }
+        return difference(kept[levels[l].kept[place]].frame, feature.frame, distance) <=
+                   options.merge_shape &&
+               distance <= options.merge_distance;
+      });
     }
     if (!is_new) continue;
     const AffineFrame& f = feature.frame;
     const double reach = options.merge_distance * std::hypot(std::hypot(f[0], f[1]), std::hypot(f[3], f[4]));
     const auto level = static_cast<std::size_t>(std::max(0.0, std::ceil(std::log2(std::max(reach, 1e-3)))));
-    if (level >= levels.size()) levels.resize(level + 1);
-    const double side = std::ldexp(2.0, int(level));
-    const auto number = static_cast<std::uint32_t>(kept.size());
-    std::array<std::uint64_t, 4> cells = {cell(x - reach, y - reach, side), cell(x + reach, y - reach, side),
-                                          cell(x - reach, y + reach, side), cell(x + reach, y + reach, side)};
-    std::sort(cells.begin(), cells.end());
-    const auto end = std::unique(cells.begin(), cells.end());
-    for (auto c = cells.begin(); c != end; ++c) levels[level][*c].push_back(number);
+    while (levels.size() <= level) {
+      const auto side = std::ldexp(1.0F, static_cast<int>(levels.size()));
+      levels.emplace_back();
+      levels.back().places.clear(features.size(), side);
+    }
+    levels[level].places.add(feature.keypoint.pt.x, feature.keypoint.pt.y);
+    levels[level].kept.push_back(static_cast<std::uint32_t>(kept.size()));
     kept.push_back(feature);
   }
   return kept;
@@ -184,7 +170,7 @@ std::vector<ViewFeature> allFeatures(const DetectionRequest& request, const Asif
   std::vector<std::vector<ViewFeature>> found(views.size());
   forEachBlock(views.size(), 1, request.threads, [&](std::size_t i, std::size_t) {
     found[i] = viewFeatures(request.image, simulator, views[i], static_cast<int>(i), options, request.mask,
-                            request.describe);
+                            request.describe, Workspace::ofThread());
   });
   std::vector<ViewFeature> all;
   for (const std::vector<ViewFeature>& some : found) all.insert(all.end(), some.begin(), some.end());

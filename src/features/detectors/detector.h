@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "corrsel/features/features.h"
+#include "corrsel/workspace.h"
 #include "features/detectors/detector_options.h"
 #include "features/parts/place_mask.h"
 #include "features/parts/scale_level.h"
@@ -21,6 +22,9 @@ struct DetectionRequest {
   /// Where not null, a detector that has a scale space of the image puts its levels there, for the
   /// descriptor. They are valid until the calling thread detects again.
   std::vector<ScaleLevel>* levels = nullptr;
+
+  /// Memory for the calling thread. Other threads that a detector employs use their own workspaces.
+  Workspace& workspace = Workspace::ofThread();
 };
 
 /// Finds keypoints, and may describe them in the same pass. All members are const and re-entrant.

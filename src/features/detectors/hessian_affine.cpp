@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "base/workspace_scope.h"
 #include "features/parts/affine_patch.h"
 #include "features/parts/orientation_histogram.h"
 #include "features/parts/scale_space.h"
 #include "kernels/kernels.h"
+#include "points/cell_grid.h"
 
 namespace corrsel::core {
 namespace {
@@ -365,28 +365,27 @@ class OverlapFilter {
  public:
   OverlapFilter(const cv::Size& size, float overlap)
       : overlap_(overlap),
-        columns_(size.width / kCell + 1),
-        rows_(size.height / kCell + 1),
-        newest_(std::size_t(columns_) * std::size_t(rows_), -1) {}
+        grid_(CellGrid::covering(0, 0, size.width, size.height, kCell)),
+        newest_(grid_.cells(), -1) {}
 
   /// Whether the candidate is kept.
   bool keeps(const AffineFrame& frame) {
     const float x = frame[2], y = frame[5], reach = overlap_ * (1 + overlap_) * frame[0];
-    for (int r = row(y - reach); r <= row(y + reach); ++r) {
-      for (int c = column(x - reach); c <= column(x + reach); ++c) {
-        for (int i = newest_[cellOf(c, r)]; i >= 0; i = kept_[static_cast<std::size_t>(i)].next) {
+    for (int r = grid_.row(y - reach); r <= grid_.row(y + reach); ++r) {
+      for (int c = grid_.column(x - reach); c <= grid_.column(x + reach); ++c) {
+        for (int i = newest_[grid_.number(c, r)]; i >= 0; i = kept_[static_cast<std::size_t>(i)].next) {
           if (covers(kept_[static_cast<std::size_t>(i)], frame)) return false;
         }
       }
     }
-    int& newest = newest_[cellOf(column(x), row(y))];
+    int& newest = newest_[grid_.cell(x, y)];
     kept_.push_back({x, y, frame[0], newest});
     newest = static_cast<int>(kept_.size()) - 1;
     return true;
   }
 
  private:
-  static constexpr int kCell = 8;  // px
+  static constexpr double kCell = 8;  // px
 
   struct Kept {
     float x, y, sigma;
@@ -399,15 +398,8 @@ class OverlapFilter {
            std::abs(other.y - frame[5]) < overlap_ * other.sigma;
   }
 
-  int column(float x) const { return std::clamp(static_cast<int>(x) / kCell, 0, columns_ - 1); }
-  int row(float y) const { return std::clamp(static_cast<int>(y) / kCell, 0, rows_ - 1); }
-  std::size_t cellOf(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-           static_cast<std::size_t>(column);
-  }
-
   float overlap_;
-  int columns_, rows_;
+  CellGrid grid_;
   std::vector<int> newest_;  // in each cell; -1 = none
   std::vector<Kept> kept_;
 };
@@ -487,7 +479,7 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
   space_options.last_level = options_.octave_resolution - 1;
   space_options.sigma = kBaseBlur * std::exp2(1.0 / options_.octave_resolution);
   space_options.smallest_side = kSmallestSide;
-  auto& space = WorkspaceScope::part<HessianScaleSpace>().space;
+  auto& space = request.workspace.part<HessianScaleSpace>().space;
   space.compute(grey, space_options, threads);
   const std::vector<ScaleLevel> levels = space.levels();
   if (request.levels != nullptr) *request.levels = levels;

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "base/parallel.h"
-#include "base/workspace_scope.h"
 #include "features/parts/feature_list.h"
 #include "features/parts/image_pyramid.h"
 #include "kernels/kernels.h"
@@ -161,9 +160,9 @@ std::vector<Span> neededSpans(const PyramidLevel& level, const Span& rows, const
 
 /// Finds the corners of a band in some of its columns, whose scores are above a threshold.
 void findCorners(const PyramidLevel& level, const Span& span, int threshold, const PlaceMask& mask,
-                 Band& band) {
+                 Workspace& workspace, Band& band) {
   const CornerKernels& corners = kernels().corners;
-  auto& memory = WorkspaceScope::part<BandMemory>();
+  auto& memory = workspace.part<BandMemory>();
   // Corners are compared with their neighbours, so one more pixel is needed on each side.
   const int first = span.begin - 1, width = span.end - span.begin;
   for (auto& row : memory.scores) row.resize(static_cast<std::size_t>(width + 2 + kCornerPadding));
@@ -215,9 +214,10 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
   std::atomic<int> made{1};
   std::atomic<std::size_t> next{0};
   onThreads(std::min(count, static_cast<std::size_t>(std::max(1, request.threads))), [&] {
+    Workspace& workspace = Workspace::ofThread();
     if (!building.exchange(true)) {
       for (int level = 1; level < levels; ++level) {
-        memory.pyramid.reduce(level);
+        memory.pyramid.reduce(level, workspace);
         made.store(level + 1, std::memory_order_release);
       }
     }
@@ -229,7 +229,7 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
       const int threshold = std::max(options.fast_threshold, counts.least() - 1);
       const cv::Rect inner(border, border, level.width - 2 * border, level.height - 2 * border);
       for (const Span& span : neededSpans(level, {band.begin, band.end}, inner, 0, request.mask)) {
-        findCorners(level, span, threshold, request.mask, band);
+        findCorners(level, span, threshold, request.mask, workspace, band);
       }
       counts.add(band.scores);
       if (!request.describe) continue;
@@ -237,19 +237,20 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
       const Span rows{band.begin - (band.begin == inner.y ? radius : 0),
                       band.end + (band.end == inner.br().y ? radius : 0)};
       for (const Span& span : neededSpans(level, rows, inner, radius, request.mask)) {
-        memory.pyramid.blur(band.level,
-                            {span.begin, rows.begin, span.end - span.begin, rows.end - rows.begin});
+        memory.pyramid.blur(
+            band.level, {span.begin, rows.begin, span.end - span.begin, rows.end - rows.begin}, workspace);
       }
     }
   });
 }
 
 /// Ranks the corners of a level and keeps the `most` strongest ones; 0 = all.
-void rankCorners(const OrbMemory& memory, int number, int most, std::vector<Corner>& corners) {
+void rankCorners(const OrbMemory& memory, int number, int most, Workspace& workspace,
+                 std::vector<Corner>& corners) {
   const PyramidLevel& level = memory.pyramid.level(number);
   const int least = memory.counts[static_cast<std::size_t>(number)]->least();
   corners.clear();
-  auto& [places, sums] = WorkspaceScope::part<RankingMemory>();
+  auto& [places, sums] = workspace.part<RankingMemory>();
   places.clear();
   for (const Band& band : memory.bands) {
     if (band.level != number) continue;
@@ -279,7 +280,7 @@ OrbDetector::OrbDetector(const OrbOptions& options) : options_(options), patch_(
 void OrbDetector::detect(const DetectionRequest& request, Features& features) const {
   const cv::Mat& grey = request.image;
   if (grey.cols <= 2 * options_.patch_size || grey.rows <= 2 * options_.patch_size) return;
-  auto& memory = WorkspaceScope::part<OrbMemory>();
+  auto& memory = request.workspace.part<OrbMemory>();
   const int levels = usableLevels(grey.size(), options_.scale_factor, options_.levels, options_.patch_size);
   const auto level_count = static_cast<std::size_t>(levels);
   memory.pyramid.start(grey, options_.scale_factor, levels, request.describe);
@@ -295,7 +296,7 @@ void OrbDetector::detect(const DetectionRequest& request, Features& features) co
   forEachBlock(level_count, 1, request.threads, [&](std::size_t level, std::size_t) {
     memory.corners[level].clear();
     if (shared && shares[level] == 0) return;
-    rankCorners(memory, static_cast<int>(level), shares[level], memory.corners[level]);
+    rankCorners(memory, static_cast<int>(level), shares[level], Workspace::ofThread(), memory.corners[level]);
   });
   std::vector<Corner>& corners = memory.all;
   corners.clear();

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "base/parallel.h"
-#include "base/workspace_scope.h"
 #include "features/parts/dog_keypoints.h"
 #include "features/parts/feature_list.h"
 #include "features/parts/root_sift.h"
@@ -132,7 +131,7 @@ void describe(const ScaleSpace& space, int threads, Features& features) {
 SiftDetector::SiftDetector(const SiftOptions& options) : options_(options) { options_.check(); }
 
 void SiftDetector::detect(const DetectionRequest& request, Features& features) const {
-  DogKeypoints& dog = WorkspaceScope::part<DogKeypoints>();
+  DogKeypoints& dog = request.workspace.part<DogKeypoints>();
   dog.find(request.image, dogOptions(options_), request.mask, request.threads);
   const std::size_t most = options_.spread ? 0 : static_cast<std::size_t>(options_.max_features);
   features.keypoints = strongestOriented(dog, most, options_.first_octave, request.threads);

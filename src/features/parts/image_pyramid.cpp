@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "base/workspace_scope.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
@@ -113,11 +112,11 @@ void ImagePyramid::start(const cv::Mat& grey, double scale_factor, int levels, b
   }
 }
 
-void ImagePyramid::reduce(int number) {
+void ImagePyramid::reduce(int number, Workspace& workspace) {
   const PyramidLevel& from = level(number - 1);
   Level& level = levels_[static_cast<std::size_t>(number)];
   const PyramidLevel& to = level.image;
-  auto& tables = WorkspaceScope::part<ShrinkTables>().levels;
+  auto& tables = workspace.part<ShrinkTables>().levels;
   if (tables.size() <= static_cast<std::size_t>(number)) tables.resize(static_cast<std::size_t>(number) + 1);
   ShrinkMemory& memory = tables[static_cast<std::size_t>(number)];
   if (memory.width != from.width || memory.reduced != to.width) memory.prepare(from.width, to.width);
@@ -141,11 +140,11 @@ void ImagePyramid::reduce(int number) {
   }
 }
 
-void ImagePyramid::blur(int number, const cv::Rect& part) {
+void ImagePyramid::blur(int number, const cv::Rect& part, Workspace& workspace) {
   Level& level = levels_[static_cast<std::size_t>(number)];
   const PyramidLevel& image = level.image;
   const int width = part.width + 2 * kBlurReach;
-  std::vector<std::uint16_t>& sums = WorkspaceScope::part<BlurMemory>().row;
+  std::vector<std::uint16_t>& sums = workspace.part<BlurMemory>().row;
   // The columns behind the last sum are read too, by vectors whose last results are not used.
   sums.resize(std::max(sums.size(), static_cast<std::size_t>(width + kPadding)));
   const ShrinkKernels& shrink = kernels().shrink;

@@ -6,6 +6,8 @@
 #include <opencv2/core/types.hpp>
 #include <vector>
 
+#include "corrsel/workspace.h"
+
 namespace corrsel::core {
 
 /// A level of an image pyramid, 8-bit grey levels. 64 bytes behind each of its pixels may be read.
@@ -47,11 +49,11 @@ class ImagePyramid {
   const PyramidLevel& level(int number) const { return levels_[static_cast<std::size_t>(number)].image; }
 
   /// Makes a level. @pre the level before is made
-  void reduce(int number);
+  void reduce(int number, Workspace& workspace);
 
-  /// Blurs a part of a level. Several threads may blur different parts.
+  /// Blurs a part of a level. Several threads, each with its own workspace, may blur different parts.
   /// @pre the level is made and has kBlurReach more pixels on each side of the part
-  void blur(int number, const cv::Rect& part);
+  void blur(int number, const cv::Rect& part, Workspace& workspace);
 
   /// The level, blurred where blur() was called.
   PyramidLevel blurred(int number) const;

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "base/parallel.h"
-#include "base/workspace_scope.h"
+#include "corrsel/workspace.h"
 #include "features/parts/whole_weights.h"
 #include "kernels/kernels.h"
 
@@ -168,8 +168,8 @@ class ScaleSpace::Band {
     std::vector<std::int16_t*> source;
   };
 
-  Band(const Plan& plan, int number, int begin, int end)
-      : plan_(plan), memory_(WorkspaceScope::part<Memory>()), begin_(begin), end_(end) {
+  Band(const Plan& plan, int number, int begin, int end, Workspace& workspace)
+      : plan_(plan), memory_(workspace.part<Memory>()), begin_(begin), end_(end) {
     const ScaleOctave& octave = *plan.octave;
     const std::size_t levels = octave.levels.size();
     ScaleRows& tables = memory_.tables;
@@ -406,7 +406,7 @@ void ScaleSpace::compute(const cv::Mat& image, const ScaleSpaceOptions& options,
         return static_cast<int>(static_cast<std::int64_t>(octave.height) * static_cast<std::int64_t>(number) /
                                 bands);
       };
-      Band(plan, static_cast<int>(band), row(band), row(band + 1)).run(visitor);
+      Band(plan, static_cast<int>(band), row(band), row(band + 1), Workspace::ofThread()).run(visitor);
     });
   }
 }

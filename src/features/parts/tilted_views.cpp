@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include "base/workspace_scope.h"
 #include "features/parts/scale_level.h"
 #include "features/parts/whole_weights.h"
 #include "kernels/kernels.h"
@@ -133,7 +132,7 @@ TiltedViews::TiltedViews(const cv::Mat& grey)
   }
 }
 
-TiltedView TiltedViews::view(double tilt, double turn, std::vector<std::int16_t>& memory) const {
+TiltedView TiltedViews::view(double tilt, double turn, Workspace& workspace) const {
   const double c = std::cos(turn), s = std::sin(turn);
   const double right = size_.width - 1, bottom = size_.height - 1;
   // x' = c x + s y, y' = -s x + c y
@@ -146,9 +145,9 @@ TiltedView TiltedViews::view(double tilt, double turn, std::vector<std::int16_t>
   const cv::Matx23d back(c, -s, c * left_edge - s * top_edge, s, c, s * left_edge + c * top_edge);
 
   struct Memory {
-    std::vector<std::int16_t> rows, unused;
+    std::vector<std::int16_t> pixels, rows, unused;
   };
-  Memory& kept = WorkspaceScope::part<Memory>();
+  Memory& kept = workspace.part<Memory>();
   const double sigma = 0.8 * std::sqrt(tilt * tilt - 1);
   const int reach = static_cast<int>(std::ceil(3 * sigma));
   // Two compressed rows are computed at once.
@@ -159,7 +158,8 @@ TiltedView TiltedViews::view(double tilt, double turn, std::vector<std::int16_t>
   const int rows = static_cast<int>(std::floor((turned.height - 1) / tilt)) + 1;
   const std::ptrdiff_t stride = turned.width + kSlack;
   const auto total = static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows);
-  if (memory.size() < total) memory.resize(total);
+  std::vector<std::int16_t>& pixels = kept.pixels;
+  if (pixels.size() < total) pixels.resize(total);
   if (kept.unused.size() < static_cast<std::size_t>(stride))
     kept.unused.resize(static_cast<std::size_t>(stride));
   std::vector<const std::int16_t*> near(static_cast<std::size_t>(2 * pairs));
@@ -177,12 +177,12 @@ TiltedView TiltedViews::view(double tilt, double turn, std::vector<std::int16_t>
       // Beyond the border the nearest row is used.
       near[k] = rotated(std::clamp(first + static_cast<int>(k), 0, turned.height - 1));
     }
-    std::int16_t* const out = memory.data() + row * stride;
+    std::int16_t* const out = pixels.data() + row * stride;
     kernels().scale_space.filterColumns(near.data(), weightsOf(row * tilt).data(),
                                         weightsOf((row + 1) * tilt).data(), pairs, turned.width, out,
                                         row + 1 < rows ? out + stride : kept.unused.data());
   }
-  result.pixels = cv::Mat(rows, turned.width, CV_16S, memory.data(),
+  result.pixels = cv::Mat(rows, turned.width, CV_16S, pixels.data(),
                           static_cast<std::size_t>(stride) * sizeof(std::int16_t));
   result.to_image = back;
   result.to_image(0, 1) *= tilt;

@@ -4,6 +4,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "corrsel/workspace.h"
+
 namespace corrsel::core {
 
 struct TiltedView {
@@ -26,11 +28,11 @@ class TiltedViews {
   /// @param grey  CV_8U, not empty
   explicit TiltedViews(const cv::Mat& grey);
 
-  /// May be called by several threads at the same time.
+  /// May be called by several threads at the same time, each with its own workspace.
   /// @param tilt  at least 1.2
   /// @param turn  of the image before the compression, radians, counterclockwise as seen in the image
-  /// @param memory  receives the pixels; kept for the next view
-  TiltedView view(double tilt, double turn, std::vector<std::int16_t>& memory) const;
+  /// @return its pixels are valid until the next view in this workspace
+  TiltedView view(double tilt, double turn, Workspace& workspace) const;
 
  private:
   cv::Size size_;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/coordinate_order.h"
-#include "base/saturated.h"
 
 namespace corrsel::core {
 
@@ -15,28 +14,32 @@ std::string TrustedSet::missingInput(const Correspondences& matches, const char*
 }
 
 void TrustedSet::find(const Correspondences& matches, double max_ratio) {
-  items_.clear();
-  mask_.assign(matches.size(), 0);
-  size_ = 0;
+  rows_.clear();
+  ratio_.clear();
+  x_.clear();
+  y_.clear();
   for (std::uint32_t i = 0; i < matches.size(); ++i) {
     const double first = matches.distance[i], second = matches.second_distance[i];
     // Comparisons with NaN are false.
     if (!(first >= 0 && second > 0 && std::isfinite(second) && first < max_ratio * second)) continue;
-    const auto column = static_cast<std::uint32_t>(saturated(std::round(matches.right_x[i])));
-    const auto row = static_cast<std::uint32_t>(saturated(std::round(matches.right_y[i])));
-    items_.push_back({std::uint64_t{column} << 32 | row, sortKey(static_cast<float>(first / second)), i});
+    rows_.push_back(i);
+    ratio_.push_back(static_cast<float>(first / second));
+    x_.push_back(matches.right_x[i]);
+    y_.push_back(matches.right_y[i]);
   }
-  std::sort(items_.begin(), items_.end(), [&matches](const Item& a, const Item& b) {
-    if (a.place != b.place) return a.place < b.place;
-    if (a.ratio != b.ratio) return a.ratio < b.ratio;
-    const int order = compareCoordinates(matches, a.row, b.row);
-    return order != 0 ? order < 0 : a.row < b.row;
-  });
-  for (std::size_t i = 0; i < items_.size(); ++i) {
-    if (i > 0 && items_[i].place == items_[i - 1].place) continue;
-    mask_[items_[i].row] = 1;
-    ++size_;
+  right_points_.number(x_, y_, 1);
+  constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  const auto better = [&](std::uint32_t a, std::uint32_t b) {
+    if (ratio_[a] != ratio_[b]) return ratio_[a] < ratio_[b];
+    return compareCoordinates(matches, rows_[a], rows_[b]) < 0;
+  };
+  best_.assign(right_points_.sizes.size(), kNone);
+  for (std::uint32_t k = 0; k < rows_.size(); ++k) {
+    std::uint32_t& best = best_[right_points_.of[k]];
+    if (best == kNone || better(k, best)) best = k;
   }
+  mask_.assign(matches.size(), 0);
+  for (const std::uint32_t k : best_) mask_[rows_[k]] = 1;
 }
 
 }  // namespace corrsel::core

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "corrsel/correspondences.h"
+#include "points/point_groups.h"
 
 namespace corrsel::core {
 
@@ -20,7 +21,7 @@ namespace corrsel::core {
 ///
 /// Input: the columns `distance` and `second_distance`. A match without a ratio is not trusted.
 ///
-/// Cost: O(N log N) time; memory is kept between calls.
+/// Cost: O(N) time; memory is kept between calls.
 ///
 /// Source: ratio test of Lowe, IJCV 2004; the first step of GLPM (Ma et al., TGRS 2018) is of this kind.
 class TrustedSet {
@@ -39,18 +40,16 @@ class TrustedSet {
   const std::vector<std::uint8_t>& mask() const { return mask_; }
 
   /// The number of trusted matches.
-  std::size_t size() const { return size_; }
+  std::size_t size() const { return best_.size(); }
 
  private:
-  struct Item {
-    std::uint64_t place;  // of the right point
-    std::uint32_t ratio;  // as a sort key
-    std::uint32_t row;
-  };
+  // Of the matches with a ratio below the limit.
+  std::vector<std::uint32_t> rows_;
+  std::vector<float> ratio_, x_, y_;
+  PointGroups right_points_;
 
-  std::vector<Item> items_;
+  std::vector<std::uint32_t> best_;  // of each right point
   std::vector<std::uint8_t> mask_;
-  std::size_t size_ = 0;
 };
 
 }  // namespace corrsel::core

@@ -38,9 +38,21 @@ class PlanarNeighbours {
   /// together.
   /// @param x, y  the columns given to build(), all `count` positions of them, whether members or not
   /// @pre k <= max_k, and at least k points
-  void nearestToAll(const float* x, const float* y, std::size_t count, int k, std::uint32_t* out) const;
+  void nearestToAll(const float* x, const float* y, std::size_t count, int k, std::uint32_t* out);
 
  private:
+  struct Point {
+    float x, y;
+    std::uint32_t number;
+  };
+
+  /// Memory of build() and nearestToAll(), kept between calls.
+  struct Scratch {
+    std::vector<float> x, y, sorted_x, sorted_y;
+    std::vector<std::uint32_t> cell, sorted_cell, next, number, doubtful;
+    std::vector<Point> crowd;
+  };
+
   PointGrid grid() const;
   void layOut(const float* x, const float* y, std::size_t count);
   void dropCrowds();
@@ -51,6 +63,7 @@ class PlanarNeighbours {
   std::vector<float> x_, y_;  // sorted by cell
   std::vector<std::uint32_t> number_;
   std::vector<std::uint32_t> start_;  // first point of every cell, and the end
+  Scratch scratch_;
 };
 
 }  // namespace corrsel::core
