@@ -518,7 +518,7 @@ class GuideTest(RunTest):
             "Table V",
             "contradicted",
             "generated data",
-            "<h3>Rule</h3>",
+            "<summary>Rule</summary>",
             "keep_all is not judged",
         ):
             self.assertIn(part, text)
