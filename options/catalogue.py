@@ -63,10 +63,9 @@ def groups(catalogue, nodelet):
     choice = with_choices(own["changeable"], "selector", selectors)
     result = [("", "", SELECTOR, choice)]
     for selector in catalogue["selectors"]:
-        if selector["group"] == "reference":
-            continue  # plug-ins, whose options are the text of the parameter `options`
         options = live_options(selector)
-        if options:
+        # Methods for comparison are plug-ins of the nodelet: the parameter `options` sets theirs.
+        if options and selector["group"] != "reference":
             result.append((selector["name"], selector["name"] + "_", SELECTOR, options))
     return result
 

@@ -4,11 +4,10 @@
 GROUPS = {
     "paper": ["nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms", "lpm"],
     "consensus": ["acransac"],
-    "local": ["adalam", "laf", "lap", "ranks", "significant", "rfm_scan", "logos"],
-    "graph": ["frame_votes", "gaim"],
-    "field": ["icf"],
-    "multi-structure": ["planes", "tlinkage"],
+    "local": ["adalam", "laf", "significant"],
+    "multi-structure": ["planes"],
     "automatic": ["auto"],
+    "reference": ["lap", "ranks", "rfm_scan", "logos", "frame_votes", "gaim", "rrwm", "icf", "tlinkage"],
     "baseline": ["keep_all"],
 }
 # Selector -> the options that its operating curve varies together -> their values.
@@ -48,14 +47,21 @@ MAIN_PARAMETERS = {
     "laf": {
         "accept": [0.5, 0.55, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.99],
     },
+    "significant": {
+        "cut": [-32, -16, -8, -4, -2, -1, 0, 1, 2],
+    },
+    "planes": {
+        "min_threshold": [1, 1.5, 2, 3, 4, 5, 7, 10, 15],
+    },
+    "auto": {
+        "threshold": [1, 1.5, 2, 3, 5, 7, 10, 15, 20],
+        "fundamental_threshold": [0.3, 0.45, 0.6, 0.9, 1.5, 2.1, 3, 4.5, 6],
+    },
     "lap": {
         "lambda": [0.2, 0.35, 0.5, 0.65, 0.8, 0.95, 1.1, 1.4, 1.8],
     },
     "ranks": {
         "lambda_second": [0.05, 0.1, 0.2, 0.28, 0.35, 0.45, 0.6, 0.8, 1],
-    },
-    "significant": {
-        "cut": [-32, -16, -8, -4, -2, -1, 0, 1, 2],
     },
     "rfm_scan": {
         "second_epsilon": [0.01, 0.02, 0.04, 0.06, 0.08, 0.12, 0.2, 0.4, 0.8],
@@ -69,17 +75,13 @@ MAIN_PARAMETERS = {
     "gaim": {
         "theta": [0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3, 5, 8],
     },
+    "rrwm": {
+        "inflation": [1, 3, 5, 10, 20, 30, 40, 60, 100],
+    },
     "icf": {
         "last_threshold": [1, 1.5, 2, 3, 5, 7, 10, 15, 20],
     },
-    "planes": {
-        "min_threshold": [1, 1.5, 2, 3, 4, 5, 7, 10, 15],
-    },
     "tlinkage": {
         "tau": [1, 1.5, 2, 3, 5, 7, 10, 15, 20],
-    },
-    "auto": {
-        "threshold": [1, 1.5, 2, 3, 5, 7, 10, 15, 20],
-        "fundamental_threshold": [0.3, 0.45, 0.6, 0.9, 1.5, 2.1, 3, 4.5, 6],
     },
 }
