@@ -30,6 +30,18 @@ def with_choices(options, name, choices):
     return [dict(option, choices=choices) if option["name"] == name else option for option in options]
 
 
+def live_options(selector):
+    """Return the options of a selector that are parameters of the Selector nodelet.
+
+    These are its main parameters, the options that its presets set, and min_confidence. The parameter `options` of the
+    nodelet sets the others; the seed of every selector is the one parameter `seed`.
+    """
+    names = {"min_confidence", *selector["main_parameter"]}
+    for values in selector["presets"].values():
+        names.update(values)
+    return [option for option in selector["options"] if option["name"] in names]
+
+
 def groups(catalogue, nodelet):
     """Return the parameters of a nodelet that can be changed at run time: (group, prefix, level, options) each."""
     own = catalogue["nodelets"][nodelet]
@@ -51,8 +63,7 @@ def groups(catalogue, nodelet):
     choice = with_choices(own["changeable"], "selector", selectors)
     result = [("", "", SELECTOR, choice)]
     for selector in catalogue["selectors"]:
-        # The seed of every selector is the one parameter `seed`.
-        options = [option for option in selector["options"] if option["name"] != "seed"]
+        options = live_options(selector)
         if options:
             result.append((selector["name"], selector["name"] + "_", SELECTOR, options))
     return result

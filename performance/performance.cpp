@@ -29,8 +29,7 @@ const corrsel::CommandLineTable& argumentTable() {
           {"samples", "FOLDER", "", "sample photographs, as scripts/fetch_samples.sh collects them"},
           {"data_root", "FOLDER", "", "features are timed on images of its datasets vgg and kitti_stereo"},
           {"csv", "FILE", "", "file for all rows, with the machine"},
-          {"markdown", "FILE", "",
-           "file for the tables; they are put between the marks where FILE has them, as docs/performance.md"},
+          {"markdown", "FILE", "", "file for the tables"},
       },
       "exit code: 0 = everything was measured, masks agree and all targets are met, 1 = not so, 2 = wrong "
       "arguments\n"};

@@ -19,8 +19,8 @@ if [ -z "$output_dir" ]; then
   set -- "$@" "output_dir:=$output_dir"
 fi
 
-install_packages "${build_packages[@]}" "${test_packages[@]}"
-build all
+install_packages "${build_packages[@]}"
+build benchmark_run -- -DCATKIN_ENABLE_TESTING=OFF
 use_workspace
 say "roslaunch corrsel benchmark.launch $*"
 roslaunch corrsel benchmark.launch "$@"

@@ -84,6 +84,23 @@ END
     >"$folder/distribution.yaml"
 }
 
+# print_progress: reads what a build prints, and shows how much of it is done: in one line of a terminal, elsewhere in one line
+# for every ten percent.
+print_progress() {
+  local line percent shown=-1
+  while IFS= read -r line; do
+    [[ $line =~ ^\[\ *([0-9]+)%\]\ (.*)$ ]] || continue
+    percent=${BASH_REMATCH[1]}
+    if [ -t 1 ]; then
+      printf '\r[%3d%%] %-70.70s' "$percent" "${BASH_REMATCH[2]##*/}"
+    elif [ $((percent / 10)) -ne "$shown" ]; then
+      shown=$((percent / 10))
+      printf '[%3d%%] %s\n' "$percent" "${BASH_REMATCH[2]##*/}"
+    fi
+  done
+  [ ! -t 1 ] || printf '\r%-77s\r' ''
+}
+
 # build TARGET... [-- CMAKE_ARGUMENT...]: configures and builds in $build_dir. Prints compiler output only on failure.
 build() {
   local targets=() arguments=() log
@@ -99,8 +116,9 @@ build() {
   mkdir -p "$build_dir"
   log=$build_dir/build.log
   say "building in $build_dir (log: $log)"
-  if ! { cmake -S "$package_dir" -B "$build_dir" -DCATKIN_DEVEL_PREFIX="$build_dir/devel" "${arguments[@]}" &&
-    cmake --build "$build_dir" --parallel "$(compile_jobs)" --target "${targets[@]}"; } >"$log" 2>&1; then
+  if ! { cmake -S "$package_dir" -B "$build_dir" -DCATKIN_DEVEL_PREFIX="$build_dir/devel" -DCATKIN_ENABLE_TESTING=ON \
+    "${arguments[@]}" &&
+    cmake --build "$build_dir" --parallel "$(compile_jobs)" --target "${targets[@]}"; } 2>&1 | tee "$log" | print_progress; then
     grep -nE 'error|Error|warning:' "$log" | head -n 20 >&2 || true
     tail -n 20 "$log" >&2
     echo "the build failed: the lines above are from $log" >&2

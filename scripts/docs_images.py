@@ -123,6 +123,10 @@ def copy_rows(source, target):
     """Copy the rows of a run's table that the plots show: one dataset, one kind of features, no presets."""
     try:
         with open(source, newline="", encoding="utf-8") as stream:
+            head = stream.readline()  # pairs.csv has a line with its format before the header
+            if not head.startswith("#"):
+                stream.seek(0)
+                head = ""
             reader = csv.DictReader(stream)
             rows = [
                 row
@@ -140,6 +144,7 @@ def copy_rows(source, target):
             % (source, DATASET, FEATURES, DATASET)
         )
     with open(target, "w", newline="", encoding="utf-8") as stream:
+        stream.write(head)
         writer = csv.DictWriter(stream, reader.fieldnames, lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)

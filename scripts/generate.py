@@ -162,6 +162,10 @@ def option_table(rows):
         return "It has no options.\n"
     lines = ["| option | default | range | meaning |", "|---|---|---|---|"]
     for option in rows:
+        if "same_as" in option:
+            row = (option["name"], table_value(option["default"]), option["same_as"])
+            lines.append("| `%s` | %s | as for `%s` | |" % row)
+            continue
         unit = " " + option["unit"] if "unit" in option else ""
         if "choices" in option:
             span = ", ".join("`%s`" % choice["name"] for choice in option["choices"])
@@ -200,19 +204,27 @@ def deviations(rows, other):
     return text + "\n" + ("\n" + option_table(changed) if changed else "")
 
 
+def with_reference(row, earlier):
+    """Return an option with choices as a reference to the first earlier selector that describes the same ones."""
+    for other in earlier:
+        for theirs in other["options"]:
+            if "choices" in row and dict(row, default=None) == dict(theirs, default=None):
+                return dict(row, same_as=other["name"])
+    return row
+
+
 def own_options(catalogue, selector):
     """Return the table of a selector's options without the shared ones.
 
     Where an earlier selector has the same options, only the differences are listed.
     """
+    earlier = catalogue["selectors"][: catalogue["selectors"].index(selector)]
     rows = [option for option in selector["options"] if option["name"] not in SHARED]
     names = [option["name"] for option in selector["options"]]
-    for other in catalogue["selectors"]:
-        if other is selector or not rows:
-            break
-        if names == [option["name"] for option in other["options"]]:
+    for other in earlier:
+        if rows and names == [option["name"] for option in other["options"]]:
             return deviations(rows, other)
-    return option_table(rows)
+    return option_table([with_reference(row, earlier) for row in rows])
 
 
 def shared_options(catalogue):

@@ -9,6 +9,11 @@ from collections import OrderedDict
 
 # Selectors of the README's table, in the paper's order.
 SHOWN = ("nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms", "lpm", "adalam", "auto", "keep_all")
+# Rows of the tables in docs/results.md and docs/performance.md; docs/data/all_results.md has all.
+MAIN = (
+    "nnsr nnsr:lowe ransac ransac:h ransac:f ransac:lo_prosac st gtm usac usac:h usac:f usac:frames vfc vfc:guided "
+    "gms lpm lpm:paper lpm:v2 lpm:guided acransac acransac:h acransac:f adalam laf significant planes auto keep_all"
+).split()
 
 
 def table(header, rows):
@@ -23,8 +28,8 @@ def marked(values):
     return ["–" if value is None else ("**%.1f**" if value == best else "%.1f") % value for value in values]
 
 
-def all_selectors(results):
-    """Return the table of F of every selector on every dataset; the highest value of a column is bold."""
+def all_selectors(results, names):
+    """Return the table of F of selectors on every dataset; the highest value of a column is bold."""
     header, before = ["F, %"], None
     for column in results["columns"]:
         short = {"sift+sift": "sift", "orb+orb": "orb", "hessian_affine+sift": "hess."}.get(
@@ -34,7 +39,7 @@ def all_selectors(results):
         same = column["dataset"] == before
         header.append(short if same else name if short is None else "%s: %s" % (name, short))
         before = column["dataset"]
-    values = results["f_percent"]
+    values = OrderedDict((name, row) for name, row in results["f_percent"].items() if name in names)
     columns = [marked(column) for column in zip(*values.values())]
     return table(header, [["`%s`" % name] + list(row) for name, row in zip(values, zip(*columns))])
 
@@ -60,11 +65,11 @@ def milliseconds(text):
     return "%.3g" % float(text) if float(text) < 1000 else "%.0f" % float(text)
 
 
-def growth(rows):
-    """Return the table of the time of every selector by the number of matches."""
+def growth(rows, names):
+    """Return the table of the time of selectors by the number of matches."""
     times, exponents = OrderedDict(), {}
     for row in rows:
-        if row["comparison"].startswith("growth/"):
+        if row["comparison"].startswith("growth/") and row["selector"] in names:
             times.setdefault(row["selector"], {})[int(row["n"])] = milliseconds(row["ours_ms"])
             if row["exponent"]:
                 exponents[row["selector"]] = "%.2f" % float(row["exponent"])
@@ -80,8 +85,8 @@ def source(rows):
     """Return a sentence on where and with what the times were measured."""
     row = rows[0]
     return (
-        "Measured on: %(cpu)s, %(threads)s thread, %(compiler)s, %(build_type)s, OpenCV %(opencv)s, %(kernels)s kernels, "
-        "commit %(corrsel_commit)s.\n" % row
+        "Measured on: %(cpu)s, %(threads)s thread, %(compiler)s, %(build_type)s, OpenCV %(opencv)s, "
+        "%(kernels)s kernels, commit %(corrsel_commit)s.\n" % row
     )
 
 
@@ -92,9 +97,13 @@ def measured_tables(package):
         rows = list(csv.DictReader(file))
     return {
         "README.md": {"results": chosen(results)},
-        "docs/results.md": {"all-selectors": all_selectors(results)},
+        "docs/results.md": {"main-selectors": all_selectors(results, MAIN)},
+        "docs/data/all_results.md": {
+            "all-selectors": all_selectors(results, results["f_percent"]),
+            "all-growth": growth(rows, [row["selector"] for row in rows]),
+        },
         "docs/performance.md": {
             "machine": source(rows),
-            "growth": growth(rows),
+            "growth": growth(rows, MAIN),
         },
     }

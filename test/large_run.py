@@ -3,8 +3,8 @@
 
 Usage: large_run.py FOLDER [--pairs N] [--datasets N] [--selectors N] [--tolerances N]
 
-The folder holds pairs.csv with N pairs x selectors x tolerances, summary.csv, stages.csv, config.yaml. Every row
-passes the checks of compare_runs: its precision, recall and F agree with its counts. The same arguments always give
+The folder holds pairs.csv with a row for each pair and selector, summary.csv, stages.csv, config.yaml. Every row
+passes the checks of compare_runs. The same arguments always give
 the same bytes. The rows lie in the order of a finished run.
 """
 import argparse
@@ -17,11 +17,13 @@ import numpy as np
 
 from corrsel.report.groups import GROUPS
 from corrsel.report.reading import (
-    PAIRS_HEADER,
+    PAIRS_FORMAT,
+    PAIRS_VERSION,
     STAGES_HEADER,
     SUMMARY_HEADER,
     at_tolerance,
     average_by_pair,
+    pairs_header,
     read_run,
 )
 
@@ -35,16 +37,6 @@ def selector_names(count):
     known = [name for names in GROUPS.values() for name in names if name != BASELINE]
     names = (known + ["%s:v%d" % (name, i) for i in range(2, 9) for name in known])[: count - 1]
     return names + [BASELINE]
-
-
-def ratio(part, whole):
-    """Return a fraction as the benchmark writes it, empty where it is undefined."""
-    return repr(part / whole) if whole else ""
-
-
-def harmonic(correct, selected, inliers):
-    """Return F of counts as the benchmark writes it."""
-    return repr(2.0 * correct / (selected + inliers)) if inliers else ""
 
 
 def pair_lines(random, names, selectors, tolerances):
@@ -62,15 +54,10 @@ def pair_lines(random, names, selectors, tolerances):
         keep = 1.0 if selector == BASELINE else float(random.beta(2 + k % 7, 2))
         wrong = 1.0 if selector == BASELINE else float(random.beta(1, 3 + k % 5))
         selected = int(inliers * keep) + int((putative - inliers) * wrong)
+        correct = [min(int(within * keep), selected) for within in near]
+        cells = ["homography", left, right, putative, inliers] + near + [selected, ""] + correct
         end = ",ok,%s,1,%s,%s" % (repr(float(random.exponential(20))), times, repr(0.001 * (k + 1) * keep))
-        for tolerance, within in zip(tolerances, near):
-            correct = min(int(within * keep), selected)
-            same = ratio(correct, within) if correct else ("0" if within else "")
-            # The inverse of what is written, so that rounding cannot make F disagree with it.
-            f_same = harmonic(correct, selected, correct / float(same)) if correct else same
-            cells = (left, right, putative, inliers, selected, correct, ratio(correct, selected))
-            cells += (ratio(correct, inliers), same, harmonic(correct, selected, inliers), f_same)
-            out.append("%s%s,%g,%s%s\n" % (head, selector, tolerance, ",".join(map(str, cells)), end))
+        out.append("%s%s,%s%s\n" % (head, selector, ",".join(map(str, cells)), end))
     return "".join(out)
 
 
@@ -106,13 +93,14 @@ def write_run(folder, pairs=40, datasets=2, selectors=4, tolerances=3):
     names, taus = selector_names(selectors), list(range(1, tolerances + 1))
     taus[min(4, len(taus) - 1)] = 5  # the tolerance of the tables
     with (folder / "pairs.csv").open("w") as table, (folder / "stages.csv").open("w") as stages:
-        table.write(",".join(PAIRS_HEADER) + "\n")
+        table.write("%s%d\n" % (PAIRS_FORMAT, PAIRS_VERSION))
+        table.write(",".join(pairs_header(taus)) + "\n")
         stages.write(",".join(STAGES_HEADER) + "\n")
         for number in range(pairs):
             dataset = number * datasets // pairs
             pair = ("large_%d" % dataset, "scene_%03d" % (number % 97), "%d-%d" % (number, number + 1))
             table.write(pair_lines(random, pair, names, taus))
-            rows += len(names) * len(taus)
+            rows += len(names)
             for stage in STAGES:
                 stages.write("%d,%s,%s,%.4f\n" % (number + 1, ",".join(pair), stage, random.random()))
     (folder / "config.yaml").write_text(

@@ -1,12 +1,12 @@
-"""Selection of the correct ones among putative 2D feature matches, over numpy arrays.
+"""Selection of the inliers among putative 2D feature matches, over numpy arrays.
 
-    matches = corrsel.match(image_left, image_right, features="orb+orb")
-    selection = matches.select("gms", rotation=True)
+    matches = corrsel.match(image_left, image_right, features="sift+sift")
+    selection = matches.select("auto")
     good_left, good_right = matches.left[selection.mask], matches.right[selection.mask]
 
-Matches of another matcher: corrsel.select(left, right, "gms", left_size=(640, 480), right_size=(640, 480)).
+Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 480), right_size=(640, 480)).
 
-    select, Selector, Selection        decide which matches are correct
+    select, Selector, Selection        decide which matches are inliers
     selector_names, selector_groups, selector_presets   what there is to choose from
     options, Option                    options of selectors, features and matching, with ranges and meanings
     Matches                            putative matches with all their columns

@@ -87,7 +87,7 @@ compare() {
   echo "$1: $(wc -l <"$work/runs/whole/pairs.csv") lines in pairs.csv, all checksums are those of the undivided run"
 }
 
-# Every job finds an empty cache, and all of them make the bag of the dataset at the same time.
+# Every job finds an empty cache.
 forget() {
   rm -rf "$work/cache" "$work/runs" "$work"/slurm-*.out
   mkdir -p "$work/runs"
@@ -162,7 +162,7 @@ CONFIGURATION
 nodes_are_idle() { [ "$(sinfo --noheader --Node --states=idle 2>/dev/null | wc -l)" -eq 2 ]; }
 queue_is_empty() { [ -z "$(squeue --noheader)" ]; }
 # has_pairs FOLDER: a run has finished a pair.
-has_pairs() { [ -e "$1/pairs.csv" ] && [ "$(wc -l <"$1/pairs.csv")" -gt 1 ]; }
+has_pairs() { [ -e "$1/pairs.csv" ] && [ "$(wc -l <"$1/pairs.csv")" -gt 2 ]; }
 
 daemons_run() {
   local daemon

@@ -21,7 +21,7 @@ mirror=${CORRSEL_DEBIAN_MIRROR:-http://deb.debian.org/debian}
 core_packages=(build-essential cmake libeigen3-dev libopencv-dev)
 other_packages=(
   libgtest-dev libmatio-dev libyaml-cpp-dev nlohmann-json3-dev pkg-config
-  pybind11-dev python3-dev python3-numpy
+  pybind11-dev python3-dev python3-jinja2 python3-matplotlib python3-numpy python3-yaml
 )
 
 install_packages debootstrap iproute2
@@ -73,6 +73,9 @@ export PYTHONPATH
 python3 -c 'import corrsel; print(corrsel.__file__, corrsel.selector_names())'
 python3 corrsel/test/consumer/consumer.py
 unset PYTHONPATH
+printf "\n== corrsel_benchmark\n"
+prefix/bin/corrsel_benchmark --dataset sample --features orb+orb --max_pairs 3 --output_dir /srv/run
+test -s run/report.html
 printf "\n== tests\n"
 rm -rf build/test_results
 (cd build && ctest --verbose --parallel $(nproc) >tests.log 2>&1) || true

@@ -88,19 +88,20 @@ RunTable pairTableOf(const RecordedRun& run, double tau, double Metrics::*metric
   RunTable table;
   std::set<double> taus;
   for (const ResultRow& row : run.rows) {
-    if (!std::isnan(row.metrics.tau)) {
-      taus.insert(row.metrics.tau);
-      if (row.metrics.tau != tau) continue;
+    for (const Metrics& metrics : row.metrics) {
+      if (!std::isnan(metrics.tau)) taus.insert(metrics.tau);
     }
-    PairValues& pair = valuesOf(row, row.metrics.tau, table);
+    const Metrics* const metrics = row.metricsAt(tau);
+    if (metrics == nullptr) continue;
+    PairValues& pair = valuesOf(row, metrics->tau, table);
     if (!row.judged()) continue;
-    if (!std::isnan(row.metrics.*metric)) pair.values.push_back(row.metrics.*metric);
+    if (!std::isnan(metrics->*metric)) pair.values.push_back(metrics->*metric);
     if (!std::isnan(row.select_seconds)) pair.seconds.push_back(row.select_seconds);
   }
   if (!taus.empty() && taus.count(tau) == 0) {
     std::vector<std::string> texts;
     for (const double known : taus) texts.push_back(formatNumber(known));
-    throw std::invalid_argument(run.folder + " has no rows of tau = " + formatNumber(tau) +
+    throw std::invalid_argument(run.folder + " has no counts at tau = " + formatNumber(tau) +
                                 " px; give one of its tolerances: " + joinList(texts));
   }
   return table;

@@ -66,19 +66,25 @@ CsvColumn<Row> csvColumn(const std::string& name, Part Row::*part, Field Part::*
 template <class Row>
 class CsvTable {
  public:
-  /// @param file  path inside the run's folder
-  CsvTable(const std::string& file, std::vector<CsvColumn<Row>> columns)
-      : file_(file), columns_(std::move(columns)) {}
+  /// @param file    path inside the run's folder
+  /// @param format  a line that stands before the header and tells the version of the file's format; empty:
+  ///                there is none
+  CsvTable(const std::string& file, std::vector<CsvColumn<Row>> columns, const std::string& format = "")
+      : file_(file), columns_(std::move(columns)), format_(format) {}
 
   const std::string& file() const { return file_; }
   const std::vector<CsvColumn<Row>>& columns() const { return columns_; }
 
-  /// The first line of the file, without its end.
+  /// The names of the columns in one line, without its end.
   std::string header() const {
     std::vector<std::string> names;
     for (const CsvColumn<Row>& column : columns_) names.push_back(column.name);
     return csvLine(names);
   }
+
+  /// The lines before the rows, with their ends: the format, where the file tells it, and the header.
+  std::string head() const { return (format_.empty() ? "" : format_ + "\n") + header() + "\n"; }
+  std::size_t headLines() const { return format_.empty() ? 1 : 2; }
 
   /// Number of a column, from 0. Throws std::logic_error if the table has no such column.
   std::size_t indexOf(const std::string& name) const {
@@ -107,9 +113,9 @@ class CsvTable {
     return row;
   }
 
-  /// Header and rows: the text of the whole file.
+  /// Head and rows: the text of the whole file.
   std::string text(const std::vector<Row>& rows) const {
-    std::string result = header() + "\n";
+    std::string result = head();
     for (const Row& row : rows) result += line(row);
     return result;
   }
@@ -118,7 +124,7 @@ class CsvTable {
   std::vector<Row> intactRows(const std::string& text) const {
     std::vector<Row> rows;
     const std::vector<std::string> lines = completeLines(text);
-    for (std::size_t i = 1; i < lines.size(); ++i) {
+    for (std::size_t i = headLines(); i < lines.size(); ++i) {
       try {
         rows.push_back(parse(lines[i]));
       } catch (const std::invalid_argument&) {
@@ -131,6 +137,7 @@ class CsvTable {
  private:
   std::string file_;
   std::vector<CsvColumn<Row>> columns_;
+  std::string format_;
 };
 
 }  // namespace corrsel::core

@@ -34,9 +34,8 @@ std::string line(const std::string& name, const std::vector<std::string>& cells)
 
 std::string line(const std::string& name, const Estimate& estimate) {
   const auto count = [](double value) { return std::to_string(std::llround(value)); };
-  return line(name, {std::to_string(estimate.pairs), count(estimate.selections), count(estimate.rows),
-                     durationText(estimate.seconds), bytesText(estimate.run_bytes),
-                     estimate.bag_bytes > 0 ? bytesText(estimate.bag_bytes) : "-"});
+  return line(name, {std::to_string(estimate.pairs), count(estimate.selections),
+                     durationText(estimate.seconds), bytesText(estimate.run_bytes)});
 }
 
 /// Pictures of all datasets, as large as those of the trials.
@@ -65,25 +64,21 @@ Measured Measured::scaledTo(std::size_t other) const {
 Estimate& Estimate::operator+=(const Estimate& other) {
   pairs += other.pairs;
   selections += other.selections;
-  rows += other.rows;
   seconds += other.seconds;
   run_bytes += other.run_bytes;
-  bag_bytes += other.bag_bytes;
   return *this;
 }
 
 Estimate estimateOf(const Trial& trial) {
-  const Measured run = trial.run.scaledTo(trial.pairs), bag = trial.bag.scaledTo(trial.bag_pairs);
+  const Measured run = trial.run.scaledTo(trial.pairs);
   Estimate estimate;
   estimate.pairs = trial.pairs;
   if (trial.run.count > 0) {
     const double factor = static_cast<double>(trial.pairs) / static_cast<double>(trial.run.count);
     estimate.selections = factor * static_cast<double>(trial.selections);
-    estimate.rows = factor * static_cast<double>(trial.rows);
   }
-  estimate.seconds = run.seconds + bag.seconds;
+  estimate.seconds = run.seconds;
   estimate.run_bytes = run.bytes;
-  estimate.bag_bytes = bag.bytes;
   return estimate;
 }
 
@@ -94,15 +89,15 @@ std::size_t mostPictures(const std::vector<Trial>& trials, std::size_t selectors
 }
 
 std::string estimateTable(const std::vector<Trial>& trials, std::size_t pictures) {
-  std::string text = line("", {"pairs", "selections", "rows", "time", "folder", "bag to make"});
+  std::string text = line("", {"pairs", "selections", "time", "folder"});
   for (const Trial& trial : trials) {
     text += trial.run.count > 0 ? line(trial.name, estimateOf(trial))
-                                : line(trial.name, {std::to_string(trial.pairs), "?", "?", "?", "?", "?"});
+                                : line(trial.name, {std::to_string(trial.pairs), "?", "?", "?"});
   }
   if (pictures > 0) {
     const Estimate estimate = picturesOf(trials, pictures);
     text += line("at most " + std::to_string(pictures) + " pictures",
-                 {"", "", "", durationText(estimate.seconds), bytesText(estimate.run_bytes), ""});
+                 {"", "", durationText(estimate.seconds), bytesText(estimate.run_bytes)});
   }
   return text + line("sum", sumOf(trials, pictures));
 }

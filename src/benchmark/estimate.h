@@ -17,18 +17,17 @@ struct Measured {
 
 /// What a trial with some pairs of a dataset or bag showed.
 struct Trial {
-  std::string name;                      ///< of the dataset or bag
-  std::size_t pairs = 0;                 ///< that the run takes from it
-  std::size_t bag_pairs = 0;             ///< that its bag is still to be made of; 0: there is a bag
-  std::size_t selections = 0, rows = 0;  ///< of the pairs that were tried, `run.count`
-  Measured run, bag, pictures;
+  std::string name;            ///< of the dataset or bag
+  std::size_t pairs = 0;       ///< that the run takes from it
+  std::size_t selections = 0;  ///< of the pairs that were tried, `run.count`
+  Measured run, pictures;
 };
 
 /// What a run will take.
 struct Estimate {
   std::size_t pairs = 0;
-  double selections = 0, rows = 0;
-  double seconds = 0, run_bytes = 0, bag_bytes = 0;
+  double selections = 0;
+  double seconds = 0, run_bytes = 0;
 
   Estimate& operator+=(const Estimate& other);
 };

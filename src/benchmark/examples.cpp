@@ -27,10 +27,9 @@ struct Demand {
 std::vector<JudgedPair> judgedPairs(const std::vector<ResultRow>& rows, double tau) {
   std::map<PairId, std::map<std::string, std::vector<double>>> values;
   for (const ResultRow& row : rows) {
-    const bool counts = row.judged() && !std::isnan(row.metrics.f_paper) && row.selector != "keep_all" &&
-                        (std::isnan(row.metrics.tau) || row.metrics.tau == tau);
-    if (!counts) continue;
-    values[row.id][row.selector].push_back(row.metrics.f_paper);
+    const Metrics* const metrics = row.judged() && row.selector != "keep_all" ? row.metricsAt(tau) : nullptr;
+    if (metrics == nullptr || std::isnan(metrics->f_paper)) continue;
+    values[row.id][row.selector].push_back(metrics->f_paper);
   }
   std::vector<JudgedPair> pairs;
   for (auto& [id, selectors] : values) {

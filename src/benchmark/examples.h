@@ -31,7 +31,7 @@ inline bool isExampleFailure(double f, double best_f) {
 /// that cover equally many of these demands, those of the highest F and the largest shortfall are preferred.
 /// @param rows  of one cell (features and preselection, "given" rows beside them); repetitions are averaged;
 ///              rows that are not judged or have no F are ignored
-/// @param tau  px; rows of other tolerances are left out, labelled rows are always used
+/// @param tau  tolerance of F, px; labelled rows have none
 /// @return at most max_pairs pairs, sorted by dataset, sequence and pair, whatever the order of the rows
 /// O(rows log rows + pairs^2 * selectors).
 std::vector<PairId> chooseExamples(const std::vector<ResultRow>& rows, double tau,

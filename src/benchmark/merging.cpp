@@ -10,7 +10,7 @@ namespace corrsel::core {
 namespace fs = std::filesystem;
 
 void requireMergeable(const std::string& folder, const BenchmarkConfig& config) {
-  if (!fs::exists(fs::path(folder) / "config.yaml") || !fs::exists(fs::path(folder) / pairsTable().file())) {
+  if (!fs::exists(fs::path(folder) / "config.yaml") || !fs::exists(fs::path(folder) / kPairsFile)) {
     throw RunFolderError("cannot merge " + folder +
                          ": it holds no run (no config.yaml and pairs.csv); name folders of runs");
   }

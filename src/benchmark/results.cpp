@@ -25,24 +25,35 @@ namespace fs = std::filesystem;
 
 bool near(double a, double b) { return std::isnan(a) ? std::isnan(b) : std::abs(a - b) <= 1e-6; }
 
-/// Harmonic mean of correct / selected and correct / inliers; NaN where there is no inlier.
-double fOfCounts(double correct, double selected, double inliers) {
-  return inliers > 0 ? 2 * correct / (selected + inliers) : kUndefined;
+/// "a = 3 exceeds b = 2", or nothing where it does not.
+std::string excess(const std::string& part, std::size_t a, const std::string& whole, std::size_t b) {
+  if (a <= b) return "";
+  return part + " = " + std::to_string(a) + " exceeds " + whole + " = " + std::to_string(b);
+}
+
+/// The contradiction in the counts at one tolerance, or with labels.
+std::string contradictionIn(const Metrics& metrics, const ResultRow& row) {
+  const std::string of = std::isnan(metrics.tau) ? "_labels" : "_" + formatNumber(metrics.tau) + "px";
+  const std::string n_correct = "n_correct" + of;
+  if (!row.judged()) {
+    return metrics.n_correct == 0 && std::isnan(metrics.f_paper)
+               ? ""
+               : "status " + toString(row.status) + " beside " + n_correct;
+  }
+  if (row.truth != TruthKind::kNone && row.n_ground_truth > 0 && std::isnan(metrics.f_paper)) {
+    return n_correct + " is missing";
+  }
+  for (const std::string& problem :
+       {excess("n_inliers" + of, metrics.n_inliers, "n_putative", row.n_putative),
+        excess(n_correct, metrics.n_correct, "n_selected", row.n_selected),
+        excess(n_correct, metrics.n_correct, "n_inliers" + of, metrics.n_inliers)}) {
+    if (!problem.empty()) return problem;
+  }
+  return "";
 }
 
 /// The contradiction in a row; empty for a row as the benchmark writes it.
 std::string contradictionIn(const ResultRow& row) {
-  const Metrics& m = row.metrics;
-  const auto exceeds = [](const char* part, std::size_t a, const char* whole, std::size_t b) {
-    return std::string(part) + " = " + std::to_string(a) + " exceeds " + whole + " = " + std::to_string(b);
-  };
-  const auto differs = [](const char* name, double value, const std::string& of, double expected) {
-    const auto text = [](double number) {
-      return std::isnan(number) ? std::string("(empty)") : formatNumber(number);
-    };
-    return std::string(name) + " = " + text(value) + " instead of " + of + " = " + text(expected);
-  };
-  if (m.tau < 0 || std::isinf(m.tau)) return "tau_px = " + formatNumber(m.tau) + " is no tolerance";
   for (const auto& [name, seconds] : {std::pair{"detect_s", row.detect_seconds},
                                       {"describe_s", row.describe_seconds},
                                       {"match_s", row.match_seconds},
@@ -51,53 +62,21 @@ std::string contradictionIn(const ResultRow& row) {
       return std::string(name) + " = " + formatNumber(seconds) + " is no time";
     }
   }
-  if (row.n_ground_truth > row.n_putative) {
-    return exceeds("n_ground_truth", row.n_ground_truth, "n_putative", row.n_putative);
+  for (const std::string& problem :
+       {excess("n_ground_truth", row.n_ground_truth, "n_putative", row.n_putative),
+        excess("n_selected", row.n_selected, "n_putative", row.n_putative)}) {
+    if (!problem.empty()) return problem;
+  }
+  for (const Metrics& metrics : row.metrics) {
+    const std::string problem = contradictionIn(metrics, row);
+    if (!problem.empty()) return problem;
   }
   if (!row.judged()) {
-    const bool empty = row.n_selected == 0 && m.n_correct == 0 && std::isnan(m.precision) &&
-                       std::isnan(m.recall_paper) && std::isnan(m.recall_same_tau) && std::isnan(m.f_paper) &&
-                       std::isnan(m.f_same_tau) && std::isnan(row.select_seconds) &&
-                       std::isnan(row.confidence);
+    const bool empty = row.n_selected == 0 && std::isnan(row.select_seconds) && std::isnan(row.confidence);
     return empty ? "" : "status " + toString(row.status) + " beside numbers of a selection";
   }
   if (row.confidence < 0 || std::isinf(row.confidence)) {
     return "confidence = " + formatNumber(row.confidence) + " is no number from 0";
-  }
-  if (row.n_selected > row.n_putative) {
-    return exceeds("n_selected", row.n_selected, "n_putative", row.n_putative);
-  }
-  if (m.n_correct > row.n_selected) {
-    return exceeds("n_correct", m.n_correct, "n_selected", row.n_selected);
-  }
-  // The ground truth of this pair is unknown.
-  const bool no_truth = row.n_ground_truth == 0 && m.n_correct == 0 && std::isnan(m.precision) &&
-                        std::isnan(m.recall_paper) && std::isnan(m.recall_same_tau) &&
-                        std::isnan(m.f_paper) && std::isnan(m.f_same_tau);
-  if (no_truth) return "";
-  const double correct = static_cast<double>(m.n_correct), selected = static_cast<double>(row.n_selected),
-               inliers = static_cast<double>(row.n_ground_truth);
-  const double precision = row.n_selected > 0 ? correct / selected : kUndefined;
-  if (!near(m.precision, precision)) {
-    return differs("precision", m.precision, "n_correct / n_selected", precision);
-  }
-  const double recall = row.n_ground_truth > 0 ? correct / inliers : kUndefined;
-  if (!near(m.recall_paper, recall)) {
-    return differs("recall_paper", m.recall_paper, "n_correct / n_ground_truth", recall);
-  }
-  const double f = fOfCounts(correct, selected, inliers);
-  if (!near(m.f_paper, f)) return differs("f_paper", m.f_paper, "the F of the counts", f);
-  const bool none_correct = m.n_correct == 0, undefined = std::isnan(m.recall_same_tau);
-  const bool possible =
-      none_correct ? undefined || m.recall_same_tau == 0 : m.recall_same_tau > 0 && m.recall_same_tau <= 1;
-  if (!possible) {
-    return "recall_same_tau = " + formatNumber(m.recall_same_tau) +
-           " with n_correct = " + std::to_string(m.n_correct);
-  }
-  double f_same_tau = undefined ? kUndefined : 0.0;
-  if (!none_correct) f_same_tau = fOfCounts(correct, selected, correct / m.recall_same_tau);
-  if (!near(m.f_same_tau, f_same_tau)) {
-    return differs("f_same_tau", m.f_same_tau, "the F of precision and recall_same_tau", f_same_tau);
   }
   return "";
 }
@@ -153,30 +132,27 @@ std::string contradictionIn(const PoseRow& row) {
 /// for their texts.
 class SelectionKeys {
  public:
-  /// @param tau  0 in a table without tolerances
   template <class Row>
-  void add(const Row& row, double tau) {
+  void add(const Row& row) {
     const std::uint32_t pair = numberOf(csvLine({row.id.dataset, row.id.sequence, row.id.pair}));
     const std::uint32_t cell = numberOf(csvLine({row.features, row.preselection, row.selector}));
-    // Labelled rows have no tolerance, and NaN has no order.
-    keys_.emplace_back(pair, cell, std::isnan(tau) ? -1 : tau, row.seed,
-                       static_cast<std::uint32_t>(keys_.size()));
+    keys_.emplace_back(pair, cell, row.seed, static_cast<std::uint32_t>(keys_.size()));
   }
 
   /// Two rows of one selection, the earlier one first, if there are any.
   std::optional<std::pair<std::size_t, std::size_t>> repetition() {
     std::sort(keys_.begin(), keys_.end());
     const auto same = [](Key a, const Key& b) {
-      std::get<4>(a) = std::get<4>(b);
+      std::get<3>(a) = std::get<3>(b);
       return a == b;
     };
     const auto found = std::adjacent_find(keys_.begin(), keys_.end(), same);
     if (found == keys_.end()) return std::nullopt;
-    return std::pair<std::size_t, std::size_t>(std::get<4>(*found), std::get<4>(*(found + 1)));
+    return std::pair<std::size_t, std::size_t>(std::get<3>(*found), std::get<3>(*(found + 1)));
   }
 
  private:
-  using Key = std::tuple<std::uint32_t, std::uint32_t, double, int, std::uint32_t>;
+  using Key = std::tuple<std::uint32_t, std::uint32_t, int, std::uint32_t>;
 
   std::uint32_t numberOf(const std::string& text) {
     return numbers_.emplace(text, static_cast<std::uint32_t>(numbers_.size())).first->second;
@@ -186,9 +162,6 @@ class SelectionKeys {
   std::vector<Key> keys_;
 };
 
-double toleranceOf(const ResultRow& row) { return row.metrics.tau; }
-double toleranceOf(const PoseRow&) { return 0; }
-
 /// See read_pairs.h.
 template <class Row>
 bool forEachRow(const CsvTable<Row>& table, const std::string& file,
@@ -197,27 +170,34 @@ bool forEachRow(const CsvTable<Row>& table, const std::string& file,
     return RunFolderError(file + ", line " + std::to_string(line) + ": " + problem +
                           "; repair or remove the line, or run the benchmark again into another folder");
   };
-  const auto requireHeader = [&](bool found) {
-    if (found) return;
-    throw RunFolderError(file +
-                         ", line 1: this is not the header that this version writes; run the benchmark "
-                         "again into another folder");
-  };
   SelectionKeys keys;
   std::size_t line = 0;
+  std::string head;
+  const auto requireHead = [&] {
+    if (head == table.head()) return;
+    throw RunFolderError(file + ", line " + std::to_string(table.headLines()) +
+                         ": this is not the header that this version writes; run the benchmark again into "
+                         "another folder");
+  };
   const bool complete = forEachLine(file, [&](const std::string& text) {
-    if (++line == 1) return requireHeader(text == table.header());
+    if (++line <= table.headLines()) {
+      head += text + "\n";
+      return;
+    }
+    if (line == table.headLines() + 1) requireHead();
     try {
       const Row row = table.parse(text);
-      keys.add(row, toleranceOf(row));
+      keys.add(row);
       use(row);
     } catch (const std::invalid_argument& problem) {
       throw damaged(line, problem.what());
     }
   });
-  requireHeader(line > 0);
+  requireHead();
   if (const auto found = keys.repetition()) {
-    throw damaged(found->second + 2, "repeats the selection of line " + std::to_string(found->first + 2));
+    const std::size_t first = table.headLines() + 1;
+    throw damaged(found->second + first,
+                  "repeats the selection of line " + std::to_string(found->first + first));
   }
   return complete;
 }
@@ -226,18 +206,19 @@ bool forEachRow(const CsvTable<Row>& table, const std::string& file,
 template <class Row>
 std::vector<Row> readRows(const CsvTable<Row>& table, const fs::path& file) {
   std::vector<Row> rows;
+  const std::size_t first = table.headLines() + 1;
   const auto at = [&file](std::size_t line) {
     return file.string() + ", line " + std::to_string(line) + ": ";
   };
   const bool complete =
       forEachRow<Row>(table, file.string(), [&rows](const Row& row) { rows.push_back(row); });
   if (!complete) {
-    throw RunFolderError(at(rows.size() + 2) + "the line is cut off; resume the run, or remove the line");
+    throw RunFolderError(at(rows.size() + first) + "the line is cut off; resume the run, or remove the line");
   }
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string problem = contradictionIn(rows[i]);
     if (problem.empty()) continue;
-    throw RunFolderError(at(i + 2) + problem +
+    throw RunFolderError(at(i + first) + problem +
                          "; the line was changed after the run: run the benchmark again into another "
                          "folder");
   }
@@ -246,8 +227,14 @@ std::vector<Row> readRows(const CsvTable<Row>& table, const fs::path& file) {
 
 }  // namespace
 
+const Metrics* ResultRow::metricsAt(double tau) const {
+  const auto found = std::find_if(metrics.begin(), metrics.end(),
+                                  [tau](const Metrics& at) { return std::isnan(at.tau) || at.tau == tau; });
+  return found == metrics.end() ? nullptr : &*found;
+}
+
 bool forEachPairRow(const std::string& file, const std::function<void(const ResultRow&)>& use) {
-  return forEachRow<ResultRow>(pairsTable(), file, use);
+  return forEachRow<ResultRow>(pairsTableIn(file), file, use);
 }
 
 bool forEachPoseRow(const std::string& file, const std::function<void(const PoseRow&)>& use) {
@@ -255,11 +242,11 @@ bool forEachPoseRow(const std::string& file, const std::function<void(const Pose
 }
 
 std::vector<ResultRow> readResults(const std::string& folder) {
-  const fs::path file = fs::path(folder) / pairsTable().file();
+  const fs::path file = fs::path(folder) / kPairsFile;
   if (!fs::is_regular_file(file)) {
     throw RunFolderError(file.string() + " does not exist: give the output folder of a run");
   }
-  return readRows(pairsTable(), file);
+  return readRows(pairsTableIn(file.string()), file);
 }
 
 std::vector<PoseRow> readPoses(const std::string& folder) {

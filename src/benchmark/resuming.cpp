@@ -1,7 +1,6 @@
 #include "benchmark/resuming.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <stdexcept>
@@ -16,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether a pair has all its rows of pairs.csv, poses.csv and matches/index.csv. Its truth (labelled or not)
-/// and its features (given or not) are those of its rows, and its stages tell whether it has poses.
+/// Whether a pair has all its rows of pairs.csv, poses.csv and matches/index.csv. Its features (given or not)
+/// are those of its rows, and its stages tell whether it has poses.
 bool hasAllRows(const BenchmarkConfig& config, const FinishedPair& pair) {
   const bool given = pair.rows.front().features == kGivenFeatures;
   std::size_t selections = 0, cells = 0;
@@ -30,13 +29,12 @@ bool hasAllRows(const BenchmarkConfig& config, const FinishedPair& pair) {
     }
   }
   selections *= static_cast<std::size_t>(config.repetitions);
-  const std::size_t taus = std::isnan(pair.rows.front().metrics.tau) ? 1 : config.tolerances.size();
   const bool with_poses = std::any_of(pair.stages.begin(), pair.stages.end(),
                                       [](const StageTime& stage) { return stage.stage == kPoseStage; });
   // One more of each cell: the pose from the ground-truth inliers.
   const std::size_t poses = with_poses ? selections + cells : 0;
   const std::size_t saved = config.save_matches ? selections : 0;
-  return pair.rows.size() == selections * taus && pair.poses.size() == poses && pair.saved.size() == saved;
+  return pair.rows.size() == selections && pair.poses.size() == poses && pair.saved.size() == saved;
 }
 
 /// Keeps the lines of `pairs`, and those that belong to no pair, in a file that has the columns dataset,
@@ -50,29 +48,29 @@ void keepPairs(const std::string& folder, const CsvTable<Row>& table, const std:
   const std::vector<std::string> lines = completeLines(text);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::vector<std::string> fields = parseCsvLine(lines[i]);
-    if (i > 0 && fields.size() < first + 3) continue;
-    const bool of_no_pair = i == 0 || fields[first + 2].empty();
+    const bool in_head = i < table.headLines();
+    if (!in_head && fields.size() < first + 3) continue;
+    const bool of_no_pair = in_head || fields[first + 2].empty();
     if (of_no_pair || pairs.count({fields[first], fields[first + 1], fields[first + 2]})) {
       kept += lines[i] + "\n";
     }
   }
-  if (kept.empty()) kept = table.text({});
+  if (kept.empty()) kept = table.head();
   if (kept != text) writeFile(file, kept);
 }
 
 }  // namespace
 
 std::vector<FinishedPair> finishedPairs(const std::string& folder, const BenchmarkConfig& config) {
-  const std::string file = (fs::path(folder) / pairsTable().file()).string();
+  const std::string file = (fs::path(folder) / kPairsFile).string();
   const std::vector<std::string> lines = completeLines(readTextFile(file));
-  if (!lines.empty() && lines.front() != pairsTable().header()) {
-    throw RunFolderError(file + " has another header than this version writes; give another output folder");
-  }
+  if (lines.empty()) return {};
+  const CsvTable<ResultRow> table = pairsTableIn(file);
   std::vector<FinishedPair> pairs;
   std::map<PairId, std::size_t> index;
-  for (std::size_t i = 1; i < lines.size(); ++i) {
+  for (std::size_t i = table.headLines(); i < lines.size(); ++i) {
     try {
-      const ResultRow row = pairsTable().parse(lines[i]);
+      const ResultRow row = table.parse(lines[i]);
       const auto [found, is_new] = index.emplace(row.id, pairs.size());
       if (is_new) pairs.emplace_back();
       pairs[found->second].rows.push_back(row);
@@ -115,7 +113,7 @@ std::vector<FinishedPair> finishedPairs(const std::string& folder, const Benchma
 std::set<PairId> dropUnfinishedPairs(const std::string& folder, const BenchmarkConfig& config) {
   std::set<PairId> done;
   for (const FinishedPair& pair : finishedPairs(folder, config)) done.insert(pair.rows.front().id);
-  keepPairs(folder, pairsTable(), done);
+  keepPairs(folder, pairsTable(config.tolerances), done);
   keepPairs(folder, posesTable(), done);
   keepPairs(folder, stagesTable(), done);
   keepPairs(folder, imagesTable(), done);

@@ -21,12 +21,13 @@ std::string pathOf(const CsvTable<Row>& table, const std::string& folder) {
 
 template <class Row>
 void writeEmpty(const CsvTable<Row>& table, const std::string& folder) {
-  writeFile(pathOf(table, folder), table.text({}));
+  writeFile(pathOf(table, folder), table.head());
 }
 
 }  // namespace
 
-RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, bool resume) : path_(path) {
+RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, bool resume)
+    : path_(path), tolerances_(config.tolerances) {
   std::error_code error;
   fs::create_directories(fs::path(path) / "images", error);
   if (config.save_matches && !error) {
@@ -46,12 +47,12 @@ RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, boo
     }
     if (!fs::exists(pathOf(posesTable(), path))) writeEmpty(posesTable(), path);  // an older version's run
     done_ = dropUnfinishedPairs(path, config);
-  } else if (fs::exists(pathOf(pairsTable(), path)) &&
-             readTextFile(pathOf(pairsTable(), path)) != pairsTable().text({})) {
+  } else if (const std::string pairs = pathOf(pairsTable(tolerances_), path);
+             fs::exists(pairs) && readTextFile(pairs) != pairsTable(tolerances_).head()) {
     throw RunFolderError("the output folder " + path +
                          " holds a pairs.csv without its config.yaml; give another output folder");
   } else {
-    writeEmpty(pairsTable(), path);
+    writeEmpty(pairsTable(tolerances_), path);
     writeEmpty(posesTable(), path);
     writeEmpty(stagesTable(), path);
     writeEmpty(imagesTable(), path);
@@ -70,7 +71,7 @@ RunFolder::RunFolder(const std::string& path, const BenchmarkConfig& config, boo
 }
 
 void RunFolder::forEachRow(const std::function<void(const ResultRow&)>& use) const {
-  forEachPairRow(pathOf(pairsTable(), path_), use);
+  forEachPairRow((fs::path(path_) / kPairsFile).string(), use);
 }
 
 std::vector<PoseRow> RunFolder::readPoses() const {
@@ -99,8 +100,9 @@ void RunFolder::appendPair(const std::vector<ResultRow>& rows, std::size_t numbe
   for (const PoseRow& row : poses) text += posesTable().line(row);
   appendToFile(pathOf(posesTable(), path_), text);
   text.clear();
-  for (const ResultRow& row : rows) text += pairsTable().line(row);
-  appendToFile(pathOf(pairsTable(), path_), text);
+  const CsvTable<ResultRow> pairs = pairsTable(tolerances_);
+  for (const ResultRow& row : rows) text += pairs.line(row);
+  appendToFile(pathOf(pairs, path_), text);
   done_.insert(id);
 }
 

@@ -219,11 +219,14 @@ RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& so
   observer_.progress(meter.at(state.pairs_done, ""));
   warmUp();
   eachPair(sources, [&](PairSource& source, std::size_t number) {
+    const std::optional<PairId> known = source.nextId();
+    if (known && (!shard.holds(number) || folder_.isDone(*known))) return source.skip();
     ImagePair pair;
+    if (known) pair.id = *known;
     const char* stage = "read";
     try {
       const Stopwatch watch;
-      if (!source.next(pair)) throw DatasetError("the bag ends before this pair");
+      if (!source.next(pair)) throw DatasetError("the data end before this pair");
       if (!shard.holds(number) || folder_.isDone(pair.id)) return;
       stage = "run";
       judgeTruth(pair.id);
@@ -278,36 +281,33 @@ const Selector& BenchmarkRunner::selectorFor(const ImagePair& pair, std::size_t 
   return tools_->selectors[selector].at(homography, repetition);
 }
 
-std::vector<ResultRow> BenchmarkRunner::judge(const ImagePair& pair, const Putative& putative,
-                                              const Cell& cell, const std::string& selector, int repetition,
-                                              const Selection& selection) const {
+ResultRow BenchmarkRunner::judge(const ImagePair& pair, const Putative& putative, const Cell& cell,
+                                 const std::string& selector, int repetition,
+                                 const Selection& selection) const {
   EvaluationOptions options;
   options.tolerances = config_.tolerances;
   options.ground_truth_tolerance = config_.ground_truth_tolerance;
   const Evaluation evaluation = evaluate(pair.truth.kind, putative.errors, selection.mask, options);
-  std::vector<ResultRow> rows;
-  for (const Metrics& metrics : evaluation.metrics) {
-    ResultRow row;
-    row.id = pair.id;
-    row.features = cell.features;
-    row.preselection = cell.preselection;
-    row.selector = selector;
-    row.n_left = putative.n_left;
-    row.n_right = putative.n_right;
-    row.n_putative = evaluation.n_putative;
-    row.n_ground_truth = evaluation.n_ground_truth;
-    row.n_selected = evaluation.n_selected;
-    row.metrics = metrics;
-    row.status = selection.status;
-    row.confidence = selection.confidence;
-    row.seed = config_.seed + repetition;
-    row.detect_seconds = putative.detect_seconds;
-    row.describe_seconds = putative.describe_seconds;
-    row.match_seconds = putative.match_seconds;
-    row.select_seconds = selection.seconds;
-    rows.push_back(row);
-  }
-  return rows;
+  ResultRow row;
+  row.id = pair.id;
+  row.features = cell.features;
+  row.preselection = cell.preselection;
+  row.selector = selector;
+  row.truth = pair.truth.kind;
+  row.n_left = putative.n_left;
+  row.n_right = putative.n_right;
+  row.n_putative = evaluation.n_putative;
+  row.n_ground_truth = evaluation.n_ground_truth;
+  row.n_selected = evaluation.n_selected;
+  row.metrics = evaluation.metrics;
+  row.status = selection.status;
+  row.confidence = selection.confidence;
+  row.seed = config_.seed + repetition;
+  row.detect_seconds = putative.detect_seconds;
+  row.describe_seconds = putative.describe_seconds;
+  row.match_seconds = putative.match_seconds;
+  row.select_seconds = selection.seconds;
+  return row;
 }
 
 PoseRow BenchmarkRunner::poseRow(const ImagePair& pair, const Putative& putative, const Cell& cell,
@@ -385,10 +385,9 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
           if (selection.status == Status::kUnsupportedInput && usable)
             notice({pair.id.dataset, "", spec, selection.message});
           addConfidence(putative.matches, selection);
-          const std::vector<ResultRow> judged = judge(pair, putative, cell, spec, repetition, selection);
-          rows.insert(rows.end(), judged.begin(), judged.end());
+          rows.push_back(judge(pair, putative, cell, spec, repetition, selection));
           addPose([&] { return poseRow(pair, putative, cell, spec, repetition, selection); });
-          observer_.judged(judged);
+          observer_.judged(rows.back());
           if (saved) saved->write(putative.matches, spec, config_.seed + repetition, selection);
         }
       }
@@ -427,8 +426,8 @@ void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>
   const double tau = config_.tableTolerance();
   folder_.forEachRow([&](const ResultRow& row) {
     const bool drawn = row.features == kGivenFeatures || row.features == first.features;
-    const bool tabulated = std::isnan(row.metrics.tau) || row.metrics.tau == tau;
-    if (drawn && tabulated && row.preselection == first.preselection && row.seed == config_.seed)
+    if (drawn && row.metricsAt(tau) != nullptr && row.preselection == first.preselection &&
+        row.seed == config_.seed)
       rows.push_back(row);
   });
   const std::vector<PairId> chosen = examplesOf(rows, tau);
@@ -448,7 +447,10 @@ void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>
   const ProgressMeter meter(chosen.size(), 0);
   std::size_t drawn = 0;
   eachPair(sources, [&](PairSource& source, std::size_t) {
+    const std::optional<PairId> known = source.nextId();
+    if (known && !isChosen(*known)) return source.skip();
     ImagePair pair;
+    if (known) pair.id = *known;
     try {
       if (drawn == chosen.size() || !source.next(pair) || !isChosen(pair.id)) return;
       Cell cell = first;

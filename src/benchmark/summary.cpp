@@ -105,11 +105,12 @@ void sortByPair(const fs::path& folder, const CsvTable<Row>& table,
   const std::string file = (folder / table.file()).string();
   const std::size_t first = table.indexOf("dataset");
   std::vector<Part> parts;
+  const std::size_t head = table.head().size();
   std::size_t place = 0;
   forEachLine(file, [&](const std::string& line) {
     const std::size_t begin = place;
     place += line.size() + 1;
-    if (begin == 0) return;  // the header
+    if (begin < head) return;
     const std::vector<std::string> fields = parseCsvLine(line);
     const auto found = fields.size() < first + 3
                            ? numbers.end()
@@ -124,7 +125,7 @@ void sortByPair(const fs::path& folder, const CsvTable<Row>& table,
   std::stable_sort(parts.begin(), parts.end(), before);
   std::ifstream in(file, std::ios::binary);
   writeFile(file, [&](std::ostream& out) {
-    out << table.header() << "\n";
+    out << table.head();
     for (const Part& part : parts) {
       std::string text(part.size, '\0');
       in.seekg(static_cast<std::streamoff>(part.begin));
@@ -134,18 +135,19 @@ void sortByPair(const fs::path& folder, const CsvTable<Row>& table,
   });
 }
 
-/// The rows of summary.csv from the rows of pairs.csv, of which it keeps 70 bytes each.
+/// The rows of summary.csv from the rows of pairs.csv, of which it keeps 70 bytes for each tolerance.
 class Summary {
  public:
   void add(const ResultRow& row) {
-    Group& group = groupOf(row);
-    if (!row.judged()) return;
-    group.seconds.push_back(row.select_seconds);
-    if (!std::isnan(row.confidence)) group.confidences.push_back(row.confidence);
-    if (row.n_ground_truth == 0) return;
-    const Metrics& m = row.metrics;
-    group.entries.push_back(
-        {numberOf(row.id), {m.precision, m.recall_paper, m.f_paper, m.recall_same_tau, m.f_same_tau}});
+    for (const Metrics& m : row.metrics) {
+      Group& group = groupOf(row, m.tau);
+      if (!row.judged()) continue;
+      group.seconds.push_back(row.select_seconds);
+      if (!std::isnan(row.confidence)) group.confidences.push_back(row.confidence);
+      if (row.n_ground_truth == 0) continue;
+      group.entries.push_back(
+          {numberOf(row.id), {m.precision, m.recall_paper, m.f_paper, m.recall_same_tau, m.f_same_tau}});
+    }
   }
 
   std::vector<SummaryRow> rows() {
@@ -196,9 +198,8 @@ class Summary {
   };
   using GroupKey = std::tuple<std::string, std::string, std::string, std::string, std::string>;
 
-  Group& groupOf(const ResultRow& row) {
-    const GroupKey key{row.id.dataset, row.features, row.preselection, row.selector,
-                       formatNumber(row.metrics.tau)};
+  Group& groupOf(const ResultRow& row, double tau) {
+    const GroupKey key{row.id.dataset, row.features, row.preselection, row.selector, formatNumber(tau)};
     const auto [found, is_new] = index_.emplace(key, groups_.size());
     if (is_new) {
       groups_.emplace_back();
@@ -207,7 +208,7 @@ class Summary {
       head.features = row.features;
       head.preselection = row.preselection;
       head.selector = row.selector;
-      head.tau = row.metrics.tau;
+      head.tau = tau;
     }
     return groups_[found->second];
   }
@@ -242,7 +243,7 @@ std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows) {
 std::vector<SummaryRow> writeSummary(const RunFolder& folder, const RunState& state) {
   const fs::path path(folder.path());
   const std::map<PairId, std::size_t> numbers = numbersOfPairs(path);
-  sortByPair(path, pairsTable(), numbers);
+  sortByPair(path, pairsTable(folder.tolerances()), numbers);
   sortByPair(path, posesTable(), numbers);
   sortByPair(path, truthChecksTable(), numbers);
   sortByPair(path, savedMatchesTable(), numbers);

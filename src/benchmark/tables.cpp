@@ -1,7 +1,9 @@
 #include "benchmark/tables.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -34,6 +36,105 @@ CsvColumn<StageRow> stageNumber() {
           [](const StageRow& row) { return row.number ? CellValue(*row.number) : CellValue(std::string()); },
           [](const std::string& text, StageRow& row) {
             if (!text.empty()) readCell(text, "number", row.number.emplace());
+          }};
+}
+
+// The columns of pairs.csv that each tolerance has: "n_inliers_5px", "n_correct_5px".
+const std::string kInliers = "n_inliers_", kCorrect = "n_correct_", kUnit = "px";
+
+// pairs.csv begins with this and the number of its format. Format 1 had a row for each tolerance and no such
+// line.
+constexpr int kPairsFormat = 2;
+const std::string kFormatBeginning = "# corrsel pairs ";
+
+bool startsWith(const std::string& text, const std::string& beginning) {
+  return text.compare(0, beginning.size(), beginning) == 0;
+}
+
+/// Throws where the first line of a pairs.csv is not that of this version.
+void requireFormat(const std::string& file, const std::string& line) {
+  std::string found;
+  if (startsWith(line, "dataset,")) {
+    found = "1 (no line with a version), which corrsel wrote up to version 0.1.0";
+  } else if (startsWith(line, kFormatBeginning)) {
+    found = line.substr(kFormatBeginning.size());
+  } else {
+    throw RunFolderError(file + ", line 1: '" + kFormatBeginning + std::to_string(kPairsFormat) +
+                         "' is missing, so this is no file of a benchmark run; give the output folder of a "
+                         "run");
+  }
+  if (found == std::to_string(kPairsFormat)) return;
+  throw RunFolderError(
+      file + " has format " + found + "; this version reads format " + std::to_string(kPairsFormat) +
+      ". Run the benchmark again with the settings in the folder's config.yaml and another output folder, or "
+      "read the folder with the version that wrote it, which its environment.json names");
+}
+
+bool isLabelled(const ResultRow& row) { return row.truth == TruthKind::kLabels; }
+
+/// A count of a column of pairs.csv that only some kinds of truth have. @return nothing for an empty cell
+std::optional<std::size_t> countIn(const std::string& text, const std::string& column, bool expected,
+                                   const ResultRow& row) {
+  if (text.empty()) return std::nullopt;
+  std::size_t count = 0;
+  readCell(text, column, count);
+  if (expected) return count;
+  throw std::invalid_argument(column + " = " + text + " beside the truth " + toString(row.truth));
+}
+
+CellValue countCell(std::size_t count) { return count; }
+
+/// The number of inliers at tolerance i. Reading it adds the metrics of this tolerance to the row.
+CsvColumn<ResultRow> inlierColumn(double tau, std::size_t i) {
+  const std::string name = kInliers + formatNumber(tau) + kUnit;
+  return {name,
+          [i](const ResultRow& row) {
+            const bool known = row.truth != TruthKind::kNone && !isLabelled(row);
+            return known ? countCell(row.metrics.at(i).n_inliers) : CellValue(std::string());
+          },
+          [name, tau](const std::string& text, ResultRow& row) {
+            const bool known = row.truth != TruthKind::kNone && !isLabelled(row);
+            const auto count = countIn(text, name, known, row);
+            if (isLabelled(row)) return;
+            Metrics& metrics = row.metrics.emplace_back();
+            metrics.tau = tau;
+            metrics.n_inliers = count.value_or(0);
+          }};
+}
+
+/// The number of selected inliers at tolerance i. It is read after the inliers and the selected matches.
+CsvColumn<ResultRow> correctColumn(double tau, std::size_t i) {
+  const std::string name = kCorrect + formatNumber(tau) + kUnit;
+  return {name,
+          [i](const ResultRow& row) {
+            const bool known = row.truth != TruthKind::kNone && !isLabelled(row);
+            return known ? countCell(row.metrics.at(i).n_correct) : CellValue(std::string());
+          },
+          [name, i](const std::string& text, ResultRow& row) {
+            const bool known = row.truth != TruthKind::kNone && !isLabelled(row);
+            const auto count = countIn(text, name, known, row);
+            if (!count) return;
+            Metrics& metrics = row.metrics.at(i);
+            metrics = metricsOf(metrics.tau, *count, metrics.n_inliers, row.n_selected, row.n_ground_truth);
+          }};
+}
+
+/// The same of labelled truth, which has no tolerance, and whose inliers are n_ground_truth.
+CsvColumn<ResultRow> labelledColumn() {
+  const std::string name = kCorrect + "labels";
+  return {name,
+          [](const ResultRow& row) {
+            return isLabelled(row) ? countCell(row.metrics.at(0).n_correct) : CellValue(std::string());
+          },
+          [name](const std::string& text, ResultRow& row) {
+            const auto count = countIn(text, name, isLabelled(row), row);
+            if (!isLabelled(row)) return;
+            Metrics metrics;
+            metrics.n_inliers = row.n_ground_truth;
+            if (count) {
+              metrics = metricsOf(kUndefined, *count, row.n_ground_truth, row.n_selected, row.n_ground_truth);
+            }
+            row.metrics = {metrics};
           }};
 }
 
@@ -94,36 +195,58 @@ void readCell(const std::string& text, const std::string& column, TruthKind& fie
   throw std::invalid_argument(column + ": '" + text + "' is no kind of ground truth");
 }
 
-const CsvTable<ResultRow>& pairsTable() {
-  static const CsvTable<ResultRow> table(
-      "pairs.csv", {
-                       csvColumn("dataset", &ResultRow::id, &PairId::dataset),
-                       csvColumn("sequence", &ResultRow::id, &PairId::sequence),
-                       csvColumn("pair", &ResultRow::id, &PairId::pair),
-                       csvColumn("features", &ResultRow::features),
-                       csvColumn("preselection", &ResultRow::preselection),
-                       csvColumn("selector", &ResultRow::selector),
-                       csvColumn("tau_px", &ResultRow::metrics, &Metrics::tau),
-                       csvColumn("n_left", &ResultRow::n_left),
-                       csvColumn("n_right", &ResultRow::n_right),
-                       csvColumn("n_putative", &ResultRow::n_putative),
-                       csvColumn("n_ground_truth", &ResultRow::n_ground_truth),
-                       ifJudged(csvColumn("n_selected", &ResultRow::n_selected)),
-                       ifJudged(csvColumn("n_correct", &ResultRow::metrics, &Metrics::n_correct)),
-                       ifJudged(csvColumn("precision", &ResultRow::metrics, &Metrics::precision)),
-                       ifJudged(csvColumn("recall_paper", &ResultRow::metrics, &Metrics::recall_paper)),
-                       ifJudged(csvColumn("recall_same_tau", &ResultRow::metrics, &Metrics::recall_same_tau)),
-                       ifJudged(csvColumn("f_paper", &ResultRow::metrics, &Metrics::f_paper)),
-                       ifJudged(csvColumn("f_same_tau", &ResultRow::metrics, &Metrics::f_same_tau)),
-                       csvColumn("status", &ResultRow::status),
-                       ifJudged(csvColumn("confidence", &ResultRow::confidence)),
-                       csvColumn("seed", &ResultRow::seed),
-                       csvColumn("detect_s", &ResultRow::detect_seconds),
-                       csvColumn("describe_s", &ResultRow::describe_seconds),
-                       csvColumn("match_s", &ResultRow::match_seconds),
-                       ifJudged(csvColumn("select_s", &ResultRow::select_seconds)),
-                   });
-  return table;
+CsvTable<ResultRow> pairsTable(const std::vector<double>& tolerances) {
+  std::vector<CsvColumn<ResultRow>> columns = {
+      csvColumn("dataset", &ResultRow::id, &PairId::dataset),
+      csvColumn("sequence", &ResultRow::id, &PairId::sequence),
+      csvColumn("pair", &ResultRow::id, &PairId::pair),
+      csvColumn("features", &ResultRow::features),
+      csvColumn("preselection", &ResultRow::preselection),
+      csvColumn("selector", &ResultRow::selector),
+      csvColumn("truth", &ResultRow::truth),
+      csvColumn("n_left", &ResultRow::n_left),
+      csvColumn("n_right", &ResultRow::n_right),
+      csvColumn("n_putative", &ResultRow::n_putative),
+      csvColumn("n_ground_truth", &ResultRow::n_ground_truth),
+  };
+  for (std::size_t i = 0; i < tolerances.size(); ++i) columns.push_back(inlierColumn(tolerances[i], i));
+  columns.push_back(ifJudged(csvColumn("n_selected", &ResultRow::n_selected)));
+  columns.push_back(ifJudged(labelledColumn()));
+  for (std::size_t i = 0; i < tolerances.size(); ++i) {
+    columns.push_back(ifJudged(correctColumn(tolerances[i], i)));
+  }
+  for (const CsvColumn<ResultRow>& column : {
+           csvColumn("status", &ResultRow::status),
+           ifJudged(csvColumn("confidence", &ResultRow::confidence)),
+           csvColumn("seed", &ResultRow::seed),
+           csvColumn("detect_s", &ResultRow::detect_seconds),
+           csvColumn("describe_s", &ResultRow::describe_seconds),
+           csvColumn("match_s", &ResultRow::match_seconds),
+           ifJudged(csvColumn("select_s", &ResultRow::select_seconds)),
+       }) {
+    columns.push_back(column);
+  }
+  return {kPairsFile, columns, kFormatBeginning + std::to_string(kPairsFormat)};
+}
+
+CsvTable<ResultRow> pairsTableIn(const std::string& file) {
+  std::vector<std::string> head;
+  std::ifstream in(file, std::ios::binary);
+  for (std::string line; head.size() < 2 && std::getline(in, line);) head.push_back(line);
+  head.resize(2);
+  requireFormat(file, head[0]);
+  std::vector<double> tolerances;
+  for (const std::string& name : parseCsvLine(head[1])) {
+    const bool of_tolerance = startsWith(name, kInliers) && name.size() > kInliers.size() + kUnit.size();
+    if (!of_tolerance) continue;
+    const std::string tau = name.substr(kInliers.size(), name.size() - kInliers.size() - kUnit.size());
+    tolerances.push_back(std::strtod(tau.c_str(), nullptr));
+  }
+  CsvTable<ResultRow> table = pairsTable(tolerances);
+  if (table.header() == head[1]) return table;
+  throw RunFolderError(file +
+                       ", line 2: this is not the header that this version writes; run the benchmark again "
+                       "into another folder");
 }
 
 const CsvTable<PoseRow>& posesTable() {

@@ -31,7 +31,9 @@ struct ExampleImage {
 };
 
 /// The CSV files of a run's folder, see docs/evaluation.md.
-const CsvTable<ResultRow>& pairsTable();
+inline constexpr char kPairsFile[] = "pairs.csv";
+/// @param tolerances  of the run, px; each has two columns
+CsvTable<ResultRow> pairsTable(const std::vector<double>& tolerances);
 const CsvTable<PoseRow>& posesTable();
 const CsvTable<SummaryRow>& summaryTable();
 const CsvTable<PoseSummaryRow>& poseSummaryTable();
@@ -42,6 +44,10 @@ const CsvTable<TruthCheck>& truthChecksTable();
 const CsvTable<ExampleImage>& imagesTable();
 const CsvTable<Remark>& remarksTable();
 const CsvTable<SavedSelection>& savedMatchesTable();
+
+/// The table in a pairs.csv, whose header tells the tolerances. Throws RunFolderError where the file cannot
+/// be read or has a format of another version; the error tells which one and what can be done.
+CsvTable<ResultRow> pairsTableIn(const std::string& file);
 
 /// The remarks of a run's folder; none where it has no file of them.
 std::vector<Remark> readRemarks(const std::string& folder);

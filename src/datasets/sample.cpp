@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <iterator>
 #include <limits>
@@ -16,6 +17,8 @@
 
 namespace corrsel::core {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr const char* kGrafLeft = "graf1.png";
 constexpr const char* kGrafRight = "graf3.png";
@@ -231,6 +234,13 @@ RelativePose aloePose(const cv::Size& size) {
 }
 
 }  // namespace
+
+std::string sampleFolder() {
+  const char* const cache = std::getenv("XDG_CACHE_HOME");
+  const char* const home = std::getenv("HOME");
+  const fs::path root = cache && *cache ? fs::path(cache) : fs::path(home && *home ? home : ".") / ".cache";
+  return (root / "corrsel" / "sample").string();
+}
 
 SampleReader::SampleReader(const std::string& root, int seed) : root_(root), seed_(seed) {
   requireFolder(root, "sample dataset", kSampleRemedy);

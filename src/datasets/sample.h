@@ -9,6 +9,10 @@
 
 namespace corrsel::core {
 
+/// The folder that scripts/fetch_samples.sh fills by default: $XDG_CACHE_HOME/corrsel/sample, or
+/// ~/.cache/corrsel/sample.
+std::string sampleFolder();
+
 /// The built-in sample set, made from the example images of Debian's package opencv-doc, which
 /// scripts/fetch_samples.sh collects in one folder:
 /// - "graf/1-3": a painted wall from two viewpoints, with its homography;

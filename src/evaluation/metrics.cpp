@@ -21,6 +21,20 @@ double harmonicMean(double precision, double recall) {
 
 }  // namespace
 
+Metrics metricsOf(double tau, std::size_t n_correct, std::size_t n_inliers, std::size_t n_selected,
+                  std::size_t n_ground_truth) {
+  Metrics metrics;
+  metrics.tau = tau;
+  metrics.n_correct = n_correct;
+  metrics.n_inliers = n_inliers;
+  metrics.precision = ratio(n_correct, n_selected);
+  metrics.recall_paper = ratio(n_correct, n_ground_truth);
+  metrics.recall_same_tau = ratio(n_correct, n_inliers);
+  metrics.f_paper = harmonicMean(metrics.precision, metrics.recall_paper);
+  metrics.f_same_tau = harmonicMean(metrics.precision, metrics.recall_same_tau);
+  return metrics;
+}
+
 Evaluation evaluate(TruthKind kind, const std::vector<double>& errors, const std::vector<std::uint8_t>& mask,
                     const EvaluationOptions& options) {
   if (errors.size() != mask.size()) {
@@ -38,25 +52,18 @@ Evaluation evaluate(TruthKind kind, const std::vector<double>& errors, const std
   }
   const std::vector<double> tolerances = labelled ? std::vector<double>{kUndefined} : options.tolerances;
   for (const double tau : tolerances) {
-    Metrics metrics;
-    metrics.tau = tau;
     if (!judged) {
-      result.metrics.push_back(metrics);
+      result.metrics.emplace_back().tau = tau;
       continue;
     }
     const double tolerance = labelled ? 0.0 : tau;
-    std::size_t inliers = 0;
+    std::size_t inliers = 0, correct = 0;
     for (std::size_t i = 0; i < errors.size(); ++i) {
       if (!(errors[i] <= tolerance)) continue;
       ++inliers;
-      metrics.n_correct += mask[i] ? 1 : 0;
+      correct += mask[i] ? 1 : 0;
     }
-    metrics.precision = ratio(metrics.n_correct, result.n_selected);
-    metrics.recall_paper = ratio(metrics.n_correct, result.n_ground_truth);
-    metrics.recall_same_tau = ratio(metrics.n_correct, inliers);
-    metrics.f_paper = harmonicMean(metrics.precision, metrics.recall_paper);
-    metrics.f_same_tau = harmonicMean(metrics.precision, metrics.recall_same_tau);
-    result.metrics.push_back(metrics);
+    result.metrics.push_back(metricsOf(tau, correct, inliers, result.n_selected, result.n_ground_truth));
   }
   return result;
 }

@@ -1,10 +1,12 @@
 #include <corrsel/SelectorConfig.h>
 #include <nodelet/nodelet.h>
+#include <ros/param.h>
 
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/stopwatch.h"
 #include "corrsel/Correspondences.h"
@@ -33,6 +35,8 @@ class SelectorNodelet : public nodelet::Nodelet {
     for (const std::string& text : readParameters(getPrivateNodeHandle(), parameters)) {
       NODELET_ERROR_STREAM(text);
     }
+    for (const std::string& text : unreadParameters(ownParameters())) NODELET_ERROR_STREAM(text);
+    selector_ = std::make_unique<LiveSelector>(parameters.presets_in_force);
     Stage::Parts parts;
     parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) {
       return std::make_unique<MessageSource<Correspondences>>(
@@ -49,8 +53,19 @@ class SelectorNodelet : public nodelet::Nodelet {
     stage_->start({Stage::output<Correspondences>("matches"), Stage::output<Selection>("selection")});
   }
 
+  /// The parameters that are set below the nodelet's namespace.
+  std::vector<std::string> ownParameters() {
+    const std::string prefix = getPrivateNodeHandle().getNamespace() + "/";
+    std::vector<std::string> all, own;
+    ros::param::getParamNames(all);
+    for (const std::string& name : all) {
+      if (name.compare(0, prefix.size(), prefix) == 0) own.push_back(name.substr(prefix.size()));
+    }
+    return own;
+  }
+
   void select(const Item& item) {
-    const LiveSelector::Result result = selector_.select(*item.message, item.waiting.seconds());
+    const LiveSelector::Result result = selector_->select(*item.message, item.waiting.seconds());
     Selection& selection = *result.selection;
     const core::Stopwatch watch;
     stage_->publish("matches", result.matches);
@@ -66,7 +81,8 @@ class SelectorNodelet : public nodelet::Nodelet {
 
   void configure(SelectorConfig& config, std::uint32_t level) {
     if ((level & LiveSelector::kLevelSelector) == 0) return;
-    const LiveSelector::Change change = selector_.configure(config);
+    const LiveSelector::Change change = selector_->configure(config);
+    getPrivateNodeHandle().setParam("presets_in_force", selector_->presets());
     for (const std::string& text : change.warnings) NODELET_WARN_STREAM(text);
     if (!change.error.empty()) {
       NODELET_ERROR_STREAM(change.error);
@@ -76,7 +92,7 @@ class SelectorNodelet : public nodelet::Nodelet {
     stage_->diagnostics().set("selector", change.spec);
   }
 
-  LiveSelector selector_;
+  std::unique_ptr<LiveSelector> selector_;
   std::unique_ptr<Stage> stage_;  ///< last: it calls what is above
 };
 

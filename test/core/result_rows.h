@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -7,24 +8,24 @@
 
 namespace corrsel::core::testing {
 
-/// The rows of a pair: two selections (gms, keep_all), two tolerances.
+/// The rows of a pair: two selections (gms, keep_all), evaluated at 5 and 10 px. Precision, recall and F are
+/// all `f`, to a sixtieth.
 inline std::vector<ResultRow> rowsOf(const std::string& pair, double f = 0.5) {
   std::vector<ResultRow> rows;
   for (const char* selector : {"gms", "keep_all"}) {
-    for (const double tau : {5.0, 10.0}) {
-      ResultRow row;
-      row.id = {"set", "scene, \"one\"", pair};
-      row.features = "orb+orb";
-      row.preselection = "none";
-      row.selector = selector;
-      row.n_putative = 100;
-      row.n_ground_truth = 50;
-      row.n_selected = 40;
-      row.metrics = {tau, 30, 0.75, 0.6, 0.65, f, f / 3};
-      row.confidence = 0;
-      row.select_seconds = 0.001;
-      rows.push_back(row);
-    }
+    ResultRow row;
+    row.id = {"set", "scene, \"one\"", pair};
+    row.features = "orb+orb";
+    row.preselection = "none";
+    row.selector = selector;
+    row.truth = TruthKind::kHomography;
+    row.n_putative = 100;
+    row.n_ground_truth = row.n_selected = 60;
+    const auto correct = static_cast<std::size_t>(std::lround(60 * f));
+    for (const double tau : {5.0, 10.0}) row.metrics.push_back(metricsOf(tau, correct, 60, 60, 60));
+    row.confidence = 0;
+    row.select_seconds = 0.001;
+    rows.push_back(row);
   }
   return rows;
 }

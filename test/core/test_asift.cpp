@@ -204,8 +204,8 @@ TEST(Asift, NothingInBlankTinyAndThinImages) {
 TEST(Asift, OptionsOutOfRangeAreNamed) {
   AsiftOptions options;
   options.tilts = 9;
-  EXPECT_EQ(errorOf<std::invalid_argument>([&] { AsiftDetector detector(options); }),
-            "option tilts = 9 is outside [0, 8]");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { AsiftDetector detector(options); }),
+                       {"tilts = 9", "[0, 8]"}));
 }
 
 TEST(Asift, AtMost15000FeaturesOnGraffiti) {

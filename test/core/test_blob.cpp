@@ -273,12 +273,12 @@ TEST(Blob, NamesOptionsOutOfRange) {
     setOptions(options, values, "blob");
     return errorOf<std::invalid_argument>([&] { BlobDetector detector(options); });
   };
-  EXPECT_EQ(refusal({{"threshold", "0"}}), "option threshold = 0 is outside [0.1, 255]");
-  EXPECT_EQ(refusal({{"min_sigma", "0.5"}}), "option min_sigma = 0.5 is outside [1, 16]");
-  EXPECT_EQ(refusal({{"layers", "11"}}), "option layers = 11 is outside [1, 10]");
-  EXPECT_EQ(refusal({{"max_features", "-1"}}), "option max_features = -1 is outside [0, 100000]");
-  EXPECT_EQ(refusal({{"min_sigma", "8"}, {"max_sigma", "5"}}),
-            "option min_sigma = 8 is larger than max_sigma = 5");
+  EXPECT_TRUE(mentions(refusal({{"threshold", "0"}}), {"threshold = 0", "[0.1, 255]"}));
+  EXPECT_TRUE(mentions(refusal({{"min_sigma", "0.5"}}), {"min_sigma = 0.5", "[1, 16]"}));
+  EXPECT_TRUE(mentions(refusal({{"layers", "11"}}), {"layers = 11", "[1, 10]"}));
+  EXPECT_TRUE(mentions(refusal({{"max_features", "-1"}}), {"max_features = -1", "[0, 100000]"}));
+  EXPECT_TRUE(
+      mentions(refusal({{"min_sigma", "8"}, {"max_sigma", "5"}}), {"min_sigma = 8", "max_sigma = 5"}));
   EXPECT_EQ(BlobDetector().name(), "blob");
 }
 

@@ -10,6 +10,7 @@ namespace {
 
 using core::testing::contains;
 using core::testing::errorOf;
+using core::testing::mentions;
 
 const CommandLineTable kTable = {"program",
                                  "Does something.",
@@ -101,18 +102,18 @@ TEST(CommandLine, ArgumentsAreGivenOnce) {
        {std::vector<std::string>{"--rate", "1", "--rate", "2"},
         std::vector<std::string>{"rate:=1", "--rate=2"},
         std::vector<std::string>{"--rate=1", "--strict", "rate:=2"}}) {
-    EXPECT_EQ(errorOf<UsageError>([&] { parseCommandLine(kTable, words); }),
-              "--rate is given twice, as '1' and as '2'; give it once");
+    EXPECT_TRUE(
+        mentions(errorOf<UsageError>([&] { parseCommandLine(kTable, words); }), {"--rate", "'1'", "'2'"}));
   }
   // The same value twice is probably a mistake of a script, and '-' is '_'.
-  EXPECT_EQ(errorOf<UsageError>([] {
-              parseCommandLine(kTable, {"max_ratio:=1", "--max-ratio=1"});
-            }),
-            "--max-ratio is given twice, as '1' and as '1'; give it once");
-  EXPECT_EQ(errorOf<UsageError>([] {
-              parseCommandLine(kTable, {"--strict", "--strict"});
-            }),
-            "--strict is given twice; give it once");
+  EXPECT_TRUE(mentions(errorOf<UsageError>([] {
+                         parseCommandLine(kTable, {"max_ratio:=1", "--max-ratio=1"});
+                       }),
+                       {"--max-ratio", "'1'"}));
+  EXPECT_TRUE(mentions(errorOf<UsageError>([] {
+                         parseCommandLine(kTable, {"--strict", "--strict"});
+                       }),
+                       {"--strict", "given", "twice"}));
 }
 
 TEST(CommandLine, WrongValuesAreNamed) {

@@ -32,13 +32,10 @@ ResultRow rowOf(const std::string& selector, const std::string& pair, std::size_
   row.features = "orb+orb";
   row.preselection = "none";
   row.selector = selector;
+  row.truth = std::isnan(tau) ? TruthKind::kLabels : TruthKind::kHomography;
   row.n_putative = kPutative;
   row.n_ground_truth = row.n_selected = kInliers;
-  row.metrics.tau = tau;
-  row.metrics.n_correct = correct;
-  const double f = static_cast<double>(correct) / kInliers;
-  row.metrics.precision = row.metrics.recall_paper = row.metrics.recall_same_tau = row.metrics.f_paper =
-      row.metrics.f_same_tau = f;
+  row.metrics = {metricsOf(tau, correct, kInliers, kInliers, kInliers)};
   row.select_seconds = 0.002;
   return row;
 }
@@ -229,7 +226,7 @@ TEST(Comparison, EveryMetricIsCompared) {
   ASSERT_EQ(comparisonMetrics().size(), members.size() + 3);  // three are those of poses
   for (std::size_t i = 0; i < members.size(); ++i) {
     RecordedRun after = before;
-    for (ResultRow& row : after.rows) row.metrics.*members[i] -= 0.1;
+    for (ResultRow& row : after.rows) row.metrics[0].*members[i] -= 0.1;
     for (std::size_t k = 0; k < members.size(); ++k) {
       ComparisonOptions options;
       options.metric = comparisonMetrics()[k];
@@ -271,7 +268,7 @@ TEST(Comparison, PairsWithoutValueInBothDoNotCount) {
   RecordedRun before = runOf({500, 600, 700}), after = before;
   for (RecordedRun* run : {&before, &after}) {
     run->rows[0].status = Status::kUnsupportedInput;
-    run->rows[1].metrics.f_paper = kUndefined;
+    run->rows[1].metrics[0].f_paper = kUndefined;
   }
   const RunComparison comparison = compareRuns(before, after);
   EXPECT_EQ(onlyGroup(comparison).pairs, 1U);
@@ -315,16 +312,17 @@ class RecordedFolder : public ::testing::Test {
     BenchmarkConfig config;
     config.bags = {"a.bag"};
     config.features = {"orb+orb"};
+    config.tolerances = {5};
     config.resolve();
     RunFolder folder(folder_.string(), config, false);
     folder.appendPair({rowOf("gms", "1-2", 700), rowOf("gms", "1-3", 0)}, 0, {});
     ResultRow none = rowOf("gms", "1-4", 0);
     none.n_selected = 0;
-    none.metrics.precision = kUndefined;
+    none.metrics = {metricsOf(5, 0, kInliers, 0, kInliers)};
     ResultRow hopeless = none;
     hopeless.id.pair = "1-5";
     hopeless.n_ground_truth = 0;
-    hopeless.metrics = {5, 0, kUndefined, kUndefined, kUndefined, kUndefined, kUndefined};
+    hopeless.metrics = {metricsOf(5, 0, 0, 0, 0)};
     ResultRow unsupported = rowOf("gms", "1-6", 100);
     unsupported.status = Status::kUnsupportedInput;
     folder.appendPair({none, hopeless, unsupported}, 0, {});
@@ -353,7 +351,8 @@ class RecordedFolder : public ::testing::Test {
 TEST_F(RecordedFolder, IsReadBack) {
   const RecordedRun run = readRun(folder_.string());
   EXPECT_EQ(run.rows.size(), 5U);
-  EXPECT_EQ(run.rows[0].metrics.n_correct, 700U);
+  EXPECT_EQ(run.rows[0].metrics[0].n_correct, 700U);
+  EXPECT_EQ(run.rows[0].metrics[0].f_paper, 0.7);
   EXPECT_TRUE(contains(run.config, "tolerances"));
   EXPECT_TRUE(compareRuns(run, run).passes(true));
 }
@@ -364,27 +363,24 @@ TEST_F(RecordedFolder, EditedNumbersAreFound) {
     const char *text, *part;
   };
   const std::vector<Case> cases = {
-      {2, 7, "-5", "tau_px"},
-      {2, 10, "900", "n_ground_truth = 1000 exceeds n_putative = 900"},
-      {2, 12, "2001", "n_selected = 2001 exceeds n_putative = 2000"},
-      {2, 13, "1001", "n_correct = 1001 exceeds n_selected = 1000"},
-      {2, 13, "-1", "'-1' is not a count"},
-      {2, 13, "0.5", "'0.5' is not a count"},
-      {2, 13, "701", "precision = 0.7 instead of n_correct / n_selected = 0.701"},
-      {2, 14, "0.71", "precision = 0.71 instead"},
-      {2, 14, "", "precision = (empty) instead"},
-      {2, 15, "1.7", "recall_paper = 1.7 instead"},
-      {2, 16, "1.01", "recall_same_tau = 1.01"},
-      {2, 16, "", "recall_same_tau = "},
-      {3, 16, "0.2", "recall_same_tau = 0.2 with n_correct = 0"},
-      {2, 17, "0.75", "f_paper = 0.75 instead of the F of the counts = 0.7"},
-      {5, 17, "0", "f_paper = 0 instead of the F of the counts = (empty)"},
-      {2, 18, "inf", "f_same_tau = inf instead"},
-      {2, 19, "fine", "unknown status 'fine'"},
-      {2, 20, "x", "confidence"},
-      {2, 21, "x", "seed"},
-      {2, 25, "-0.1", "select_s = -0.1 is no time"},
-      {6, 17, "0.5", "status unsupported_input beside numbers"},
+      {3, 7, "guess", "truth: 'guess'"},
+      {3, 7, "labels", "n_inliers_5px = 1000 beside the truth labels"},
+      {3, 7, "none", "n_inliers_5px = 1000 beside the truth none"},
+      {3, 10, "900", "n_ground_truth = 1000 exceeds n_putative = 900"},
+      {3, 12, "2001", "n_inliers_5px = 2001 exceeds n_putative = 2000"},
+      {3, 12, "600", "n_correct_5px = 700 exceeds n_inliers_5px = 600"},
+      {3, 13, "2001", "n_selected = 2001 exceeds n_putative = 2000"},
+      {3, 13, "600", "n_correct_5px = 700 exceeds n_selected = 600"},
+      {3, 14, "7", "n_correct_labels = 7 beside the truth homography"},
+      {3, 15, "-1", "'-1' is not a count"},
+      {3, 15, "0.5", "'0.5' is not a count"},
+      {3, 15, "", "n_correct_5px is missing"},
+      {3, 16, "fine", "unknown status 'fine'"},
+      {3, 17, "x", "confidence"},
+      {3, 18, "x", "seed"},
+      {3, 22, "-0.1", "select_s = -0.1 is no time"},
+      {7, 13, "5", "status unsupported_input beside numbers"},
+      {7, 15, "5", "status unsupported_input beside n_correct_5px"},
   };
   for (const Case& c : cases) {
     const std::string error = errorWith(c.line, c.field, c.text);
@@ -395,22 +391,38 @@ TEST_F(RecordedFolder, EditedNumbersAreFound) {
   }
 }
 
+TEST_F(RecordedFolder, FormatsOfOtherVersionsAreNamedWithTheRemedy) {
+  const auto error = [this] { return errorOf<RunFolderError>([this] { readRun(folder_.string()); }); };
+  for (const auto& [first, found] :
+       {std::pair{"dataset,sequence,pair,features,preselection,selector,tau_px", "format 1"},
+        std::pair{"# corrsel pairs 3", "format 3"}}) {
+    std::vector<std::string> lines = lines_;
+    lines.front() = first;
+    write(lines);
+    EXPECT_TRUE(contains(error(), found) && contains(error(), "reads format 2")) << error();
+    EXPECT_TRUE(contains(error(), "config.yaml") && contains(error(), "environment.json")) << error();
+  }
+}
+
 TEST_F(RecordedFolder, BrokenFilesAreFound) {
   const auto error = [this] { return errorOf<RunFolderError>([this] { readRun(folder_.string()); }); };
   std::vector<std::string> lines = lines_;
-  lines[2] = lines[2].substr(0, 30);
+  lines[3] = lines[3].substr(0, 30);
   write(lines);
-  EXPECT_TRUE(contains(error(), "line 3: row has")) << error();
+  EXPECT_TRUE(contains(error(), "line 4: row has")) << error();
   lines = lines_;
-  lines.push_back(lines[1]);
+  lines.push_back(lines[2]);
   write(lines);
-  EXPECT_TRUE(contains(error(), "line 7: repeats the selection of line 2")) << error();
+  EXPECT_TRUE(contains(error(), "line 8: repeats the selection of line 3")) << error();
   write(lines_, "");
-  EXPECT_TRUE(contains(error(), "line 6: the line is cut off")) << error();
+  EXPECT_TRUE(contains(error(), "line 7: the line is cut off")) << error();
   lines = lines_;
+  lines[1] = "a,b";
+  write(lines);
+  EXPECT_TRUE(contains(error(), "line 2: ") && contains(error(), "header")) << error();
   lines.front() = "a,b";
   write(lines);
-  EXPECT_TRUE(contains(error(), "line 1: ") && contains(error(), "header")) << error();
+  EXPECT_TRUE(contains(error(), "line 1: ") && contains(error(), "no file of a benchmark run")) << error();
   std::ofstream(folder_ / "pairs.csv").close();
   EXPECT_TRUE(contains(error(), "line 1: ")) << error();
   fs::remove(folder_ / "pairs.csv");

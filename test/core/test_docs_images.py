@@ -9,7 +9,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from test_report import SCORES, pair_row, summary_row, write_csv
+from test_report import SCORES, pair_row, summary_row, write_csv, write_pairs
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 import docs_images  # noqa: E402  (found through the path above)
@@ -41,7 +41,7 @@ class DocsImagesTest(unittest.TestCase):
                 for tau in (1, 5, 10):
                     pairs.append(pair_row(dataset, "graf", features, selector, tau, scores))
                     means.append(summary_row(dataset, features, selector, tau, scores))
-        write_csv(self.folder / "pairs.csv", reading.PAIRS_HEADER, pairs)
+        write_pairs(self.folder / "pairs.csv", pairs)
         write_csv(self.folder / "summary.csv", reading.SUMMARY_HEADER, means)
 
     def test_diagram_is_the_one_in_the_documentation(self):

@@ -21,8 +21,8 @@ Correspondences matches(const std::vector<cv::Vec4f>& rows) {
 TEST(Errors, KindsHaveTexts) {
   const std::vector<std::string> texts = {"none", "homography", "fundamental", "labels", "disparity"};
   for (std::size_t i = 0; i < texts.size(); ++i) EXPECT_EQ(toString(static_cast<TruthKind>(i)), texts[i]);
-  EXPECT_EQ(errorOf<std::invalid_argument>([] { toString(static_cast<TruthKind>(5)); }),
-            "unknown ground truth kind 5");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([] { toString(static_cast<TruthKind>(5)); }),
+                       {"ground truth", "5"}));
 }
 
 TEST(Errors, UnknownWithoutTruth) {
@@ -62,11 +62,11 @@ TEST(Errors, LabelsAreRightOrWrong) {
   const Correspondences m = matches({{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}});
   EXPECT_EQ(groundTruthErrors(truth, m), (std::vector<double>{INFINITY, 0, 0}));
   truth.labels = {0, 1};
-  EXPECT_EQ(errorOf<std::invalid_argument>([&] { groundTruthErrors(truth, m); }),
-            "ground truth has 2 labels for 3 matches");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { groundTruthErrors(truth, m); }),
+                       {"2 labels", "3 matches"}));
   truth.labels.clear();
-  EXPECT_EQ(errorOf<std::invalid_argument>([&] { groundTruthErrors(truth, m); }),
-            "ground truth has 0 labels for 3 matches");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { groundTruthErrors(truth, m); }),
+                       {"0 labels", "3 matches"}));
 }
 
 TEST(Errors, DisparityPredictsTheRightPoint) {

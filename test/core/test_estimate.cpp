@@ -8,16 +8,13 @@
 namespace corrsel::core {
 namespace {
 
-/// Four of a hundred pairs, whose bag is still to be made of 110.
+/// Four of a hundred pairs.
 Trial someTrial() {
   Trial trial;
   trial.name = "vgg";
   trial.pairs = 100;
-  trial.bag_pairs = 110;
   trial.selections = 4 * 21;
-  trial.rows = 4 * 210;
   trial.run = {4, 8.0, 4096.0};
-  trial.bag = {4, 0.4, 4.0 * 1024 * 1024};
   trial.pictures = {10, 1.0, 10240.0};
   return trial;
 }
@@ -26,13 +23,8 @@ TEST(Estimate, IsInProportionToTheTrial) {
   const Estimate estimate = estimateOf(someTrial());
   EXPECT_EQ(estimate.pairs, 100U);
   EXPECT_DOUBLE_EQ(estimate.selections, 2100);
-  EXPECT_DOUBLE_EQ(estimate.rows, 21000);
-  EXPECT_DOUBLE_EQ(estimate.seconds, 200 + 11);
+  EXPECT_DOUBLE_EQ(estimate.seconds, 200);
   EXPECT_DOUBLE_EQ(estimate.run_bytes, 102400);
-  EXPECT_DOUBLE_EQ(estimate.bag_bytes, 110.0 * 1024 * 1024);
-  Trial cached = someTrial();
-  cached.bag_pairs = 0;
-  EXPECT_DOUBLE_EQ(estimateOf(cached).seconds, 200);
 }
 
 TEST(Estimate, PicturesAreDrawnOfFewPairs) {
@@ -49,11 +41,11 @@ TEST(Estimate, TableHasALineForEachDatasetAndTheSum) {
   const std::string table =
       std::regex_replace(estimateTable({someTrial(), unreadable}, 20), std::regex(" +"), " ");
   EXPECT_EQ(table,
-            " pairs selections rows time folder bag to make\n"
-            "vgg 100 2100 21000 3:31 100 KiB 110 MiB\n"
-            "broken 3 ? ? ? ? ?\n"
+            " pairs selections time folder\n"
+            "vgg 100 2100 3:20 100 KiB\n"
+            "broken 3 ? ? ?\n"
             "at most 20 pictures 0:02 20 KiB\n"
-            "sum 103 2100 21000 3:33 120 KiB 110 MiB\n");
+            "sum 103 2100 3:22 120 KiB\n");
 }
 
 }  // namespace

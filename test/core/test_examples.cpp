@@ -22,8 +22,9 @@ ResultRow rowOf(const PairId& id, const std::string& selector, double f, double 
   row.preselection = "none";
   row.selector = selector;
   row.n_ground_truth = 50;
-  row.metrics.tau = tau;
-  row.metrics.f_paper = f;
+  row.metrics.resize(1);
+  row.metrics[0].tau = tau;
+  row.metrics[0].f_paper = f;
   return row;
 }
 
@@ -57,8 +58,8 @@ void expectComplete(const std::vector<ResultRow>& rows, const std::vector<PairId
   std::map<std::string, double> best;                      // by pair
   std::set<std::string> datasets, shown_datasets, shown;
   for (const ResultRow& row : rows) {
-    f[row.selector][row.id.text()] = row.metrics.f_paper;
-    best[row.id.text()] = std::max(best[row.id.text()], row.metrics.f_paper);
+    f[row.selector][row.id.text()] = row.metrics[0].f_paper;
+    best[row.id.text()] = std::max(best[row.id.text()], row.metrics[0].f_paper);
     datasets.insert(row.id.dataset);
   }
   for (const PairId& id : pairs) {

@@ -222,7 +222,7 @@ TEST_P(EveryExtractor, RefusesOtherImagesByName) {
     return errorOf<std::invalid_argument>([&] { create()->extract(image); });
   };
   const std::string needed = "; needed: 8 or 16 bits with 1, 3 (BGR) or 4 (BGRA) channels";
-  EXPECT_EQ(refusal({}), "image is empty");
+  EXPECT_TRUE(mentions(refusal({}), {"image", "empty"}));
   EXPECT_EQ(refusal(cv::Mat(100, 100, CV_16S, cv::Scalar(0))), "image has type CV_16SC1" + needed);
   EXPECT_EQ(refusal(cv::Mat(100, 100, CV_32FC3, cv::Scalar(0))), "image has type CV_32FC3" + needed);
   EXPECT_EQ(refusal(cv::Mat(100, 100, CV_8UC2, cv::Scalar(0))), "image has type CV_8UC2" + needed);
@@ -246,8 +246,8 @@ TEST_P(EveryExtractor, DoesNotDependOnThreads) {
   cv::setNumThreads(before);
   // An error on either side comes through, from the other thread too.
   for (const int threads : {1, 2}) {
-    EXPECT_EQ(errorOf([&] { extractPair(*extractor, left, {}, threads); }), "image is empty");
-    EXPECT_EQ(errorOf([&] { extractPair(*extractor, {}, right, threads); }), "image is empty");
+    EXPECT_TRUE(mentions(errorOf([&] { extractPair(*extractor, left, {}, threads); }), {"image", "empty"}));
+    EXPECT_TRUE(mentions(errorOf([&] { extractPair(*extractor, {}, right, threads); }), {"image", "empty"}));
   }
 }
 
@@ -293,21 +293,18 @@ TEST(Extractor, NamesWhatIsValid) {
       EXPECT_EQ(createExtractor(meant)->name(), meant);
     }
   }
-  EXPECT_EQ(errorOf<std::invalid_argument>([] {
-              createExtractor("orb+orb", {{"orb", {{"sigma", "1"}}}});
-            }),
-            "unknown option orb.sigma; valid: max_features, spread, max_megapixels, scale_factor, levels, "
-            "fast_threshold, patch_size");
-  EXPECT_EQ(
-      errorOf<std::invalid_argument>([] { createExtractor("orb+akaze"); }),
-      "features 'orb+akaze' cannot work: the descriptor akaze describes only the keypoints of the detector "
-      "akaze; use akaze+akaze, or combine orb with one of the descriptors sift, orb, freak, brisk");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([] {
+                         createExtractor("orb+orb", {{"orb", {{"sigma", "1"}}}});
+                       }),
+                       {"orb.sigma", "valid: max_features"}));
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([] { createExtractor("orb+akaze"); }),
+                       {"'orb+akaze'", "akaze+akaze"}));
 }
 
 TEST(Extractor, NeedsADescriptorWhereTheDetectorHasNone) {
-  EXPECT_EQ(errorOf<std::invalid_argument>(
-                [] { FeatureExtractor("blob", std::make_unique<BlobDetector>(), nullptr); }),
-            "features 'blob': the detector blob does not describe its keypoints; needed: a descriptor");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>(
+                           [] { FeatureExtractor("blob", std::make_unique<BlobDetector>(), nullptr); }),
+                       {"'blob'", "descriptor", "keypoints"}));
 }
 
 TEST(Extractor, EveryPairingWorksOrSaysWhyNot) {
@@ -359,11 +356,12 @@ TEST(Extractor, NamesOptionsOutOfRange) {
       createExtractor(name, {{algorithmsOf(name).front(), options}});
     });
   };
-  EXPECT_EQ(refusal("orb+orb", {{"levels", "0"}}), "orb: option levels = 0 is outside [1, 16]");
-  EXPECT_EQ(refusal("orb+orb", {{"scale_factor", "1"}}), "orb: option scale_factor = 1 is outside [1.05, 3]");
-  EXPECT_EQ(refusal("sift+sift", {{"max_features", "-1"}}),
-            "sift: option max_features = -1 is outside [0, 100000]");
-  EXPECT_EQ(refusal("sift+sift", {{"sigma", "x"}}), "option sift.sigma: 'x' is not a number");
+  EXPECT_TRUE(mentions(refusal("orb+orb", {{"levels", "0"}}), {"orb", "levels = 0", "[1, 16]"}));
+  EXPECT_TRUE(
+      mentions(refusal("orb+orb", {{"scale_factor", "1"}}), {"orb", "scale_factor = 1", "[1.05, 3]"}));
+  EXPECT_TRUE(
+      mentions(refusal("sift+sift", {{"max_features", "-1"}}), {"sift", "max_features = -1", "[0, 100000]"}));
+  EXPECT_TRUE(mentions(refusal("sift+sift", {{"sigma", "x"}}), {"'x'", "sift.sigma"}));
 }
 
 TEST(Extractor, OptionsReachTheAlgorithm) {

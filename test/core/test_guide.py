@@ -6,7 +6,6 @@ import io
 import math
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -30,7 +29,8 @@ from corrsel.report import (
 )  # noqa: E402
 from corrsel.report.figures import FigureWriter, set_up_figures  # noqa: E402
 from corrsel.report.groups import GROUPS  # noqa: E402
-from corrsel.report.reading import PAIRS_HEADER, SCALING_HEADER, read_run  # noqa: E402
+from corrsel.report.reading import SCALING_HEADER, read_run  # noqa: E402
+from test_report import write_csv, write_pairs  # noqa: E402
 
 EVIL = '<script>alert("x")</script>&\'$a$'
 DEFAULT = paper.FEATURES_DEFAULT
@@ -66,14 +66,6 @@ def scaling_rows(seconds, threads="1", rounds=10, status="ok"):
                 time = start * (n / 1000.0) ** exponent * (1 + 0.01 * (i % 3))
                 rows.append(dict(zip(SCALING_HEADER, (selector, threads, n, i, n // 2, status, time))))
     return rows
-
-
-def write_csv(path, header, rows):
-    """Write rows of dictionaries; missing keys give empty cells."""
-    with path.open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, header, restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def table_rows(text, label, before=False):
@@ -217,7 +209,7 @@ class RunTest(unittest.TestCase):
 
     def run_of(self, rows, scaling=None):
         """Write the files of a run and read it."""
-        write_csv(self.folder / "pairs.csv", PAIRS_HEADER, rows)
+        write_pairs(self.folder / "pairs.csv", rows)
         if scaling is not None:
             write_csv(self.folder / "scaling.csv", SCALING_HEADER, scaling)
         return read_run(self.folder)
@@ -526,7 +518,7 @@ class GuideTest(RunTest):
             "Table V",
             "contradicted",
             "generated data",
-            "<h3>Rule</h3>",
+            "<summary>Rule</summary>",
             "keep_all is not judged",
         ):
             self.assertIn(part, text)

@@ -78,19 +78,20 @@ TEST(Icf, DecidesDegenerateInput) {
                              ->select(homographyScene({60, 0.0, 0.0, 7}).matches);
   EXPECT_EQ(none.n_selected, 0u);
   EXPECT_EQ(none.message, "fewer than 5 matches agree after round 1");
-  EXPECT_EQ(errorOf<std::invalid_argument>([] {
-              createSelector("icf", {{"last_threshold", "170"}});
-            }),
-            "icf: option last_threshold = 170 is above first_threshold = 160");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([] {
+                         createSelector("icf", {{"last_threshold", "170"}});
+                       }),
+                       {"icf", "last_threshold = 170", "first_threshold = 160"}));
 }
 
 TEST(Icf, ReachesItsMeansOnAdelaideRmf) {
   if (adelaidePairs().empty()) GTEST_SKIP() << "skipped: the AdelaideRMF files are not here";
   const Quality q = adelaideMeans("icf");
-  EXPECT_NEAR(q.precision, 97.7, 0.5);
-  EXPECT_NEAR(q.f, 64.9, 1);
-  // A stiffer function and a stricter start than the defaults.
-  EXPECT_NEAR(adelaideMeans("icf", {{"lambda", "0.1"}, {"first_threshold", "40"}}).f, 59.8, 1);
+  EXPECT_GT(q.precision, 97);
+  EXPECT_GT(q.f, 64);
+  // A stiffer function and a stricter start lose inliers of the smaller structures.
+  const Quality stiff = adelaideMeans("icf", {{"lambda", "0.1"}, {"first_threshold", "40"}});
+  EXPECT_GT(q.f, stiff.f);
 }
 
 }  // namespace

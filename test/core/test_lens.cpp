@@ -54,8 +54,8 @@ TEST(Lens, LeavesNoBorder) {
 
 TEST(Lens, SizesAreThoseOfImages) {
   EXPECT_EQ(imageSize(1, 1 << 20), cv::Size(1, 1 << 20));
-  EXPECT_EQ(errorOf<std::invalid_argument>([] { imageSize(640, 480.5); }),
-            "the size of the images, 640x480.5, is not one of 1 to 1048576 px");
+  EXPECT_TRUE(
+      mentions(errorOf<std::invalid_argument>([] { imageSize(640, 480.5); }), {"640x480.5", "1048576 px"}));
   for (const double side : {0.0, -1.0, 2097152.0, 1e300, double{NAN}}) {
     EXPECT_THROW(imageSize(640, side), std::invalid_argument) << side;
     EXPECT_THROW(imageSize(side, 480), std::invalid_argument) << side;
@@ -75,8 +75,8 @@ TEST(Lens, NamesWhatIsWrong) {
                        "a distortion that cannot be removed"))
       << errorFor(cameraMatrix(500, 500, 320, 240), {-30, 0, 0, 0});
   const Lens lens("cam0", kKinect, kKinectDistortion, {640, 480});
-  EXPECT_EQ(errorOf<std::invalid_argument>([&] { lens.undistorted(cv::Mat(240, 320, CV_8UC1)); }),
-            "the image has 320x240 px, cam0 is for 640x480 px");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { lens.undistorted(cv::Mat(240, 320, CV_8UC1)); }),
+                       {"320x240", "cam0", "640x480"}));
   const Lens unknown_size("K_a", kKinect, {}, {});
   EXPECT_NO_THROW(unknown_size.undistorted(cv::Mat(480, 640, CV_8UC1)));
   EXPECT_TRUE(contains(

@@ -403,8 +403,8 @@ TEST(Matcher, RefusesBadOptions) {
                        "second_distance_radius"));
   Features lacking = some;
   lacking.keypoints.pop_back();
-  EXPECT_EQ(errorOf<std::invalid_argument>([&] { matchFeatures(some, lacking); }),
-            "right features: 2 keypoints, but 3 descriptors; needed: one per keypoint");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { matchFeatures(some, lacking); }),
+                       {"right features", "2 keypoints", "3 descriptors"}));
 }
 
 TEST(Matcher, OneRightFeatureHasNoSecond) {
@@ -434,11 +434,11 @@ TEST(Matcher, RefusesDescriptorsThatDiffer) {
     return errorOf<std::invalid_argument>([&] { matchFeatures(features(left), features(right)); });
   };
   const cv::Mat floats = cv::Mat::zeros(2, 8, CV_32F), bytes = cv::Mat::zeros(2, 8, CV_8U);
-  EXPECT_EQ(refusal(floats, bytes), "descriptors differ: left 8 x CV_32FC1, right 8 x CV_8UC1");
-  EXPECT_EQ(refusal(bytes, cv::Mat::zeros(2, 9, CV_8U)),
-            "descriptors differ: left 8 x CV_8UC1, right 9 x CV_8UC1");
-  EXPECT_EQ(refusal(cv::Mat::zeros(2, 8, CV_64F), cv::Mat::zeros(2, 8, CV_64F)),
-            "descriptors are 8 x CV_64FC1; needed: CV_8U or CV_32F");
+  EXPECT_TRUE(mentions(refusal(floats, bytes), {"left 8 x CV_32FC1", "right 8 x CV_8UC1"}));
+  EXPECT_TRUE(
+      mentions(refusal(bytes, cv::Mat::zeros(2, 9, CV_8U)), {"left 8 x CV_8UC1", "right 9 x CV_8UC1"}));
+  EXPECT_TRUE(mentions(refusal(cv::Mat::zeros(2, 8, CV_64F), cv::Mat::zeros(2, 8, CV_64F)),
+                       {"CV_64FC1", "CV_8U or CV_32F"}));
 }
 
 TEST(Matcher, DescriptorsWithNaNHaveNoNeighbour) {

@@ -97,31 +97,29 @@ TEST(Options, AreDescribedWithTypeRangeAndMeaning) {
 }
 
 TEST(Options, RefusesUnknownNamesAndUnreadableValues) {
-  EXPECT_EQ(refusal({{"colour", "red"}}),
-            "unknown option thing.colour; valid: size, count, quick, mode, note");
-  EXPECT_EQ(refusal({{"size", "big"}}), "option thing.size: 'big' is not a number");
-  EXPECT_EQ(refusal({{"size", ""}}), "option thing.size: '' is not a number");
-  EXPECT_EQ(refusal({{"count", "1.5"}}),
-            "option thing.count: '1.5' is not a whole number in the range of int");
-  EXPECT_EQ(refusal({{"quick", "maybe"}}), "option thing.quick: 'maybe' is neither true nor false");
-  EXPECT_EQ(refusal({{"mode", "three"}}), "option thing.mode: 'three' is not one of one, two");
+  EXPECT_TRUE(mentions(refusal({{"colour", "red"}}), {"thing.colour", "valid: size"}));
+  EXPECT_TRUE(mentions(refusal({{"size", "big"}}), {"'big'", "thing.size"}));
+  EXPECT_TRUE(mentions(refusal({{"size", ""}}), {"''", "thing.size"}));
+  EXPECT_TRUE(mentions(refusal({{"count", "1.5"}}), {"'1.5'", "thing.count"}));
+  EXPECT_TRUE(mentions(refusal({{"quick", "maybe"}}), {"'maybe'", "thing.quick"}));
+  EXPECT_TRUE(mentions(refusal({{"mode", "three"}}), {"'three'", "thing.mode"}));
   struct None : OptionSet {
     void visit(OptionVisitor&) const override {}
   } none;
-  EXPECT_EQ(errorOf<std::invalid_argument>([&none] {
-              setOptions(none, {{"a", "1"}}, "none");
-            }),
-            "unknown option none.a; valid: none");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&none] {
+                         setOptions(none, {{"a", "1"}}, "none");
+                       }),
+                       {"none.a", "valid: none"}));
 }
 
 TEST(Options, SkipsUnknownNamesOnlyWhereAsked) {
   Sample options;
   setOptionsWherePresent(options, {{"colour", "red"}, {"count", "7"}}, "thing");
   EXPECT_EQ(options.count, 7);
-  EXPECT_EQ(errorOf<std::invalid_argument>([&options] {
-              setOptionsWherePresent(options, {{"count", "x"}}, "thing");
-            }),
-            "option thing.count: 'x' is not a number");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&options] {
+                         setOptionsWherePresent(options, {{"count", "x"}}, "thing");
+                       }),
+                       {"'x'", "thing.count"}));
 }
 
 TEST(Options, CheckNamesOptionValueAndRange) {

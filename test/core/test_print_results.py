@@ -9,7 +9,15 @@ from pathlib import Path
 
 sys.dont_write_bytecode = True
 from corrsel.report import __main__ as report, reading  # noqa: E402  (without byte code)
-from test_report import pair_row, read_csv, write_csv, write_run, SCORES  # noqa: E402
+from test_report import (
+    pair_row,
+    read_csv,
+    read_pairs,
+    write_csv,
+    write_pairs,
+    write_run,
+    SCORES,
+)  # noqa: E402
 
 
 class PrintResults(unittest.TestCase):
@@ -36,13 +44,13 @@ class PrintResults(unittest.TestCase):
 
     def add_pairs(self, *changes):
         """Append pairs of photos without ground-truth inlier; returns nothing."""
-        rows = read_csv(self.folder / "pairs.csv")
+        rows = read_pairs(self.folder / "pairs.csv")
         for i, change in enumerate(changes):
             row = pair_row("photos", "new%d" % i, "sift+sift", "keep_all", 5, SCORES["keep_all"])
             row.update(n_ground_truth=0, recall_paper="", recall_same_tau="", f_paper="", f_same_tau="")
             row.update(change)
             rows.append(row)
-        write_csv(self.folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        write_pairs(self.folder / "pairs.csv", rows)
 
     def remark(self, *rows):
         """Write remarks.csv."""
@@ -94,11 +102,11 @@ class PrintResults(unittest.TestCase):
         self.assertIn(" 75.0 ", table[1])
 
     def test_ties_are_counted(self):
-        rows = read_csv(self.folder / "pairs.csv")
+        rows = read_pairs(self.folder / "pairs.csv")
         for row in rows:
             if row["selector"] == "ransac" and row["sequence"] == "graf":
                 row["f_paper"] = SCORES["lpm:v2"][2]
-        write_csv(self.folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        write_pairs(self.folder / "pairs.csv", rows)
         self.assertIn("  2 of 3 (1 tie)  ", self.lines()[2])
 
     def test_everything_has_a_table_of_each_group(self):
@@ -134,7 +142,7 @@ class PrintResults(unittest.TestCase):
         )
 
     def test_pairs_without_truth_and_without_survivors_of_the_preselection(self):
-        untold = dict(precision="", tau_px="", n_selected=300)
+        untold = dict(truth="none", n_selected=300)
         empty = dict(n_putative=0, n_selected=0, preselection="nnsr", status="too_few")
         self.add_pairs(untold, empty)
         text = "\n".join(self.lines())
@@ -163,16 +171,16 @@ class PrintResults(unittest.TestCase):
         )
 
     def test_groups_in_which_nothing_runs_have_no_line(self):
-        rows = read_csv(self.folder / "pairs.csv")
+        rows = read_pairs(self.folder / "pairs.csv")
         rows += [dict(row, preselection="nnsr", status="unsupported_input") for row in rows]
-        write_csv(self.folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        write_pairs(self.folder / "pairs.csv", rows)
         means = read_csv(self.folder / "summary.csv")
         means += [dict(row, preselection="nnsr", pairs=0, f_paper="") for row in means]
         write_csv(self.folder / "summary.csv", reading.SUMMARY_HEADER, means)
         self.assertFalse([line for line in self.lines("--all") if "after" in line])
 
     def test_nothing_to_compare(self):
-        write_csv(self.folder / "pairs.csv", reading.PAIRS_HEADER, [])
+        write_pairs(self.folder / "pairs.csv", [])
         write_csv(self.folder / "summary.csv", reading.SUMMARY_HEADER, [])
         self.assertEqual(self.lines(), ["No pair with ground truth was evaluated."])
         (self.folder / "pairs.csv").unlink()

@@ -73,6 +73,42 @@ class Page(HTMLParser):
         return next(t["rows"] for t in self.tables if t["caption"].startswith(caption))
 
 
+def counts_of(row):
+    """Return selected, correct and all inliers that give a row its F; where F has no such counts, they are fractions."""
+    selected, inliers, f = (row.get(k) for k in ("n_selected", "n_ground_truth", "f_paper"))
+    if selected in ("", None):
+        return "", "", inliers
+    if f in ("", None):
+        return selected, 0, inliers
+    correct = float(f) * (float(selected) + float(inliers)) / 2
+    if abs(correct - float(row["n_correct"])) < 1e-9:
+        correct = row["n_correct"]
+    same = float(row.get("f_same_tau") or f)
+    return selected, correct, 2 * correct / same - float(selected) if same else inliers
+
+
+def write_pairs(path, rows):
+    """Write a pairs.csv with rows by tolerance, see reading.ROW_HEADER; labelled ones have no tau_px."""
+    taus = ["%g" % t for t in sorted({float(r["tau_px"]) for r in rows if r.get("tau_px") not in ("", None)})]
+    header, selections = reading.pairs_header(taus or ["5"]), {}
+    for row in rows:
+        labelled = row.get("tau_px") in ("", None)
+        key = tuple(str(row.get(k)) for k in header[:6] + ["seed"])
+        cells = selections.setdefault(key, {k: v for k, v in row.items() if k in header and v is not None})
+        cells.setdefault("truth", "labels" if labelled else "homography")
+        cells["n_selected"], correct, inliers = counts_of(row)
+        if labelled:
+            cells["n_correct_labels"] = correct
+        elif cells["truth"] != "none":
+            tau = "%g" % float(row["tau_px"])
+            cells[reading.CORRECT % tau], cells[reading.INLIERS % tau] = correct, inliers
+    with path.open("w", newline="") as stream:
+        stream.write("%s%d\n" % (reading.PAIRS_FORMAT, reading.PAIRS_VERSION))
+        writer = csv.DictWriter(stream, header, restval="", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(selections.values())
+
+
 def write_csv(path, header, rows):
     """Write rows of dictionaries; missing keys give empty cells."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -80,6 +116,12 @@ def write_csv(path, header, rows):
         writer = csv.DictWriter(stream, header, restval="", lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
+
+
+def read_pairs(path):
+    """Return the rows by tolerance of a pairs.csv as dictionaries, see reading.ROW_HEADER."""
+    columns = reading.read_pairs(path, [])
+    return [columns.row(i) for i in range(len(columns))]
 
 
 def read_csv(path):
@@ -126,7 +168,7 @@ def write_run(folder, name="sample"):
     nothing = pair_row(name, "empty", "sift+sift", "ransac", 5, SCORES["ransac"])
     nothing.update(n_ground_truth=0, recall_paper="", recall_same_tau="", f_paper="", f_same_tau="")
     pairs.append(nothing)
-    write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, pairs)
+    write_pairs(folder / "pairs.csv", pairs)
     write_csv(folder / "summary.csv", reading.SUMMARY_HEADER, means)
     state = {"complete": True, "pairs_done": 6, "pairs_total": 6}
     (folder / "summary.json").write_text(json.dumps({"state": state}))
@@ -312,12 +354,12 @@ class ReportTest(unittest.TestCase):
         write_run(self.folder, EVIL)
         for name in ("failures.csv", "images/index.csv", "pairs.csv", "summary.csv"):
             path = self.folder / name
-            rows = read_csv(path)
+            rows = read_pairs(path) if name == "pairs.csv" else read_csv(path)
             for row in rows:
                 row.update({k: EVIL for k in ("error", "sequence") if k in row and row[k] != "empty"})
                 if row.get("selector") == "ransac":
                     row["selector"] = EVIL
-            write_csv(path, rows[0].keys(), rows)
+            write_pairs(path, rows) if name == "pairs.csv" else write_csv(path, rows[0].keys(), rows)
         (self.folder / "config.yaml").write_text("a: </pre>%s\n" % EVIL)
         (self.folder / "environment.json").write_text(json.dumps({EVIL: EVIL}))
         (self.folder / "summary.json").write_text(
@@ -387,7 +429,7 @@ class ReportTest(unittest.TestCase):
 
     def test_unreadable_lines_are_counted(self):
         with (self.folder / "pairs.csv").open("a") as stream:
-            stream.write("too,short\n" + ",".join(["word"] * len(reading.PAIRS_HEADER)) + "\n")
+            stream.write("too,short\n" + ",".join(["word"] * len(reading.pairs_header("123"))) + "\n")
         self.assertIn("pairs.csv: 2 lines could not be read and left out", self.make())
 
     def test_wrong_header(self):
@@ -402,13 +444,30 @@ class ReportTest(unittest.TestCase):
 
     def test_header_too_short_and_too_long(self):
         for header, words in (
-            (reading.PAIRS_HEADER[:-1], "ends before column 25"),
-            (reading.PAIRS_HEADER + ["x"], "'x'"),
+            (reading.pairs_header("5")[:-1], "ends before column 22"),
+            (reading.pairs_header("5") + ["x"], "'x'"),
         ):
-            write_csv(self.folder / "pairs.csv", header, [])
+            self.write_text("# corrsel pairs 2\n" + ",".join(header) + "\n")
             status, _, err = self.call()
             self.assertEqual(status, 2)
             self.assertIn(words, err)
+
+    def test_formats_of_other_versions_are_refused_with_a_remedy(self):
+        for line, found in (
+            ("dataset,sequence,pair,features,preselection,selector,tau_px,n_left", "format 1"),
+            ("# corrsel pairs 3", "format 3"),
+        ):
+            self.write_text(line + "\n")
+            status, _, err = self.call()
+            self.assertEqual(status, 2)
+            for part in (found, "reads format 2", "config.yaml", "environment.json"):
+                self.assertIn(part, err)
+        self.write_text("a,b\n")
+        self.assertIn("the first line is not '# corrsel pairs 2'", self.call()[2])
+
+    def write_text(self, text):
+        """Replace pairs.csv by this text."""
+        (self.folder / "pairs.csv").write_text(text)
 
     def test_missing_folder_and_missing_pairs(self):
         (self.folder / "pairs.csv").unlink()
@@ -448,8 +507,8 @@ class ReportTest(unittest.TestCase):
         self.assertIn("failures.csv is an empty file", text)
 
     def test_no_pairs(self):
-        for content in (",".join(reading.PAIRS_HEADER) + "\n", ""):
-            (self.folder / "pairs.csv").write_text(content)
+        for content in ("# corrsel pairs 2\n%s\n" % ",".join(reading.pairs_header("5")), ""):
+            self.write_text(content)
             write_csv(self.folder / "summary.csv", reading.SUMMARY_HEADER, [])
             self.assertIn("This run holds no pairs.", self.make())
 
@@ -488,9 +547,10 @@ class ReportTest(unittest.TestCase):
         self.assertIn("real data", rows[2][0]["text"])
 
     def test_other_tolerances(self):
-        for name, header in (("pairs.csv", reading.PAIRS_HEADER), ("summary.csv", reading.SUMMARY_HEADER)):
-            rows = [r for r in read_csv(self.folder / name) if r["tau_px"] in ("1", "10")]
-            write_csv(self.folder / name, header, rows)
+        rows = read_pairs(self.folder / "pairs.csv")
+        write_pairs(self.folder / "pairs.csv", [row for row in rows if row["tau_px"] in (1, 10)])
+        means = [row for row in read_csv(self.folder / "summary.csv") if row["tau_px"] in ("1", "10")]
+        write_csv(self.folder / "summary.csv", reading.SUMMARY_HEADER, means)
         self.assertIn("The run has no tolerance of 5 px here; the table is made at 1 px.", self.make())
 
     def test_figures_that_cannot_be_written_are_noted(self):

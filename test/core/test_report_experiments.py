@@ -29,7 +29,8 @@ from corrsel.report import (  # noqa: E402
 )
 from corrsel.report.figures import safe_name  # noqa: E402
 from corrsel.report.words import data_kind  # noqa: E402
-from test_report import JPEG, Page, figure_files, pair_row, read_csv, summary_row, write_csv  # noqa: E402
+from test_report import JPEG, Page, figure_files, pair_row, read_csv, read_pairs, summary_row  # noqa: E402
+from test_report import write_csv, write_pairs  # noqa: E402
 
 SECTIONS = "overall per_pair preselected features robustness efficiency visual guide".split()  # of paper
 CELLS = ("hessian_affine+sift/none", "hessian_affine+sift/nnsr", "orb+orb/none")
@@ -76,7 +77,7 @@ def write_run(folder, vgg="vgg", boat="boat"):
             )
             row.update(n_wrong=700 - int(640 * f), n_missed=640 - int(640 * f), file="%d.jpg" % len(images))
             images.append(row)
-    write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, pairs)
+    write_pairs(folder / "pairs.csv", pairs)
     write_csv(folder / "summary.csv", reading.SUMMARY_HEADER, means)
     write_csv(folder / "images" / "index.csv", reading.IMAGES_HEADER, images)
     for row in images:
@@ -185,8 +186,8 @@ class ExperimentsTest(unittest.TestCase):
 
     def test_every_section_survives_a_run_without_rows(self):
         folder = self.copy()
-        for name, header in (("pairs.csv", reading.PAIRS_HEADER), ("summary.csv", reading.SUMMARY_HEADER)):
-            write_csv(folder / name, header, [])
+        write_pairs(folder / "pairs.csv", [])
+        write_csv(folder / "summary.csv", reading.SUMMARY_HEADER, [])
         for name in ("stages.csv", "scaling.csv", "images/index.csv"):
             (folder / name).unlink()
         text = self.make(folder)
@@ -266,10 +267,10 @@ class ExperimentsTest(unittest.TestCase):
         self.assertEqual(list(per_pair.highest_of(["a", "b", "keep_all"], f)), [0.0, 0.5])
         self.assertEqual(list(per_pair.highest_of(["keep_all"], f[:, 2:])), [-1.0, -1.0])
         folder = self.copy()
-        rows = read_csv(folder / "pairs.csv")
+        rows = read_pairs(folder / "pairs.csv")
         for row in rows:
             row["f_paper"] = 0
-        write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        write_pairs(folder / "pairs.csv", rows)
         row = Page(self.make(folder)).table("F pair by pair on vgg")[1]
         self.assertEqual([c["text"] for c in row[1:3]], ["0", "0.000"])
 
@@ -309,10 +310,10 @@ class ExperimentsTest(unittest.TestCase):
 
     def test_shortfall_where_nothing_reaches_the_threshold(self):
         folder = self.copy()
-        rows = read_csv(folder / "pairs.csv")
+        rows = read_pairs(folder / "pairs.csv")
         for row in rows:
             row["f_paper"] = {"usac": 0.4, "gms": 0.3}.get(row["selector"], 0.1)
-        write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        write_pairs(folder / "pairs.csv", rows)
         run = reading.read_run(folder)
         success, failure = visual.findings(visual.drawn_images(run))["gms"]
         self.assertIn("best drawn pair, yet below F 80", visual.success_sentence(success))
@@ -355,7 +356,7 @@ class ExperimentsTest(unittest.TestCase):
         add("unrelated_vgg", "gms", [(45, "", "ok"), (44, "", "ok")])
         add("unrelated_symbench", "gms", [(10, "", "ok"), (0, "", "ok")])
         add("vgg", "nnsr", [("", "", "unsupported_input")] * 3)
-        write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, rows)
+        write_pairs(folder / "pairs.csv", rows)
         write_config(folder, ["unrelated"])
         text = self.make(folder)
         self.assertIn("unrelated", sections_of(text))
@@ -508,11 +509,14 @@ class ExperimentsTest(unittest.TestCase):
         folder.mkdir()
         write_run(folder, vgg=EVIL, boat="../" + EVIL)
         for name in ("summary.csv", "pairs.csv", "scaling.csv", "images/index.csv"):
-            rows = read_csv(folder / name)
+            rows = read_pairs(folder / name) if name == "pairs.csv" else read_csv(folder / name)
             for row in rows:
                 if row["selector"] == "gms":
                     row["selector"] = EVIL
-            write_csv(folder / name, rows[0].keys(), rows)
+            if name == "pairs.csv":
+                write_pairs(folder / name, rows)
+            else:
+                write_csv(folder / name, rows[0].keys(), rows)
         stage_rows = read_csv(folder / "stages.csv") + [
             dict(stage=EVIL, seconds=1),
             dict(stage=EVIL, dataset=EVIL, seconds=1),

@@ -14,7 +14,7 @@ from corrsel.report import __main__ as report, budget, curves, reading, selector
 from corrsel.report.figures import FigureWriter  # noqa: E402
 from corrsel.report.groups import GROUPS, MAIN_PARAMETERS  # noqa: E402
 from corrsel.report.reading import Group  # noqa: E402
-from test_report import Page, figure_files, pair_row, summary_row, write_csv  # noqa: E402
+from test_report import Page, figure_files, pair_row, summary_row, write_csv, write_pairs  # noqa: E402
 
 VGG, LABELLED = Group("vgg", "sift+sift", "none"), Group("adelaidermf", "given", "none")
 PAIRS = 12
@@ -71,7 +71,7 @@ def write_run(folder, section, scores, limited=(), f=usual_f):
                 )
                 row.update(pair=str(k), status="time_limit" if name in limited and k < 3 else "ok")
                 pairs.append(row)
-    write_csv(folder / "pairs.csv", reading.PAIRS_HEADER, pairs)
+    write_pairs(folder / "pairs.csv", pairs)
     write_csv(folder / "summary.csv", reading.SUMMARY_HEADER, means)
     write_csv(folder / "failures.csv", reading.FAILURES_HEADER, [])
     write_csv(folder / "stages.csv", reading.STAGES_HEADER, [])

@@ -23,7 +23,7 @@ TEST(Results, SummaryIsTheMeanOfPerPairValues) {
   std::vector<ResultRow> again = rowsOf("1-2", 0.4);
   for (const auto* list : {&more, &none, &unsupported, &again})
     rows.insert(rows.end(), list->begin(), list->end());
-  rows[0].metrics.precision = kUndefined;
+  rows[0].metrics[0].precision = kUndefined;
   for (ResultRow& row : rows) row.confidence = row.selector == "gms" ? 7 : 0;
   rows[0].confidence = 3;
   const std::vector<SummaryRow> summary = summarize(rows);
@@ -32,7 +32,7 @@ TEST(Results, SummaryIsTheMeanOfPerPairValues) {
   EXPECT_EQ(summary[0].tau, 5.0);
   EXPECT_EQ(summary[0].pairs, 2U);
   EXPECT_NEAR(summary[0].f_paper, (0.3 + 0.8) / 2, 1e-12);
-  EXPECT_NEAR(summary[0].precision, 0.75, 1e-12);
+  EXPECT_NEAR(summary[0].precision, (0.4 + 0.8) / 2, 1e-12);
   EXPECT_LE(summary[0].f_low, summary[0].f_paper);
   EXPECT_GE(summary[0].f_high, summary[0].f_paper);
   EXPECT_EQ(summary[0].confidence_median, 7);

@@ -9,6 +9,7 @@ namespace {
 
 using testing::contains;
 using testing::errorOf;
+using testing::mentions;
 using Names = std::vector<std::string>;
 
 TEST(SelectorSpec, TakesATextApart) {
@@ -85,8 +86,8 @@ TEST(SelectorSpec, ErrorsNameTheTextTheOptionAndWhatIsValid) {
   std::string error = refusal("gms[alpa=6]");
   EXPECT_TRUE(contains(error, "selector 'gms[alpa=6]': unknown option gms.alpa; did you mean 'alpha'?"))
       << error;
-  EXPECT_EQ(refusal("gms[alpha=-1]"), "selector 'gms[alpha=-1]': gms: option alpha = -1 is outside [0, 100]");
-  EXPECT_EQ(refusal("gms[grid=many]"), "selector 'gms[grid=many]': option gms.grid: 'many' is not a number");
+  EXPECT_TRUE(mentions(refusal("gms[alpha=-1]"), {"alpha = -1", "'gms[alpha=-1]'", "[0, 100]"}));
+  EXPECT_TRUE(mentions(refusal("gms[grid=many]"), {"'gms[grid=many]'", "'many'", "gms.grid"}));
   error = refusal("gsm[alpha=6]");
   EXPECT_TRUE(contains(error, "selector 'gsm[alpha=6]': unknown selector 'gsm'; did you mean 'gms'?"))
       << error;

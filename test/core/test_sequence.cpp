@@ -120,13 +120,12 @@ TEST(Overlap, IsUndefinedWithoutFeatures) {
 
 TEST(Overlap, RefusesMatchesOfAnotherReference) {
   const auto features = gridFeatures(1);
-  EXPECT_EQ(
-      errorOf<std::invalid_argument>([&] { overlap(gridMatches({1}), *features, 0.8); }),
-      "overlap: match 0 ends at feature 20 of a reference with 20; the matches belong to another reference");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { overlap(gridMatches({1}), *features, 0.8); }),
+                       {"match 0", "feature 20", "another reference"}));
   Correspondences matches;
   matches.add({1, 2}, {3, 4});
-  EXPECT_EQ(errorOf<std::invalid_argument>([&] { overlap(matches, *features, 0.8); }),
-            "overlap: the matches carry no feature numbers");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { overlap(matches, *features, 0.8); }),
+                       {"matches", "feature numbers"}));
 }
 
 TEST(SequenceOfFrames, ComparesWithTheFrameStepFramesAgo) {
@@ -282,10 +281,10 @@ TEST(SequenceOfFrames, RefusesWithoutChangingAnything) {
   EXPECT_TRUE(contains(refusal(previous(101)), "option step = 101 is outside [1, 100]"));
   EXPECT_TRUE(contains(refusal(keyframes(1.5)), "option min_overlap = 1.5 is outside [0, 1]"));
   EXPECT_FALSE(errorOf<std::invalid_argument>([&] { Sequence{bad}; }).empty());
-  EXPECT_EQ(errorOf<std::invalid_argument>([&] {
-              sequence.add({7, nullptr}, {});
-            }),
-            "frame 7 has no pointer to features");
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] {
+                         sequence.add({7, nullptr}, {});
+                       }),
+                       {"frame 7", "features"}));
   EXPECT_TRUE(contains(errorOf<std::invalid_argument>([&] {
                          sequence.add({2, gridFeatures()}, gridMatches({5}));
                        }),

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -35,6 +37,18 @@ std::string errorOf(const Action& action) {
     return error.what();
   }
   return "";
+}
+
+/// Whether a message has all of these parts, which a user needs: the name of the input, its value, what is
+/// valid.
+inline ::testing::AssertionResult mentions(const std::string& message,
+                                           const std::vector<std::string>& parts) {
+  for (const std::string& part : parts) {
+    if (message.find(part) == std::string::npos) {
+      return ::testing::AssertionFailure() << "no \"" << part << "\" in: " << message;
+    }
+  }
+  return ::testing::AssertionSuccess();
 }
 
 /// Every selector and every preset: "name" or "name:preset".

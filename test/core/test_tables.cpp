@@ -25,27 +25,51 @@ std::string withoutEnd(const CsvTable<Row>& table, const Row& row) {
 
 TEST(Tables, RowsReadBackAsWritten) {
   ResultRow row = rowsOf("1-2", 1.0 / 3)[0];
-  row.metrics.precision = kUndefined;
-  row.metrics.tau = kUndefined;
   row.detect_seconds = 0.1 + 0.2;
   row.seed = 7;
   row.status = Status::kTooFew;
-  const std::string line = withoutEnd(pairsTable(), row);
-  const ResultRow back = pairsTable().parse(line);
-  EXPECT_EQ(withoutEnd(pairsTable(), back), line);
+  const CsvTable<ResultRow> table = pairsTable({5, 10});
+  const std::string line = withoutEnd(table, row);
+  const ResultRow back = table.parse(line);
+  EXPECT_EQ(withoutEnd(table, back), line);
   EXPECT_EQ(back.id, row.id);
-  EXPECT_TRUE(std::isnan(back.metrics.precision));
-  EXPECT_TRUE(std::isnan(back.metrics.tau));
-  EXPECT_EQ(back.metrics.f_paper, 1.0 / 3);
+  ASSERT_EQ(back.metrics.size(), 2U);
+  EXPECT_EQ(back.metrics[1].tau, 10);
+  EXPECT_EQ(back.metrics[1].n_correct, 20U);
+  EXPECT_EQ(back.metrics[1].n_inliers, 60U);
+  EXPECT_EQ(back.metrics[1].f_paper, row.metrics[1].f_paper);
   EXPECT_EQ(back.detect_seconds, 0.1 + 0.2);
   EXPECT_EQ(back.status, Status::kTooFew);
+}
+
+TEST(Tables, LabelledAndUnknownTruthsHaveNoTolerances) {
+  const CsvTable<ResultRow> table = pairsTable({5, 10});
+  ResultRow row = rowsOf("1-2")[0];
+  row.truth = TruthKind::kLabels;
+  row.metrics = {metricsOf(kUndefined, 30, 60, 60, 60)};
+  const ResultRow labelled = table.parse(withoutEnd(table, row));
+  ASSERT_EQ(labelled.metrics.size(), 1U);
+  EXPECT_TRUE(std::isnan(labelled.metrics[0].tau));
+  EXPECT_EQ(labelled.metrics[0].f_same_tau, 0.5);
+  EXPECT_EQ(labelled.metricsAt(3), &labelled.metrics[0]);
+  row.truth = TruthKind::kNone;
+  row.metrics.assign(2, Metrics());
+  const ResultRow unknown = table.parse(withoutEnd(table, row));
+  ASSERT_EQ(unknown.metrics.size(), 2U);
+  EXPECT_EQ(unknown.metrics[0].tau, 5);
+  EXPECT_TRUE(std::isnan(unknown.metrics[0].f_paper));
+  EXPECT_EQ(unknown.metricsAt(3), nullptr);
 }
 
 TEST(Tables, EveryColumnReadsTheCellItWrites) {
   const auto check = [](const auto& table, const std::string& line) {
     EXPECT_EQ(withoutEnd(table, table.parse(line)), line) << table.file();
   };
-  check(pairsTable(), "a,b,c,d,e,f,1,2,3,4,5,6,7,0.8,0.9,0.11,0.12,0.13,ok,2.5,14,15,16,17,18");
+  const CsvTable<ResultRow> pairs = pairsTable({0.5, 10});
+  check(pairs, "a,b,c,d,e,f,homography,2,3,40,5,6,7,8,,9,10,ok,2.5,14,15,16,17,18");
+  check(pairs, "a,b,c,d,e,f,labels,2,3,40,5,,,8,9,,,ok,2.5,14,15,16,17,18");
+  check(pairs, "a,b,c,d,e,f,none,2,3,40,0,,,8,,,,ok,2.5,14,15,16,17,18");
+  check(pairs, "a,b,c,d,e,f,labels,2,3,40,5,,,,,,,failed,,14,15,16,17,");
   check(posesTable(), "a,b,c,d,e,f,7,ok,9,essential,8,0.5,0.25,0.5,0.75,,0.01");
   check(posesTable(), "a,b,c,d,e,f,7,ok,9,none,0,,,180,0.75,inf,0.01");
   check(posesTable(), "a,b,c,d,e,f,7,ok,9,,,,,,,2.5,0.01");
@@ -64,12 +88,13 @@ TEST(Tables, EveryColumnReadsTheCellItWrites) {
 TEST(Tables, RowsThatAreNotJudgedHaveNoNumbers) {
   ResultRow row = rowsOf("1-2")[0];
   row.status = Status::kUnsupportedInput;
-  EXPECT_EQ(withoutEnd(pairsTable(), row),
-            "set,\"scene, \"\"one\"\"\",1-2,orb+orb,none,gms,5,0,0,100,50,,,,,,,,unsupported_input,,0,,,,");
+  EXPECT_EQ(withoutEnd(pairsTable({5, 10}), row),
+            "set,\"scene, "
+            "\"\"one\"\"\",1-2,orb+orb,none,gms,homography,0,0,100,60,60,60,,,,,unsupported_input,,0,,,,");
 }
 
 TEST(Tables, DamagedLinesAreRefused) {
-  EXPECT_TRUE(contains(errorOf([] { pairsTable().parse("a,b"); }), "2 columns"));
+  EXPECT_TRUE(contains(errorOf([] { pairsTable({5}).parse("a,b"); }), "2 columns"));
   const std::string count = errorOf([] { scalingTable().parse("a,1,-2,3,4,ok,0.5"); });
   EXPECT_TRUE(contains(count, "n: '-2'")) << count;
   const std::string status = errorOf([] { scalingTable().parse("a,1,2,3,4,fine,0.5"); });
@@ -105,7 +130,7 @@ void expectDescribed(const CsvTable<Row>& table) {
 }
 
 TEST(Tables, DocumentationAndReportHaveTheSameColumns) {
-  expectDescribed(pairsTable());
+  expectDescribed(pairsTable({}));
   expectDescribed(posesTable());
   expectDescribed(summaryTable());
   expectDescribed(poseSummaryTable());

@@ -456,12 +456,12 @@ TEST_F(Vfc, RefusesOptionsOutOfRange) {
   const auto refusal = [](const std::string& name, const std::string& value) {
     return errorOf<std::invalid_argument>([&] { createSelector("vfc", {{name, value}}); });
   };
-  EXPECT_EQ(refusal("beta", "0"), "vfc: option beta = 0 is outside [0.001, 10]");
-  EXPECT_EQ(refusal("lambda", "-3"), "vfc: option lambda = -3 is outside [0.001, 1000]");
-  EXPECT_EQ(refusal("threshold", "1.5"), "vfc: option threshold = 1.5 is outside [0, 1]");
-  EXPECT_EQ(refusal("inlier_ratio", "1"), "vfc: option inlier_ratio = 1 is outside [0.05, 0.95]");
-  EXPECT_EQ(refusal("max_iterations", "0"), "vfc: option max_iterations = 0 is outside [1, 10000]");
-  EXPECT_EQ(refusal("control_points", "201"), "vfc: option control_points = 201 is outside [0, 200]");
+  EXPECT_TRUE(mentions(refusal("beta", "0"), {"vfc", "beta = 0", "[0.001, 10]"}));
+  EXPECT_TRUE(mentions(refusal("lambda", "-3"), {"vfc", "lambda = -3", "[0.001, 1000]"}));
+  EXPECT_TRUE(mentions(refusal("threshold", "1.5"), {"vfc", "threshold = 1.5", "[0, 1]"}));
+  EXPECT_TRUE(mentions(refusal("inlier_ratio", "1"), {"vfc", "inlier_ratio = 1", "[0.05, 0.95]"}));
+  EXPECT_TRUE(mentions(refusal("max_iterations", "0"), {"vfc", "max_iterations = 0", "[1, 10000]"}));
+  EXPECT_TRUE(mentions(refusal("control_points", "201"), {"vfc", "control_points = 201", "[0, 200]"}));
   EXPECT_NE(refusal("outlier_area", "nan"), "");
   EXPECT_NE(refusal("kernel_tolerance", "1"), "");
   EXPECT_NE(refusal("energy_change", "1"), "");

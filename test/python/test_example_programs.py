@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """The programs in examples/, built against the package as installed into a temporary folder, and run."""
 
+import os
 import pathlib
+import sys
 import tempfile
 import unittest
 
@@ -56,6 +58,21 @@ class Examples(unittest.TestCase):
         code, text = installed.run([self.build / "02_match_images", "/nonexistent.png", "/nonexistent.png"])
         self.assertEqual(code, 2)
         self.assertIn("/nonexistent.png", text)
+
+    def test_camera_pipeline(self):
+        left, right = self.frames()
+        try:
+            import cv2  # pylint: disable=import-outside-toplevel,unused-import
+        except ImportError as error:
+            self.skipTest("%s; python3-opencv is needed" % error)
+        packages = [path.parent.parent for path in self.prefix.glob("lib/**/corrsel/_core.*.so")]
+        paths = [str(path) for path in packages] + [os.environ.get("PYTHONPATH", "")]
+        program = [sys.executable, EXAMPLES / "03_camera_pipeline.py", left, right, right]
+        code, text = installed.run(program, PYTHONPATH=os.pathsep.join(paths))
+        self.assertEqual(code, 0, text)
+        first, second = text.splitlines()
+        self.assertRegex(first, r"^frame 1: \d+ of \d+, ok, plane_or_rotation: decompose the homography")
+        self.assertRegex(second, r"^frame 2: (\d+) of \1, ok, at_rest: standing still")
 
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
 # it was chosen), 1 if one did or values are missing, 2 if a folder is damaged.
 set -euo pipefail
 
-# The columns from the dataset to the number of ground-truth inliers describe the input of the selectors.
-given() { cut -d, -f1-11 "$1/pairs.csv"; }
+# The columns from the dataset to the number of inliers describe the input of the selectors.
+given() { cut -d, -f1-12 "$1/pairs.csv"; }
 
 if cmp -s <(given "$1") <(given "$2"); then
   echo "the same matches in every row: strict tolerance"

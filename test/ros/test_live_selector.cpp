@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "../core/test_support.h"
+#include "base/text.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/selectors/factory.h"
 #include "ros/live/live_selector.h"
@@ -77,7 +78,7 @@ TEST(LiveSelector, PassesOnNoMatchesThatAreUncertain) {
 TEST(LiveSelector, WhatDoesNotWorkLeavesTheSelectorBeforeInForce) {
   LiveSelector selector;
   SelectorConfig good = config("vfc");
-  good.vfc_beta = 0.2;
+  good.vfc_lambda = 4.5;
   ASSERT_EQ(selector.configure(good).error, "");
   for (const char* name : {"nonsense", "", "no_such_package/Class"}) {
     SelectorConfig bad = config(name);
@@ -86,7 +87,7 @@ TEST(LiveSelector, WhatDoesNotWorkLeavesTheSelectorBeforeInForce) {
     EXPECT_NE(change.error.find("'vfc' stays in force"), std::string::npos) << change.error;
     EXPECT_EQ(change.spec, "vfc");
     EXPECT_EQ(bad.selector, "vfc") << "the configuration is written back as it is in force";
-    EXPECT_EQ(bad.vfc_beta, 0.2);
+    EXPECT_EQ(bad.vfc_lambda, 4.5);
   }
   EXPECT_EQ(selector.select(message(70), 0.0).selection->selector, "vfc");
 }
@@ -103,7 +104,7 @@ TEST(LiveSelector, RefusesOptionsInBracketsAndNamesTheParameter) {
       << error;
   bad = config("a/B[size=3]");
   error = selector.configure(bad).error;
-  EXPECT_NE(error.find("set the parameter plugin_options"), std::string::npos) << error;
+  EXPECT_NE(error.find("set the parameter options to 'size=3'"), std::string::npos) << error;
   bad = config("lpm");
   bad.preset = "v2[k=5]";
   error = selector.configure(bad).error;
@@ -139,12 +140,109 @@ TEST(LiveSelector, APresetGoesWithItsSelector) {
   EXPECT_NE(selector.configure(changing).error.find("nonsense"), std::string::npos);
 }
 
+TEST(LiveSelector, APresetSetsTheParametersThatDoNotChangeWithIt) {
+  LiveSelector selector;
+  SelectorConfig asked = config("lpm");
+  const SelectorConfig standard = asked;
+  asked.preset = "v2";
+  asked.lpm_k = 7;
+  ASSERT_EQ(selector.configure(asked).error, "");
+  EXPECT_EQ(asked.lpm_cost, "multiscale");
+  EXPECT_EQ(asked.lpm_k, 7) << "it changed together with the preset";
+  const Correspondences input = message(250);
+  const auto expect = [&](const std::string& spec, const core::OptionMap& options) {
+    EXPECT_EQ(fromMsg(*selector.select(input, 0.0).selection).mask,
+              core::createSelector(spec, options)->select(fromMsg(input)).mask);
+  };
+  expect("lpm:v2", {{"k", "7"}});
+
+  asked.lpm_cost = standard.lpm_cost;  // back to the default: it counts beside the preset
+  ASSERT_EQ(selector.configure(asked).error, "");
+  EXPECT_EQ(asked.preset, "v2");
+  EXPECT_EQ(asked.lpm_cost, standard.lpm_cost);
+  expect("lpm:v2", {{"k", "7"}, {"cost", standard.lpm_cost}});
+
+  asked.preset.clear();
+  ASSERT_EQ(selector.configure(asked).error, "");
+  EXPECT_EQ(asked.lpm_k, standard.lpm_k);
+  EXPECT_EQ(asked.lpm_tau, standard.lpm_tau);
+  expect("lpm", {});
+}
+
+TEST(LiveSelector, KeepsTheParametersOfOtherSelectors) {
+  LiveSelector selector;
+  SelectorConfig asked = config("lpm");
+  asked.lpm_k = 9;
+  ASSERT_EQ(selector.configure(asked).error, "");
+  asked.selector = "gms";
+  asked.preset = "rotation";
+  ASSERT_EQ(selector.configure(asked).error, "");
+  EXPECT_TRUE(asked.gms_rotation);
+  asked.selector = "lpm";
+  asked.preset.clear();
+  ASSERT_EQ(selector.configure(asked).error, "");
+  EXPECT_EQ(asked.lpm_k, 9);
+  asked.selector = "gms";
+  ASSERT_EQ(selector.configure(asked).error, "");
+  EXPECT_FALSE(asked.gms_rotation) << "without preset again";
+}
+
+TEST(LiveSelector, FindsThePresetsOfAnEarlierStart) {
+  LiveSelector before;
+  SelectorConfig asked = config("lpm");
+  asked.preset = "v2";
+  asked.lpm_k = 9;
+  ASSERT_EQ(before.configure(asked).error, "");
+  EXPECT_EQ(before.presets(), "lpm:v2");
+
+  SelectorConfig same = asked, other = asked;  // the parameters are found as they were
+  ASSERT_EQ(LiveSelector(before.presets()).configure(same).error, "");
+  EXPECT_EQ(same.lpm_k, 9);
+  EXPECT_EQ(same.lpm_cost, "multiscale");
+  other.preset.clear();
+  ASSERT_EQ(LiveSelector(before.presets() + ",lpm:no_longer,nonsense").configure(other).error, "");
+  EXPECT_EQ(other.lpm_cost, SelectorConfig::__getDefault__().lpm_cost);
+  EXPECT_EQ(other.lpm_k, 9) << "it was not the preset's";
+}
+
+TEST(LiveSelector, OptionsWithoutAParameterAreAText) {
+  LiveSelector selector;
+  SelectorConfig asked = config("lpm");
+  asked.options = "noise_floor=3,k=8";
+  ASSERT_EQ(selector.configure(asked).error, "");
+  EXPECT_EQ(asked.lpm_k, 8) << "it has a parameter";
+  EXPECT_EQ(asked.options, "noise_floor=3");
+  const Correspondences input = message(250);
+  EXPECT_EQ(fromMsg(*selector.select(input, 0.0).selection).mask,
+            core::createSelector("lpm", {{"k", "8"}, {"noise_floor", "3"}})->select(fromMsg(input)).mask);
+
+  SelectorConfig bad = asked;
+  bad.options = "noise_flor=3";
+  EXPECT_NE(selector.configure(bad).error.find("noise_flor"), std::string::npos);
+  EXPECT_EQ(bad.options, "noise_floor=3");
+
+  asked.selector = "gms";
+  const LiveSelector::Change change = selector.configure(asked);
+  EXPECT_EQ(change.error, "");
+  ASSERT_EQ(change.warnings.size(), 1u);
+  EXPECT_NE(change.warnings[0].find("noise_floor=3"), std::string::npos);
+  EXPECT_EQ(asked.options, "");
+}
+
+TEST(UnreadParameters, AreOptionsWithoutAParameter) {
+  EXPECT_TRUE(unreadParameters({"selector", "gms_alpha", "lpm_nonsense", "presets_in_force"}).empty());
+  const std::vector<std::string> complaints = unreadParameters({"vfc_beta", "plugin_options"});
+  ASSERT_EQ(complaints.size(), 2u);
+  for (const std::string& text : complaints) EXPECT_NE(text.find("options"), std::string::npos) << text;
+  EXPECT_NE(complaints[1].find("vfc_beta"), std::string::npos) << complaints[1];
+}
+
 TEST(LiveSelector, TheStricterLimitCounts) {
   const Correspondences input = message(4000);
   for (const auto& [own, common] : {std::pair(1e-6, 5.0), std::pair(5.0, 1e-6), std::pair(0.0, 1e-6)}) {
     LiveSelector selector;
     SelectorConfig limited = config("ransac");
-    limited.ransac_max_seconds = own;
+    limited.options = "max_seconds=" + core::formatNumber(own);
     limited.max_seconds = common;
     ASSERT_EQ(selector.configure(limited).error, "");
     const LiveSelector::Result result = selector.select(input, 0.0);

@@ -210,6 +210,7 @@ class MatchesToBag(unittest.TestCase):
         self.assertEqual(len(rows), 2 * 3)
         given = {pair.key: pair for pair in reading.read_pairs(reading.Request(self.root / "set"))}
         with open(str(self.root / "run/pairs.csv"), newline="", encoding="utf-8") as file:
+            next(file)  # the format
             counts = {(row["pair"], row["selector"]): int(row["n_selected"]) for row in csv.DictReader(file)}
         for row in rows:
             pair, selector = given[row["pair"]], row["selector"]
@@ -300,7 +301,7 @@ class MatchesToBag(unittest.TestCase):
         self.assertIn(
             "the size of the image set/set/one/left is not known; give it by --size WIDTHxHEIGHT", text
         )
-        self.assertIn("rosrun corrsel export_matches.py --format colmap", text)
+        self.assertIn("rosrun corrsel report.py --no-page --export colmap", text)
         code, text = self.shell.output_of(
             "rosrun corrsel export_matches.py --format colmap --size 640x480 %s/run" % self.root
         )

@@ -18,14 +18,15 @@ class RunFolderError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One row of pairs.csv: one selection evaluated at one tolerance. An undefined number is NaN here and empty
-/// in the file.
+/// One row of pairs.csv: one selection. The file has the counts at every tolerance, and the measures are
+/// computed from them. An undefined number is NaN here and empty in the file.
 struct ResultRow {
   PairId id;
   std::string features, preselection, selector;
+  TruthKind truth = TruthKind::kNone;
   std::size_t n_left = 0, n_right = 0;
   std::size_t n_putative = 0, n_ground_truth = 0, n_selected = 0;
-  Metrics metrics;
+  std::vector<Metrics> metrics;  ///< one per tolerance; a single one for labelled truth
   Status status = Status::kOk;
   double confidence = kUndefined;  ///< Selection::confidence
   int seed = 0;
@@ -34,6 +35,9 @@ struct ResultRow {
 
   /// Returns whether the selector returned a selection that can be evaluated.
   bool judged() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
+
+  /// The metrics at a tolerance, those of labelled truth at any; nullptr: there are none at this one.
+  const Metrics* metricsAt(double tau) const;
 };
 
 /// Name of the row of poses.csv whose selection is all ground-truth inliers.
@@ -89,8 +93,9 @@ struct SummaryRow {
 };
 
 /// Reads the rows of a run folder that is not being written to. Every row is checked: it is complete and
-/// appears once, its numbers are in their ranges, and precision, recall and F agree with its counts (to
-/// 1e-6). Throws RunFolderError naming the file, the line, the fault and the remedy. O(rows log rows).
+/// appears once, its numbers are in their ranges, and no part exceeds its whole. Throws RunFolderError naming
+/// the file, the line, the fault and the remedy; also for a folder that another version wrote in another
+/// format. O(rows log rows).
 std::vector<ResultRow> readResults(const std::string& folder);
 
 /// The same of poses.csv; none where the folder has no such file, as those of versions without poses.

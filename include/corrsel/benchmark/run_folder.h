@@ -81,6 +81,7 @@ class RunFolder {
   RunFolder(const std::string& path, const BenchmarkConfig& config, bool resume);
 
   const std::string& path() const { return path_; }
+  const std::vector<double>& tolerances() const { return tolerances_; }  ///< of the run, px
 
   /// Whether the folder holds this pair.
   bool isDone(const PairId& id) const { return done_.count(id) > 0; }
@@ -111,6 +112,7 @@ class RunFolder {
 
  private:
   std::string path_;
+  std::vector<double> tolerances_;
   std::set<PairId> done_;
   std::set<std::string> remarks_;  ///< lines of remarks.csv
 };

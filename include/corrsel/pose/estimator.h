@@ -11,9 +11,9 @@
 
 namespace corrsel::core {
 
-/// The estimators below are those of the evaluation. They are the same for every selector, so that what
-/// differs is the selection; these constants are no options for the same reason. Both use OpenCV's RANSAC,
-/// whose random numbers have a fixed seed.
+/// The estimators below are those of the evaluation, in the library corrsel::benchmark. They are the same for
+/// every selector, so that what differs is the selection; these constants are no options for the same reason.
+/// Both use OpenCV's RANSAC, whose random numbers have a fixed seed.
 inline constexpr double kPoseThreshold = 1.0;        ///< of RANSAC, px; divided by the mean focal length
 inline constexpr double kPoseConfidence = 0.99999;   ///< of RANSAC, as in SuperGlue's evaluation
 inline constexpr std::size_t kPoseMatches = 5;       ///< that a pose needs

@@ -1,8 +1,8 @@
 """Experiment budget: what every selector reaches in a limited time, and which one to use with how many milliseconds."""
-from collections import OrderedDict, namedtuple
+from collections import namedtuple
 
-from .figures import draw_background, draw_line, format_time_axis, line_figures, line_style, marked, new_axes
-from .figures import part_ending, plot_text
+from .figures import draw_part, format_time_axis, line_figures, line_style, marked, new_axes, part_ending
+from .figures import plot_text
 from .inference import is_separate, mean_interval
 from .markup import DASH, article, bold, group_heading, joined, paragraph, sources, table, text_cell
 from .markup import with_headings
@@ -58,7 +58,7 @@ def pose_measures(run, group):
 
 def lines_of(run, group):
     """Return name without limit -> its Taken by rising limits, of the competing selectors with means."""
-    lines = OrderedDict()
+    lines = {}
     for selector in sorted(run.selectors_of(group), key=selector_key):
         found = None if is_baseline(selector) else taken(run, group, selector)
         if found:
@@ -152,25 +152,17 @@ def time_panel(run, figures, group, lines, part, values, title, prefix):
     axes.set_xlim(min(times) / 2, 1e3 * max(t.p95 for line in lines.values() for t in line) * 1.5)
     for seconds in BUDGETS:
         axes.axvline(1e3 * seconds, color="#e2e2e2", linewidth=0.7, zorder=0)
-    for name in part.others + part.names[::-1]:
-        if is_baseline(name):
-            continue
-        line = [t for t in lines.get(name, ()) if t.selector in values]
-        points = [(1e3 * max(t.median, 1e-6), values[t.selector], t) for t in line]
-        if not points:
-            continue
-        x, y = [p[0] for p in points], [p[1] for p in points]
-        with marked(axes, name):
-            if name in part.others:
-                draw_background(axes, x, y)
-                continue
-            style = run.styles[name]
-            edge = line_style(style)["markeredgecolor"]
-            for at, f, t in points:
-                axes.plot(
-                    [at, max(at, 1e3 * t.p95)], [f, f], color=edge, linewidth=0.7, alpha=0.6, zorder=0.9
-                )
-            draw_line(axes, x, y, style, label=plot_text(name))
+
+    def line_of(name, named):
+        line = [t for t in lines.get(name, ()) if t.selector in values and not is_baseline(name)]
+        x, y = [1e3 * max(t.median, 1e-6) for t in line], [values[t.selector] for t in line]
+        whisker = dict(linewidth=0.7, alpha=0.6, zorder=0.9)
+        for at, f, t in zip(x, y, line) if named else ():
+            edge = line_style(run.styles[name])["markeredgecolor"]
+            axes.plot([at, max(at, 1e3 * t.p95)], [f, f], color=edge, **whisker)
+        return (x, y) if line else None
+
+    draw_part(axes, run, part, line_of)
     for name in part.names:
         base = run.mean(group, name, run.tau(group)) if is_baseline(name) and prefix == "budget" else None
         if base:
@@ -181,10 +173,8 @@ def time_panel(run, figures, group, lines, part, values, title, prefix):
     axes.grid(True, axis="y")
     axes.set_xlabel("median time really taken (ms, logarithmic)")
     axes.set_title("%s: %s" % (plot_text(group.dataset), title), loc="left")
-    label = "%s against the time really taken for %s, one point for each time limit" % (
-        title,
-        group_text(group),
-    )
+    label = "%s against the time really taken for %s, one point for each time limit"
+    label %= (title, group_text(group))
     return figures(figure, label, figure_name(run, prefix, group) + part_ending(part))
 
 

@@ -1,5 +1,5 @@
 """The paper's numbers beside those of the run, in percent as the paper prints them."""
-from collections import OrderedDict, namedtuple
+from collections import namedtuple
 
 from . import paper
 from .markup import DASH, Cell, below, best_cell, breakable, lines, row_class, table, transposed, with_badge
@@ -24,7 +24,7 @@ def paper_dataset(dataset):
 def dataset_notes(run, datasets):
     """Return sentences on where the datasets of the run are not those of the paper."""
     notes = []
-    for dataset in OrderedDict.fromkeys(datasets):
+    for dataset in dict.fromkeys(datasets):
         theirs, count = paper_dataset(dataset), run.datasets.get(dataset, 0)
         if dataset in STAND_INS:
             notes.append(
@@ -47,7 +47,7 @@ def dataset_notes(run, datasets):
 
 def measured(run, group, column="f_paper"):
     """Return selector -> (value, low, high) of one column of summary.csv at the tabulated tolerance."""
-    out, tau = OrderedDict(), run.tau(group)
+    out, tau = {}, run.tau(group)
     for selector in run.selectors_of(group):
         row = run.mean(group, selector, tau)
         if row is not None and row[column] is not None:

@@ -1,11 +1,10 @@
 """Experiment curves: precision against recall of each selector over its main parameter, and where its default lies."""
-from collections import OrderedDict, namedtuple
+from collections import namedtuple
 
 import numpy as np
 from markupsafe import Markup
 
-from .figures import draw_background, draw_line, line_figures, line_style, marked, new_axes, part_ending
-from .figures import plot_text
+from .figures import draw_part, line_figures, line_style, new_axes, part_ending, plot_text
 from .groups import MAIN_PARAMETERS
 from .inference import mean_interval
 from .markup import DASH, article, best_cell, bold, findings, group_heading, heading, joined, paragraph
@@ -24,10 +23,10 @@ Point = namedtuple("Point", "selector value default precision recall f")
 
 def variants_of(names):
     """Return curve name -> selector names, by rising values of the main parameter, of those with several variants."""
-    curves = OrderedDict()
+    curves = {}
     for name in sorted(names, key=selector_key):
         curves.setdefault(curve_name(name), []).append(name)
-    return OrderedDict((name, variants) for name, variants in curves.items() if len(variants) > 1)
+    return {name: variants for name, variants in curves.items() if len(variants) > 1}
 
 
 def value_of(selector, variants):
@@ -105,16 +104,13 @@ def groups_together(run):
     """Return features -> groups that are judged together: those of the features, and those of given matches."""
     groups = [g for g in run.groups if g in run.means]
     given = [g for g in groups if g.features == GIVEN]
-    features = OrderedDict.fromkeys((g.features, g.preselection) for g in groups if g.features != GIVEN)
+    features = dict.fromkeys((g.features, g.preselection) for g in groups if g.features != GIVEN)
     if not features:
-        return OrderedDict([(Group("", GIVEN, "none"), given)] if given else [])
-    return OrderedDict(
-        (
-            Group("", name, before),
-            [g for g in groups if (g.features, g.preselection) == (name, before)] + given,
-        )
+        return dict([(Group("", GIVEN, "none"), given)] if given else [])
+    return {
+        Group("", name, before): [g for g in groups if (g.features, g.preselection) == (name, before)] + given
         for name, before in features
-    )
+    }
 
 
 def difference(run, groups, first, second):
@@ -170,8 +166,8 @@ def verdict_sentence(name, v):
 
 def together_html(run, groups, curves):
     """Return the table of the defaults on all datasets together, and the sentences on those that are far."""
-    verdicts = OrderedDict((name, verdict(run, groups, variants)) for name, variants in curves.items())
-    verdicts = OrderedDict((name, v) for name, v in verdicts.items() if v)
+    verdicts = {name: verdict(run, groups, variants) for name, variants in curves.items()}
+    verdicts = {name: v for name, v in verdicts.items() if v}
     if not verdicts:
         return paragraph("No curve is complete on any dataset yet.")
     far = [name for name, v in verdicts.items() if is_far(v)]
@@ -211,8 +207,8 @@ def together_html(run, groups, curves):
 
 def curve_table(run, group, curves):
     """Return the table of a group: area, default and best of each curve."""
-    measured = OrderedDict((name, curve(run, group, variants)) for name, variants in curves.items())
-    measured = OrderedDict((name, points) for name, points in measured.items() if points)
+    measured = {name: curve(run, group, variants) for name, variants in curves.items()}
+    measured = {name: points for name, points in measured.items() if points}
     areas = {name: area(points) for name, points in measured.items()}
     largest = max((a for a in areas.values() if a is not None), default=None)
     rows = []
@@ -254,23 +250,18 @@ def shown_points(points):
 def curve_panel(run, figures, group, curves, part):
     """Draw the curves of a part of the selectors in a group; the large marker is the default."""
     figure, axes = new_axes(4.6, 4.1, 0.55, 0.15, 0.5, 0.34)
-    for name in part.others + part.names[::-1]:
+
+    def line_of(name, named):
         points = shown_points(curve(run, group, curves.get(name, [name])))
         line = [p for p in points if p.value is not None or len(points) == 1]
-        x, y = [p.recall for p in line], [p.precision for p in line]
-        if not points:
-            continue
-        with marked(axes, name):
-            if name in part.others:
-                draw_background(axes, x, y)
-                continue
-            style = run.styles[name]
-            draw_line(axes, x, y, style, label=plot_text(name))
-            default = default_of(points)
-            if default:
-                options = line_style(style)
-                options.update(markersize=10, linestyle="none", markeredgecolor="#222222", zorder=3)
-                axes.plot([default.recall], [default.precision], **options)
+        default = default_of(points)
+        if default and named:
+            options = line_style(run.styles[name])
+            options.update(markersize=10, linestyle="none", markeredgecolor="#222222", zorder=3)
+            axes.plot([default.recall], [default.precision], **options)
+        return ([p.recall for p in line], [p.precision for p in line]) if points else None
+
+    draw_part(axes, run, part, line_of)
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(-0.02, 1.02)
     axes.grid(True)

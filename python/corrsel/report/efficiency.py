@@ -1,15 +1,15 @@
 """Section on efficiency: selection time against the number of matches, and against F."""
-from collections import Counter, OrderedDict
+from collections import Counter
 
 import numpy as np
 from markupsafe import Markup
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from . import paper
-from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
+from .figures import draw_part, line_figures, line_style, new_axes, part_ending
 from .markup import DASH, LOWEST, bold, compared_cell, findings, group_heading, heading, joined, panels
 from .markup import paragraph, row_class, selector_name, small, table, with_headings
-from .selectors import DARK, YELLOW, is_baseline, selector_key, selector_styles
+from .selectors import is_baseline, selector_key, selector_styles
 from .timing import time_panel
 from .words import milliseconds, plural, span
 
@@ -30,22 +30,19 @@ def scaling_times(run):
             continue
         selectors = times.setdefault(row["threads"], {})
         selectors.setdefault(row["selector"], {}).setdefault(int(row["n"]), []).append(row["select_s"])
-    return OrderedDict(
-        (
-            threads,
-            OrderedDict(
-                (selector, OrderedDict(sorted(times[threads][selector].items())))
-                for selector in sorted(times[threads], key=selector_key)
-            ),
-        )
+    return {
+        threads: {
+            selector: dict(sorted(times[threads][selector].items()))
+            for selector in sorted(times[threads], key=selector_key)
+        }
         for threads in sorted(times, key=threads_key)
-    )
+    }
 
 
 def untimed(run):
     """Return (selector, status) -> number of calls that did not do the work."""
     counts = Counter((r["selector"], r["status"]) for r in run.scaling if r["status"] in NOT_TIMED)
-    return OrderedDict(sorted(counts.items(), key=lambda item: (selector_key(item[0][0]), item[0][1])))
+    return dict(sorted(counts.items(), key=lambda item: (selector_key(item[0][0]), item[0][1])))
 
 
 def growth_exponent(rounds):
@@ -70,7 +67,7 @@ def threads_text(threads):
 def medians_at(selectors, n):
     """Return competing selector -> median seconds at n, fastest first."""
     found = {s: float(np.median(r[n])) for s, r in selectors.items() if n in r and not is_baseline(s)}
-    return OrderedDict(sorted(found.items(), key=lambda item: (item[1], selector_key(item[0]))))
+    return dict(sorted(found.items(), key=lambda item: (item[1], selector_key(item[0]))))
 
 
 def statement(threads, selectors):
@@ -114,18 +111,17 @@ def ratio_text(ratio):
 def scaling_panel(run, figures, threads, selectors, part):
     """Draw the median time against n on a logarithmic axis, with the quartiles of the rounds as bars."""
     figure, axes = new_axes(5.0, 3.8, 0.62, 0.15, 0.5, 0.34)
-    for selector in part.others + part.names[::-1]:
-        with marked(axes, selector):
-            rounds, style = selectors[selector], run.styles[selector]
-            ns = list(rounds)
-            quartiles = np.array([np.percentile(rounds[n], [25, 50, 75]) for n in ns]) * 1e3
-            quartiles = np.maximum(quartiles, 1e-6)  # a time of 0 has no place on the axis
-            if selector in part.others:
-                draw_background(axes, ns, quartiles[:, 1])
-                continue
-            edge = DARK if style["colour"] == YELLOW else style["colour"]
+
+    def line_of(selector, named):
+        ns = list(selectors[selector])
+        quartiles = np.array([np.percentile(selectors[selector][n], [25, 50, 75]) for n in ns]) * 1e3
+        quartiles = np.maximum(quartiles, 1e-6)  # a time of 0 has no place on the axis
+        if named:
+            edge = line_style(run.styles[selector])["markeredgecolor"]
             axes.vlines(ns, quartiles[:, 0], quartiles[:, 2], color=edge, linewidth=1.2)
-            draw_line(axes, ns, quartiles[:, 1], style, label=plot_text(selector))
+        return ns, quartiles[:, 1]
+
+    draw_part(axes, run, part, line_of)
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(base=10))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: "%g" % y))

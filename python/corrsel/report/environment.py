@@ -3,7 +3,7 @@ import json
 
 from markupsafe import Markup
 
-from .markup import heading, joined, paragraph, table, text_cell
+from .markup import details, joined, paragraph, table, text_cell
 
 
 def seeds_text(run):
@@ -32,6 +32,6 @@ def html(run, figures):
     if run.config is None:
         out.append(paragraph("The configuration was not recorded."))
     else:
-        out.append(heading("Configuration"))
-        out.append(Markup('<pre tabindex="0" aria-label="config.yaml">%s</pre>') % run.config.strip("\n"))
+        text = Markup('<pre tabindex="0" aria-label="config.yaml">%s</pre>') % run.config.strip("\n")
+        out.append(details("Configuration", text))
     return joined(out)

@@ -1,5 +1,5 @@
 """What failed, what was left out, and how the selections ended."""
-from collections import Counter, OrderedDict
+from collections import Counter
 
 from markupsafe import Markup
 
@@ -10,7 +10,7 @@ from .words import STATUSES, features_text, number, plural, preselection_text
 
 def status_table(run):
     """Return the table of statuses per selector."""
-    counts = OrderedDict((s, Counter()) for s in run.selectors)
+    counts = {s: Counter() for s in run.selectors}
     for (_, selector), statuses in run.statuses.items():
         counts[selector].update(statuses)
     names = list(STATUSES) + sorted({n for c in counts.values() for n in c} - set(STATUSES))

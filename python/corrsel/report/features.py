@@ -1,6 +1,4 @@
 """Experiment features: other detectors and descriptors (the paper's Fig. 8 and Table III)."""
-from collections import OrderedDict
-
 from . import paper, results
 from .compared import Block, comparison_table, dataset_notes, group_label, interval_text, measured
 from .compared import paper_dataset, paper_label, printed_f
@@ -21,7 +19,7 @@ def html(run, figures):
         if g in run.means and is_main(run, g) and g.features != GIVEN and g.dataset in datasets
     ]
     blocks = []
-    order = list(OrderedDict.fromkeys(group.dataset for group in shown + groups))
+    order = list(dict.fromkeys(group.dataset for group in shown + groups))
     for group in sorted(shown + groups, key=lambda g: order.index(g.dataset)):
         theirs, source = printed_f(run, group) or (None, paper.FEATURES_SOURCE)
         label = paper_label(source, paper_dataset(group.dataset)) if theirs else ""

@@ -91,6 +91,20 @@ def selector_ticks(axis, selectors, longest, **options):
         mark(axis.axes.figure, selector, [label])
 
 
+def name_rows(axes, names, pad=0.5):
+    """Make one row for each name along the vertical axis, the first on top."""
+    axes.set_yticks(range(len(names)))
+    axes.set_yticklabels(names)
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(len(names) - pad, pad - 1)
+
+
+def selector_rows(axes, selectors, longest, pad=0.5):
+    """Make one row for each selector along the vertical axis; names are cut to `longest` characters."""
+    name_rows(axes, selectors, pad)
+    selector_ticks(axes.yaxis, selectors, longest)
+
+
 def safe_name(*parts):
     """Return a file name without ending made of any texts: small letters, digits, '+', '-' and '_'."""
     text = re.sub("[^a-z0-9+-]+", "_", "_".join(str(part) for part in parts if part).lower())
@@ -203,11 +217,6 @@ def visible(x, y):
     return np.append(moves, True) | np.insert(moves, 0, True)
 
 
-def draw_background(axes, x, y):
-    """Draw the line of a selector that the figure does not show by name."""
-    axes.plot(x, y, color="#dcdcdc", linewidth=1.0, zorder=0.5)
-
-
 def line_style(style):
     """Return the matplotlib options of a selector's line and markers."""
     colour = style["colour"]
@@ -226,6 +235,22 @@ def draw_line(axes, x, y, style, **options):
     if style["colour"] == YELLOW:
         axes.plot(x, y, color=DARK, linewidth=2.6, linestyle=style["line"])
     axes.plot(x, y, **line_style(style), **options)
+
+
+def draw_part(axes, run, part, line_of, **options):
+    """Draw the lines of a part of the selectors, those of the others in grey.
+
+    line_of(selector, named) returns x and y, None where there is no line; where `named`, it may draw what belongs to the
+    line. The options are those of the line.
+    """
+    for selector in part.others + part.names[::-1]:
+        named = selector not in part.others
+        with marked(axes, selector):
+            line = line_of(selector, named)
+            if line and named:
+                draw_line(axes, *line, run.styles[selector], label=plot_text(selector), **options)
+            elif line:
+                axes.plot(*line, color="#dcdcdc", linewidth=1.0, zorder=0.5)
 
 
 def swatch(run, figures, selector):

@@ -1,7 +1,7 @@
 """The guide: superior and inferior selectors of each scenario, derived from a run, beside the paper's Table V."""
 import re
 import textwrap
-from collections import OrderedDict, namedtuple
+from collections import namedtuple
 
 import numpy as np
 from markupsafe import Markup
@@ -9,7 +9,7 @@ from markupsafe import Markup
 from . import paper
 from .efficiency import NOT_TIMED, scaling_times, threads_text
 from .inference import is_above, mean_interval, paired_difference
-from .markup import DASH, LOWEST, Cell, below, best_cell, bold, findings, heading, joined, lines, paragraph
+from .markup import DASH, LOWEST, Cell, below, best_cell, bold, details, findings, joined, lines, paragraph
 from .markup import small, table, text_cell, transposed, with_headings
 from .reading import Group, at_tolerance
 from .robustness import SAMPLE_SEQUENCES
@@ -36,18 +36,14 @@ CONFIRMED, CONTRADICTED, UNCONFIRMED, OPEN, UNMEASURED = (
     "not separable",
     "not measured",
 )
-SIGNS = OrderedDict(
-    [(CONFIRMED, "+"), (CONTRADICTED, "-"), (UNCONFIRMED, "~"), (OPEN, "?"), (UNMEASURED, ".")]
-)
-MEANINGS = OrderedDict(
-    [
-        (CONFIRMED, "the measured set has it too"),
-        (CONTRADICTED, "it is in the opposite set"),
-        (UNCONFIRMED, "it is in neither set"),
-        (OPEN, "these pairs separate it neither from the best nor from the worst"),
-        (UNMEASURED, "the run has no result of it"),
-    ]
-)
+SIGNS = {CONFIRMED: "+", CONTRADICTED: "-", UNCONFIRMED: "~", OPEN: "?", UNMEASURED: "."}
+MEANINGS = {
+    CONFIRMED: "the measured set has it too",
+    CONTRADICTED: "it is in the opposite set",
+    UNCONFIRMED: "it is in neither set",
+    OPEN: "these pairs separate it neither from the best nor from the worst",
+    UNMEASURED: "the run has no result of it",
+}
 RULE = (
     "The measure is F at 5 px, and F itself for labelled data. A selector is superior if its F is not significantly below"
     " that of the selector with the highest mean F. It is inferior if its F is not significantly above that of the"
@@ -83,7 +79,7 @@ Candidate = namedtuple("Candidate", "group sequences generated")
 def candidates():
     """Return scenario -> groups that measure it, the first in a run counts; sequences None = all."""
     default = paper.FEATURES_DEFAULT
-    out = OrderedDict()
+    out = {}
     for preselection, prefix in (("none", ""), ("nnsr", "nnsr_")):
         for dataset in ("vgg", "symbench"):
             out[prefix + dataset] = [Candidate(Group(dataset, default, preselection), None, False)]
@@ -116,11 +112,11 @@ def known(column):
 
 def aligned(columns):
     """Return selector -> array of the entries that all columns (selector -> array, NaN = none) have, and their number."""
-    columns = OrderedDict((s, c) for s, c in columns.items() if known(c))
+    columns = {s: c for s, c in columns.items() if known(c)}
     if not columns:
-        return OrderedDict(), 0
+        return {}, 0
     shared = np.all([np.isfinite(column) for column in columns.values()], axis=0)
-    return OrderedDict((s, column[shared]) for s, column in columns.items()), int(shared.sum())
+    return {s: column[shared] for s, column in columns.items()}, int(shared.sum())
 
 
 def with_enough_pairs(columns):
@@ -129,7 +125,7 @@ def with_enough_pairs(columns):
     Selectors are compared on the pairs that all of them share, so one with few results would leave few pairs.
     """
     pairs = int(np.any([np.isfinite(column) for column in columns.values()], axis=0).sum()) if columns else 0
-    enough = OrderedDict((s, c) for s, c in columns.items() if not known(c) or 2 * known(c) >= pairs)
+    enough = {s: c for s, c in columns.items() if not known(c) or 2 * known(c) >= pairs}
     notes = [
         "%s is left out: it has results on %d of %s" % (s, known(c), plural(pairs, "pair"))
         for s, c in columns.items()
@@ -146,13 +142,11 @@ def with_enough_pairs(columns):
 def measure_f(run, candidate):
     """Return F of a group's pairs as Measured; None where the run has no usable pair of it."""
     chosen = run.in_sequences(candidate.group, candidate.sequences)
-    columns = OrderedDict(
-        (s, run.pair_values(candidate.group, s)[chosen]) for s in run.selectors_of(candidate.group)
-    )
+    columns = {s: run.pair_values(candidate.group, s)[chosen] for s in run.selectors_of(candidate.group)}
     columns, notes = with_enough_pairs(columns)
     values, count = aligned(columns)
     baseline = next((v for s, v in values.items() if is_baseline(s)), None)
-    values = OrderedDict((s, v) for s, v in values.items() if not is_baseline(s))
+    values = {s: v for s, v in values.items() if not is_baseline(s)}
     if not count or not values:
         return None
     tau = run.tau(candidate.group)
@@ -168,7 +162,7 @@ def measure_f(run, candidate):
 def speed(columns, unit, note):
     """Return seconds (selector -> array) as Measured: -log10 of the time, so that higher is better."""
     values, count = aligned(columns)
-    values = OrderedDict((s, -np.log10(np.maximum(v, 1e-9))) for s, v in values.items())
+    values = {s: -np.log10(np.maximum(v, 1e-9)) for s, v in values.items()}
     return Measured(values, None, count, unit, False, MAGNITUDE, [note]) if count else None
 
 
@@ -179,11 +173,9 @@ def measure_time(run):
             (n for s, rounds in selectors.items() if not is_baseline(s) for n in rounds if n <= SCALING_N),
             default=None,
         )
-        seconds = OrderedDict(
-            (s, rounds[n]) for s, rounds in selectors.items() if n in rounds and not is_baseline(s)
-        )
+        seconds = {s: rounds[n] for s, rounds in selectors.items() if n in rounds and not is_baseline(s)}
         shared = min(map(len, seconds.values()), default=0)
-        columns = OrderedDict((s, np.array(values[:shared])) for s, values in seconds.items())
+        columns = {s: np.array(values[:shared]) for s, values in seconds.items()}
         if columns:
             rounds = aligned(columns)[1]
             return speed(
@@ -192,7 +184,7 @@ def measure_time(run):
     group = time_group(run)
     if group is None:
         return None
-    columns = OrderedDict()
+    columns = {}
     for selector in run.selectors_of(group):
         if is_baseline(selector):
             continue
@@ -228,7 +220,7 @@ def judge(values, allowance=0.0):
 
 def compare(advice, measured):
     """Return what became of the paper's entries: Agreement of selector -> word, and the sets' other bare names."""
-    bare = OrderedDict((s, v) for s, v in measured.values.items() if ":" not in s)
+    bare = {s: v for s, v in measured.values.items() if ":" not in s}
     verdict = judge(bare, measured.allowance)
 
     def outcome(selector, own, opposite):
@@ -241,8 +233,8 @@ def compare(advice, measured):
         return OPEN if selector in verdict.open else UNCONFIRMED
 
     return Agreement(
-        OrderedDict((s, outcome(s, verdict.superior, verdict.inferior)) for s in advice.superior),
-        OrderedDict((s, outcome(s, verdict.inferior, verdict.superior)) for s in advice.inferior),
+        {s: outcome(s, verdict.superior, verdict.inferior) for s in advice.superior},
+        {s: outcome(s, verdict.inferior, verdict.superior) for s in advice.inferior},
         [s for s in verdict.superior if s not in advice.superior],
         [s for s in verdict.inferior if s not in advice.inferior],
     )
@@ -303,7 +295,7 @@ def choices(run):
         superior = judge(measured.values).superior if measured else []
         if not superior:
             continue
-        means = OrderedDict((s, v.mean()) for s, v in measured.values.items())
+        means = {s: v.mean() for s, v in measured.values.items()}
         seconds = ((s, run.pair_values(group, s, "select_s")) for s in means)
         times = {s: float(np.nanmedian(values)) for s, values in seconds if known(values)}
         timed = [s for s in superior if s in times]
@@ -378,7 +370,7 @@ def choice_table(run):
 
 def counts(rows, side, generated):
     """Return outcome -> number of the paper's entries of one side ("superior", "inferior") over measured rows."""
-    out = OrderedDict((word, 0) for word in SIGNS)
+    out = {word: 0 for word in SIGNS}
     for row in rows:
         if row.measured and row.measured.generated == generated:
             for word in getattr(row.agreement, side).values():
@@ -548,7 +540,7 @@ def names_html(names, verdict):
 
 def outcomes_html(outcomes):
     """Return the paper's entries of one side with what became of them, as a table cell."""
-    by_word = OrderedDict()
+    by_word = {}
     for selector, word in outcomes.items():
         by_word.setdefault(word, []).append(selector)
     found = [joined([" ".join(by_word[word]), small(word)], " ") for word in SIGNS if word in by_word]
@@ -627,7 +619,6 @@ def html(run, figures):
     remarks = [Markup("<b>%s</b>: %s.") % (row_title(r), "; ".join(r.remarks)) for r in rows if r.remarks]
     out.append(findings(remarks) if remarks else "")
     out.append(choice_table(run))
-    out.append(heading("Rule"))
-    out += [paragraph(part) for part in rule()]
+    out.append(details("Rule", joined(map(paragraph, rule()))))
     out.append(evidence_table(rows))
     return joined(out)

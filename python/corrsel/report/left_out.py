@@ -10,7 +10,7 @@ LeftOut.__doc__ = "Why ground truth cannot judge the recall on a pair, and its n
 def cause(row):
     """Return why a row of pairs.csv without ground-truth inlier has none, as words that follow "has"."""
     if row["n_putative"]:
-        if row["tau_px"] is None and row["n_selected"] and row["precision"] is None:
+        if row["truth"] == "none":
             return "no ground truth"
         return "no correct putative match"
     if row["preselection"] not in ("", "none") and row["n_left"] and row["n_right"]:

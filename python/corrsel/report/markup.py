@@ -23,6 +23,7 @@ ENVIRONMENT = Environment(
 BLOCKS = ENVIRONMENT.get_template("blocks.html").module
 paragraph, bold, small, below = BLOCKS.paragraph, BLOCKS.bold, BLOCKS.small, BLOCKS.below
 heading, findings, contents, panels = BLOCKS.heading, BLOCKS.findings, BLOCKS.contents, BLOCKS.panels
+details = BLOCKS.details
 lines, with_badge, with_details = BLOCKS.lines, BLOCKS.with_badge, BLOCKS.with_details
 
 HEADING = "heading"  # class of a row that heads others

@@ -4,9 +4,9 @@ from collections import Counter
 from markupsafe import Markup
 
 from .compared import dataset_notes, paper_dataset, paper_winner
-from .figures import line_style, mark, marked, new_axes, plot_text
-from .markup import DASH, Cell, below, bold, breakable, dataset_html, findings, joined, lines, panels
-from .markup import paragraph, sources, table, text_cell
+from .figures import line_style, mark, marked, name_rows, new_axes, plot_text
+from .markup import DASH, Cell, below, bold, breakable, dataset_html, details, findings, joined, lines
+from .markup import panels, paragraph, sources, table, text_cell
 from .paper import SOURCE
 from .scopes import is_main
 from .remarks import remark_sentences
@@ -126,10 +126,7 @@ def winners_panel(run, figures, groups, winners):
             fontweight="bold",
         )
         mark(figure, first["selector"], [text])
-    axes.set_yticks(range(len(groups)))
-    axes.set_yticklabels(names)
-    axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(groups) - 0.5, -0.5)
+    name_rows(axes, names)
     axes.set_xlim(-0.02, 1.02)
     axes.grid(True, axis="x")
     axes.set_xlabel("mean F (\u00d7 %s, grey: the other selectors)" % BASELINE, color=DARK)
@@ -271,4 +268,4 @@ def html(run, figures):
         out.append(sources(run, "remarks.csv"))
     if findings_in_place(run):
         groups = [g for g in groups if is_main(run, g)][:MAX_FINDINGS]
-    return joined(out + [findings([sentence(run, g) for g in groups])])
+    return joined(out + [details("The results in words", findings([sentence(run, g) for g in groups]))])

@@ -4,7 +4,7 @@ brackets the label in the paper's source).
 
 Precision, recall and F are in percent, as printed. Selectors have this package's names.
 """
-from collections import OrderedDict, namedtuple
+from collections import namedtuple
 
 SOURCE = "arXiv:1904.13383"
 SELECTORS = ("nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms", "lpm")
@@ -12,7 +12,7 @@ FEATURES_DEFAULT = "hessian_affine+sift"  # section III-A
 TAU_PX = 5.0  # of every table of single numbers
 
 # Table II (tab:dataset): matching pairs.
-DATASET_PAIRS = OrderedDict([("vgg", 40), ("symbench", 46), ("heinly", 29), ("adelaidermf", 38)])
+DATASET_PAIRS = {"vgg": 40, "symbench": 46, "heinly": 29, "adelaidermf": 38}
 
 # Section IV-A, "Performance on the Symbench dataset": "the average inlier ratio of initial correspondences on
 # this dataset is lower than 10%". An upper bound, in percent.
@@ -24,45 +24,39 @@ def _row(selectors, *values):
     """Return selector -> value."""
     if len(selectors) != len(values):
         raise ValueError("%d selectors, %d values" % (len(selectors), len(values)))
-    return OrderedDict(zip(selectors, values))
+    return dict(zip(selectors, values))
 
 
 # Table in Fig. 3 (d) (fig:per1, tab:ade). NNSR and GTM do not run there.
 ADELAIDE_SOURCE = SOURCE + ", Fig. 3 (d)"
 _ADELAIDE = ("ransac", "st", "usac", "vfc", "gms", "lpm")
-ADELAIDE = OrderedDict(
-    [
-        ("precision", _row(_ADELAIDE, 93.84, 77.32, 96.28, 97.59, 98.54, 81.21)),
-        ("recall", _row(_ADELAIDE, 68.77, 21.31, 79.13, 87.36, 79.22, 99.62)),
-        ("f", _row(_ADELAIDE, 77.03, 32.18, 84.89, 91.63, 87.25, 88.91)),
-    ]
-)
+ADELAIDE = {
+    "precision": _row(_ADELAIDE, 93.84, 77.32, 96.28, 97.59, 98.54, 81.21),
+    "recall": _row(_ADELAIDE, 68.77, 21.31, 79.13, 87.36, 79.22, 99.62),
+    "f": _row(_ADELAIDE, 77.03, 32.18, 84.89, 91.63, 87.25, 88.91),
+}
 
 # Table in Fig. 6 (b) (fig:per4, tab:select): F after NNSR.
 PRESELECTED_SOURCE = SOURCE + ", Fig. 6 (b)"
 _PRESELECTED = ("ransac", "st", "gtm", "usac", "vfc", "gms", "lpm")
-PRESELECTED = OrderedDict(
-    [
-        ("symbench", _row(_PRESELECTED, 17.26, 5.06, 18.46, 14.84, 22.37, 26.59, 18.04)),
-        ("heinly", _row(_PRESELECTED, 97.12, 51.20, 58.41, 87.45, 96.16, 70.45, 97.27)),
-    ]
-)
+PRESELECTED = {
+    "symbench": _row(_PRESELECTED, 17.26, 5.06, 18.46, 14.84, 22.37, 26.59, 18.04),
+    "heinly": _row(_PRESELECTED, 97.12, 51.20, 58.41, 87.45, 96.16, 70.45, 97.27),
+}
 
 # Table III (tab:fea): F; (features, dataset) -> selector -> F. GTM needs affine frames and is not in it.
 FEATURES_SOURCE = SOURCE + ", Table III"
 _FEATURES = ("nnsr", "ransac", "st", "usac", "vfc", "gms", "lpm")
-FEATURES = OrderedDict(
-    [
-        (("sift+sift", "symbench"), _row(_FEATURES, 9.34, 3.02, 1.22, 3.27, 11.56, 11.64, 9.36)),
-        (("sift+sift", "heinly"), _row(_FEATURES, 94.13, 95.43, 33.82, 98.75, 83.08, 40.29, 89.84)),
-        (("orb+orb", "symbench"), _row(_FEATURES, 4.70, 5.27, 2.13, 3.33, 3.00, 11.62, 6.31)),
-        (("orb+orb", "heinly"), _row(_FEATURES, 57.62, 58.98, 17.57, 56.45, 56.30, 50.24, 60.30)),
-        (("asift+asift", "symbench"), _row(_FEATURES, 7.00, 7.15, 3.29, 4.54, 14.42, 17.48, 12.54)),
-        (("asift+asift", "heinly"), _row(_FEATURES, 69.31, 92.31, 27.47, 78.72, 78.75, 44.21, 88.21)),
-        (("blob+freak", "symbench"), _row(_FEATURES, 4.62, 2.35, 0.95, 1.97, 6.25, 0.50, 2.19)),
-        (("blob+freak", "heinly"), _row(_FEATURES, 68.63, 76.25, 20.32, 74.45, 68.71, 4.30, 66.64)),
-    ]
-)
+FEATURES = {
+    ("sift+sift", "symbench"): _row(_FEATURES, 9.34, 3.02, 1.22, 3.27, 11.56, 11.64, 9.36),
+    ("sift+sift", "heinly"): _row(_FEATURES, 94.13, 95.43, 33.82, 98.75, 83.08, 40.29, 89.84),
+    ("orb+orb", "symbench"): _row(_FEATURES, 4.70, 5.27, 2.13, 3.33, 3.00, 11.62, 6.31),
+    ("orb+orb", "heinly"): _row(_FEATURES, 57.62, 58.98, 17.57, 56.45, 56.30, 50.24, 60.30),
+    ("asift+asift", "symbench"): _row(_FEATURES, 7.00, 7.15, 3.29, 4.54, 14.42, 17.48, 12.54),
+    ("asift+asift", "heinly"): _row(_FEATURES, 69.31, 92.31, 27.47, 78.72, 78.75, 44.21, 88.21),
+    ("blob+freak", "symbench"): _row(_FEATURES, 4.62, 2.35, 0.95, 1.97, 6.25, 0.50, 2.19),
+    ("blob+freak", "heinly"): _row(_FEATURES, 68.63, 76.25, 20.32, 74.45, 68.71, 4.30, 66.64),
+}
 
 # Table IV (tab:rob). The cases are VGG's scenes in alphabetical order. The paper's column "UASC" is USAC.
 ROBUSTNESS_SOURCE = SOURCE + ", Table IV"
@@ -74,8 +68,8 @@ def _case(name, scene, nuisance, precision, recall, f):
     return Case(name, scene, nuisance, *(_row(SELECTORS, *values) for values in (precision, recall, f)))
 
 
-ROBUSTNESS = OrderedDict(
-    (case.name, case)
+ROBUSTNESS = {
+    case.name: case
     for case in (
         _case(
             "case1",
@@ -142,42 +136,35 @@ ROBUSTNESS = OrderedDict(
             (58.39, 76.23, 7.36, 73.42, 76.33, 75.74, 76.08, 69.64),
         ),
     )
-)
+}
 
 # Table V (tab:sum), drawn upon F. Its detector and descriptor combinations name no dataset; the curves they are
 # read from (Fig. 8, fig:per6) are of VGG.
 GUIDE_SOURCE = SOURCE + ", Table V"
 Advice = namedtuple("Advice", "group name superior inferior")
-GUIDE = OrderedDict(
-    [
-        ("vgg", Advice("Datasets", "VGG", ("usac", "ransac", "vfc"), ("st",))),
-        ("symbench", Advice("Datasets", "Symbench", ("gms",), ("st", "usac"))),
-        ("heinly", Advice("Datasets", "Heinly", ("ransac", "nnsr", "lpm"), ("st", "gtm", "gms"))),
-        ("adelaidermf", Advice("Datasets", "AdelaideRMF", ("vfc", "lpm"), ("st", "ransac"))),
-        ("nnsr_vgg", Advice("NNSR pre-selection", "VGG", ("usac", "ransac", "lpm"), ("st",))),
-        ("nnsr_symbench", Advice("NNSR pre-selection", "Symbench", ("gms", "vfc"), ("st",))),
-        ("nnsr_heinly", Advice("NNSR pre-selection", "Heinly", ("lpm", "ransac", "vfc"), ("st", "gms"))),
-        ("sift+sift", Advice("Det/Des combinations", "SIFT+SIFT", ("usac", "nnsr", "gms"), ("st", "ransac"))),
-        ("orb+orb", Advice("Det/Des combinations", "ORB+ORB", ("lpm", "gms", "usac"), ("st", "vfc"))),
-        (
-            "asift+asift",
-            Advice("Det/Des combinations", "ASIFT+ASIFT", ("vfc", "ransac", "gms"), ("st", "usac", "nnsr")),
-        ),
-        (
-            "blob+freak",
-            Advice("Det/Des combinations", "BLOB+FREAK", ("vfc", "nnsr", "ransac"), ("st", "gms", "usac")),
-        ),
-        (
-            "zoom_and_rotation",
-            Advice("Robustness", "Zoom and rotation", ("usac", "ransac"), ("st", "gtm", "gms")),
-        ),
-        ("blur", Advice("Robustness", "Blur", ("nnsr", "gms"), ("st", "ransac"))),
-        ("viewpoint_change", Advice("Robustness", "Viewpoint change", ("usac", "vfc"), ("st", "nnsr"))),
-        ("light_change", Advice("Robustness", "Light change", ("usac", "vfc"), ("st",))),
-        ("jpeg_compression", Advice("Robustness", "JPEG compression", ("usac", "vfc"), ("st", "nnsr"))),
-        ("efficiency", Advice("Efficiency", "", ("gms", "nnsr"), ("st", "gtm"))),
-    ]
-)
+GUIDE = {
+    "vgg": Advice("Datasets", "VGG", ("usac", "ransac", "vfc"), ("st",)),
+    "symbench": Advice("Datasets", "Symbench", ("gms",), ("st", "usac")),
+    "heinly": Advice("Datasets", "Heinly", ("ransac", "nnsr", "lpm"), ("st", "gtm", "gms")),
+    "adelaidermf": Advice("Datasets", "AdelaideRMF", ("vfc", "lpm"), ("st", "ransac")),
+    "nnsr_vgg": Advice("NNSR pre-selection", "VGG", ("usac", "ransac", "lpm"), ("st",)),
+    "nnsr_symbench": Advice("NNSR pre-selection", "Symbench", ("gms", "vfc"), ("st",)),
+    "nnsr_heinly": Advice("NNSR pre-selection", "Heinly", ("lpm", "ransac", "vfc"), ("st", "gms")),
+    "sift+sift": Advice("Det/Des combinations", "SIFT+SIFT", ("usac", "nnsr", "gms"), ("st", "ransac")),
+    "orb+orb": Advice("Det/Des combinations", "ORB+ORB", ("lpm", "gms", "usac"), ("st", "vfc")),
+    "asift+asift": Advice(
+        "Det/Des combinations", "ASIFT+ASIFT", ("vfc", "ransac", "gms"), ("st", "usac", "nnsr")
+    ),
+    "blob+freak": Advice(
+        "Det/Des combinations", "BLOB+FREAK", ("vfc", "nnsr", "ransac"), ("st", "gms", "usac")
+    ),
+    "zoom_and_rotation": Advice("Robustness", "Zoom and rotation", ("usac", "ransac"), ("st", "gtm", "gms")),
+    "blur": Advice("Robustness", "Blur", ("nnsr", "gms"), ("st", "ransac")),
+    "viewpoint_change": Advice("Robustness", "Viewpoint change", ("usac", "vfc"), ("st", "nnsr")),
+    "light_change": Advice("Robustness", "Light change", ("usac", "vfc"), ("st",)),
+    "jpeg_compression": Advice("Robustness", "JPEG compression", ("usac", "vfc"), ("st", "nnsr")),
+    "efficiency": Advice("Efficiency", "", ("gms", "nnsr"), ("st", "gtm")),
+}
 
 # Fig. 8 (fig:per6): curves on VGG for these combinations; no numbers are printed.
 FEATURES_VGG = ("sift+sift", "orb+orb", "asift+asift", "blob+freak")

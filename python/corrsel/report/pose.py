@@ -1,12 +1,11 @@
 """What selections are good for: errors of the pose, and of the corners of the image under a homography."""
 import csv
-from collections import OrderedDict, namedtuple
+from collections import namedtuple
 
 import numpy as np
 from markupsafe import Markup
 
-from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
-from .figures import visible
+from .figures import draw_part, line_figures, new_axes, part_ending, visible
 from .markup import DASH, article, best_cell, group_heading, joined, paragraph, selector_name, sources, table
 from .markup import with_headings
 from .reading import POSES_HEADER, RowTable, group_of
@@ -69,10 +68,10 @@ FORMATS = {
 
 def groups_of(run, measure):
     """Return group -> selector -> row of pose_summary.csv, of the groups in which the measure is known."""
-    groups = OrderedDict()
+    groups = {}
     for row in run.pose_summary:
         if row[measure.pairs]:
-            groups.setdefault(group_of(row), OrderedDict())[row["selector"]] = row
+            groups.setdefault(group_of(row), {})[row["selector"]] = row
     return groups
 
 
@@ -174,13 +173,7 @@ def curve_panel(run, figures, group, measure, curves, part):
     figure, axes = new_axes(4.6, 3.4, 0.55, 0.15, 0.5, 0.34)
     if GROUND_TRUTH in curves:
         axes.plot(*curves[GROUND_TRUTH], color=DARK, linewidth=1.0, linestyle=":")
-    for selector in part.others + part.names[::-1]:
-        x, y = curves[selector]
-        with marked(axes, selector):
-            if selector in part.others:
-                draw_background(axes, x, y)
-            else:
-                draw_line(axes, x, y, run.styles[selector], label=plot_text(selector), markevery=0.2)
+    draw_part(axes, run, part, lambda selector, named: curves[selector], markevery=0.2)
     axes.set_xlim(0, measure.longest)
     axes.set_ylim(-0.02, 1.03)
     axes.set_xlabel(measure.axis)

@@ -2,7 +2,7 @@
 from . import paper, results
 from .compared import Block, comparison_table, dataset_notes, group_label, interval_text, measured
 from .compared import paper_dataset, paper_label, printed_f
-from .figures import line_style, marked, new_axes, plot_text, selector_ticks
+from .figures import line_style, marked, new_axes, plot_text, selector_rows
 from .markup import joined, panels, paragraph, sources
 from .reading import Group
 from .scopes import groups_of
@@ -34,10 +34,7 @@ def arrow_panel(run, figures, group):
             axes.plot([x0, x1], [y, y], color=colour, linewidth=1.4)
             axes.plot([x0], [y], **dict(style, markerfacecolor="white", markeredgecolor=colour))
             axes.plot([x1], [y], **dict(style, markerfacecolor=style["color"]))
-    axes.set_yticks(range(len(selectors)))
-    selector_ticks(axes.yaxis, selectors, 13)
-    axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(selectors) - 0.5, -0.5)
+    selector_rows(axes, selectors, 13)
     axes.set_xlim(-0.03, 1.03)
     axes.set_xlabel("mean F: hollow without, full with preselection")
     axes.set_title(plot_text(group.dataset, 40), loc="left")

@@ -15,6 +15,7 @@ A further large table of the same kind is read with `tables.read_columns` into a
 """
 import csv
 import json
+import re
 from collections import Counter, OrderedDict, namedtuple
 
 import numpy as np
@@ -22,14 +23,28 @@ import yaml
 
 from .left_out import LeftOut, cause
 from .selectors import SHARED_NAMES, is_baseline, selector_key, selector_styles
-from .tables import Columns, ReportError, read_columns, read_optional_columns, read_optional_table, read_text
+from .tables import (
+    Columns,
+    ReportError,
+    open_text,
+    read_columns,
+    read_optional_columns,
+    read_optional_table,
+    read_text,
+)
 from .words import is_unrelated
 
+PAIRS_FORMAT = "# corrsel pairs "  # begins pairs.csv; the number of the format follows
+PAIRS_VERSION = 2
+# The columns of each tolerance stand before n_selected and before status, see pairs_header.
 PAIRS_HEADER = (
-    "dataset,sequence,pair,features,preselection,selector,tau_px,n_left,n_right,n_putative,n_ground_truth,"
-    "n_selected,n_correct,precision,recall_paper,recall_same_tau,f_paper,f_same_tau,status,"
-    "confidence,seed,detect_s,describe_s,match_s,select_s"
+    "dataset,sequence,pair,features,preselection,selector,truth,n_left,n_right,n_putative,n_ground_truth,"
+    "n_selected,n_correct_labels,status,confidence,seed,detect_s,describe_s,match_s,select_s"
 ).split(",")
+INLIERS, CORRECT = "n_inliers_%spx", "n_correct_%spx"
+MEASURES = ["tau_px", "n_correct", "precision", "recall_paper", "recall_same_tau", "f_paper", "f_same_tau"]
+# The columns that the sections see: a row for each selection and tolerance, tau_px is NaN with labelled truth.
+ROW_HEADER = [name for name in PAIRS_HEADER if name != "n_correct_labels"] + MEASURES
 POSES_HEADER = (
     "dataset,sequence,pair,features,preselection,selector,seed,status,n_selected,model,n_inliers,rotation_deg,"
     "translation_deg,pose_deg,epipolar_precision,corner_px,estimate_s"
@@ -100,6 +115,84 @@ def read_config(run):
     run.sections = run.list_setting("sections")
 
 
+def pairs_header(taus):
+    """Return the header of a pairs.csv with these tolerances, given as texts, px."""
+    at, end = PAIRS_HEADER.index("n_selected"), PAIRS_HEADER.index("status")
+    inliers, correct = [INLIERS % tau for tau in taus], [CORRECT % tau for tau in taus]
+    return PAIRS_HEADER[:at] + inliers + PAIRS_HEADER[at:end] + correct + PAIRS_HEADER[end:]
+
+
+def check_format(path, line):
+    """Raise ReportError where the first line of a pairs.csv is not that of this version."""
+    expected = "%s%d" % (PAIRS_FORMAT, PAIRS_VERSION)
+    if not line or line == expected:
+        return
+    if line.startswith(PAIRS_FORMAT):
+        found = "it has format %s" % line[len(PAIRS_FORMAT) :]
+    elif line.startswith("dataset,"):
+        found = "it has format 1 (no line with a version), which corrsel wrote up to version 0.1.0"
+    else:
+        raise ReportError(
+            "%s: the first line is not '%s'. Remedy: give the output folder of a run." % (path, expected)
+        )
+    raise ReportError(
+        "%s: %s; this version reads format %d. Remedy: run the benchmark again with the settings in the folder's"
+        " config.yaml and another output folder, or make the report with the version that wrote the folder, which its"
+        " environment.json names." % (path, found, PAIRS_VERSION)
+    )
+
+
+def ratio(part, whole):
+    """Return part / whole, NaN where the whole is 0."""
+    return np.divide(part, whole, out=np.full(len(part), np.nan), where=whole != 0)
+
+
+def harmonic_mean(precision, recall):
+    """Return F; 0 where nothing was selected, NaN where the recall is undefined."""
+    both = precision + recall
+    usable = both > 0
+    f = np.divide(2 * precision * recall, both, out=np.zeros(len(both)), where=usable)
+    f[np.isnan(recall)] = np.nan
+    return f
+
+
+def by_tolerance(table, taus):
+    """Return Columns with ROW_HEADER of the Columns of a pairs.csv: one row per selection and tolerance."""
+    labelled = table["truth"] == table.code("truth", "labels")
+    counts = np.where(labelled, 1, len(taus))
+    source = np.repeat(np.arange(len(table)), counts)
+    which = np.arange(len(source)) - np.repeat(np.cumsum(counts) - counts, counts)  # number of the tolerance
+    labelled = labelled[source]
+
+    def chosen(pattern, of_labels):
+        values = np.stack([table[pattern % tau] for tau in taus])[which, source]
+        return np.where(labelled, table[of_labels][source], values)
+
+    rows = Columns(ROW_HEADER)
+    for name in ROW_HEADER:
+        if name not in MEASURES:
+            rows.arrays[name] = table[name][source]
+    rows.texts = {name: table.texts[name] for name in rows.texts}
+    correct, inliers = chosen(CORRECT, "n_correct_labels"), chosen(INLIERS, "n_ground_truth")
+    rows.arrays["tau_px"] = np.where(labelled, np.nan, np.array([float(tau) for tau in taus])[which])
+    rows.arrays["n_correct"] = correct
+    rows.arrays["precision"] = ratio(correct, rows["n_selected"])
+    for name, whole in (("paper", rows["n_ground_truth"]), ("same_tau", inliers)):
+        rows.arrays["recall_" + name] = ratio(correct, whole)
+        rows.arrays["f_" + name] = harmonic_mean(rows["precision"], rows["recall_" + name])
+    return rows
+
+
+def read_pairs(path, notes):
+    """Read a pairs.csv into Columns with ROW_HEADER; for what cannot be read, see tables.read_table."""
+    with open_text(path) as stream:
+        first, names = (stream.readline().rstrip("\r\n") for _ in range(2))
+    check_format(path, first)
+    taus = re.findall("(?<=,)" + INLIERS % "([^,]+)" + "(?=,)", names)
+    table = read_columns(path, pairs_header(taus), notes, 1)
+    return by_tolerance(table, taus) if taus else Columns(ROW_HEADER)
+
+
 def read_run(folder):
     """Read the folder of a run into a Run; raises ReportError without a usable pairs.csv."""
     if not folder.is_dir():
@@ -112,7 +205,7 @@ def read_run(folder):
         )
     notes = []
     try:
-        table = read_columns(pairs_file, PAIRS_HEADER, notes)
+        table = read_pairs(pairs_file, notes)
     except (OSError, csv.Error) as error:
         raise ReportError(
             "%s: cannot be read (%s). Remedy: check the file and its permissions." % (pairs_file, error)

@@ -1,13 +1,12 @@
 """What the run noticed about its input, in words."""
-from collections import OrderedDict
 
 
 def remark_sentences(run):
     """Return one sentence per remark of remarks.csv; equal ones on several datasets are put together."""
-    places = OrderedDict()
+    places = {}
     for row in run.remarks:
         place = "/".join(filter(None, (row["dataset"], row["sequence"])))
-        places.setdefault((row["selector"], row["remark"]), OrderedDict())[place] = None
+        places.setdefault((row["selector"], row["remark"]), {})[place] = None
     out = []
     for (selector, remark), where in places.items():
         names = ", ".join(filter(None, where))

@@ -1,11 +1,8 @@
 """Means of every dataset, kind of features and preselection: table and curves."""
-from collections import OrderedDict
-
 import numpy as np
 from matplotlib.ticker import FuncFormatter
 
-from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
-from .figures import selector_ticks
+from .figures import draw_part, line_figures, marked, new_axes, part_ending, selector_rows
 from .markup import HIGHEST, LOWEST, Cell, article, compared_cell, contents, group_heading, joined, panels
 from .markup import paragraph, row_class, selector_name, sources, table, with_headings
 from .left_out import left_out_sentence
@@ -21,16 +18,13 @@ def curve_panel(run, figures, group, part, title, column, name):
     """Draw the mean of one measure against tau, one line per selector of a part."""
     figure, axes = new_axes(3.9, 3.1, 0.5, 0.12, 0.48, 0.34)
     taus = run.taus(group)
-    for selector in part.others + part.names[::-1]:
+
+    def line_of(selector, named):
         rows = [(tau, run.mean(group, selector, tau)) for tau in taus]
         points = [(tau, row[column]) for tau, row in rows if row and row[column] is not None]
-        if points:
-            x, y = zip(*points)
-            with marked(axes, selector):
-                if selector in part.others:
-                    draw_background(axes, x, y)
-                else:
-                    draw_line(axes, x, y, run.styles[selector], label=plot_text(selector))
+        return tuple(zip(*points))
+
+    draw_part(axes, run, part, line_of)
     axes.set_title(title, loc="left")
     axes.set_xlabel("tolerance \u03c4 (px)")
     axes.set_ylim(-0.02, 1.02)
@@ -67,10 +61,7 @@ def bar_panel(run, figures, group, title, column, name):
                 axes.plot([low, high], [y, y], color="#222222", linewidth=1.4, marker="|", markersize=6)
                 end = max(value, high)
             axes.text(end + 0.025, y, fraction(value), va="center", fontsize=8.5)
-    axes.set_yticks(range(len(selectors)))
-    selector_ticks(axes.yaxis, selectors, 13)
-    axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(selectors) - 0.5, -0.5)
+    selector_rows(axes, selectors, 13)
     axes.set_xlim(0, 1)
     axes.set_xticks([0, 0.25, 0.5, 0.75, 1])
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: "%g" % x))
@@ -132,7 +123,7 @@ def group_notes(run, group):
         out.append(
             "The run has no tolerance of %g px here; the table is made at %g px." % (REFERENCE_TAU, tau)
         )
-    counts = OrderedDict((r["selector"], r["pairs"]) for r in run.ranking(group) if r["pairs"] is not None)
+    counts = {r["selector"]: r["pairs"] for r in run.ranking(group) if r["pairs"] is not None}
     if len(set(counts.values())) > 1:
         out.append(
             "The selectors have results on different numbers of pairs (see the last column): their means are"

@@ -1,11 +1,11 @@
 """Section on robustness: the eight cases of the paper's Table IV, measured beside printed."""
-from collections import OrderedDict, namedtuple
+from collections import namedtuple
 
 import numpy as np
 from markupsafe import Markup
 
 from . import paper
-from .figures import marked, new_axes, plot_text, selector_ticks
+from .figures import marked, new_axes, plot_text, selector_rows
 from .inference import average_ranks, is_separate, mean_interval, paired_difference, spearman
 from .markup import DASH, Cell, article, below, bold, compared_cell, findings, group_heading, heading, joined
 from .markup import lines, panels, paragraph, row_class, selector_name, table, with_headings
@@ -13,20 +13,18 @@ from .reading import Group, average_by_pair
 from .selectors import DARK, YELLOW, is_baseline
 from .words import at_tau, features_text, fraction, group_text, plural, span
 
-SAMPLE_SEQUENCES = OrderedDict(
-    [
-        ("case1", "zoom_rotation_1"),
-        ("case2", "blur_1"),
-        ("case3", "zoom_rotation_2"),
-        ("case4", "viewpoint_1"),
-        ("case5", "light"),
-        ("case6", "blur_2"),
-        ("case7", "jpeg"),
-        ("case8", "viewpoint_2"),
-    ]
-)
-VGG_SEQUENCES = OrderedDict((name, case.scene) for name, case in paper.ROBUSTNESS.items())
-SEQUENCES = OrderedDict([("vgg", VGG_SEQUENCES), ("sample", SAMPLE_SEQUENCES)])
+SAMPLE_SEQUENCES = {
+    "case1": "zoom_rotation_1",
+    "case2": "blur_1",
+    "case3": "zoom_rotation_2",
+    "case4": "viewpoint_1",
+    "case5": "light",
+    "case6": "blur_2",
+    "case7": "jpeg",
+    "case8": "viewpoint_2",
+}
+VGG_SEQUENCES = {name: case.scene for name, case in paper.ROBUSTNESS.items()}
+SEQUENCES = {"vgg": VGG_SEQUENCES, "sample": SAMPLE_SEQUENCES}
 
 InlierRatio = namedtuple("InlierRatio", "pairs within_10 within_5")
 Score = namedtuple("Score", "precision recall f values empty")  # f: Estimate; values: F of each pair
@@ -119,8 +117,8 @@ def results(run, group):
     out = []
     for name, case in paper.ROBUSTNESS.items():
         sequence = SEQUENCES[group.dataset][name]
-        scores = OrderedDict((s, score(run, group, sequence, s)) for s in run.selectors_of(group))
-        scores = OrderedDict((s, v) for s, v in scores.items() if v is not None)
+        scores = {s: score(run, group, sequence, s) for s in run.selectors_of(group)}
+        scores = {s: v for s, v in scores.items() if v is not None}
         if not any(not is_baseline(s) for s in scores):
             continue
         putative = run.pair_constants(group, "n_putative")[run.in_sequences(group, [sequence])]
@@ -158,7 +156,7 @@ def correlation(result):
 def ranks(values):
     """Return selector -> rank, 1 the highest, of selector -> value."""
     numbers = average_ranks([-v for v in values.values()]) if values else []
-    return OrderedDict(zip(values, numbers))
+    return dict(zip(values, numbers))
 
 
 # ------------------------------------------------------------------------------------------------ sentences
@@ -283,7 +281,7 @@ def case_table(result, tau):
     """Return the table of one case: ours, and the paper's where there is one."""
     names = competing(result)
     scores = result.scores
-    our_ranks = ranks(OrderedDict((s, scores[s].f.mean) for s in names))
+    our_ranks = ranks({s: scores[s].f.mean for s in names})
     columns = [
         [scores[s].precision for s in names],
         [scores[s].recall for s in names],
@@ -408,10 +406,7 @@ def dot_panel(run, figures, group, result):
                     markeredgecolor="#222222",
                     markersize=5.5,
                 )
-    axes.set_yticks(range(len(names)))
-    selector_ticks(axes.yaxis, names, 13)
-    axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(names) - 0.5, -0.5)
+    selector_rows(axes, names, 13)
     axes.set_xlim(-0.02, 1.02)
     axes.set_title("%s: %s" % (result.case.name, plot_text(result.sequence)), loc="left")
     label = "F of each selector in %s (%s, %s)" % (result.case.name, result.sequence, result.case.nuisance)

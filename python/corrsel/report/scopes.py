@@ -1,6 +1,4 @@
 """Which results belong to which experiment of a preset."""
-from collections import OrderedDict
-
 from .selectors import SHARED_NAMES, selector_key
 from .words import GIVEN
 
@@ -47,7 +45,7 @@ def makes_variants(run):
 def switches_of(run):
     """Return the name of each switch of the page -> the selectors that it shows: one, or the variants of one line."""
     shared = [name_of for experiment, name_of in SHARED_NAMES.items() if experiment in run.sections]
-    switches = OrderedDict()
+    switches = {}
     for selector in sorted(run.styles, key=selector_key):
         name = selector
         for name_of in shared:
@@ -60,7 +58,7 @@ def other_groups(run):
     """Return the groups with means that no experiment of the run's preset shows."""
     if makes_variants(run):
         return []
-    shown = OrderedDict.fromkeys(
+    shown = dict.fromkeys(
         group
         for name in ("overall", "preselected", "features")
         if name in run.sections

@@ -1,6 +1,6 @@
 """The names of selectors: their groups and order in the report, and one style for each in every figure."""
 import functools
-from collections import Counter, OrderedDict, namedtuple
+from collections import Counter, namedtuple
 
 from .groups import GROUPS, MAIN_PARAMETERS
 
@@ -36,7 +36,7 @@ def take_apart(selector):
     beginning, _, inside = selector.partition("[")
     base, _, preset = beginning.partition(":")
     pairs = (piece.partition("=") for piece in inside.rstrip("]").split(";") if piece)
-    return Parts(base, preset, OrderedDict((name.strip(), value.strip()) for name, _, value in pairs))
+    return Parts(base, preset, {name.strip(): value.strip() for name, _, value in pairs})
 
 
 def without_options(selector, names):
@@ -62,7 +62,7 @@ def curve_name(selector):
 
 
 # The experiments that join variants of a selector to one line -> the name of the line that a variant belongs to.
-SHARED_NAMES = OrderedDict((("budget", budget_name), ("curves", curve_name)))
+SHARED_NAMES = {"budget": budget_name, "curves": curve_name}
 
 
 def is_baseline(selector):
@@ -113,7 +113,7 @@ def parts(selectors):
     """
     if not are_many(selectors):
         return [Part("", list(selectors), [])]
-    groups = OrderedDict()
+    groups = {}
     for selector in selectors:
         if not is_baseline(selector):
             groups.setdefault(group_of_selector(selector), []).append(selector)

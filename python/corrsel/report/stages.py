@@ -1,9 +1,7 @@
 """Where the time of the whole run went, by stage and dataset; memory."""
-from collections import OrderedDict
-
 import numpy as np
 
-from .figures import new_axes, plot_text
+from .figures import name_rows, new_axes, plot_text
 from .markup import DASH, Cell, bold, dataset_html, joined, panels, paragraph, sources, table
 
 STAGES = (
@@ -45,7 +43,7 @@ def duration_cell(seconds):
 
 def sums(run):
     """Return (dataset -> stage -> s, dataset -> number of pairs, stage -> s of the stages of no dataset)."""
-    datasets, pairs, whole = OrderedDict(), {}, OrderedDict()
+    datasets, pairs, whole = {}, {}, {}
     rows = run.stages
     known = np.isfinite(rows["seconds"])
     cells, first = rows.numbering("dataset", "stage")
@@ -53,7 +51,7 @@ def sums(run):
     counts = np.bincount(cells[known], minlength=len(first))
     for i in np.flatnonzero(counts):
         dataset, stage = (rows.texts[name][rows[name][first[i]]] for name in ("dataset", "stage"))
-        (datasets.setdefault(dataset, OrderedDict()) if dataset else whole)[stage] = float(totals[i])
+        (datasets.setdefault(dataset, {}) if dataset else whole)[stage] = float(totals[i])
     for dataset in datasets:
         of_dataset = known & (rows["dataset"] == rows.code("dataset", dataset)) & np.isfinite(rows["number"])
         pairs[dataset] = len(np.unique(rows["number"][of_dataset]))
@@ -62,7 +60,7 @@ def sums(run):
 
 def stages_of(datasets):
     """Return the names of the stages there are, the known ones first."""
-    found = OrderedDict.fromkeys(stage for stages in datasets.values() for stage in stages)
+    found = dict.fromkeys(stage for stages in datasets.values() for stage in stages)
     return [s for s in STAGES if s in found] + sorted(s for s in found if s not in STAGES)
 
 
@@ -87,10 +85,7 @@ def stage_panel(figures, datasets):
             edgecolor="white",
             linewidth=0.5,
         )
-    axes.set_yticks(range(len(datasets)))
-    axes.set_yticklabels([plot_text(d, 26) for d in datasets])
-    axes.set_ylim(len(datasets) - 0.5, -0.5)
-    axes.tick_params(axis="y", length=0)
+    name_rows(axes, [plot_text(dataset, 26) for dataset in datasets])
     axes.set_xlabel("time (%s)" % unit)
     axes.grid(True, axis="x")
     axes.legend(
@@ -113,7 +108,7 @@ def html(run, figures):
     out = []
     if datasets or whole:
         names = stages_of(datasets)
-        rows, totals = [], OrderedDict((n, 0.0) for n in names)
+        rows, totals = [], {n: 0.0 for n in names}
         for dataset, stages in datasets.items():
             cells = [dataset_html(dataset), str(pairs[dataset])]
             for name in names:

@@ -11,7 +11,7 @@ import numpy as np
 from .words import plural
 
 TEXT_COLUMNS = {"dataset", "sequence", "pair", "features", "preselection", "selector", "status", "seed"}
-TEXT_COLUMNS |= {"stage", "error", "file", "threads", "remark", "model"}
+TEXT_COLUMNS |= {"truth", "stage", "error", "file", "threads", "remark", "model"}
 BLOCK = 1000  # rows that are converted at a time; as many stay in the processor's cache
 NAMED_LINES = 10  # of those that cannot be read
 LINE_BREAK = re.compile("\r\n|\r|\n")
@@ -104,9 +104,9 @@ class Blocks:
     places of further rows that it cannot read. All of them are noted when the iteration ends.
     """
 
-    def __init__(self, path, header, notes):
-        """Remember the file, the header that it must have, and the list that receives the notes."""
-        self.path, self.header, self.notes = path, header, notes
+    def __init__(self, path, header, notes, skipped=0):
+        """Remember the file, the header that it must have, the list that receives the notes, and the lines before the header."""
+        self.path, self.header, self.notes, self.skipped = path, header, notes, skipped
         self.block, self.lines_before, self.rejected = [], 0, []
         self.count, self.named = (
             0,
@@ -159,7 +159,9 @@ class Blocks:
                 return
         with open_text(self.path) as stream:
             reader = csv.reader(self.whole_lines(stream))
-            self.check_header(next(reader))
+            for _ in range(self.skipped):
+                next(reader)
+            self.check_header(next(reader, []))
             self.lines_before = reader.line_num
             for rows in iter(lambda: list(itertools.islice(reader, BLOCK)), []):
                 self.block, places = rows, range(len(rows))
@@ -282,9 +284,9 @@ def is_readable(header, cells):
     return True
 
 
-def read_columns(path, header, notes):
-    """Read a CSV file into Columns; for what cannot be read, see read_table."""
-    blocks, out, count = Blocks(path, header, notes), Columns(header), 0
+def read_columns(path, header, notes, skipped=0):
+    """Read a CSV file, with `skipped` lines before its header, into Columns; for what cannot be read, see read_table."""
+    blocks, out, count = Blocks(path, header, notes, skipped), Columns(header), 0
     codes = {name: Codes() for name in out.texts}
     for places, rows in blocks:
         try:

@@ -1,6 +1,4 @@
 """The results of a run as plain text, for a terminal."""
-from collections import OrderedDict
-
 from .compared import percent
 from .left_out import left_out_sentence
 from .pose import CORNERS, GROUND_TRUTH, MEASURES, POSE, groups_of, interval_of, ranking
@@ -86,7 +84,7 @@ def winners_lines(run):
     groups = [group for group in run.groups if group in run.means and ran(run, group)]
     if not groups:
         return ["No pair with ground truth was evaluated."]
-    taus = OrderedDict.fromkeys(map(run.tau, groups))
+    taus = dict.fromkeys(map(run.tau, groups))
     head = ["", "pairs", "highest F", "runner-up", "intervals", "better on", "fastest", "keep_all"]
     title = "Highest mean F in percent (%s), with its 95 %% interval:" % ", ".join(map(tolerance, taus))
     return [title] + columns(head, [winners_row(run, group) for group in groups], WINNERS_TEXTS)
@@ -121,7 +119,7 @@ def measure_lines(run, measure):
 
 def remark_lines(run):
     """Return what limits the comparison: pairs that are not in the means, selectors that did not run, images."""
-    out = OrderedDict()  # sentence -> groups
+    out = {}  # sentence -> groups
     for group in run.groups:
         text = left_out_sentence(run, group)
         if text:

@@ -1,10 +1,8 @@
 """Mean F against selection time, F pair by pair, and the time before selection."""
-from collections import OrderedDict
-
 import numpy as np
 
 from .figures import format_time_axis, line_style, marked, new_axes, overlap_area, pixel_boxes, place_labels
-from .figures import plot_text, selector_ticks
+from .figures import plot_text, selector_rows
 from .markup import DASH, article, group_heading, joined, panels, paragraph, sources, table, text_cell
 from .scopes import figure_name, is_main, makes_variants
 from .selectors import DARK, GREY, YELLOW, is_baseline
@@ -122,10 +120,7 @@ def distribution_panel(run, figures, group):
             low, middle, high = np.percentile(values, [25, 50, 75])
             axes.plot([low, high], [y, y], color="#222222", linewidth=1.2, solid_capstyle="butt")
             axes.plot([middle], [y], "|", color="#222222", markersize=13, markeredgewidth=2.2)
-    axes.set_yticks(range(len(selectors)))
-    selector_ticks(axes.yaxis, selectors, 14)
-    axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(selectors) - 0.4, -0.6)
+    selector_rows(axes, selectors, 14, pad=0.4)
     axes.set_xlim(-0.02, 1.02)
     axes.set_xlabel("F of a pair")
     axes.set_title("F pair by pair", loc="left")
@@ -136,7 +131,7 @@ def distribution_panel(run, figures, group):
 def stage_table(run):
     """Return the table of the median time of each stage before selection, from pairs.csv."""
     rows = []
-    for key in OrderedDict.fromkeys((g.dataset, g.features) for g in run.groups):
+    for key in dict.fromkeys((g.dataset, g.features) for g in run.groups):
         first = run.first_rows(*key)
         cells = [key[0], text_cell(features_text(key[1])), str(len(first))]
         for columns, show in (

@@ -1,11 +1,10 @@
 """Experiment unrelated: what the selectors select where all matches are wrong, and whether they know it."""
-from collections import OrderedDict, namedtuple
+from collections import namedtuple
 
 import numpy as np
 from markupsafe import Markup
 
-from .figures import draw_background, draw_line, line_figures, marked, new_axes, part_ending, plot_text
-from .figures import visible
+from .figures import draw_part, line_figures, new_axes, part_ending, plot_text, visible
 from .markup import DASH, article, best_cell, bold, dataset_html, joined, paragraph, row_class, selector_name
 from .markup import sources, table, text_cell, with_headings
 from .selectors import is_baseline, selector_key
@@ -34,14 +33,14 @@ def judged_of(rows):
 
 def cells_of(run):
     """Return (features, preselection) -> dataset -> selector -> Judged, of the cells with unrelated pairs."""
-    cells = OrderedDict()
+    cells = {}
     for group in run.pairs.groups:
-        datasets = cells.setdefault((group.features, group.preselection), OrderedDict())
-        judged = OrderedDict((s, judged_of(run.rows(group, s))) for s in run.pairs.selectors_of(group))
-        judged = OrderedDict((s, j) for s, j in judged.items() if j is not None)
+        datasets = cells.setdefault((group.features, group.preselection), {})
+        judged = {s: judged_of(run.rows(group, s)) for s in run.pairs.selectors_of(group)}
+        judged = {s: j for s, j in judged.items() if j is not None}
         if judged:
             datasets[group.dataset] = judged
-    return OrderedDict((key, cell) for key, cell in cells.items() if any(is_unrelated(d) for d in cell))
+    return {key: cell for key, cell in cells.items() if any(is_unrelated(d) for d in cell)}
 
 
 def unrelated_of(cell, selector):
@@ -111,10 +110,10 @@ def selectors_of(cell):
 def areas_of(cell, selector):
     """Return dataset -> area under the ROC of its pairs against all unrelated pairs of the cell."""
     wrong = scores(cell, selector, unrelated_of(cell, selector))
-    return OrderedDict(
-        (dataset, area(scores(cell, selector, cell[dataset].get(selector, NOTHING)), wrong))
+    return {
+        dataset: area(scores(cell, selector, cell[dataset].get(selector, NOTHING)), wrong)
         for dataset in related_datasets(cell)
-    )
+    }
 
 
 def cell_table(name, cell):
@@ -123,7 +122,7 @@ def cell_table(name, cell):
     head = ["Selector", "Unrelated pairs", "of them accepted", "Accepted"]
     head += ["%s: accepted" % d for d in datasets]
     head += ["Score of the ROC"] + ["%s: area" % d for d in datasets]
-    values = OrderedDict()
+    values = {}
     for selector in selectors_of(cell):
         wrong = unrelated_of(cell, selector)
         values[selector] = (wrong, accepted(wrong), areas_of(cell, selector))
@@ -159,21 +158,18 @@ def cell_table(name, cell):
 def roc_panel(run, figures, name, cell, dataset, part):
     """Draw the ROC of the selectors of a part between the pairs of a dataset and all unrelated pairs of the cell."""
     figure, axes = new_axes(4.6, 3.6, 0.55, 0.15, 0.5, 0.34)
-    for selector in part.others + part.names[::-1]:
-        with marked(axes, selector):
-            right = scores(cell, selector, cell[dataset].get(selector, NOTHING))
-            wrong = scores(cell, selector, unrelated_of(cell, selector))
-            if len(right) == 0 or len(wrong) == 0:
-                continue
-            x, y = roc(right, wrong)
-            x = np.maximum(x, SMALLEST_SHARE)
-            shown = visible(np.log10(x), y)
-            x, y = x[shown], y[shown]
-            x, y = np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]  # no interpolation between thresholds
-            if selector in part.others:
-                draw_background(axes, x, y)
-                continue
-            draw_line(axes, x, y, run.styles[selector], label=plot_text(selector), markevery=0.2)
+
+    def line_of(selector, named):
+        related = scores(cell, selector, cell[dataset].get(selector, NOTHING))
+        unrelated = scores(cell, selector, unrelated_of(cell, selector))
+        if len(related) == 0 or len(unrelated) == 0:
+            return None
+        x, y = roc(related, unrelated)
+        x = np.maximum(x, SMALLEST_SHARE)
+        shown = visible(np.log10(x), y)
+        return np.repeat(x[shown], 2)[1:], np.repeat(y[shown], 2)[:-1]  # no interpolation between thresholds
+
+    draw_part(axes, run, part, line_of, markevery=0.2)
     axes.set_xscale("log")
     axes.set_xlim(SMALLEST_SHARE, 1.1)
     axes.set_ylim(-0.02, 1.03)
@@ -186,7 +182,7 @@ def roc_panel(run, figures, name, cell, dataset, part):
 
 def statement(cell):
     """Return who accepts the fewest unrelated pairs, as a sentence; '' without competing selectors."""
-    counts = OrderedDict()
+    counts = {}
     for selector in selectors_of(cell):
         wrong = unrelated_of(cell, selector)
         if count_of(wrong) and not is_baseline(selector):
@@ -230,7 +226,7 @@ def html(run, figures):
     cells = cells_of(run)
     if not cells:
         return paragraph("The run has no unrelated pairs yet.")
-    datasets = list(OrderedDict.fromkeys(d for cell in cells.values() for d in cell if is_unrelated(d)))
+    datasets = list(dict.fromkeys(d for cell in cells.values() for d in cell if is_unrelated(d)))
     counts = (Markup("%s (%s)") % (dataset_html(d), plural(run.datasets[d], "pair")) for d in datasets)
     intro = Markup(
         "Each of these pairs consists of two images of different scenes, so that every match is wrong: %s."

@@ -1,7 +1,7 @@
 """Experiment visual: drawn matches, pairs by selectors, with successes and failures named (the paper's Fig. 12)."""
 import base64
 import itertools
-from collections import OrderedDict, namedtuple
+from collections import namedtuple
 from urllib.parse import quote
 
 import numpy as np
@@ -73,7 +73,7 @@ def drawn_f(run, row):
 
 def drawn_images(run):
     """Return the Drawn images, by pair in the index's order, selectors in the report's order."""
-    pairs = OrderedDict()
+    pairs = {}
     for row in run.images:
         pairs.setdefault(pair_of(row), []).append(row)
     out = []
@@ -105,7 +105,7 @@ def findings(images):
     The success is the pair of its highest F, the failure that of its largest shortfall against the best selector,
     far ones (see is_failure) before others.
     """
-    out = OrderedDict()
+    out = {}
     for selector in sorted({d.row["selector"] for d in images}, key=selector_key):
         own = [d for d in images if d.row["selector"] == selector and d.f is not None]
         if is_baseline(selector) or not own:
@@ -193,7 +193,7 @@ def findings_html(images):
 def embedded(run, images):
     """Return index -> path of the images that go into the page: successes and failures first."""
     named = [d for pair in findings(images).values() for d in pair if d]
-    out, size = OrderedDict(), 0
+    out, size = {}, 0
     for drawn in named + images:
         path = image_path(run, drawn.row["file"])
         if path is None or drawn.index in out or len(out) >= MAX_EMBEDDED:

@@ -1,19 +1,17 @@
 """Numbers and names as words; nothing here is HTML."""
-from collections import OrderedDict
 
-STATUSES = OrderedDict(
-    [
-        ("ok", "a selection was made"),
-        ("too_few", "fewer matches than the method needs; nothing selected"),
-        ("degenerate", "the matches (all equal, or on one line) cannot decide the model"),
-        ("no_model", "the search ended without a model"),
-        ("unsupported_input", "the input lacks something the method needs, such as descriptor distances"),
-        ("too_large", "more matches than the memory or time options allow"),
-        ("time_limit", "stopped at its time limit; the best result until then counts"),
-        ("failed", "the method reported an internal error"),
-        ("uncertain", "a selection was made, but its confidence is below min_confidence"),
-    ]
-)
+
+STATUSES = {
+    "ok": "a selection was made",
+    "too_few": "fewer matches than the method needs; nothing selected",
+    "degenerate": "the matches (all equal, or on one line) cannot decide the model",
+    "no_model": "the search ended without a model",
+    "unsupported_input": "the input lacks something the method needs, such as descriptor distances",
+    "too_large": "more matches than the memory or time options allow",
+    "time_limit": "stopped at its time limit; the best result until then counts",
+    "failed": "the method reported an internal error",
+    "uncertain": "a selection was made, but its confidence is below min_confidence",
+}
 PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
 UNRELATED = "unrelated_"  # begins the name of a dataset of pairs of different scenes
 GIVEN = "given"  # features of a dataset that provides matches

@@ -51,7 +51,8 @@ const CommandLineTable& benchmarkArguments() {
           {"seed", "N", "0", "seed of the selectors and of the generated pairs"},
           {"max_pairs", "N", "0", "number of pairs taken from the beginning of every dataset, 0 = all"},
           {"output_dir", "FOLDER", "",
-           "folder of the run; default: a new one below $ROS_HOME/corrsel (~/.ros/corrsel)"},
+           "folder of the run; default: a new one below $ROS_HOME/corrsel (~/.ros/corrsel), without ROS "
+           "below ~/.local/share/corrsel"},
           {"resume", "BOOL", "false", "continue the run that output_dir holds"},
           {"shard", "I/N", "", "run only the i-th of n parts of the pairs; merge joins the parts"},
           {"merge", "LIST", "",

@@ -2,38 +2,34 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <iostream>
+#include <map>
 
 #include "base/text.h"
 #include "corrsel/benchmark/experiments.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
-#include "corrsel/ros/selector_plugins.h"
 #include "corrsel/selectors/factory.h"
 #include "datasets/files.h"
 #include "programs/benchmark/argument_table.h"
+#include "programs/benchmark/front.h"
 
 namespace corrsel {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string defaultOutputDir() {
-  const char* const ros_home = std::getenv("ROS_HOME");
-  const char* const home = std::getenv("HOME");
-  const fs::path root =
-      ros_home && *ros_home ? fs::path(ros_home) : fs::path(home && *home ? home : ".") / ".ros";
+/// A new folder below that of all runs.
+std::string defaultOutputDir(const fs::path& runs) {
   const std::time_t now = std::time(nullptr);
   char stamp[32];
   std::tm local{};
   std::strftime(stamp, sizeof(stamp), "benchmark_%Y%m%d_%H%M%S", localtime_r(&now, &local));
-  fs::path folder = root / "corrsel" / stamp;
-  for (int k = 2; fs::exists(folder); ++k)
-    folder = root / "corrsel" / (std::string(stamp) + "_" + std::to_string(k));
+  fs::path folder = runs / stamp;
+  for (int k = 2; fs::exists(folder); ++k) folder = runs / (std::string(stamp) + "_" + std::to_string(k));
   return folder.string();
 }
 
@@ -79,7 +75,9 @@ std::vector<std::string> datasetsOf(const std::string& experiment, const std::st
                    "; see docs/datasets.md");
 }
 
-BagTopics bagTopics(const Values& values, core::BenchmarkConfig& config) {
+/// The arguments on the topics of a bag, by name.
+std::map<std::string, std::string> bagTopics(const Values& values, const core::BenchmarkConfig& config) {
+  std::map<std::string, std::string> topics;
   for (const char* name : {"left", "right", "left_info", "right_info", "ground_truth", "correspondences",
                            "images", "max_stamp_difference"}) {
     if (values.text(name).empty()) continue;
@@ -87,19 +85,9 @@ BagTopics bagTopics(const Values& values, core::BenchmarkConfig& config) {
       throw UsageError(std::string(name) + " '" + values.text(name) +
                        "' is given without a bag: give bag, too");
     }
-    config.bag_topics[name] = values.text(name);
+    topics[name] = values.text(name);
   }
-  BagTopics topics;
-  topics.left = values.text("left");
-  topics.right = values.text("right");
-  topics.left_info = values.text("left_info");
-  topics.right_info = values.text("right_info");
-  topics.ground_truth = values.text("ground_truth");
-  topics.correspondences = values.text("correspondences");
-  if (!values.text("images").empty()) topics.images = values.text("images");
-  if (!values.text("max_stamp_difference").empty()) {
-    topics.max_stamp_difference = values.number("max_stamp_difference");
-  }
+  if (topics.count("max_stamp_difference") > 0) values.number("max_stamp_difference");  // throws
   return topics;
 }
 
@@ -112,7 +100,7 @@ std::vector<std::string> matchForms(const Values& values) {
   return forms;
 }
 
-void readValues(const Values& values, Arguments& arguments) {
+void readValues(const Values& values, const fs::path& runs, Arguments& arguments) {
   core::BenchmarkConfig& config = arguments.config;
   const auto text = [&values](const char* name) -> const std::string& { return values.text(name); };
   config.bags = absolutePaths(text("bag"), values);
@@ -132,7 +120,7 @@ void readValues(const Values& values, Arguments& arguments) {
                           : datasetsOf(text("experiment"), config.data_root, arguments);
   }
   config.datasets = core::completeDatasets(text("experiment"), config.datasets);
-  arguments.bag_topics = bagTopics(values, config);
+  config.bag_topics = bagTopics(values, config);
   config.tolerances.clear();
   for (const std::string& tau : values.list("tolerances")) {
     config.tolerances.push_back(core::parseNumber(tau, "tolerances"));
@@ -156,7 +144,7 @@ void readValues(const Values& values, Arguments& arguments) {
   if (arguments.resume && text("output_dir").empty())
     throw UsageError("resume needs output_dir: the folder of the run");
   arguments.output_dir =
-      text("output_dir").empty() ? defaultOutputDir() : absolutePath(text("output_dir"), values);
+      text("output_dir").empty() ? defaultOutputDir(runs) : absolutePath(text("output_dir"), values);
 }
 
 void printOptions(const std::string& algorithm, const core::OptionSet& options) {
@@ -180,14 +168,14 @@ void printGroup(core::SelectorGroup group) {
 /// Prints one line for each selector, below the name of its group. Selectors of other packages that cannot be
 /// created are printed with the reason.
 /// @return those that can be used
-std::vector<core::SelectorFactory> printSelectors() {
+std::vector<core::SelectorFactory> printSelectors(const BenchmarkFront& front) {
   std::vector<core::SelectorFactory> usable = core::builtInSelectors();
   std::cout << "selectors:\n";
   for (std::size_t i = 0; i < usable.size(); ++i) {
     if (i == 0 || usable[i].group() != usable[i - 1].group()) printGroup(usable[i].group());
     printSelectorLine(usable[i].name(), usable[i].meaning());
   }
-  const std::vector<std::string> names = selectorPlugins(), problems = selectorPluginProblems();
+  const std::vector<std::string> names = front.selectorPlugins(), problems = front.selectorPluginProblems();
   if (!names.empty() || !problems.empty()) printGroup(core::SelectorGroup::kOtherPackage);
   for (const std::string& name : names) {
     try {
@@ -212,23 +200,23 @@ void printSelectorOptions(const core::SelectorFactory& selector) {
 
 }  // namespace
 
-Arguments parseArguments(int argc, char** argv) {
-  const Values values = parseCommandLine(benchmarkArguments(), {argv + 1, argv + argc});
+Arguments parseArguments(const std::vector<std::string>& words, const BenchmarkFront& front) {
+  const Values values = parseCommandLine(benchmarkArguments(), words);
   Arguments arguments;
   arguments.help = values.help;
   if (arguments.help) return arguments;
   arguments.list = values.isOn("list");
-  if (!arguments.list) readValues(values, arguments);
+  if (!arguments.list) readValues(values, front.runsFolder(), arguments);
   return arguments;
 }
 
-void printList() {
+void printList(const BenchmarkFront& front) {
   std::cout << "datasets:  " << core::joinList(core::datasetNames())
             << "\nfeatures:  " << core::joinList(core::extractorNames())
             << "\n  or detector+descriptor: detectors " << core::joinList(core::detectorNames())
             << "; descriptors " << core::joinList(core::descriptorNames()) << "\n";
   for (const auto& [name, reason] : core::missingAlgorithms()) std::cout << "  missing: " << reason << "\n";
-  const std::vector<core::SelectorFactory> selectors = printSelectors();
+  const std::vector<core::SelectorFactory> selectors = printSelectors(front);
   std::cout << "options of the features:\n";
   for (const auto& [name, options] : core::featureAlgorithms()) {
     std::cout << "  " << name << "\n";

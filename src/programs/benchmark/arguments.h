@@ -7,14 +7,14 @@
 #include "corrsel/benchmark/config.h"
 #include "corrsel/benchmark/shard.h"
 #include "programs/command_line.h"
-#include "ros/bags/bag_topics.h"
 
 namespace corrsel {
+
+class BenchmarkFront;
 
 /// What the command line of the benchmark asks for.
 struct Arguments {
   core::BenchmarkConfig config;  ///< resolved
-  BagTopics bag_topics;
   core::Shard shard;
   std::vector<std::string> merge;        ///< absolute folders
   std::string output_dir;                ///< absolute
@@ -26,9 +26,10 @@ struct Arguments {
 
 /// Reads the command line, see benchmarkArguments(). With help or list nothing else is checked. Throws
 /// UsageError, or std::invalid_argument where the configuration is not valid.
-Arguments parseArguments(int argc, char** argv);
+/// @param words  without the program's name
+Arguments parseArguments(const std::vector<std::string>& words, const BenchmarkFront& front);
 
 /// Prints datasets, features and selectors with their presets and options, also those of other packages.
-void printList();
+void printList(const BenchmarkFront& front);
 
 }  // namespace corrsel

@@ -8,7 +8,9 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <iostream>
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -23,9 +25,7 @@
 #include "corrsel/benchmark/experiments.h"
 #include "corrsel/benchmark/runner.h"
 #include "datasets/dataset_report.h"
-#include "ros/bags/bag_cache.h"
-#include "ros/bags/dataset_bag_writer.h"
-#include "ros/bags/open_bag.h"
+#include "datasets/reader_source.h"
 
 namespace corrsel {
 namespace {
@@ -96,16 +96,15 @@ class TrialObserver : public core::RunObserver {
   void progress(const core::Progress& progress) override {
     if (progress.done > 0 && watch_.seconds() > kTrialSeconds) stop = true;
   }
-  void judged(const std::vector<core::ResultRow>& made) override {
+  void judged(const core::ResultRow&) override {
     ++selections;
-    rows += made.size();
     if (interrupted_) stop = true;
   }
   void failed(const core::Failure& failure) override { failures.push_back(failure); }
   void noticed(const core::Remark& remark) override { remarks.push_back(remark); }
 
   std::atomic<bool> stop{false};
-  std::size_t selections = 0, rows = 0;
+  std::size_t selections = 0;
   std::vector<core::Failure> failures;
   std::vector<core::Remark> remarks;
 
@@ -114,13 +113,13 @@ class TrialObserver : public core::RunObserver {
   core::Stopwatch watch_;
 };
 
+/// Opens what a trial reads.
+using OpenSource = std::function<std::unique_ptr<core::PairSource>()>;
+
 class DryRun {
  public:
-  DryRun(const Arguments& arguments, const ConvertMatches& convert, const std::atomic<bool>& stop)
-      : arguments_(arguments),
-        convert_(convert),
-        stop_(stop),
-        printer_(std::cout, isatty(STDOUT_FILENO) != 0) {}
+  DryRun(const Arguments& arguments, const BenchmarkFront& front, const std::atomic<bool>& stop)
+      : arguments_(arguments), front_(front), stop_(stop), printer_(std::cout, isatty(STDOUT_FILENO) != 0) {}
 
   void addDataset(const std::string& name, const core::DatasetReader& reader);
   void addBag(const std::string& bag);
@@ -160,12 +159,12 @@ class DryRun {
   void printFindings(const core::PairInspector& inspector) {
     for (const std::string& finding : inspector.findings()) problem(finding);
   }
-  core::Trial newTrial(const std::string& name, std::size_t pairs_in_bag);
-  void tryRun(const std::string& bag, core::Trial& trial);
+  core::Trial newTrial(const std::string& name, std::size_t readable_pairs);
+  void tryRun(const OpenSource& open, core::Trial& trial);
   void requireSpace(const std::string& folder, double bytes);
 
   const Arguments& arguments_;
-  const ConvertMatches& convert_;
+  const BenchmarkFront& front_;
   const std::atomic<bool>& stop_;
   core::ProgressPrinter printer_;
   TemporaryFolder folder_;
@@ -177,11 +176,11 @@ class DryRun {
 };
 
 /// A trial with the number of pairs that the run takes, and nothing tried yet.
-core::Trial DryRun::newTrial(const std::string& name, std::size_t pairs_in_bag) {
+core::Trial DryRun::newTrial(const std::string& name, std::size_t readable_pairs) {
   const auto most = static_cast<std::size_t>(arguments_.config.max_pairs);
   core::Trial trial;
   trial.name = name;
-  for (std::size_t i = 0; i < (most > 0 ? std::min(pairs_in_bag, most) : pairs_in_bag); ++i) {
+  for (std::size_t i = 0; i < (most > 0 ? std::min(readable_pairs, most) : readable_pairs); ++i) {
     trial.pairs += arguments_.shard.holds(number_++);
   }
   return trial;
@@ -212,23 +211,16 @@ void DryRun::addDataset(const std::string& name, const core::DatasetReader& read
   }
   std::vector<std::size_t> tried;
   for (const std::size_t k : core::evenlySpaced(readable.size(), kTriedPairs)) tried.push_back(readable[k]);
-  const std::string bags = (fs::path(cacheFolder()) / "bags").string();
-  if (!hasCachedBag(bags, name, reader, arguments_.config.seed)) trial.bag_pairs = reader.size();
-  const std::string bag = folder_.path(std::to_string(trials_.size()) + ".bag").string();
-  std::vector<UnreadablePair> unreadable;
-  const core::Stopwatch watch;
-  trial.bag.count = writeDatasetBag(DatasetSubset(reader, tried), bag, {}, nullptr, &unreadable);
-  trial.bag.seconds = watch.seconds();
-  for (const UnreadablePair& pair : unreadable) problem("broken: " + pair.text());
-  if (trial.bag.count > 0) {
-    trial.bag.bytes = static_cast<double>(fs::file_size(bag));
-    tryRun(bag, trial);
+  const DatasetSubset subset(reader, tried);
+  if (subset.size() > 0) {
+    tryRun([&subset] { return std::make_unique<core::ReaderSource>(subset); }, trial);
   }
   trials_.push_back(trial);
 }
 
 void DryRun::addBag(const std::string& bag) {
-  const std::unique_ptr<BagSource> source = openBag(bag, arguments_.bag_topics);
+  const OpenedBag opened = front_.openBag(bag, arguments_.config);
+  core::PairSource* const source = opened.source.get();
   const std::string name = fs::path(bag).stem().string();
   const std::size_t inspected = std::min(source->size(), kInspectedPairs);
   const core::ProgressMeter meter(inspected, 0);
@@ -248,15 +240,17 @@ void DryRun::addBag(const std::string& bag) {
         (broken.empty() ? "none" : std::to_string(broken.size())) + " of them broken");
   for (const std::string& line : broken) problem("broken: " + line);
   printSample(inspected, source->size(), "the first ones");
-  for (const std::string& sentence : source->notes()) note(sentence);
+  for (const std::string& sentence : opened.notes) note(sentence);
   printFindings(inspector);
   core::Trial trial = newTrial(name, source->size());
-  if (broken.size() < inspected) tryRun(bag, trial);
+  if (broken.size() < inspected) {
+    tryRun([this, &bag] { return front_.openBag(bag, arguments_.config).source; }, trial);
+  }
   trials_.push_back(trial);
 }
 
-/// Runs the first pairs of a bag.
-void DryRun::tryRun(const std::string& bag, core::Trial& trial) {
+/// Runs the first pairs of a source.
+void DryRun::tryRun(const OpenSource& open, core::Trial& trial) {
   core::BenchmarkConfig config = arguments_.config;
   config.max_pairs = kTriedPairs;
   const std::string path = folder_.path(std::to_string(trials_.size())).string();
@@ -266,22 +260,14 @@ void DryRun::tryRun(const std::string& bag, core::Trial& trial) {
   core::BenchmarkRunner runner(config, folder, observer, observer.stop);
   const auto sources = [&] {
     std::vector<std::unique_ptr<core::PairSource>> opened;
-    opened.push_back(openBag(bag, arguments_.bag_topics));
+    opened.push_back(open());
     return opened;
   };
   print("trying pairs of " + trial.name + " ...");
   runner.run(sources());
   if (stop_) throw Interrupted();
   trial.selections = observer.selections;
-  trial.rows = observer.rows;
   trial.run.count = folder.doneCount();
-  // The parts of a run are converted once they have been merged.
-  if (arguments_.shard.count == 1 && trial.run.count > 0) {
-    for (const std::string& form : convert_(path)) {
-      problem("the matches of " + trial.name + " could not be written as " + form +
-              ": see the message above");
-    }
-  }
   trial.run.bytes = bytesIn(path) - empty;
   const std::string stages = fs::path(path) / core::stagesTable().file();
   for (const core::StageRow& row : core::stagesTable().intactRows(core::readTextFile(stages))) {
@@ -326,8 +312,8 @@ void DryRun::printEstimate() {
   std::cout << "\npairs x " << counted(config.grid().size(), "cell") << " (features and preselection) x "
             << counted(config.selectors.size(), "selector") << " x "
             << counted(static_cast<std::size_t>(config.repetitions), "repetition")
-            << " = selections; each has a row per tolerance (" << config.tolerances.size()
-            << "). Matches that a dataset provides have cells of their own, and nnsr does not run after "
+            << " = selections; each is a row of pairs.csv. Matches that a dataset provides have cells of "
+               "their own, and nnsr does not run after "
                "itself.\n\n";
   const bool draws = arguments_.shard.count == 1 && !core::makesVariants(config.experiment);
   const std::size_t pictures = draws ? core::mostPictures(trials_, config.selectors.size() - 1) : 0;
@@ -336,25 +322,25 @@ void DryRun::printEstimate() {
   for (const core::Trial& trial : trials_) {
     tried.push_back(counted(trial.run.count, "pair") + " of " + trial.name);
   }
-  std::cout << core::joinList(tried, ", ") << ", which were run with " << counted(config.threads, "thread")
-            << " on this machine. They do not contain the summary and the report"
-            << (config.measuresScaling() ? ", nor the speed test of this experiment" : "") << ".\n";
+  std::cout
+      << core::joinList(tried, ", ") << ", which were run with " << counted(config.threads, "thread")
+      << " on this machine. They do not contain the summary, the report and matches in other forms than csv"
+      << (config.measuresScaling() ? ", nor the speed test of this experiment" : "") << ".\n";
   const core::Estimate sum = core::sumOf(trials_, pictures);
   requireSpace(arguments_.output_dir, sum.run_bytes);
-  requireSpace(cacheFolder(), sum.bag_bytes);
   std::cout << (problems_ == 0 ? "no problems were found" : counted(problems_, "problem") + ", see above")
             << std::endl;
 }
 
 }  // namespace
 
-DryRunOutcome dryRun(const Arguments& arguments, const OpenDataset& open, const ConvertMatches& convert,
+DryRunOutcome dryRun(const Arguments& arguments, const OpenDataset& open, const BenchmarkFront& front,
                      const std::atomic<bool>& stop) {
   std::cout << arguments.config.toYaml() << "output_dir: " << arguments.output_dir << "\n\n";
   for (const auto& [dataset, reason] : arguments.left_out) {
     std::cout << "without " << dataset << ": " << reason << "\n";
   }
-  DryRun dry_run(arguments, convert, stop);
+  DryRun dry_run(arguments, front, stop);
   const auto guarded = [&dry_run](const auto& work) {
     try {
       work();

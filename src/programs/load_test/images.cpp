@@ -10,7 +10,6 @@
 #include "base/text.h"
 #include "datasets/files.h"
 #include "datasets/sample.h"
-#include "ros/bags/bag_cache.h"
 
 namespace corrsel::load_test {
 namespace {
@@ -73,7 +72,7 @@ std::vector<std::pair<std::string, std::string>> pairsOf(const std::string& fold
 /// The first pair of each of the sample set's sequences.
 std::vector<StereoImages> samples(Arguments arguments) {
   if (arguments.size.empty()) arguments.size = {640, 480};
-  const std::string folder = (fs::path(cacheFolder()) / "sample").string();
+  const std::string folder = core::sampleFolder();
   if (!fs::is_directory(folder)) {
     throw core::DatasetError("the sample photographs are not in " + folder +
                              "; run: rosrun corrsel fetch_samples.sh, or give --images");

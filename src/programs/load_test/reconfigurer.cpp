@@ -23,7 +23,7 @@ struct Range {
 constexpr Range kNumbers[] = {{"gms_alpha", 3, 8},
                               {"lpm_lambda_first", 4, 8},
                               {"ransac_threshold", 2, 10},
-                              {"nnsr_fallback", 0.6, 0.9},
+                              {"nnsr_max_threshold", 0.6, 0.9},
                               {"usac_threshold", 1, 5}};
 
 bool inForce(const Config& asked, const Config& answer) {

@@ -17,25 +17,69 @@ std::string specOf(const SelectorConfig& config) {
   return config.preset.empty() ? config.selector : config.selector + ":" + config.preset;
 }
 
+/// The values of all options of a selector.
+core::OptionMap optionsOf(const core::Selector& selector) {
+  core::OptionMap values;
+  for (const core::OptionText& option : core::listOptions(selector.options())) {
+    values[option.name] = option.value;
+  }
+  return values;
+}
+
+/// Throws std::invalid_argument for options in brackets, which name and preset together have.
+void refuseBrackets(const std::string& text, const SelectorConfig& config) {
+  const core::SelectorSpec spec = core::SelectorSpec::fromText(text);
+  if (spec.options.empty()) return;
+  const std::string prefix = spec.name + "_";
+  const auto& [name, value] = *spec.options.begin();
+  const bool is_parameter = readOptions(config, prefix).count(name) > 0;
+  throw std::invalid_argument("'" + text + "': a nodelet takes no options in brackets; set the parameter " +
+                              (is_parameter ? prefix + name : "options to '" + name + "=" + value + "'"));
+}
+
 /// 0 for times that were not measured, because somebody else has made the matches.
 double orZero(double seconds) { return seconds >= 0 ? seconds : 0.0; }
 
 }  // namespace
 
-LiveSelector::Active LiveSelector::create(const SelectorConfig& config) {
+LiveSelector::LiveSelector(const std::string& presets) {
+  for (const std::string& text : core::splitList(presets)) {
+    try {
+      const core::SelectorSpec spec = core::SelectorSpec::fromText(text);
+      writeOptions(optionsOf(*core::createSelector(text)), spec.name + "_", accepted_);
+      presets_[spec.name] = spec.preset.value_or("");
+    } catch (const std::invalid_argument&) {
+      // Another version of the package, which had this preset, has set the parameters.
+    }
+  }
+}
+
+/// The values of the chosen selector's parameters. Where they belong to another preset, those that have not
+/// changed since the last configuration get the values of the chosen one.
+core::OptionMap LiveSelector::parametersOf(const SelectorConfig& config) const {
+  const std::string prefix = config.selector + "_";
+  core::OptionMap values = readOptions(config, prefix);
+  const auto written = presets_.find(config.selector);
+  if (values.empty() || config.preset == (written == presets_.end() ? "" : written->second)) return values;
+  const core::OptionMap before = readOptions(accepted_, prefix);
+  const core::OptionMap preset = optionsOf(*core::createSelector(specOf(config)));
+  for (auto& [name, value] : values) {
+    if (value == before.at(name)) value = preset.at(name);
+  }
+  return values;
+}
+
+/// Makes the selector of a configuration, and writes into the configuration the options that it has.
+LiveSelector::Active LiveSelector::create(SelectorConfig& config) const {
   Active active;
   active.spec = specOf(config);
-  const core::SelectorSpec spec = core::SelectorSpec::fromText(active.spec);
-  if (!spec.options.empty()) {
-    const std::string& option = spec.options.begin()->first;
-    throw std::invalid_argument(
-        "'" + active.spec + "': a nodelet takes no options in brackets; set the parameter " +
-        (core::isPluginName(spec.name) ? "plugin_options" : spec.name + "_" + option));
-  }
+  refuseBrackets(active.spec, config);
   active.max_seconds = config.max_seconds;
-  core::OptionMap options = core::isPluginName(config.selector)
-                                ? parseOptions(config.plugin_options)
-                                : changedOptions(config, config.selector + "_");
+  core::OptionMap options = parametersOf(config), others;
+  for (const auto& [name, value] : parseOptions(config.options)) {
+    if (options.count(name) == 0) others[name] = value;
+    options[name] = value;
+  }
   core::OptionMap common = {{"seed", std::to_string(config.seed)}};
   if (config.max_seconds > 0) {
     common["max_seconds"] = core::formatNumber(config.max_seconds);
@@ -45,20 +89,29 @@ LiveSelector::Active LiveSelector::create(const SelectorConfig& config) {
     if (own != options.end() && (limit <= 0 || limit > config.max_seconds)) options.erase(own);
   }
   active.selector = core::createSelector(active.spec, options, common);
+  writeOptions(optionsOf(*active.selector), config.selector + "_", config);
+  config.options = joinOptions(others);
   return active;
 }
 
-/// Clears a preset that belongs to the previous selector.
-/// @return what was done; empty = nothing
-std::string LiveSelector::clearStalePreset(SelectorConfig& config) const {
-  if (config.preset.empty() || config.selector == accepted_.selector || config.preset != accepted_.preset) {
-    return "";
+/// Clears a preset and options that belong to the previous selector.
+/// @return what was done
+std::vector<std::string> LiveSelector::clearLeftovers(SelectorConfig& config) const {
+  std::vector<std::string> done;
+  if (config.selector == accepted_.selector) return done;
+  if (!config.options.empty() && config.options == accepted_.options) {
+    done.push_back("options '" + config.options + "' are those of " + accepted_.selector +
+                   " and are cleared");
+    config.options.clear();
   }
-  const std::vector<std::string> presets = core::selectorPresets(config.selector);
-  if (std::find(presets.begin(), presets.end(), config.preset) != presets.end()) return "";
-  const std::string preset = config.preset;
-  config.preset.clear();
-  return "preset '" + preset + "' is not one of " + config.selector + "'s and is cleared";
+  if (!config.preset.empty() && config.preset == accepted_.preset) {
+    const std::vector<std::string> presets = core::selectorPresets(config.selector);
+    if (std::find(presets.begin(), presets.end(), config.preset) == presets.end()) {
+      done.push_back("preset '" + config.preset + "' is not one of " + config.selector + "'s and is cleared");
+      config.preset.clear();
+    }
+  }
+  return done;
 }
 
 LiveSelector::Change LiveSelector::configure(SelectorConfig& config) {
@@ -66,8 +119,7 @@ LiveSelector::Change LiveSelector::configure(SelectorConfig& config) {
   Change change;
   Active active;
   try {
-    const std::string cleared = clearStalePreset(config);
-    if (!cleared.empty()) change.warnings.push_back(cleared);
+    change.warnings = clearLeftovers(config);
     active = create(config);
   } catch (const std::exception& error) {
     change.error = "selector not changed: " + std::string(error.what()) + "; '" + specOf(accepted_) +
@@ -78,10 +130,38 @@ LiveSelector::Change LiveSelector::configure(SelectorConfig& config) {
     active = create(config);  // at first: the defaults
   }
   accepted_ = config;
+  presets_[config.selector] = config.preset;
   change.spec = active.spec;
   const std::lock_guard<std::mutex> active_lock(active_mutex_);
   active_ = active;
   return change;
+}
+
+std::string LiveSelector::presets() const {
+  const std::lock_guard<std::mutex> lock(configuring_);
+  std::vector<std::string> specs;
+  for (const auto& [selector, preset] : presets_) {
+    if (!preset.empty()) specs.push_back(selector + ":" + preset);
+  }
+  return core::joinList(specs, ",");
+}
+
+std::vector<std::string> unreadParameters(const std::vector<std::string>& names) {
+  std::vector<std::string> complaints;
+  if (std::find(names.begin(), names.end(), "plugin_options") != names.end()) {
+    complaints.push_back("parameter plugin_options is not read; set the parameter options");
+  }
+  for (const std::string& selector : core::selectorNames()) {
+    const std::string prefix = selector + "_";
+    const core::OptionMap parameters = readOptions(SelectorConfig::__getDefault__(), prefix);
+    for (const auto& [option, value] : optionsOf(*core::createSelector(selector))) {
+      const bool is_given = std::find(names.begin(), names.end(), prefix + option) != names.end();
+      if (!is_given || parameters.count(option) > 0) continue;
+      complaints.push_back("parameter " + prefix + option +
+                           " is not read; set the parameter options, e.g. '" + option + "=" + value + "'");
+    }
+  }
+  return complaints;
 }
 
 LiveSelector::Result LiveSelector::select(const Correspondences& message, double waited) const {

@@ -4,6 +4,7 @@
 
 #include <boost/shared_ptr.hpp>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "corrsel/Correspondences.h"
 #include "corrsel/Selection.h"
+#include "corrsel/options.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel {
@@ -18,6 +20,11 @@ namespace corrsel {
 /// Turns messages with putative matches into messages with the selected ones. The selector follows a
 /// configuration; a configuration that does not work leaves the selector before it in force. Thread-safe: a
 /// configuration never waits for a selection.
+///
+/// The configuration shows what runs. Choosing a preset writes its values into the parameters of the
+/// selector, and choosing none writes the default values, except into parameters that change at the same
+/// time. Afterwards a parameter counts with every value, also with its default. The parameter `options` is
+/// for options without a parameter; an option that has one is moved there.
 class LiveSelector {
  public:
   /// Level of the parameters in cfg/Selector.cfg.
@@ -34,15 +41,22 @@ class LiveSelector {
     std::string error;                  ///< why the configuration is not in force; empty = it is
   };
 
+  /// @param presets  what presets() returned when the values of the parameters were in force before, e.g.
+  ///                 before a restart; empty = never
+  explicit LiveSelector(const std::string& presets = "");
+
   /// Makes the selector that a configuration asks for, and corrects `config` where it does not work: a preset
-  /// of the previous selector is cleared, and after an error `config` is the configuration that stays in
-  /// force (at first the defaults). Throws nothing for a bad configuration.
+  /// and `options` of the previous selector are cleared, and after an error `config` is the configuration
+  /// that stays in force (at first the defaults). Throws nothing for a bad configuration.
   Change configure(SelectorConfig& config);
 
   /// Selects among the matches of a message. Only after configure(). Throws std::exception that names the
   /// field of a malformed message.
   /// @param waited  s since the message arrived
   Result select(const Correspondences& message, double waited) const;
+
+  /// The presets whose values the parameters of the selectors have, "name:preset", comma-separated.
+  std::string presets() const;
 
  private:
   struct Active {
@@ -51,13 +65,19 @@ class LiveSelector {
     std::shared_ptr<const core::Selector> selector;
   };
 
-  static Active create(const SelectorConfig& config);
-  std::string clearStalePreset(SelectorConfig& config) const;
+  core::OptionMap parametersOf(const SelectorConfig& config) const;
+  Active create(SelectorConfig& config) const;
+  std::vector<std::string> clearLeftovers(SelectorConfig& config) const;
 
-  std::mutex configuring_;
+  mutable std::mutex configuring_;
   SelectorConfig accepted_ = SelectorConfig::__getDefault__();  ///< the newest one that worked
+  std::map<std::string, std::string> presets_;  ///< selector -> the preset that its parameters have
   mutable std::mutex active_mutex_;
   Active active_;
 };
+
+/// One sentence for each of the names that is `selector_option` for an option without such a parameter.
+/// @param names  parameters of the nodelet, relative to its namespace
+std::vector<std::string> unreadParameters(const std::vector<std::string>& names);
 
 }  // namespace corrsel

@@ -11,7 +11,7 @@ std::shared_ptr<const core::FeatureExtractor> createExtractor(const FeatureMatch
   core::AlgorithmOptions options;
   for (const std::string& algorithm : core::algorithmsOf(config.features)) {
     // All of them, since some default values differ from those of the library.
-    options[algorithm] = allOptions(config, algorithm + "_");
+    options[algorithm] = readOptions(config, algorithm + "_");
   }
   return core::createExtractor(config.features, options);
 }
@@ -24,8 +24,8 @@ MatcherSettings::Change MatcherSettings::configure(FeatureMatcherConfig& config,
   const std::shared_ptr<const core::FeatureExtractor> before = current().extractor;
   LiveMatcher::Settings settings;
   try {
-    core::setOptions(settings.match, changedOptions(config, "match_"), "match");
-    core::setOptions(settings.sequence, changedOptions(config, "sequence_"), "sequence");
+    core::setOptions(settings.match, readOptions(config, "match_"), "match");
+    core::setOptions(settings.sequence, readOptions(config, "sequence_"), "sequence");
     settings.match.check();
     settings.sequence.check();
     settings.area = cv::Rect(config.roi_x, config.roi_y, config.roi_width, config.roi_height);

@@ -77,6 +77,10 @@ void SelectorParameters::visit(OptionVisitor& visitor) const {
   visitor.number({"error_inlier_ratio", 0, 1, "-",
                   "Share of selected matches below which /diagnostics reports an error; 0 = off"},
                  &SelectorParameters::error_inlier_ratio);
+  visitor.text("presets_in_force",
+               "Presets whose values the parameters of the selectors have; the nodelet sets it for its next "
+               "start",
+               &SelectorParameters::presets_in_force);
 }
 
 void MatchViewerParameters::visit(OptionVisitor& visitor) const {
@@ -158,13 +162,15 @@ void SelectorChoice::visit(OptionVisitor& visitor) const {
       "selector",
       "Algorithm that decides which matches are correct, or package/Class of a selector from another package",
       &P::selector);
+  visitor.text("preset",
+               "Named set of option values of the chosen selector, empty for the default values; choosing "
+               "one sets the "
+               "parameters of the selector that do not change at the same time",
+               &P::preset);
   visitor.text(
-      "preset",
-      "Named set of option values of the chosen selector, empty for none; options that differ from their "
-      "default here win over the preset, options left at their default do not",
-      &P::preset);
-  visitor.text("plugin_options", "Options of a selector from another package: name=value, comma-separated",
-               &P::plugin_options);
+      "options",
+      "Options of the chosen selector that are no parameters of their own: name=value, comma-separated",
+      &P::options);
   visitor.number({"max_seconds", 0, 1e6, "s",
                   "Time limit of a selection, after which the best result so far counts; 0 = none"},
                  &P::max_seconds);

@@ -46,6 +46,7 @@ struct FeatureMatcherParameters : LiveParameters {
 /// Start-up parameters of the Selector nodelet.
 struct SelectorParameters : LiveParameters {
   double warn_inlier_ratio = 0.1, error_inlier_ratio = 0;
+  std::string presets_in_force;
 
   void visit(core::OptionVisitor& visitor) const override;
 };
@@ -98,7 +99,7 @@ struct RegionParameters : core::OptionSet {
 struct SelectorChoice : core::OptionSet {
   std::string selector = "auto";
   std::string preset;
-  std::string plugin_options;
+  std::string options;
   double max_seconds = 1;
   int seed = 0;
 

@@ -27,13 +27,31 @@ const Parameter* find(const std::vector<Parameter>& parameters, const std::strin
 }
 
 template <class Parameter>
-void addChanged(const std::vector<Parameter>& values, const std::vector<Parameter>& defaults,
-                const std::string& prefix, core::OptionMap& options) {
+void addOptions(const std::vector<Parameter>& values, const std::string& prefix, core::OptionMap& options) {
   for (const Parameter& parameter : values) {
     if (parameter.name.compare(0, prefix.size(), prefix) != 0) continue;
-    const Parameter* standard = find(defaults, parameter.name);
-    if (standard != nullptr && standard->value == parameter.value) continue;
     options[parameter.name.substr(prefix.size())] = asText(parameter.value);
+  }
+}
+
+void readText(const std::string& text, const std::string& name, double& value) {
+  value = core::parseNumber(text, name);
+}
+void readText(const std::string& text, const std::string& name, int& value) {
+  value = static_cast<int>(core::parseNumber(text, name));
+}
+void readText(const std::string& text, const std::string& /*name*/, std::string& value) { value = text; }
+void readText(const std::string& text, const std::string& /*name*/, std::uint8_t& value) {
+  value = static_cast<std::uint8_t>(text == "true");
+}
+
+template <class Parameter>
+void setParameters(const core::OptionMap& options, const std::string& prefix,
+                   std::vector<Parameter>& parameters) {
+  for (Parameter& parameter : parameters) {
+    if (parameter.name.compare(0, prefix.size(), prefix) != 0) continue;
+    const auto option = options.find(parameter.name.substr(prefix.size()));
+    if (option != options.end()) readText(option->second, parameter.name, parameter.value);
   }
 }
 
@@ -170,18 +188,21 @@ std::vector<std::string> readParameters(const ros::NodeHandle& pnh, core::Option
   return problems;
 }
 
-core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
-                               const dynamic_reconfigure::Config& defaults, const std::string& prefix) {
+core::OptionMap readOptions(const dynamic_reconfigure::Config& config, const std::string& prefix) {
   core::OptionMap options;
-  addChanged(config.doubles, defaults.doubles, prefix, options);
-  addChanged(config.ints, defaults.ints, prefix, options);
-  addChanged(config.bools, defaults.bools, prefix, options);
-  addChanged(config.strs, defaults.strs, prefix, options);
+  addOptions(config.doubles, prefix, options);
+  addOptions(config.ints, prefix, options);
+  addOptions(config.bools, prefix, options);
+  addOptions(config.strs, prefix, options);
   return options;
 }
 
-core::OptionMap allOptions(const dynamic_reconfigure::Config& config, const std::string& prefix) {
-  return changedOptions(config, {}, prefix);
+void writeOptions(const core::OptionMap& options, const std::string& prefix,
+                  dynamic_reconfigure::Config& config) {
+  setParameters(options, prefix, config.doubles);
+  setParameters(options, prefix, config.ints);
+  setParameters(options, prefix, config.bools);
+  setParameters(options, prefix, config.strs);
 }
 
 core::OptionMap parseOptions(const std::string& text) {
@@ -194,6 +215,12 @@ core::OptionMap parseOptions(const std::string& text) {
     options[piece.substr(0, equals)] = piece.substr(equals + 1);
   }
   return options;
+}
+
+std::string joinOptions(const core::OptionMap& options) {
+  std::vector<std::string> pieces;
+  for (const auto& [name, value] : options) pieces.push_back(name + "=" + value);
+  return core::joinList(pieces, ",");
 }
 
 std::vector<std::string> clampedParameters(const ros::NodeHandle& nh,

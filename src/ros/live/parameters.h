@@ -26,20 +26,21 @@ std::string assignParameter(const XmlRpc::XmlRpcValue& value, const core::Option
 std::vector<std::string> readParameters(const ros::NodeHandle& pnh, core::OptionSet& set);
 
 /// The reconfigure parameters of one algorithm as options of the core: the parameters whose names begin with
-/// `prefix`, without it, and whose values are not the defaults. {"gms_alpha": 6.0} with the prefix "gms_"
-/// gives
-/// {"alpha": "6"}. Parameters with their default value are not passed on, so that the values of a preset
-/// stay.
-/// @param config    values in force, from the generated class's __toMessage__()
-/// @param defaults  its default values, in the same form
-core::OptionMap changedOptions(const dynamic_reconfigure::Config& config,
-                               const dynamic_reconfigure::Config& defaults, const std::string& prefix);
+/// `prefix`, without it. {"gms_alpha": 6.0} with the prefix "gms_" gives {"alpha": "6"}.
+/// @param config  values in force, from the generated class's __toMessage__()
+core::OptionMap readOptions(const dynamic_reconfigure::Config& config, const std::string& prefix);
 
-/// The same with those that have their default values, for algorithms without presets.
-core::OptionMap allOptions(const dynamic_reconfigure::Config& config, const std::string& prefix);
+/// The reverse: sets the parameters whose names are `prefix` and the name of one of the options. Options
+/// without a parameter are skipped. Throws std::invalid_argument for a text that is not a number where the
+/// parameter is one.
+void writeOptions(const core::OptionMap& options, const std::string& prefix,
+                  dynamic_reconfigure::Config& config);
 
 /// Reads "alpha=6,grid=10" as options. Throws std::invalid_argument that names the piece without this form.
 core::OptionMap parseOptions(const std::string& text);
+
+/// The reverse of parseOptions().
+std::string joinOptions(const core::OptionMap& options);
 
 /// Parameters below `nh` that a dynamic_reconfigure server silently changes or ignores when it starts:
 /// numbers out of range and values of the wrong type. One sentence each, with name, value and range. Must be
@@ -53,21 +54,21 @@ std::vector<std::string> clampedParameters(const ros::NodeHandle& nh) {
   return clampedParameters(nh, Config::__getDescriptionMessage__());
 }
 
-/// allOptions() of a generated Config class.
+/// readOptions() of a generated Config class.
 template <class Config>
-core::OptionMap allOptions(const Config& config, const std::string& prefix) {
+core::OptionMap readOptions(const Config& config, const std::string& prefix) {
   dynamic_reconfigure::Config values;
   config.__toMessage__(values);
-  return allOptions(values, prefix);
+  return readOptions(values, prefix);
 }
 
-/// changedOptions() of a generated Config class.
+/// writeOptions() of a generated Config class.
 template <class Config>
-core::OptionMap changedOptions(const Config& config, const std::string& prefix) {
-  dynamic_reconfigure::Config values, defaults;
+void writeOptions(const core::OptionMap& options, const std::string& prefix, Config& config) {
+  dynamic_reconfigure::Config values;
   config.__toMessage__(values);
-  Config::__getDefault__().__toMessage__(defaults);
-  return changedOptions(values, defaults, prefix);
+  writeOptions(options, prefix, values);
+  config.__fromMessage__(values);
 }
 
 }  // namespace corrsel
