@@ -53,7 +53,7 @@ TEST(ReferenceSelectors, AreThereOnceAProgramHasAddedThem) {
   addReferenceSelectors();
 
   const std::vector<std::string> added = namesOfGroup(SelectorGroup::kReference);
-  EXPECT_EQ(added.size(), 9U);
+  EXPECT_EQ(added.size(), 12U);
   EXPECT_EQ(selectorNames().size(), core.size() + added.size());
   EXPECT_EQ(selectorNames().back(), "keep_all");
   for (const std::string& name : added) {
