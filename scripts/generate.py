@@ -200,7 +200,8 @@ def deviations(rows, other):
                 defaults.append("`%s` = %s" % (option["name"], table_value(option["default"])))
         else:
             changed.append(option)
-    text = "Its options are those of `%s`, with other defaults: %s." % (other["name"], ", ".join(defaults))
+    text = "Its options are those of `%s`" % other["name"]
+    text += (", with other defaults: %s." % ", ".join(defaults)) if defaults else "."
     return text + "\n" + ("\n" + option_table(changed) if changed else "")
 
 

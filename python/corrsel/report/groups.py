@@ -7,7 +7,20 @@ GROUPS = {
     "local": ["adalam", "laf", "significant"],
     "multi-structure": ["planes"],
     "automatic": ["auto"],
-    "reference": ["lap", "ranks", "rfm_scan", "logos", "frame_votes", "gaim", "rrwm", "icf", "tlinkage"],
+    "reference": [
+        "lap",
+        "ranks",
+        "rfm_scan",
+        "logos",
+        "frame_votes",
+        "gaim",
+        "rrwm",
+        "multigs",
+        "pnapsac",
+        "mlesac",
+        "icf",
+        "tlinkage",
+    ],
     "baseline": ["keep_all"],
 }
 # Selector -> the options that its operating curve varies together -> their values.
@@ -77,6 +90,15 @@ MAIN_PARAMETERS = {
     },
     "rrwm": {
         "inflation": [1, 3, 5, 10, 20, 30, 40, 60, 100],
+    },
+    "multigs": {
+        "threshold": [1, 1.5, 2, 3, 5, 7, 10, 15, 20],
+    },
+    "pnapsac": {
+        "threshold": [1, 1.5, 2, 3, 5, 7, 10, 15, 20],
+    },
+    "mlesac": {
+        "threshold": [1, 1.5, 2, 3, 5, 7, 10, 15, 20],
     },
     "icf": {
         "last_threshold": [1, 1.5, 2, 3, 5, 7, 10, 15, 20],
