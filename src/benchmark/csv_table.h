@@ -28,6 +28,7 @@ void readCell(const std::string& text, const std::string& column, std::size_t& f
 void readCell(const std::string& text, const std::string& column, int& field);
 void readCell(const std::string& text, const std::string& column, double& field);
 void readCell(const std::string& text, const std::string& column, Status& field);
+void readCell(const std::string& text, const std::string& column, SceneKind& field);
 void readCell(const std::string& text, const std::string& column, PoseModel& field);
 void readCell(const std::string& text, const std::string& column, TruthKind& field);
 
@@ -40,6 +41,7 @@ struct CsvColumn {
 };
 
 inline CellValue toCell(Status status) { return toString(status); }
+inline CellValue toCell(SceneKind scene) { return toString(scene); }
 inline CellValue toCell(PoseModel model) { return toString(model); }
 inline CellValue toCell(TruthKind kind) { return toString(kind); }
 template <class Field>

@@ -301,6 +301,7 @@ ResultRow BenchmarkRunner::judge(const ImagePair& pair, const Putative& putative
   row.n_selected = evaluation.n_selected;
   row.metrics = evaluation.metrics;
   row.status = selection.status;
+  row.scene = selection.scene;
   row.confidence = selection.confidence;
   row.seed = config_.seed + repetition;
   row.detect_seconds = putative.detect_seconds;

@@ -177,6 +177,10 @@ void readCell(const std::string& text, const std::string& column, double& field)
 
 void readCell(const std::string& text, const std::string&, Status& field) { field = statusFromString(text); }
 
+void readCell(const std::string& text, const std::string&, SceneKind& field) {
+  if (!text.empty()) field = sceneFromString(text);
+}
+
 void readCell(const std::string& text, const std::string& column, PoseModel& field) {
   try {
     field = poseModelFromString(text);
@@ -217,6 +221,7 @@ CsvTable<ResultRow> pairsTable(const std::vector<double>& tolerances) {
   }
   for (const CsvColumn<ResultRow>& column : {
            csvColumn("status", &ResultRow::status),
+           ifJudged(csvColumn("scene", &ResultRow::scene)),
            ifJudged(csvColumn("confidence", &ResultRow::confidence)),
            csvColumn("seed", &ResultRow::seed),
            csvColumn("detect_s", &ResultRow::detect_seconds),

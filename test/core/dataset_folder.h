@@ -10,14 +10,15 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
+#include "datasets/sample.h"
+
 namespace corrsel::core::testing {
 
-/// The folder to which scripts/fetch_samples.sh copies the photographs.
-inline std::string sampleFolder() {
-  if (const char* const set = std::getenv("CORRSEL_SAMPLE_DIR")) return set;
-  if (const char* const cache = std::getenv("XDG_CACHE_HOME")) return std::string(cache) + "/corrsel/sample";
-  const char* const home = std::getenv("HOME");
-  return std::string(home ? home : "") + "/.cache/corrsel/sample";
+/// The folder of the sample photographs: that of the environment, for a machine without the cache, or the
+/// usual one.
+inline std::string samplePhotographs() {
+  const char* const set = std::getenv("CORRSEL_SAMPLE_DIR");
+  return set != nullptr ? set : sampleFolder();
 }
 
 /// A separate folder for each test, removed at the end.

@@ -140,8 +140,8 @@ INSTANTIATE_TEST_SUITE_P(All, Allocations,
                          ::testing::Values("nnsr", "ransac:h", "ransac:f", "usac:h", "usac:f", "vfc",
                                            "vfc:sparse", "vfc:guided", "gms", "gms:rotation_scale", "lpm",
                                            "lpm:v1", "lpm:v2", "lpm:guided", "acransac:h", "acransac:f",
-                                           "planes", "auto", "auto:f", "laf", "laf:guided",
-                                           "adalam", "icf", "significant", "lap", "ranks", "rfm_scan"),
+                                           "planes", "auto", "auto:f", "laf", "laf:guided", "adalam", "icf",
+                                           "significant", "lap", "ranks", "rfm_scan"),
                          testName);
 
 INSTANTIATE_TEST_SUITE_P(All, KeptMemory,

@@ -376,7 +376,7 @@ TEST_F(RecordedFolder, EditedNumbersAreFound) {
       {3, 15, "0.5", "'0.5' is not a count"},
       {3, 15, "", "n_correct_5px is missing"},
       {3, 16, "fine", "unknown status 'fine'"},
-      {3, 17, "x", "confidence"},
+      {3, 18, "x", "confidence"},
       {3, 18, "x", "seed"},
       {3, 22, "-0.1", "select_s = -0.1 is no time"},
       {7, 13, "5", "status unsupported_input beside numbers"},

@@ -22,14 +22,14 @@ class HeinlyGenerated : public DatasetFolder {
  protected:
   void SetUp() override {
     DatasetFolder::SetUp();
-    if (!fs::is_regular_file(fs::path(sampleFolder()) / "scenetext03.jpg")) {
+    if (!fs::is_regular_file(fs::path(samplePhotographs()) / "scenetext03.jpg")) {
       GTEST_SKIP() << "skipped: the sample images are not here; run: rosrun corrsel fetch_samples.sh";
     }
   }
 };
 
 TEST_F(HeinlyGenerated, HasFourScenesAnd29Pairs) {
-  const auto reader = openDataset("heinly_generated", sampleFolder());
+  const auto reader = openDataset("heinly_generated", samplePhotographs());
   ASSERT_EQ(reader->size(), 29u);
   std::map<std::string, int> pairs;
   for (std::size_t i = 0; i < reader->size(); ++i) {
@@ -45,7 +45,7 @@ TEST_F(HeinlyGenerated, HasFourScenesAnd29Pairs) {
 }
 
 TEST_F(HeinlyGenerated, ZoomsAndRotatesAndNothingElse) {
-  const HeinlyGeneratedReader reader(sampleFolder(), 3);
+  const HeinlyGeneratedReader reader(samplePhotographs(), 3);
   std::string sequence;
   double last = 0.0;
   for (std::size_t i = 0; i < reader.size(); ++i) {
@@ -77,7 +77,7 @@ TEST_F(HeinlyGenerated, ZoomsAndRotatesAndNothingElse) {
 }
 
 TEST_F(HeinlyGenerated, ImagesFollowTheHomography) {
-  const HeinlyGeneratedReader reader(sampleFolder());
+  const HeinlyGeneratedReader reader(samplePhotographs());
   for (const std::size_t i : {0u, 13u, 14u, 17u, 28u}) {
     const ImagePair pair = reader.read(i);
     SCOPED_TRACE(pair.id.text());
@@ -95,7 +95,8 @@ TEST_F(HeinlyGenerated, ImagesFollowTheHomography) {
 }
 
 TEST_F(HeinlyGenerated, DependsOnSeedAndPairAlone) {
-  const HeinlyGeneratedReader a(sampleFolder(), 7), b(sampleFolder(), 7), other(sampleFolder(), 8);
+  const HeinlyGeneratedReader a(samplePhotographs(), 7), b(samplePhotographs(), 7),
+      other(samplePhotographs(), 8);
   b.read(20);
   const cv::Mat first = a.read(3).right;
   EXPECT_EQ(cv::norm(first, b.read(3).right, cv::NORM_INF), 0.0);
@@ -105,7 +106,7 @@ TEST_F(HeinlyGenerated, DependsOnSeedAndPairAlone) {
 TEST_F(HeinlyGenerated, NamesTheMissingPhotograph) {
   EXPECT_TRUE(
       contains(errorOf<DatasetError>([&] { HeinlyGeneratedReader reader(path()); }), "fetch_samples.sh"));
-  fs::copy(fs::path(sampleFolder()) / "aero1.jpg", root_ / "aero1.jpg");
+  fs::copy(fs::path(samplePhotographs()) / "aero1.jpg", root_ / "aero1.jpg");
   const HeinlyGeneratedReader reader(path());
   for (const std::size_t i : {0u, 28u}) {
     const std::string error = errorOf<DatasetError>([&] { reader.read(i); });

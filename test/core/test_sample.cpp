@@ -73,7 +73,7 @@ class SampleImages : public ::testing::Test {
  protected:
   void SetUp() override {
     for (const std::string& name : SampleReader::imageNames()) {
-      if (!fs::is_regular_file(fs::path(sampleFolder()) / name)) {
+      if (!fs::is_regular_file(fs::path(samplePhotographs()) / name)) {
         GTEST_SKIP() << "skipped: the sample images are not here; run: rosrun corrsel fetch_samples.sh";
       }
     }
@@ -81,7 +81,7 @@ class SampleImages : public ::testing::Test {
 };
 
 TEST_F(SampleImages, HasTwoTakenAndFiftyGeneratedPairs) {
-  const SampleReader reader(sampleFolder());
+  const SampleReader reader(samplePhotographs());
   ASSERT_EQ(reader.size(), 52u);
   EXPECT_EQ(reader.id(0).text(), "sample/graf/1-3");
   EXPECT_EQ(reader.id(1).text(), "sample/aloe/L-R");
@@ -96,7 +96,8 @@ TEST_F(SampleImages, HasTwoTakenAndFiftyGeneratedPairs) {
 }
 
 TEST_F(SampleImages, DependsOnSeedAndPairAlone) {
-  const SampleReader forwards(sampleFolder(), 7), backwards(sampleFolder(), 7), other(sampleFolder(), 8);
+  const SampleReader forwards(samplePhotographs(), 7), backwards(samplePhotographs(), 7),
+      other(samplePhotographs(), 8);
   const std::vector<std::size_t> pairs = {2, 6, 12, 22, 35, 41, 50};
   std::vector<ImagePair> first;
   for (const std::size_t i : pairs) first.push_back(forwards.read(i));
@@ -112,11 +113,11 @@ TEST_F(SampleImages, DependsOnSeedAndPairAlone) {
 // Results that were published for the sample set hold only as long as its pairs stay the same bit by bit,
 // on every machine.
 TEST_F(SampleImages, PairsStayTheSame) {
-  EXPECT_EQ(fingerprint(SampleReader(sampleFolder())), 16603200520215728185u);
+  EXPECT_EQ(fingerprint(SampleReader(samplePhotographs())), 16603200520215728185u);
 }
 
 TEST_F(SampleImages, GeneratedPairsFollowTheirHomographies) {
-  const SampleReader reader(sampleFolder());
+  const SampleReader reader(samplePhotographs());
   for (std::size_t i = 2; i < reader.size(); ++i) {
     const ImagePair pair = reader.read(i);
     SCOPED_TRACE(pair.id.text());
@@ -141,7 +142,7 @@ TEST_F(SampleImages, GeneratedPairsFollowTheirHomographies) {
 }
 
 TEST_F(SampleImages, GeneratedPairsLookLikeTheWarpedPhotograph) {
-  const SampleReader reader(sampleFolder());
+  const SampleReader reader(samplePhotographs());
   for (std::size_t i = 2; i < reader.size(); i += 5) {
     const ImagePair pair = reader.read(i);
     SCOPED_TRACE(pair.id.text());
@@ -162,7 +163,7 @@ TEST_F(SampleImages, GeneratedPairsLookLikeTheWarpedPhotograph) {
 }
 
 TEST_F(SampleImages, GrafFollowsItsHomography) {
-  const ImagePair pair = SampleReader(sampleFolder()).read(0);
+  const ImagePair pair = SampleReader(samplePhotographs()).read(0);
   ASSERT_EQ(pair.truth.kind, TruthKind::kHomography);
   EXPECT_EQ(pair.left_name, "graf1.png");
   EXPECT_EQ(pair.right_name, "graf3.png");
@@ -172,7 +173,7 @@ TEST_F(SampleImages, GrafFollowsItsHomography) {
 }
 
 TEST_F(SampleImages, AloeFollowsItsDisparity) {
-  const ImagePair pair = SampleReader(sampleFolder()).read(1);
+  const ImagePair pair = SampleReader(samplePhotographs()).read(1);
   ASSERT_EQ(pair.truth.kind, TruthKind::kDisparity);
   EXPECT_EQ(pair.left_name, "aloeL.jpg");
   EXPECT_EQ(pair.right_name, "aloeR.jpg");
@@ -194,7 +195,7 @@ TEST_F(SampleImages, AloeFollowsItsDisparity) {
 }
 
 TEST_F(SampleImages, PoseOfAloeAgreesWithItsDisparity) {
-  const GroundTruth truth = SampleReader(sampleFolder()).read(1).truth;
+  const GroundTruth truth = SampleReader(samplePhotographs()).read(1).truth;
   ASSERT_TRUE(truth.pose);
   ASSERT_NO_THROW(truth.pose->check());
   const cv::Matx33d f = truth.pose->fundamental();
@@ -225,7 +226,7 @@ TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
       contains(errorOf<DatasetError>([&] { SampleReader reader(copy.string()); }), "fetch_samples.sh"));
 
   for (const std::string& name : SampleReader::imageNames())
-    fs::copy(fs::path(sampleFolder()) / name, copy / name);
+    fs::copy(fs::path(samplePhotographs()) / name, copy / name);
   fs::remove(copy / "baboon.jpg");
   fs::resize_file(copy / "graf3.png", 1000);
   std::ofstream(copy / "aloeGT.png") << "no image";
@@ -242,7 +243,7 @@ TEST_F(SampleImages, NamesTheMissingOrBrokenFile) {
   EXPECT_NO_THROW(reader.read(2));
   EXPECT_NO_THROW(reader.read(17));
 
-  fs::copy_file(fs::path(sampleFolder()) / "graf3.png", copy / "graf3.png",
+  fs::copy_file(fs::path(samplePhotographs()) / "graf3.png", copy / "graf3.png",
                 fs::copy_options::overwrite_existing);
   for (const char* text : {"<?xml", "<?xml version=\"1.0\"?><opencv_storage><H>1</H></opencv_storage>"}) {
     std::ofstream(copy / "H1to3p.xml") << text;

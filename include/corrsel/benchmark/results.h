@@ -28,7 +28,8 @@ struct ResultRow {
   std::size_t n_putative = 0, n_ground_truth = 0, n_selected = 0;
   std::vector<Metrics> metrics;  ///< one per tolerance; a single one for labelled truth
   Status status = Status::kOk;
-  double confidence = kUndefined;  ///< Selection::confidence
+  SceneKind scene = SceneKind::kUnknown;  ///< Selection::scene
+  double confidence = kUndefined;         ///< Selection::confidence
   int seed = 0;
   double detect_seconds = kUndefined, describe_seconds = kUndefined, match_seconds = kUndefined;
   double select_seconds = kUndefined;

@@ -39,7 +39,7 @@ PAIRS_VERSION = 2
 # The columns of each tolerance stand before n_selected and before status, see pairs_header.
 PAIRS_HEADER = (
     "dataset,sequence,pair,features,preselection,selector,truth,n_left,n_right,n_putative,n_ground_truth,"
-    "n_selected,n_correct_labels,status,confidence,seed,detect_s,describe_s,match_s,select_s"
+    "n_selected,n_correct_labels,status,scene,confidence,seed,detect_s,describe_s,match_s,select_s"
 ).split(",")
 INLIERS, CORRECT = "n_inliers_%spx", "n_correct_%spx"
 MEASURES = ["tau_px", "n_correct", "precision", "recall_paper", "recall_same_tau", "f_paper", "f_same_tau"]
