@@ -72,7 +72,7 @@ void worsen(core::ResultRow& row) {
 }
 
 TEST_F(Regression, ResultsAreTheExpectedOnes) {
-  const fs::path samples = core::samplePhotographs();
+  const fs::path samples = core::sampleFolder();
   for (const std::string& image : core::SampleReader::imageNames()) {
     if (fs::exists(samples / image)) continue;
     GTEST_SKIP() << "skipped: the sample images are not here; run: rosrun corrsel fetch_samples.sh";
