@@ -79,7 +79,11 @@ class Consumer(unittest.TestCase):
     def test_every_installed_library_is_a_target(self):
         """Without components, all targets are loaded; a component loads what it depends on."""
         libraries = {path.name for path in self.prefix.rglob("corrsel-*.cmake")}
-        names = [name for name in ("core", "reference", "features", "benchmark") if f"corrsel-{name}.cmake" in libraries]
+        names = [
+            name
+            for name in ("core", "reference", "features", "benchmark")
+            if f"corrsel-{name}.cmake" in libraries
+        ]
         self.assertIn("core", names)
         for asked in ("", f"COMPONENTS {names[-1]}"):
             code, text = self.configure(

@@ -10,7 +10,17 @@ import numpy as np
 
 from .words import plural
 
-TEXT_COLUMNS = {"dataset", "sequence", "pair", "features", "preselection", "selector", "status", "scene", "seed"}
+TEXT_COLUMNS = {
+    "dataset",
+    "sequence",
+    "pair",
+    "features",
+    "preselection",
+    "selector",
+    "status",
+    "scene",
+    "seed",
+}
 TEXT_COLUMNS |= {"truth", "stage", "error", "file", "threads", "remark", "model"}
 BLOCK = 1000  # rows that are converted at a time; as many stay in the processor's cache
 NAMED_LINES = 10  # of those that cannot be read
