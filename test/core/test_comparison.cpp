@@ -377,8 +377,8 @@ TEST_F(RecordedFolder, EditedNumbersAreFound) {
       {3, 15, "", "n_correct_5px is missing"},
       {3, 16, "fine", "unknown status 'fine'"},
       {3, 18, "x", "confidence"},
-      {3, 18, "x", "seed"},
-      {3, 22, "-0.1", "select_s = -0.1 is no time"},
+      {3, 19, "x", "seed"},
+      {3, 23, "-0.1", "select_s = -0.1 is no time"},
       {7, 13, "5", "status unsupported_input beside numbers"},
       {7, 15, "5", "status unsupported_input beside n_correct_5px"},
   };

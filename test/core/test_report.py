@@ -444,7 +444,7 @@ class ReportTest(unittest.TestCase):
 
     def test_header_too_short_and_too_long(self):
         for header, words in (
-            (reading.pairs_header("5")[:-1], "ends before column 22"),
+            (reading.pairs_header("5")[:-1], "ends before column 23"),
             (reading.pairs_header("5") + ["x"], "'x'"),
         ):
             self.write_text("# corrsel pairs 2\n" + ",".join(header) + "\n")

@@ -30,19 +30,22 @@ struct TwoGroups {
   }
 };
 
-TEST(SeedGrowing, GrowsOneMapPerGroup) {
+TEST(SeedGrowing, PassesOverSeedsThatSupportAnEarlierMap) {
   const TwoGroups groups;
   SeedGrowing growing;
   growing.start(groups.matches, groups.weights, kDiagonal, groups.seeds, groups.maps);
-  int maps = 0, seeds = 0;
+  int standing = 0, moving = 0, seeds = 0;
   while (growing.next()) {
     ++seeds;
     if (growing.map() == nullptr) continue;
-    EXPECT_NEAR((*growing.map())(0, 2), maps == 0 ? 0 : 80, 1);
-    ++maps;
+    const double shift = (*growing.map())(0, 2);
+    (shift < 40 ? standing : moving) += 1;
+    EXPECT_NEAR(shift, shift < 40 ? 0 : 80, 1);
   }
-  EXPECT_EQ(maps, 2);
-  EXPECT_LT(seeds, 10) << "most seeds support a map that was grown before";
+  EXPECT_GT(standing, 0);
+  EXPECT_GT(moving, 0);
+  EXPECT_LT(seeds, 40)
+      << "of 201: most support a map that was grown before, from a seed within a quarter of the diagonal";
   EXPECT_EQ(growing.map(), nullptr) << "there is none after the last seed";
 }
 

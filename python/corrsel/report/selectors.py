@@ -109,7 +109,7 @@ Part = namedtuple("Part", "title names others")
 def parts(selectors):
     """Return the selectors, in the report's order, as Parts: one without a title, or several if they are many.
 
-    Neighbouring groups share a part as long as it has at most PART selectors; presets count.
+    Neighbouring groups share a part as long as it has at most PART selectors; presets count. Larger groups are divided.
     """
     if not are_many(selectors):
         return [Part("", list(selectors), [])]
@@ -118,7 +118,7 @@ def parts(selectors):
         if not is_baseline(selector):
             groups.setdefault(group_of_selector(selector), []).append(selector)
     joined = []
-    for group, names in groups.items():
+    for group, names in (piece for item in groups.items() for piece in divided(*item)):
         if joined and len(joined[-1][1]) + len(names) <= PART:
             joined[-1] = (joined[-1][0] + ", " + group, joined[-1][1] + names)
         else:
@@ -126,6 +126,15 @@ def parts(selectors):
     base = [s for s in selectors if is_baseline(s)]
     competing = [s for s in selectors if s not in base]
     return [Part(title, names + base, [s for s in competing if s not in names]) for title, names in joined]
+
+
+def divided(group, names):
+    """Return the group as (title, names) pairs of at most PART selectors each."""
+    count = -(-len(names) // PART)
+    if count == 1:
+        return [(group, names)]
+    size = -(-len(names) // count)
+    return [("%s (%d of %d)" % (group, i + 1, count), names[i * size : (i + 1) * size]) for i in range(count)]
 
 
 def selector_styles(selectors):
