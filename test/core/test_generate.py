@@ -58,7 +58,7 @@ class Generate(unittest.TestCase):
     def test_a_changed_option_is_noticed_everywhere(self):
         """The tables, the YAML file and the message that names the command."""
         before = self.generate.generated(self.catalogue)
-        changed = json.loads(self.text.replace("Cells per side of the left grid", "Cells along each side"))
+        changed = json.loads(self.text.replace("Threshold factor; larger selects", "Factor; larger selects"))
         after = self.generate.generated(changed)
         self.assertEqual(
             [name for name in before if before[name] != after[name]],

@@ -165,7 +165,7 @@ TEST(Lpm, MotionMustAgreeInDirectionAndLength) {
   const auto scoreOf = [](const cv::Point2f& motion) {
     Correspondences m;
     for (int i = 0; i < 10; ++i) {
-      const cv::Point2f p(float(i) * 100 + float(i * i), 0);
+      const cv::Point2f p(float(i) * 100 + float(20 * i * i), 0);
       m.add(p, p + (i == 5 ? motion : cv::Point2f(10, 0)));
     }
     LpmOptions options;

@@ -66,10 +66,10 @@ TEST(Tables, EveryColumnReadsTheCellItWrites) {
     EXPECT_EQ(withoutEnd(table, table.parse(line)), line) << table.file();
   };
   const CsvTable<ResultRow> pairs = pairsTable({0.5, 10});
-  check(pairs, "a,b,c,d,e,f,homography,2,3,40,5,6,7,8,,9,10,ok,2.5,14,15,16,17,18");
-  check(pairs, "a,b,c,d,e,f,labels,2,3,40,5,,,8,9,,,ok,2.5,14,15,16,17,18");
-  check(pairs, "a,b,c,d,e,f,none,2,3,40,0,,,8,,,,ok,2.5,14,15,16,17,18");
-  check(pairs, "a,b,c,d,e,f,labels,2,3,40,5,,,,,,,failed,,14,15,16,17,");
+  check(pairs, "a,b,c,d,e,f,homography,2,3,40,5,6,7,8,,9,10,ok,rigid,2.5,14,15,16,17,18");
+  check(pairs, "a,b,c,d,e,f,labels,2,3,40,5,,,8,9,,,ok,unknown,2.5,14,15,16,17,18");
+  check(pairs, "a,b,c,d,e,f,none,2,3,40,0,,,8,,,,ok,nothing,2.5,14,15,16,17,18");
+  check(pairs, "a,b,c,d,e,f,labels,2,3,40,5,,,,,,,failed,,,14,15,16,17,");
   check(posesTable(), "a,b,c,d,e,f,7,ok,9,essential,8,0.5,0.25,0.5,0.75,,0.01");
   check(posesTable(), "a,b,c,d,e,f,7,ok,9,none,0,,,180,0.75,inf,0.01");
   check(posesTable(), "a,b,c,d,e,f,7,ok,9,,,,,,,2.5,0.01");
@@ -90,7 +90,7 @@ TEST(Tables, RowsThatAreNotJudgedHaveNoNumbers) {
   row.status = Status::kUnsupportedInput;
   EXPECT_EQ(withoutEnd(pairsTable({5, 10}), row),
             "set,\"scene, "
-            "\"\"one\"\"\",1-2,orb+orb,none,gms,homography,0,0,100,60,60,60,,,,,unsupported_input,,0,,,,");
+            "\"\"one\"\"\",1-2,orb+orb,none,gms,homography,0,0,100,60,60,60,,,,,unsupported_input,,,0,,,,");
 }
 
 TEST(Tables, DamagedLinesAreRefused) {

@@ -426,7 +426,7 @@ class Options(unittest.TestCase):
         model = next(option for option in corrsel.options("usac") if option.name == "model")
         self.assertEqual(
             (model.value, model.unit, list(model.choices)),
-            ("homography", "-", ["homography", "fundamental", "auto"]),
+            ("homography", "-", ["homography", "fundamental"]),
         )
         self.assertTrue(all(model.choices.values()))
 

@@ -103,7 +103,8 @@ TEST_F(SelectorPlugins, ThoseOfCorrselHaveShortNames) {
     const std::string own = name == "corrsel/lap" ? "lap" : name.substr(0, name.find(':'));
     EXPECT_EQ(core::createSelector(name)->name(), own);
   }
-  EXPECT_EQ(refusal("lap", {{"lamda", "1"}}).substr(0, 42), "unknown option lap.lamda; did you mean 'lam");
+  const std::string text = refusal("lap", {{"lamda", "1"}});
+  EXPECT_NE(text.find("unknown option lap.lamda; did you mean 'lambda'"), std::string::npos) << text;
 }
 
 TEST_F(SelectorPlugins, BadOnesAreErrorsOnly) {

@@ -32,7 +32,8 @@ class NormalizedMedian : public corrsel::SelectorWithOptions<NormalizedMedianOpt
   corrsel::core::Presets presets() const override;
 
  protected:
-  void run(const corrsel::core::Correspondences& matches, corrsel::core::Selection& result) const override;
+  void run(const corrsel::core::Correspondences& matches, corrsel::core::Workspace& workspace,
+           corrsel::core::Selection& result) const override;
 };
 
 }  // namespace corrsel_example_selector
