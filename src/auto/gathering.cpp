@@ -154,7 +154,7 @@ bool Gathering::searchFundamental(cv::Matx33d& model) {
 }
 
 void Gathering::addFundamental() {
-  Evidence::Fundamental& found = evidence_.fundamental.emplace();
+  FundamentalEvidence& found = evidence_.fundamental.emplace();
   if (evidence_.parallax.value_or(false)) {
     found.model = parallax_fundamental_;
   } else if (!searchFundamental(found.model)) {

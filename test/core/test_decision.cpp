@@ -17,7 +17,7 @@ Evidence plane() {
   Evidence e;
   e.local_support = true;
   e.homography = {true, cv::Matx33d::eye(), kSure, 20};
-  e.homography_leftover = Evidence::HomographyLeftover{};
+  e.homography_leftover = HomographyLeftover{};
   e.parallax = false;
   return e;
 }
@@ -27,7 +27,7 @@ Evidence space() {
   Evidence e = plane();
   e.homography_leftover->coherent = true;
   e.parallax.reset();
-  e.fundamental = Evidence::Fundamental{true, cv::Matx33d::eye(), kSure, false};
+  e.fundamental = FundamentalEvidence{true, cv::Matx33d::eye(), kSure, false};
   e.fundamental_leftover = false;
   return e;
 }
@@ -61,8 +61,8 @@ constexpr char kPlaneFound[] = "a plane or a camera that only turns";
 constexpr char kSurroundings[] = "matches that agree with their surroundings";
 
 std::vector<Case> cases() {
-  const auto loose = [](Evidence& e) { e.homography_leftover = Evidence::HomographyLeftover{false, true}; };
-  const auto noSpace = [](Evidence& e) { e.fundamental = Evidence::Fundamental{}; };
+  const auto loose = [](Evidence& e) { e.homography_leftover = HomographyLeftover{false, true}; };
+  const auto noSpace = [](Evidence& e) { e.fundamental = FundamentalEvidence{}; };
   return {
       {"a plane", plane(), Model::kAuto, Answer::kHomography, SceneKind::kPlaneOrRotation, kPlaneFound},
       {"at rest", with(plane(), [](Evidence& e) { e.homography.displacement = 1; }), Model::kAuto,

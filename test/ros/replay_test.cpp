@@ -224,9 +224,9 @@ TEST_F(Replay, ReferenceSelectorsAreLoadedAndTheirOptionsChange) {
   }
   const core::Correspondences matches = exampleMatches(1);
   EXPECT_NE(core::createSelector("lap")->select(matches).mask,
-            core::createSelector("lap", {{"lambda", "0.2"}})->select(matches).mask);
-  configure("selector", {{"selector", "lap"}, {"options", "lambda=0.2"}});
-  expectAnswerOf("lap", {{"lambda", "0.2"}});
+            core::createSelector("lap", {{"lambda", "1.4"}})->select(matches).mask);
+  configure("selector", {{"selector", "lap"}, {"options", "lambda=1.4"}});
+  expectAnswerOf("lap", {{"lambda", "1.4"}});
   configure("selector", {{"options", ""}});
   expectAnswerOf("lap");
   configure("selector", {{"selector", "tlinkage"}, {"preset", "motions"}});
