@@ -390,8 +390,9 @@ TEST(Lpm, SelectsAsManyAsTheReferenceCodesPerPairWithinTies) {
     const char* variant;
     const LpmOptions& options;
     double selected_slack, f_slack;
-  } cases[] = {{"LPM v2 official defaults (K=6,l=.8/.5,tau=.2) rounds=2 nnskip=1", v2, 1, 1.5},
-               {"LPMv K=4 lam=6/6 rounds=2 dropFirst", dropped, 0, 1.5}};
+    int min_without_ties;  // the second reference has no counts
+  } cases[] = {{"LPM v2 official defaults (K=6,l=.8/.5,tau=.2) rounds=2 nnskip=1", v2, 1, 1.5, 10},
+               {"LPMv K=4 lam=6/6 rounds=2 dropFirst", dropped, 0, 1.5, 0}};
   for (const auto& c : cases) {
     int compared = 0, without_ties = 0;
     for (const LabelledPair& pair : adelaidePairs()) {
@@ -411,9 +412,7 @@ TEST(Lpm, SelectsAsManyAsTheReferenceCodesPerPairWithinTies) {
       EXPECT_LE(wanted, selected.high + slack) << c.variant << " " << pair.name;
     }
     EXPECT_EQ(compared, 36) << c.variant;
-    if (&c != &cases[2]) {
-      EXPECT_GE(without_ties, 10) << c.variant;
-    }
+    EXPECT_GE(without_ties, c.min_without_ties) << c.variant;
   }
 }
 
