@@ -646,7 +646,7 @@ TEST_F(BenchmarkLaunch, NamesAreTextNotPathsOrMarkup) {
   const std::string report = readAll(outer / "run" / "report.html");
   EXPECT_EQ(report.find("<b>set"), std::string::npos);
   EXPECT_EQ(report.find("<em>"), std::string::npos);
-  EXPECT_NE(report.find("my &lt;b&gt;set &amp; &quot;co"), std::string::npos);
+  EXPECT_NE(report.find("my &lt;b&gt;set &amp; &#34;co"), std::string::npos);
   std::size_t beside = 0;
   for (const auto& entry : fs::directory_iterator(outer)) beside += entry.path().filename() != "run";
   EXPECT_EQ(beside, 0U);

@@ -165,7 +165,7 @@ class ExampleSelector(unittest.TestCase):
             self.assertIn(f'selector: "{SELECTOR}"', text)
             self.assertIn("n_selected: 20", text)
         text = self.shell.output_of("rosrun dynamic_reconfigure dynparam get /filter")[1]
-        self.assertIn("'threshold=1000,noise=1'", text)
+        self.assertIn("'noise=1,threshold=1000'", text)
 
 
 if __name__ == "__main__":
