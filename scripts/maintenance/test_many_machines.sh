@@ -68,7 +68,8 @@ checksums() {
   local file
   for file in $(cd "$1" && ls ./*.csv images/*.csv); do
     case $file in */remarks.csv | */stages.csv) continue ;; esac
-    awk -F, 'NR == 1 { for (i = 1; i <= NF; ++i) timed[i] = $i ~ /_s(_|$)/ }
+    # The first line that is no comment names the columns.
+    awk -F, '/^#/ { next } !named++ { for (i = 1; i <= NF; ++i) timed[i] = $i ~ /_s(_|$)/ }
       { line = ""; for (i = 1; i <= NF; ++i) if (!timed[i]) line = line "," $i; print line }' "$1/$file" |
       sha256sum | sed "s|-|$file|"
   done
