@@ -56,7 +56,11 @@ def pair_lines(random, names, selectors, tolerances):
         selected = int(inliers * keep) + int((putative - inliers) * wrong)
         correct = [min(int(within * keep), selected) for within in near]
         cells = ["homography", left, right, putative, inliers] + near + [selected, ""] + correct
-        end = ",ok,unknown,%s,1,%s,%s" % (repr(float(random.exponential(20))), times, repr(0.001 * (k + 1) * keep))
+        end = ",ok,unknown,%s,1,%s,%s" % (
+            repr(float(random.exponential(20))),
+            times,
+            repr(0.001 * (k + 1) * keep),
+        )
         out.append("%s%s,%s%s\n" % (head, selector, ",".join(map(str, cells)), end))
     return "".join(out)
 
