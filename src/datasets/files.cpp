@@ -14,7 +14,7 @@
 
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
-#include "datasets/image_bytes.h"
+#include "features/parts/image_bytes.h"
 #include "datasets/stretching.h"
 
 namespace corrsel::core {

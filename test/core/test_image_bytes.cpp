@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "datasets/image_bytes.h"
+#include "features/parts/image_bytes.h"
 #include "test_support.h"
 
 namespace corrsel::core {

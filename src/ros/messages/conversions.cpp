@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "base/text.h"
-#include "datasets/image_bytes.h"
+#include "features/parts/image_bytes.h"
 #include "features/parts/grey_image.h"
 
 namespace corrsel {

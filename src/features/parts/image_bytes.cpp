@@ -1,4 +1,4 @@
-#include "datasets/image_bytes.h"
+#include "features/parts/image_bytes.h"
 
 #include <algorithm>
 #include <array>
