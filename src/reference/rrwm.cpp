@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "base/deadline.h"
-#include "base/text.h"
 #include "points/point_groups.h"
 #include "selectors/parts/otsu.h"
 #include "selectors/parts/pair_matrix.h"
@@ -151,19 +150,7 @@ void RrwmSelector::run(const Correspondences& matches, Workspace& workspace, Sel
   const Vector v = walk.compute();
   result.iterations = walk.products();
   space.matrix.release();
-  if (walk.timedOut()) {
-    result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
-    result.message = "stopped after " + std::to_string(result.iterations) +
-                     " products, max_seconds = " + formatNumber(options_.max_seconds);
-    if (result.iterations == 0) return;
-  } else if (space.distinct.size() == 1 && n > 1) {
-    result.status = Status::kDegenerate;
-    result.message = "all matches are equal";
-  } else if (v.maxCoeff() == 0) {
-    result.message = "no two matches agree";
-  }
-  result.score.resize(n);
-  for (std::size_t i = 0; i < n; ++i) result.score[i] = static_cast<float>(v[space.distinct.ofRow(i)]);
+  if (!writeScores(space.distinct, v.data(), walk.timedOut(), options_.max_seconds, result)) return;
   selectByOtsu(v, walk.meanAffinity() > options_.threshold, space.distinct, result);
 }
 

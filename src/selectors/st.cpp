@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "base/parallel.h"
-#include "base/text.h"
 #include "points/point_groups.h"
 #include "selectors/parts/pair_matrix.h"
 
@@ -224,20 +223,7 @@ void StSelector::run(const Correspondences& matches, Workspace& workspace, Selec
   const Vector v = method.compute();
   result.iterations = method.products();
   space.matrix.release();
-  if (method.timedOut()) {
-    result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
-    result.message = "stopped after " + std::to_string(result.iterations) +
-                     " products, max_seconds = " + formatNumber(options_.max_seconds);
-    if (result.iterations == 0) return;
-  } else if (space.distinct.size() == 1 && n > 1) {
-    result.status = Status::kDegenerate;
-    result.message = "all matches are equal";
-  } else if (v.maxCoeff() == 0) {
-    result.message = "no two matches agree";
-  }
-
-  result.score.resize(n);
-  for (std::size_t i = 0; i < n; ++i) result.score[i] = static_cast<float>(v[space.distinct.ofRow(i)]);
+  if (!writeScores(space.distinct, v.data(), method.timedOut(), options_.max_seconds, result)) return;
   const std::vector<std::uint8_t> selected =
       withoutConflicts(v, value, rule, options_.threads, space.distinct);
   const bool one_of_equals = duplicate_affinity <= options_.threshold && options_.noise_floor == 0;

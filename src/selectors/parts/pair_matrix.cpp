@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "base/parallel.h"
+#include "base/text.h"
 
 namespace corrsel::core {
 namespace {
@@ -140,6 +141,25 @@ void PairMatrix::add(std::size_t begin_row, const Panel& panel) {
     for (std::size_t i = 0; i < rows; ++i) y[i] += panel.of_rows[block * kPanelRows + i];
   }
   for (std::size_t j = 0; j < length - begin_row; ++j) y[j] += static_cast<double>(panel.of_columns[j]);
+}
+
+bool writeScores(const DistinctMatches& distinct, const double* values, bool timed_out, double max_seconds,
+                 Selection& result) {
+  const std::size_t n = result.mask.size();
+  if (timed_out) {
+    result.status = result.iterations == 0 ? Status::kTooLarge : Status::kTimeLimit;
+    result.message = "stopped after " + std::to_string(result.iterations) +
+                     " products, max_seconds = " + formatNumber(max_seconds);
+    if (result.iterations == 0) return false;
+  } else if (distinct.size() == 1 && n > 1) {
+    result.status = Status::kDegenerate;
+    result.message = "all matches are equal";
+  } else if (std::all_of(values, values + distinct.size(), [](double value) { return value == 0; })) {
+    result.message = "no two matches agree";
+  }
+  result.score.resize(n);
+  for (std::size_t i = 0; i < n; ++i) result.score[i] = static_cast<float>(values[distinct.ofRow(i)]);
+  return true;
 }
 
 }  // namespace corrsel::core

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/deadline.h"
+#include "corrsel/selection.h"
 #include "kernels/kernels.h"
 #include "points/distinct_matches.h"
 
@@ -71,5 +72,13 @@ struct PairMemory {
   DistinctMatches distinct;
   PairMatrix matrix;
 };
+
+/// Writes what products with the matrix have found: the scores, and why the search ended where that needs a
+/// word. `result.iterations` is the number of products.
+/// @param values       of the distinct matches, the largest is 1, or all are 0
+/// @param max_seconds  the option, for the message
+/// @return false if the time was over before the first product, so that there are no scores
+bool writeScores(const DistinctMatches& distinct, const double* values, bool timed_out, double max_seconds,
+                 Selection& result);
 
 }  // namespace corrsel::core
