@@ -231,10 +231,13 @@ TEST(LiveSelector, OptionsWithoutAParameterAreAText) {
 
 TEST(UnreadParameters, AreOptionsWithoutAParameter) {
   EXPECT_TRUE(unreadParameters({"selector", "gms_alpha", "lpm_nonsense", "presets_in_force"}).empty());
-  const std::vector<std::string> complaints = unreadParameters({"vfc_beta", "plugin_options"});
-  ASSERT_EQ(complaints.size(), 2u);
+  const std::vector<std::string> complaints =
+      unreadParameters({"vfc_beta", "plugin_options", "lap_lambda", "rfm_scan_scales"});
+  ASSERT_EQ(complaints.size(), 4u);
   for (const std::string& text : complaints) EXPECT_NE(text.find("options"), std::string::npos) << text;
   EXPECT_NE(complaints[1].find("vfc_beta"), std::string::npos) << complaints[1];
+  EXPECT_NE(complaints[2].find("'lambda=VALUE'"), std::string::npos) << complaints[2];
+  EXPECT_NE(complaints[3].find("'scales=VALUE'"), std::string::npos) << complaints[3];
 }
 
 TEST(LiveSelector, TheStricterLimitCounts) {

@@ -161,6 +161,14 @@ std::vector<std::string> unreadParameters(const std::vector<std::string>& names)
                            " is not read; set the parameter options, e.g. '" + option + "=" + value + "'");
     }
   }
+  // Those of corrsel::reference are loaded at run time, so their options have no parameters at all.
+  for (const std::string& name : names) {
+    for (std::size_t at = name.find('_'); at != std::string::npos; at = name.find('_', at + 1)) {
+      if (!core::isReferenceName(name.substr(0, at))) continue;
+      complaints.push_back("parameter " + name + " is not read; set the parameter options, e.g. '" +
+                           name.substr(at + 1) + "=VALUE'");
+    }
+  }
   return complaints;
 }
 
