@@ -14,8 +14,8 @@
 
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
-#include "features/parts/image_bytes.h"
 #include "datasets/stretching.h"
+#include "features/parts/image_bytes.h"
 
 namespace corrsel::core {
 namespace {

@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -347,6 +348,14 @@ class LiveLaunch(unittest.TestCase):
         )
         self.assertRegex(text, r"found \d+ pairs")
         self.assertNotEqual(code, 2, text)  # the last messages may be lost
+
+
+class Library(unittest.TestCase):
+    def test_nodelets_load_neither_the_benchmark_nor_the_methods_for_comparison(self):
+        library = pathlib.Path(os.environ["CORRSEL_DEVEL_DIR"]) / "lib" / "libcorrsel_nodelets.so"
+        loaded = subprocess.run(["ldd", str(library)], check=True, stdout=subprocess.PIPE, text=True).stdout
+        own = sorted(set(re.findall(r"libcorrsel_(\w+)", loaded)))
+        self.assertEqual(own, ["core", "features", "ros"])
 
 
 if __name__ == "__main__":

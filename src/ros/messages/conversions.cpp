@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "base/text.h"
-#include "features/parts/image_bytes.h"
 #include "features/parts/grey_image.h"
+#include "features/parts/image_bytes.h"
 
 namespace corrsel {
 namespace {
