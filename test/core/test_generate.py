@@ -84,7 +84,7 @@ class Generate(unittest.TestCase):
         self.assertEqual([spec for spec in cases if ":" not in spec], names)
         for spec, results in cases.items():
             for title, text in results.items():
-                if title != "least_matches":
+                if title != "min_matches":
                     self.assertRegex(text, r"^`[a-z_]+`(: (all|most|some|few|none))?$", (spec, title))
             self.assertNotIn("failed", str(results), spec)
             self.assertNotIn("unsupported", str(results), spec)
