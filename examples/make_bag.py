@@ -4,7 +4,7 @@
 Usage: make_bag.py FOLDER OUTPUT.bag
 
 Here FOLDER holds a folder for each pair, with left.png, right.png and H.txt (a homography) or F.txt (a fundamental
-matrix). The bag is then judged with: rosrun corrsel benchmark --bag OUTPUT.bag
+matrix). The bag is then evaluated with: rosrun corrsel benchmark --bag OUTPUT.bag
 """
 import sys
 from pathlib import Path

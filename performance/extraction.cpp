@@ -19,7 +19,7 @@
 namespace corrsel::performance {
 namespace {
 
-SceneSpec spec(int most) { return {MatchSceneKind::kPlane, std::size_t(most), kNotMeasured}; }
+SceneSpec spec(int max_features) { return {MatchSceneKind::kPlane, std::size_t(max_features), kNotMeasured}; }
 
 Mask outcome(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors) {
   Mask bytes(keypoints.size() * kFeatureBytes);
@@ -38,18 +38,18 @@ Mask outcome(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descript
   return bytes;
 }
 
-core::AlgorithmOptions limited(const std::string& features, int most) {
-  if (most == 0) return {};
-  return {{core::algorithmsOf(features).front(), {{"max_features", std::to_string(most)}}}};
+core::AlgorithmOptions limited(const std::string& features, int max_features) {
+  if (max_features == 0) return {};
+  return {{core::algorithmsOf(features).front(), {{"max_features", std::to_string(max_features)}}}};
 }
 
-cv::Ptr<cv::Feature2D> createOpenCv(const std::string& features, int most) {
-  if (features == "orb+orb") return cv::ORB::create(most);
+cv::Ptr<cv::Feature2D> createOpenCv(const std::string& features, int max_features) {
+  if (features == "orb+orb") return cv::ORB::create(max_features);
 #if CORRSEL_OPENCV_AT_LEAST(4, 4)
-  if (features == "sift+sift") return cv::SIFT::create(most);
+  if (features == "sift+sift") return cv::SIFT::create(max_features);
 #endif
 #if CORRSEL_OPENCV_AT_LEAST(4, 5)
-  if (features == "asift+asift") return cv::AffineFeature::create(cv::SIFT::create(most));
+  if (features == "asift+asift") return cv::AffineFeature::create(cv::SIFT::create(max_features));
 #endif
   throw std::runtime_error("OpenCV " CV_VERSION " has nothing like " + features);
 }
@@ -59,30 +59,30 @@ const char* openCvName(const std::string& features) {
 }
 
 template <class Detector, class Options>
-std::unique_ptr<core::Detector> limitedDetector(int most) {
+std::unique_ptr<core::Detector> limitedDetector(int max_features) {
   Options options;
-  if (most > 0) options.max_features = most;
+  if (max_features > 0) options.max_features = max_features;
   return std::make_unique<Detector>(options);
 }
 
-std::unique_ptr<core::Detector> createDetector(const std::string& features, int most) {
+std::unique_ptr<core::Detector> createDetector(const std::string& features, int max_features) {
   const std::string name = core::algorithmsOf(features).front();
-  if (name == "sift") return limitedDetector<core::SiftDetector, core::SiftOptions>(most);
-  if (name == "orb") return limitedDetector<core::OrbDetector, core::OrbOptions>(most);
-  if (name == "asift") return limitedDetector<core::AsiftDetector, core::AsiftOptions>(most);
+  if (name == "sift") return limitedDetector<core::SiftDetector, core::SiftOptions>(max_features);
+  if (name == "orb") return limitedDetector<core::OrbDetector, core::OrbOptions>(max_features);
+  if (name == "asift") return limitedDetector<core::AsiftDetector, core::AsiftOptions>(max_features);
   if (name == "hessian_affine") {
-    return limitedDetector<core::HessianAffineDetector, core::HessianAffineOptions>(most);
+    return limitedDetector<core::HessianAffineDetector, core::HessianAffineOptions>(max_features);
   }
   throw std::invalid_argument("no stages are known for " + name);
 }
 
 }  // namespace
 
-Method extraction(const std::string& features, const cv::Size& size, int most, int threads) {
+Method extraction(const std::string& features, const cv::Size& size, int max_features, int threads) {
   const std::string name = features + (threads > 1 ? ", " + std::to_string(threads) + " threads" : "");
-  return {name, spec(most), 1, [=](const std::vector<Scene>&) -> Call {
+  return {name, spec(max_features), 1, [=](const std::vector<Scene>&) -> Call {
             const std::shared_ptr<const core::FeatureExtractor> extractor =
-                core::createExtractor(features, limited(features, most));
+                core::createExtractor(features, limited(features, max_features));
             const cv::Mat image = picture(size).left;
             return [=](std::size_t) {
               const core::Features found = extractor->extract(image, threads);
@@ -91,9 +91,9 @@ Method extraction(const std::string& features, const cv::Size& size, int most, i
           }};
 }
 
-Method openCvExtraction(const std::string& features, const cv::Size& size, int most) {
-  return {openCvName(features), spec(most), 1, [=](const std::vector<Scene>&) -> Call {
-            const cv::Ptr<cv::Feature2D> algorithm = createOpenCv(features, most);
+Method openCvExtraction(const std::string& features, const cv::Size& size, int max_features) {
+  return {openCvName(features), spec(max_features), 1, [=](const std::vector<Scene>&) -> Call {
+            const cv::Ptr<cv::Feature2D> algorithm = createOpenCv(features, max_features);
             const cv::Mat image = picture(size).left;
             return [=](std::size_t) {
               std::vector<cv::KeyPoint> keypoints;
@@ -104,28 +104,28 @@ Method openCvExtraction(const std::string& features, const cv::Size& size, int m
           }};
 }
 
-std::vector<Method> pairStages(const std::string& features, const cv::Size& size, int most) {
+std::vector<Method> pairStages(const std::string& features, const cv::Size& size, int max_features) {
   const auto extract = [=] {
-    const auto extractor = core::createExtractor(features, limited(features, most));
+    const auto extractor = core::createExtractor(features, limited(features, max_features));
     return core::extractPair(*extractor, picture(size).left, picture(size).right, 1);
   };
   const auto bytes = [](std::size_t n) { return Mask(n, 1); };
   return {
-      {features, spec(most), 1,
+      {features, spec(max_features), 1,
        [=](const std::vector<Scene>&) -> Call {
          const std::shared_ptr<const core::FeatureExtractor> extractor =
-             core::createExtractor(features, limited(features, most));
+             core::createExtractor(features, limited(features, max_features));
          const Picture images = picture(size);
          return [=](std::size_t) {
            return bytes(core::extractPair(*extractor, images.left, images.right, 1).first.keypoints.size());
          };
        }},
-      {"matching", spec(most), 1,
+      {"matching", spec(max_features), 1,
        [=](const std::vector<Scene>&) -> Call {
          const auto found = extract();
          return [=](std::size_t) { return bytes(core::matchFeatures(found.first, found.second).size()); };
        }},
-      {"usac", spec(most), 1, [=](const std::vector<Scene>&) -> Call {
+      {"usac", spec(max_features), 1, [=](const std::vector<Scene>&) -> Call {
          const auto found = extract();
          const core::Correspondences matches = core::matchFeatures(found.first, found.second);
          const std::shared_ptr<const core::Selector> selector =
@@ -135,9 +135,9 @@ std::vector<Method> pairStages(const std::string& features, const cv::Size& size
 }
 
 std::vector<Method> costStages(const std::string& features, const cv::Size& size) {
-  const auto detection = [=](const std::string& name, int most) -> Method {
-    return {name, spec(most), 1, [=](const std::vector<Scene>&) -> Call {
-              const std::shared_ptr<const core::Detector> detector = createDetector(features, most);
+  const auto detection = [=](const std::string& name, int max_features) -> Method {
+    return {name, spec(max_features), 1, [=](const std::vector<Scene>&) -> Call {
+              const std::shared_ptr<const core::Detector> detector = createDetector(features, max_features);
               const cv::Mat image = picture(size).left;
               return [=](std::size_t) {
                 core::Features found;

@@ -1,4 +1,4 @@
-// Compares the quality of features: repeatability, right matches, and F of selections; see
+// Compares the quality of features: repeatability, inliers and F of selections; see
 // docs/evaluation.md.
 #include <algorithm>
 #include <cmath>
@@ -48,14 +48,14 @@ const corrsel::CommandLineTable& argumentTable() {
   return table;
 }
 
-constexpr double kTolerance = 5;  // px, of right matches and of F
+constexpr double kTolerance = 5;  // px, of inliers and of F
 // A selector that draws samples finds the model of a hard pair with some seeds only: with one seed, the mean
 // over 40 pairs would jump by 2.5 points for every such pair.
 constexpr int kSeeds = 10;
-constexpr double kMostLoss = 0.5;             // percentage points
-constexpr double kMostSurplus = 0.1;          // share of features by which two numbers count as equal
-constexpr double kMostDistance = 0.5;         // px, between the positions of one feature
-constexpr double kMostScaleDifference = 0.1;  // share
+constexpr double kMaxLoss = 0.5;             // percentage points
+constexpr double kMaxSurplus = 0.1;          // share of features by which two numbers count as equal
+constexpr double kMaxDistance = 0.5;         // px, between the positions of one feature
+constexpr double kMaxScaleDifference = 0.1;  // share
 
 /// The pairs of a dataset; every image is there once.
 struct Dataset {
@@ -109,8 +109,8 @@ Features strongest(const Features& all, std::size_t number) {
   return result;
 }
 
-Quality judge(const Dataset::Pair& pair, const Features& left, const Features& right,
-              const std::vector<std::string>& selectors) {
+Quality measure(const Dataset::Pair& pair, const Features& left, const Features& right,
+                const std::vector<std::string>& selectors) {
   Quality result{};
   result.features = double(left.keypoints.size() + right.keypoints.size()) / 2;
   result.repeatability =
@@ -149,12 +149,12 @@ FeatureSets extractAll(const Dataset& dataset, const std::string& name, const Al
   return result;
 }
 
-std::vector<Quality> judgeAll(const Dataset& dataset, const FeatureSets& features,
-                              const std::vector<std::string>& selectors, int threads) {
+std::vector<Quality> measureAll(const Dataset& dataset, const FeatureSets& features,
+                                const std::vector<std::string>& selectors, int threads) {
   std::vector<Quality> result(dataset.pairs.size());
   forEachBlock(result.size(), 1, threads, [&](std::size_t begin, std::size_t) {
     const Dataset::Pair& pair = dataset.pairs[begin];
-    result[begin] = judge(pair, features[pair.left], features[pair.right], selectors);
+    result[begin] = measure(pair, features[pair.left], features[pair.right], selectors);
   });
   return result;
 }
@@ -196,8 +196,7 @@ std::string text(double value, const char* format) {
 }
 
 void printHeader(const std::vector<std::string>& selectors) {
-  std::vector<std::string> names = {"dataset", "limit",         "features",
-                                    "number",  "repeatability", "right matches"};
+  std::vector<std::string> names = {"dataset", "limit", "features", "number", "repeatability", "inliers"};
   for (const std::string& selector : selectors) names.push_back("F " + selector);
   names.emplace_back("");
   std::cout << "| " << joinList(names, " | ") << " |\n|---|---|---|" << std::flush;
@@ -261,7 +260,7 @@ class Comparison {
   }
 
   std::vector<double> row(const std::string& limit, const std::string& features, const FeatureSets& sets) {
-    const std::vector<Quality> all = judgeAll(dataset_, sets, arguments_.selectors, arguments_.threads);
+    const std::vector<Quality> all = measureAll(dataset_, sets, arguments_.selectors, arguments_.threads);
     for (std::size_t i = 0; arguments_.pairs && i < all.size(); ++i) {
       printRow(dataset_.pairs[i].id.text(), limit, features, values(all[i]), "%.1f", "");
     }
@@ -276,9 +275,9 @@ class Comparison {
     for (std::size_t i = 0; i < ours.size(); ++i) difference.push_back(ours[i] - theirs[i]);
     const double surplus = std::abs(difference[0]) / theirs[0];
     // With other numbers of features, the values cannot be compared.
-    const bool comparable = surplus <= kMostSurplus;
+    const bool comparable = surplus <= kMaxSurplus;
     const bool good = std::all_of(difference.begin() + 1, difference.end(),
-                                  [](double value) { return !(value < -kMostLoss); });
+                                  [](double value) { return !(value < -kMaxLoss); });
     printRow(name_, limit, "difference", difference, "%+.2f",
              comparable ? good ? "PASS" : "**FAIL**" : "other number");
     passed_ = passed_ && (good || !comparable);
@@ -292,7 +291,7 @@ class Comparison {
     images.erase(std::unique(images.begin(), images.end()), images.end());
     std::vector<double> shares;
     for (const std::size_t image : images) {
-      const double share = agreement(a[image].frames, b[image].frames, kMostDistance, kMostScaleDifference);
+      const double share = agreement(a[image].frames, b[image].frames, kMaxDistance, kMaxScaleDifference);
       if (!std::isnan(share)) shares.push_back(100 * share);
     }
     return mean(shares);
@@ -318,9 +317,8 @@ int run(const Arguments& arguments) {
     faithful.insert(faithful.end(), comparison.faithful().begin(), comparison.faithful().end());
   }
   if (!faithful.empty()) {
-    std::cout << "\nFeatures of A for which B has one within " << kMostDistance << " px and "
-              << 100 * kMostScaleDifference
-              << " % of scale, and the reverse, percent, on the left images:\n\n"
+    std::cout << "\nFeatures of A for which B has one within " << kMaxDistance << " px and "
+              << 100 * kMaxScaleDifference << " % of scale, and the reverse, percent, on the left images:\n\n"
               << "| dataset | A | B | of A's | of B's |\n|---|---|---|--:|--:|\n";
     for (const std::string& line : faithful) std::cout << line << "\n";
   }

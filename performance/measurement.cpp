@@ -17,7 +17,7 @@ namespace corrsel::performance {
 namespace {
 
 // USAC_ACCURATE of OpenCV 4.6 throws std::bad_alloc at 50000 matches and crashes the program at 100000.
-constexpr std::size_t kMostAccurate = 40000;
+constexpr std::size_t kMaxAccurate = 40000;
 
 struct Contestant {
   Call call;
@@ -26,7 +26,7 @@ struct Contestant {
   std::vector<double> milliseconds;
 };
 
-void judge(const std::vector<Scene>& truth, Measurement& result) {
+void evaluate(const std::vector<Scene>& truth, Measurement& result) {
   std::vector<double> precision, recall, f;
   for (std::size_t k = 0; k < truth.size(); ++k) {
     double selected = 0, inliers = 0, correct = 0;
@@ -73,10 +73,10 @@ void warmUp(const Method& method, Contestant& contestant, Measurement& result) {
     return mask;
   };
   for (std::size_t k = 0; k < inputs->size(); ++k) result.masks.push_back(timed(k));
-  if (hasScenes(method)) judge(*inputs, result);
+  if (hasScenes(method)) evaluate(*inputs, result);
   // The only call so far may have been slower than those to come: look again where that is cheap.
   if (seconds < kSlowCall) timed(0);
-  contestant.batch = int(std::ceil(kShortest / std::max(seconds, 1e-7)));
+  contestant.batch = int(std::ceil(kMinSeconds / std::max(seconds, 1e-7)));
   contestant.every = seconds < kSlowCall ? 1 : kRepetitions / kSlowRepetitions;
 }
 
@@ -152,7 +152,7 @@ Method openCv(const std::string& name, const SceneSpec& scene, std::size_t scene
   const bool plane = scene.kind == MatchSceneKind::kPlane;
   return {name, scene, scenes, [options, plane](const std::vector<Scene>& inputs) -> Call {
             if (options.method < 0) throw std::runtime_error("not run, needs OpenCV 4.5");
-            if (options.method == CORRSEL_USAC(ACCURATE) && inputs[0].left.size() > kMostAccurate) {
+            if (options.method == CORRSEL_USAC(ACCURATE) && inputs[0].left.size() > kMaxAccurate) {
               throw std::runtime_error("not run, crashes in OpenCV 4.6");
             }
             return [options, plane, &inputs](std::size_t k) {

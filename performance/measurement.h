@@ -53,8 +53,8 @@ struct Measurement {
 };
 
 inline constexpr int kRepetitions = 20, kSlowRepetitions = 4;
-inline constexpr double kSlowCall = 0.5;    ///< s; slower calls are repeated less often
-inline constexpr double kShortest = 0.001;  ///< s; shorter calls are repeated within one repetition
+inline constexpr double kSlowCall = 0.5;      ///< s; slower calls are repeated less often
+inline constexpr double kMinSeconds = 0.001;  ///< s; shorter calls are repeated within one repetition
 
 /// Times all methods in turn, again and again, so that a disturbance of the machine affects all of them
 /// alike. Before that, each method is called once per scene, which gives the masks and the quality.

@@ -27,20 +27,20 @@ constexpr double kTargetRatio = 0.5;
 constexpr std::size_t kLiveSize = 2000;
 constexpr double kEasyRatio = 0.9;
 // What takes seconds is left out beyond these sizes.
-constexpr std::size_t kMostDenseVfc = 2000, kMostDensePairs = 5000, kMostPairs = 20000;
+constexpr std::size_t kMaxDenseVfc = 2000, kMaxDensePairs = 5000, kMaxPairs = 20000;
 
 // F values closer than this count as equal, percentage points.
 constexpr double kEqualF = 0.2;
 // N log N from 5000 to 100000 is N^1.10; the rest is for the larger one's cache misses and for noise.
-constexpr double kLargestExponent = 1.15;
+constexpr double kMaxExponent = 1.15;
 // The same for methods that compare all pairs. Their matrices have 25 MB at 5000 matches, and 400 MB, which
 // no cache holds, at 20000. That makes an operation up to twice as slow: N^2.5, and the rest is for noise.
-constexpr double kLargestExponentOfPairs = 2.8;
-// Its wrong matches have more candidates the more matches there are.
-constexpr double kLargestExponentOfRfmScan = 1.6;
+constexpr double kMaxExponentOfPairs = 2.8;
+// Its outliers have more candidates the more matches there are.
+constexpr double kMaxExponentOfRfmScan = 1.6;
 constexpr std::size_t kGrowthSizes[] = {500, 2000, kTargetSize, 20000, kLargeSize};
 // More matches need an option of tlinkage, and seconds.
-constexpr std::size_t kMostTlinkage = 2000;
+constexpr std::size_t kMaxTlinkage = 2000;
 
 bool isTarget(const SceneSpec& scene) { return scene.n == kTargetSize && scene.inlier_ratio == kTargetRatio; }
 
@@ -156,7 +156,7 @@ Comparison alone(const std::string& spec, const SceneSpec& scene, double limit) 
 /// Only for small numbers of matches, and with a time limit in ms at the largest one.
 Comparison tlinkage(const SceneSpec& scene, double limit) {
   Comparison result = alone("tlinkage", scene, limit);
-  if (scene.n == kMostTlinkage && scene.inlier_ratio == kTargetRatio)
+  if (scene.n == kMaxTlinkage && scene.inlier_ratio == kTargetRatio)
     result.targets = {within("tlinkage N " + std::to_string(scene.n), limit)};
   return result;
 }
@@ -178,7 +178,7 @@ Comparison ransacSameSamples(const SceneSpec& scene, double threshold) {
           {faster(name + " eps " + core::formatNumber(scene.inlier_ratio), 1, 20, Demand::kNoLowerF)}};
 }
 
-/// As one calls them: each stops when it believes to be done.
+/// As one calls them: each stops when its own rule says so.
 Comparison ransac(const SceneSpec& scene) {
   const bool plane = scene.kind == MatchSceneKind::kPlane;
   const std::string spec = plane ? "ransac:h" : "ransac:f", px = plane ? "3" : "1.5";
@@ -227,9 +227,9 @@ Comparison vfc(const SceneSpec& scene) {
   Comparison result{"vfc" + at(scene), {selector("vfc", scene, 1)}, {}};
   result.methods.push_back(function("textbook SparseVFC", scene, 1, baselines::vfcSparse, false));
   if (isTarget(scene)) result.targets = {faster("vfc N 5000", 1, 1, Demand::kNone)};
-  if (scene.n <= kMostDenseVfc) {
+  if (scene.n <= kMaxDenseVfc) {
     result.methods.push_back(function("dense VFC", scene, 1, baselines::vfcDense, false));
-    if (scene.n == kMostDenseVfc && scene.inlier_ratio == kTargetRatio) {
+    if (scene.n == kMaxDenseVfc && scene.inlier_ratio == kTargetRatio) {
       result.targets = {faster("vfc N 2000", 2, 200, Demand::kNone)};
     }
   }
@@ -255,7 +255,7 @@ Comparison lpm(const SceneSpec& scene, baselines::LpmVariant variant) {
 Comparison allPairs(const std::string& spec, const SceneSpec& scene,
                     Mask (*dense)(const core::Correspondences&)) {
   Comparison result{spec + at(scene), {selector(spec, scene, 1)}, {}};
-  if (scene.n <= kMostDensePairs) {
+  if (scene.n <= kMaxDensePairs) {
     result.methods.push_back(function("dense " + spec + ", Eigen", scene, 1, dense, false));
     if (isTarget(scene)) result.targets = {faster(spec, 1, 3, Demand::kNone)};
   }
@@ -297,11 +297,12 @@ std::string sizeText(const cv::Size& size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
-Comparison featuresAgainstOpenCv(const std::string& features, const cv::Size& size, int most, double factor) {
-  const std::string limit = most > 0 ? std::to_string(most) : "all";
+Comparison featuresAgainstOpenCv(const std::string& features, const cv::Size& size, int max_features,
+                                 double factor) {
+  const std::string limit = max_features > 0 ? std::to_string(max_features) : "all";
   const std::string name = features + ", " + sizeText(size) + ", " + limit;
   return {"features/" + features + "/" + sizeText(size) + "/" + limit,
-          {extraction(features, size, most, 1), openCvExtraction(features, size, most)},
+          {extraction(features, size, max_features, 1), openCvExtraction(features, size, max_features)},
           {faster(name, 1, factor, Demand::kNone)},
           ComparisonKind::kFeatures,
           size};
@@ -331,9 +332,9 @@ Comparison featureThreads(const std::string& features, const cv::Size& size, dou
   return result;
 }
 
-Comparison stages(const std::string& features, const cv::Size& size, int most) {
+Comparison stages(const std::string& features, const cv::Size& size, int max_features) {
   return {"features/pair/" + features + "/" + sizeText(size),
-          pairStages(features, size, most),
+          pairStages(features, size, max_features),
           {},
           ComparisonKind::kStages,
           size};
@@ -356,7 +357,8 @@ std::vector<Comparison> features() {
       featuresAgainstOpenCv("sift+sift", camera, 1000, 5),
   };
   for (const cv::Size& size : {camera, wide}) {
-    for (const int most : {1000, 5000}) list.push_back(featuresAgainstOpenCv("orb+orb", size, most, 2.5));
+    for (const int max_features : {1000, 5000})
+      list.push_back(featuresAgainstOpenCv("orb+orb", size, max_features, 2.5));
   }
   list.push_back(featuresAlone("hessian_affine+sift", graf));
   list.push_back(featuresAgainstOpenCv("asift+asift", graf, 0, 6));
@@ -382,23 +384,23 @@ double exponentOf(const Comparison& comparison, const Measurements& m) {
 }
 
 /// One selector at several sizes.
-Comparison growth(const std::string& spec, MatchSceneKind kind, std::size_t most = kLargeSize,
+Comparison growth(const std::string& spec, MatchSceneKind kind, std::size_t max_size = kLargeSize,
                   const OptionMap& options = {}) {
-  const bool pairs = most < kLargeSize;
-  const double asked = pairs                ? kLargestExponentOfPairs
-                       : spec == "rfm_scan" ? kLargestExponentOfRfmScan
-                                            : kLargestExponent;
+  const bool pairs = max_size < kLargeSize;
+  const double asked = pairs                ? kMaxExponentOfPairs
+                       : spec == "rfm_scan" ? kMaxExponentOfRfmScan
+                                            : kMaxExponent;
   const std::string name = nameOf(spec, options);
   Comparison result{"growth/" + name, {}, {}, ComparisonKind::kGrowth};
   for (const std::size_t n : kGrowthSizes) {
-    if (n > most) continue;
+    if (n > max_size) continue;
     // What compares all pairs takes seconds at the largest sizes.
     const std::size_t count = pairs && n > kTargetSize ? 1 : 5;
     result.methods.push_back(selector(spec, {kind, n, kTargetRatio}, count, options));
   }
   result.targets = {[=](const Measurements& m) -> Verdict {
     const double exponent = exponentOf(result, m);
-    return {name + " up to N " + std::to_string(most) + ": time grows like N^" + shortNumber(exponent) +
+    return {name + " up to N " + std::to_string(max_size) + ": time grows like N^" + shortNumber(exponent) +
                 " (asked: at most N^" + shortNumber(asked) + ")",
             exponent <= asked};
   }};
@@ -420,7 +422,7 @@ std::vector<Comparison> comparisons(bool all) {
       const SceneSpec plane{MatchSceneKind::kPlane, n, inlier_ratio},
           space{MatchSceneKind::kSpace, n, inlier_ratio}, corner{MatchSceneKind::kTwoPlanes, n, inlier_ratio};
       // OpenCV's takes ten seconds a call at the largest size.
-      if (n <= kMostPairs || inlier_ratio == kTargetRatio) list.push_back(ransac(space));
+      if (n <= kMaxPairs || inlier_ratio == kTargetRatio) list.push_back(ransac(space));
       for (const Comparison& comparison : {automatic(plane),
                                            automatic(space),
                                            beside("acransac:h", "usac:h", plane, 3),
@@ -456,10 +458,10 @@ std::vector<Comparison> comparisons(bool all) {
                                            alone("icf", plane, 40)}) {
         list.push_back(comparison);
       }
-      if (n > kMostPairs || (n > kMostDensePairs && inlier_ratio != kTargetRatio)) continue;
+      if (n > kMaxPairs || (n > kMaxDensePairs && inlier_ratio != kTargetRatio)) continue;
       list.push_back(allPairs("st", plane, baselines::stDense));
-      if (n <= kMostDensePairs) list.push_back(beside("rrwm", "st", plane, 40));
-      if (n <= kMostTlinkage) list.push_back(tlinkage(corner, 500));
+      if (n <= kMaxDensePairs) list.push_back(beside("rrwm", "st", plane, 40));
+      if (n <= kMaxTlinkage) list.push_back(tlinkage(corner, 500));
       list.push_back(allPairs("gtm", plane, baselines::gtmDense));
     }
   }
@@ -498,8 +500,8 @@ std::vector<Comparison> comparisons(bool all) {
   for (const char* spec : {"ransac:f", "usac:f", "acransac:f"})
     list.push_back(growth(spec, MatchSceneKind::kSpace));
   for (const char* spec : {"st", "rrwm", "gtm"})
-    list.push_back(growth(spec, MatchSceneKind::kPlane, kMostPairs));
-  list.push_back(growth("tlinkage", MatchSceneKind::kTwoPlanes, kMostTlinkage));
+    list.push_back(growth(spec, MatchSceneKind::kPlane, kMaxPairs));
+  list.push_back(growth("tlinkage", MatchSceneKind::kTwoPlanes, kMaxTlinkage));
   for (const Comparison& comparison : matching()) list.push_back(comparison);
   if (!all) {
     list.erase(

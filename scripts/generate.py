@@ -315,7 +315,7 @@ def main_parameter_table(catalogue):
 def special_cases_table(catalogue):
     """Return a Markdown table of what the selectors return for degenerate input."""
     titles = list(next(iter(catalogue["special_cases"].values())))
-    shown = [title.replace("least_matches", "least matches") for title in titles]
+    shown = [title.replace("min_matches", "min. matches") for title in titles]
     lines = ["| selector | %s |" % " | ".join(shown), "|---" * (len(titles) + 1) + "|"]
     for name, results in catalogue["special_cases"].items():
         lines.append("| `%s` | %s |" % (name, " | ".join(str(results[title]) for title in titles)))

@@ -27,7 +27,7 @@ def convert(arguments):
     request = Request(
         arguments.matches, arguments.features, arguments.pairs, arguments.truth, arguments.scores
     )
-    count, matches, judged = write_bag(
+    count, matches, evaluated = write_bag(
         read_pairs(request),
         arguments.output,
         arguments.dataset or arguments.matches.resolve().stem,
@@ -38,7 +38,7 @@ def convert(arguments):
     return "%d pairs with %d matches, %d of them with ground truth, written to %s" % (
         count,
         matches,
-        judged,
+        evaluated,
         arguments.output,
     )
 

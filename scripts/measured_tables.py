@@ -44,6 +44,11 @@ def all_selectors(results, names):
     return table(header, [["`%s`" % name] + list(row) for name, row in zip(values, zip(*columns))])
 
 
+def commands(results):
+    """Return the commands of the run as a block."""
+    return "```\n%s```\n" % "".join(line + "\n" for line in results["command"])
+
+
 def chosen(results):
     """Return the README's table: four datasets by some selectors; the highest value of a row is bold."""
     rows = []
@@ -97,7 +102,7 @@ def measured_tables(package):
         rows = list(csv.DictReader(file))
     return {
         "README.md": {"results": chosen(results)},
-        "docs/results.md": {"main-selectors": all_selectors(results, MAIN)},
+        "docs/results.md": {"commands": commands(results), "main-selectors": all_selectors(results, MAIN)},
         "docs/data/all_results.md": {
             "all-selectors": all_selectors(results, results["f_percent"]),
             "all-growth": growth(rows, [row["selector"] for row in rows]),

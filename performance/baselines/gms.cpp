@@ -87,13 +87,13 @@ Mask gmsTextbook(const core::Correspondences& m, bool rotation, bool scale) {
     points.right_y.push_back(share(m.right_y[i], m.right_size.height));
   }
   Mask best(m.size(), 0);
-  std::ptrdiff_t most = 0;
+  std::ptrdiff_t max_selected = 0;
   for (int s = 0; s < (scale ? 5 : 1); ++s) {
     for (int r = 0; r < (rotation ? 8 : 1); ++r) {
       const Mask mask = oneVariant(points, int(std::lround(kSide * kScales[s])), r);
       const auto selected = std::count(mask.begin(), mask.end(), 1);
-      if (selected <= most) continue;
-      most = selected;
+      if (selected <= max_selected) continue;
+      max_selected = selected;
       best = mask;
     }
   }

@@ -64,7 +64,7 @@ def ground_truth_errors(matches, *, homography=None, fundamental=None, labels=No
                   the centre of the left image (of the matches, where left_size is None) lies before the camera; points
                   behind it have the error infinity
     fundamental   3 x 3, x'^T F x = 0: distance of the right point to its epipolar line
-    labels        N integers, 0 = wrong: the error is 0, or infinity where the label is 0
+    labels        N integers, 0 = outlier: the error is 0, or infinity where the label is 0
     disparity     height x width of the left image, left x minus right x, px, NaN = unknown: distance to the predicted
                   point; NaN where the disparity is unknown
 
@@ -130,7 +130,7 @@ def pose_errors(rotation, translation, true_rotation, true_translation):
     A point X of the left camera is R X + t in the frame of the right one.
 
     rotation, true_rotation         3 x 3, R
-    translation, true_translation   3 numbers, t, of any length; its sign is not judged. Where the true translation is
+    translation, true_translation   3 numbers, t, of any length; its sign is not compared. Where the true translation is
                                     zero, the pose error is the rotation error
 
     Raises TypeError or ValueError for arrays of another dtype or shape, and for a matrix that is no rotation.

@@ -25,21 +25,21 @@ constexpr std::uint32_t kNone = 0xffffffffU;
 constexpr int kVoters = 8;                                   // survivors that decide about the local set
 constexpr float kMinLeft = 8, kMinRight = 3, kMaxScale = 6;  // of two matches that give a similarity
 
-/// The number of matches that hypotheses are made for: up to `most`, fewer where many survive.
+/// The number of matches that hypotheses are made for: up to `max_hypotheses`, fewer where many survive.
 struct Budget {
   static constexpr std::size_t kBatch = 128;      // matches verified before the survivors are counted again
   static constexpr std::size_t kSurvivors = 200;  // more hypotheses are not needed
-  static constexpr double kApart = 0.25;          // of `most`: matches outside of the local set, afterwards
+  static constexpr double kApart = 0.25;  // of `max_hypotheses`: matches outside of the local set, afterwards
 
-  std::size_t most;
+  std::size_t max_hypotheses;
 
   Budget(std::size_t n, bool frames)
-      : most(std::min(
+      : max_hypotheses(std::min(
             n, frames ? std::max<std::size_t>(100, 1000000 / n) : std::max<std::size_t>(60, 800000 / n))) {}
 
   /// The end of the batch that begins with match `start`; `start` itself where no more matches are verified.
   std::size_t batchEnd(std::size_t start, std::size_t survivors) const {
-    return survivors >= kSurvivors ? start : std::min(most, start + kBatch);
+    return survivors >= kSurvivors ? start : std::min(max_hypotheses, start + kBatch);
   }
 };
 
@@ -122,8 +122,8 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   best_.assign(n_, 0);
   best_map_.assign(n_, LinearMap{});
   members_.clear();
-  sortPool(budget.most);
-  candidates_.resize(budget.most);
+  sortPool(budget.max_hypotheses);
+  candidates_.resize(budget.max_hypotheses);
   std::iota(candidates_.begin(), candidates_.end(), 0U);
   std::size_t verified = 0;
   for (std::size_t end = 0; (end = budget.batchEnd(verified, members_.size())) > verified; verified = end)
@@ -131,7 +131,7 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   extendLocalSets();
   // Small groups that move by themselves have few of the best matches, or none. They stand out among those
   // that the survivors do not predict.
-  const auto apart = static_cast<std::size_t>(Budget::kApart * static_cast<double>(budget.most));
+  const auto apart = static_cast<std::size_t>(Budget::kApart * static_cast<double>(budget.max_hypotheses));
   candidates_.clear();
   for (std::size_t i = verified; i < n_ && candidates_.size() < apart; ++i) {
     if (extended_[row_[i]] == 0) candidates_.push_back(static_cast<std::uint32_t>(i));

@@ -20,7 +20,7 @@ namespace corrsel::core {
 ///
 /// Idea: one match fixes a local map x' = x'_i + A (x - x_i). Its frames give A; without frames, so does a
 /// near second match, which is not tried where the frames give a sure map. Every good match is therefore a
-/// hypothesis of its own, and no sample of several right matches has to be drawn.
+/// hypothesis of its own, and no sample of several inliers has to be drawn.
 ///
 /// Algorithm: hypotheses are made for the best matches. For the hypothesis (i, A), the predicted
 /// displacement u_j = A (x_j - x_i) and the actual one v_j = x'_j - x'_i, radii R = D/16, D/8, D/4, D/2 (D is

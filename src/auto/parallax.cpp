@@ -40,7 +40,7 @@ bool ParallaxTest::find(const Correspondences& pixels, const NormalizedMatches& 
   modelErrors(Residual::kSampson, best.model, matches, 0, n, errors_.data());
   std::size_t off = 0;
   for (std::vector<std::uint8_t>* const mask : {&off_agreeing_, &on_, &on_agreeing_}) {
-    // Not assign(), of which GCC 14 believes that it gets a size beyond all memory, and warns.
+    // Not assign(), of which GCC 14 assumes that it gets a size beyond all memory, and warns.
     mask->resize(n);
     std::fill(mask->begin(), mask->end(), std::uint8_t{0});
   }

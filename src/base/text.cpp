@@ -130,7 +130,7 @@ std::string joinList(const std::vector<std::string>& items, const std::string& s
 }
 
 std::string nearestName(const std::string& word, const std::vector<std::string>& names) {
-  constexpr std::size_t kShortestBeginning = 3;
+  constexpr std::size_t kMinBeginning = 3;
   const std::string wanted = folded(word);
   // Misspelt names come before those that begin with `word`.
   std::pair<bool, std::size_t> best;
@@ -139,8 +139,7 @@ std::string nearestName(const std::string& word, const std::vector<std::string>&
     const std::string candidate = folded(name);
     const std::size_t cost = editCost(wanted, candidate);
     const bool misspelt = cost <= largestEditCost(wanted, candidate);
-    const bool beginning =
-        wanted.size() >= kShortestBeginning && candidate.compare(0, wanted.size(), wanted) == 0;
+    const bool beginning = wanted.size() >= kMinBeginning && candidate.compare(0, wanted.size(), wanted) == 0;
     const std::pair<bool, std::size_t> rank = {!misspelt, cost};
     if ((misspelt || beginning) && (nearest == nullptr || rank < best)) {
       best = rank;
@@ -207,7 +206,7 @@ std::string safeFileName(const std::string& text) {
 }
 
 std::string uniqueFileName(const std::string& text) {
-  constexpr std::size_t kLongest = 200, kKept = 180;
+  constexpr std::size_t kMaxLength = 200, kKept = 180;
   constexpr char kDigits[] = "0123456789ABCDEF";
   std::string name = text.empty() ? "%" : "";
   for (const char c : text) {
@@ -219,7 +218,7 @@ std::string uniqueFileName(const std::string& text) {
       name += {'%', kDigits[byte / 16], kDigits[byte % 16]};
     }
   }
-  if (name.size() <= kLongest) return name;
+  if (name.size() <= kMaxLength) return name;
   Checksum checksum;
   checksum.add(text);
   return name.substr(0, kKept) + "%" + checksum.text();

@@ -77,9 +77,9 @@ RunTable poseTableOf(const RecordedRun& run, double (*metric)(const PoseRow&)) {
   RunTable table;
   for (const PoseRow& row : run.poses) {
     const double value = metric(row);
-    if (std::isnan(value) && row.judged()) continue;
+    if (std::isnan(value) && row.evaluated()) continue;
     PairValues& pair = valuesOf(row, kUndefined, table);
-    if (row.judged()) pair.values.push_back(value);
+    if (row.evaluated()) pair.values.push_back(value);
   }
   return table;
 }
@@ -94,7 +94,7 @@ RunTable pairTableOf(const RecordedRun& run, double tau, double Metrics::*metric
     const Metrics* const metrics = row.metricsAt(tau);
     if (metrics == nullptr) continue;
     PairValues& pair = valuesOf(row, metrics->tau, table);
-    if (!row.judged()) continue;
+    if (!row.evaluated()) continue;
     if (!std::isnan(metrics->*metric)) pair.values.push_back(metrics->*metric);
     if (!std::isnan(row.select_seconds)) pair.seconds.push_back(row.select_seconds);
   }

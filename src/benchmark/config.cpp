@@ -17,9 +17,9 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kTableTolerance = 5.0;       // px, of the paper's tables
-constexpr double kLargestTolerance = 1000.0;  // px
-constexpr int kMostThreads = 1024;
+constexpr double kTableTolerance = 5.0;   // px, of the paper's tables
+constexpr double kMaxTolerance = 1000.0;  // px
+constexpr int kMaxThreads = 1024;
 
 std::string algorithmOf(const std::string& spec) { return SelectorSpec::fromText(spec).name; }
 
@@ -35,8 +35,8 @@ void requireAscending(const std::vector<double>& tolerances) {
   for (std::size_t i = 0; i < tolerances.size(); ++i) {
     const std::string tau = "tolerances: " + formatNumber(tolerances[i]) + " px ";
     // Written so that NaN fails.
-    if (!(tolerances[i] > 0 && tolerances[i] <= kLargestTolerance)) {
-      throw std::invalid_argument(tau + "is outside (0, " + formatNumber(kLargestTolerance) +
+    if (!(tolerances[i] > 0 && tolerances[i] <= kMaxTolerance)) {
+      throw std::invalid_argument(tau + "is outside (0, " + formatNumber(kMaxTolerance) +
                                   "] px; each must be above 0");
     }
     if (i == 0 || tolerances[i] > tolerances[i - 1]) continue;
@@ -147,7 +147,7 @@ void BenchmarkConfig::resolve() {
     }
   }
   requireAscending(tolerances);
-  requireRange("ground_truth_tolerance", ground_truth_tolerance, 0, kLargestTolerance);
+  requireRange("ground_truth_tolerance", ground_truth_tolerance, 0, kMaxTolerance);
   const double largest = tolerances.back();
   if (largest > ground_truth_tolerance) {
     throw std::invalid_argument(
@@ -156,9 +156,9 @@ void BenchmarkConfig::resolve() {
         " px, so that recall could exceed 1; lower the one or raise the other");
   }
   requireRange("repetitions", repetitions, 1, 1000);
-  requireRange("threads", threads, 0, kMostThreads);
+  requireRange("threads", threads, 0, kMaxThreads);
   if (threads == 0) {
-    threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMostThreads);
+    threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, kMaxThreads);
   }
   requireRange("seed", seed, 0, 2147483647 - 1000);
   requireRange("max_pairs", max_pairs, 0, 2147483647);

@@ -20,7 +20,7 @@ constexpr char kFeatures[] = "orb+orb";
 const AlgorithmOptions kOptions = {{"orb", {{"max_features", "1000"}, {"max_megapixels", "1"}}}};
 constexpr std::size_t kCacheBytes = std::size_t{64} << 20U;
 
-constexpr double kLeastShare = 0.05;  // of the left image that the ground truth maps into the right one
+constexpr double kMinShare = 0.05;  // of the left image that the ground truth maps into the right one
 // With fewer images that agree, nobody knows which of them is the odd one.
 constexpr std::size_t kAgreeing = 3;
 
@@ -70,14 +70,14 @@ std::string oddity(const ImagePair& pair) {
   const auto percent = [](double share) { return formatNumber(std::round(1000 * share) / 10) + " %"; };
   if (truth.kind == TruthKind::kHomography) {
     const double share = shareMappedInto(truth.matrix, left, right);
-    if (share < kLeastShare) {
+    if (share < kMinShare) {
       return "the homography maps " + percent(share) + " of the left image into the right one (" + sizes +
              "); the images or the homography are of another pair, or the images have been scaled";
     }
   }
   if (truth.kind == TruthKind::kFundamental) {
     const double share = shareOfCrossingLines(truth.matrix, left, right);
-    if (share < kLeastShare) {
+    if (share < kMinShare) {
       return "the epipolar lines of " + percent(share) + " of the left image cross the right one (" + sizes +
              "); the images or the matrix are of another pair, or the images have been scaled";
     }

@@ -82,10 +82,10 @@ Estimate estimateOf(const Trial& trial) {
   return estimate;
 }
 
-std::size_t mostPictures(const std::vector<Trial>& trials, std::size_t selectors) {
+std::size_t maxPictures(const std::vector<Trial>& trials, std::size_t selectors) {
   std::size_t pairs = 0;
   for (const Trial& trial : trials) pairs += trial.pairs;
-  return selectors * std::min(pairs, kMostExamples + kExamplesPerDataset * trials.size());
+  return selectors * std::min(pairs, kMaxExamples + kExamplesPerDataset * trials.size());
 }
 
 std::string estimateTable(const std::vector<Trial>& trials, std::size_t pictures) {

@@ -37,7 +37,7 @@ Estimate estimateOf(const Trial& trial);
 
 /// At most this many pictures are drawn, see BenchmarkRunner::drawExamples().
 /// @param selectors  without keep_all
-std::size_t mostPictures(const std::vector<Trial>& trials, std::size_t selectors);
+std::size_t maxPictures(const std::vector<Trial>& trials, std::size_t selectors);
 
 /// A table with a line per trial, the pictures and the sum. A trial without any pair has "?" for what is
 /// unknown.

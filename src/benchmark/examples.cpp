@@ -12,7 +12,7 @@ namespace corrsel::core {
 namespace {
 
 /// F of every selector on one pair.
-struct JudgedPair {
+struct EvaluatedPair {
   PairId id;
   std::map<std::string, double> f;
   double best_f = 0;
@@ -24,16 +24,17 @@ struct Demand {
 };
 
 /// In order of the pairs' names.
-std::vector<JudgedPair> judgedPairs(const std::vector<ResultRow>& rows, double tau) {
+std::vector<EvaluatedPair> evaluatedPairs(const std::vector<ResultRow>& rows, double tau) {
   std::map<PairId, std::map<std::string, std::vector<double>>> values;
   for (const ResultRow& row : rows) {
-    const Metrics* const metrics = row.judged() && row.selector != "keep_all" ? row.metricsAt(tau) : nullptr;
+    const Metrics* const metrics =
+        row.evaluated() && row.selector != "keep_all" ? row.metricsAt(tau) : nullptr;
     if (metrics == nullptr || std::isnan(metrics->f_paper)) continue;
     values[row.id][row.selector].push_back(metrics->f_paper);
   }
-  std::vector<JudgedPair> pairs;
+  std::vector<EvaluatedPair> pairs;
   for (auto& [id, selectors] : values) {
-    JudgedPair pair;
+    EvaluatedPair pair;
     pair.id = id;
     for (auto& [selector, repetitions] : selectors) {
       // Sorted, so that the sum does not depend on the order of the rows.
@@ -46,7 +47,7 @@ std::vector<JudgedPair> judgedPairs(const std::vector<ResultRow>& rows, double t
   return pairs;
 }
 
-std::vector<Demand> demandsOf(const std::vector<JudgedPair>& pairs) {
+std::vector<Demand> demandsOf(const std::vector<EvaluatedPair>& pairs) {
   std::map<std::string, Demand> datasets, successes, failures;
   // For selectors that never reach the thresholds: the highest F, and the largest (shortfall, -F), with their
   // pairs.
@@ -82,7 +83,7 @@ std::vector<Demand> demandsOf(const std::vector<JudgedPair>& pairs) {
 }  // namespace
 
 std::vector<PairId> chooseExamples(const std::vector<ResultRow>& rows, double tau, std::size_t max_pairs) {
-  const std::vector<JudgedPair> pairs = judgedPairs(rows, tau);
+  const std::vector<EvaluatedPair> pairs = evaluatedPairs(rows, tau);
   std::vector<Demand> open = demandsOf(pairs);
   const std::vector<Demand> demands = open;
   std::vector<std::size_t> chosen;

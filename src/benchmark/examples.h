@@ -16,7 +16,7 @@ inline constexpr double kExampleFailureShortfall = 0.3;
 inline constexpr double kExampleFailureBestF = 0.5;
 
 /// Of the whole run...
-inline constexpr std::size_t kMostExamples = 16;
+inline constexpr std::size_t kMaxExamples = 16;
 /// ...and of each dataset beside them.
 inline constexpr std::size_t kExamplesPerDataset = 3;
 
@@ -30,11 +30,11 @@ inline bool isExampleFailure(double f, double best_f) {
 /// against the best selector, of several the one of its lowest F), and every dataset has a pair. Among pairs
 /// that cover equally many of these demands, those of the highest F and the largest shortfall are preferred.
 /// @param rows  of one cell (features and preselection, "given" rows beside them); repetitions are averaged;
-///              rows that are not judged or have no F are ignored
+///              rows that are not evaluated or have no F are ignored
 /// @param tau  tolerance of F, px; labelled rows have none
 /// @return at most max_pairs pairs, sorted by dataset, sequence and pair, whatever the order of the rows
 /// O(rows log rows + pairs^2 * selectors).
 std::vector<PairId> chooseExamples(const std::vector<ResultRow>& rows, double tau,
-                                   std::size_t max_pairs = kMostExamples);
+                                   std::size_t max_pairs = kMaxExamples);
 
 }  // namespace corrsel::core

@@ -30,7 +30,7 @@ PoseRow measurePose(const GroundTruth& truth, const cv::Size& left_size, const C
                     const Selection& selection) {
   PoseRow row;
   row.status = selection.status;
-  if (!row.judged()) return row;
+  if (!row.evaluated()) return row;
   const Correspondences selected = putative.subset(selectedRows(selection.mask));
   row.n_selected = selected.size();
   row.seconds = 0;

@@ -57,7 +57,7 @@ std::vector<PoseSummaryRow> summarizePoses(const std::vector<PoseRow>& rows) {
       PoseSummaryRow& head = groups.back().row;
       std::tie(head.dataset, head.features, head.preselection, head.selector) = key;
     }
-    if (!row.judged()) continue;
+    if (!row.evaluated()) continue;
     Group& group = groups[found->second];
     group.poses.add(row.id, row.pose_error);
     group.corners.add(row.id, row.corner_error);

@@ -28,7 +28,7 @@ class ProgressMeter {
 /// Shows progress: on a terminal a bar that is redrawn in place, elsewhere a line every few seconds.
 class ProgressPrinter {
  public:
-  /// @param interval  least time between two lines where `out` is not a terminal, s
+  /// @param interval  smallest time between two lines where `out` is not a terminal, s
   ProgressPrinter(std::ostream& out, bool terminal, double interval = 5.0);
 
   void show(const Progress& progress);

@@ -35,7 +35,7 @@ std::string excess(const std::string& part, std::size_t a, const std::string& wh
 std::string contradictionIn(const Metrics& metrics, const ResultRow& row) {
   const std::string of = std::isnan(metrics.tau) ? "_labels" : "_" + formatNumber(metrics.tau) + "px";
   const std::string n_correct = "n_correct" + of;
-  if (!row.judged()) {
+  if (!row.evaluated()) {
     return metrics.n_correct == 0 && std::isnan(metrics.f_paper)
                ? ""
                : "status " + toString(row.status) + " beside " + n_correct;
@@ -71,7 +71,7 @@ std::string contradictionIn(const ResultRow& row) {
     const std::string problem = contradictionIn(metrics, row);
     if (!problem.empty()) return problem;
   }
-  if (!row.judged()) {
+  if (!row.evaluated()) {
     const bool empty = row.n_selected == 0 && std::isnan(row.select_seconds) && std::isnan(row.confidence);
     return empty ? "" : "status " + toString(row.status) + " beside numbers of a selection";
   }
@@ -99,7 +99,7 @@ std::string contradictionIn(const PoseRow& row) {
     if (!problem.empty()) return problem;
   }
   const bool estimated = !std::isnan(row.pose_error) || !std::isnan(row.corner_error);
-  if (!row.judged()) {
+  if (!row.evaluated()) {
     return estimated || row.n_selected > 0 || !std::isnan(row.seconds)
                ? "status " + toString(row.status) + " beside numbers of a selection"
                : "";

@@ -198,7 +198,7 @@ void BenchmarkRunner::recordFailure(const PairId& id, const char* stage, const s
 
 /// Reports what is doubtful about the last sequence where it has ended, that is, where the next pair belongs
 /// to another one, and also after its first pairs.
-void BenchmarkRunner::judgeTruth(const PairId& next) {
+void BenchmarkRunner::reportTruth(const PairId& next) {
   if (sequence_checks_.empty()) return;
   const PairId& last = sequence_checks_.back().id;
   const bool ended = last.dataset != next.dataset || last.sequence != next.sequence;
@@ -229,7 +229,7 @@ RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& so
       if (!source.next(pair)) throw DatasetError("the data end before this pair");
       if (!shard.holds(number) || folder_.isDone(pair.id)) return;
       stage = "run";
-      judgeTruth(pair.id);
+      reportTruth(pair.id);
       noticeImages(pair);
       runPair(pair, number, watch.seconds());
       if (stop_) return;
@@ -243,7 +243,7 @@ RunState BenchmarkRunner::run(const std::vector<std::unique_ptr<PairSource>>& so
     }
     observer_.progress(meter.at(state.pairs_done, pair.id.text()));
   });
-  judgeTruth({});
+  reportTruth({});
   state.interrupted = stop_;
   return state;
 }
@@ -281,9 +281,9 @@ const Selector& BenchmarkRunner::selectorFor(const ImagePair& pair, std::size_t 
   return tools_->selectors[selector].at(homography, repetition);
 }
 
-ResultRow BenchmarkRunner::judge(const ImagePair& pair, const Putative& putative, const Cell& cell,
-                                 const std::string& selector, int repetition,
-                                 const Selection& selection) const {
+ResultRow BenchmarkRunner::resultRow(const ImagePair& pair, const Putative& putative, const Cell& cell,
+                                     const std::string& selector, int repetition,
+                                     const Selection& selection) const {
   EvaluationOptions options;
   options.tolerances = config_.tolerances;
   options.ground_truth_tolerance = config_.ground_truth_tolerance;
@@ -386,9 +386,9 @@ void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double 
           if (selection.status == Status::kUnsupportedInput && usable)
             notice({pair.id.dataset, "", spec, selection.message});
           addConfidence(putative.matches, selection);
-          rows.push_back(judge(pair, putative, cell, spec, repetition, selection));
+          rows.push_back(resultRow(pair, putative, cell, spec, repetition, selection));
           addPose([&] { return poseRow(pair, putative, cell, spec, repetition, selection); });
-          observer_.judged(rows.back());
+          observer_.evaluated(rows.back());
           if (saved) saved->write(putative.matches, spec, config_.seed + repetition, selection);
         }
       }
@@ -437,7 +437,7 @@ void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>
   };
   std::set<std::string> wanted, there;
   for (const ResultRow& row : rows) {
-    const bool picture = row.judged() && row.selector != "keep_all" && isChosen(row.id);
+    const bool picture = row.evaluated() && row.selector != "keep_all" && isChosen(row.id);
     if (picture) wanted.insert(row.id.text() + "/" + row.selector);
   }
   for (const ExampleImage& image : readExampleImages(folder_.path()))

@@ -141,7 +141,7 @@ class Summary {
   void add(const ResultRow& row) {
     for (const Metrics& m : row.metrics) {
       Group& group = groupOf(row, m.tau);
-      if (!row.judged()) continue;
+      if (!row.evaluated()) continue;
       group.seconds.push_back(row.select_seconds);
       if (!std::isnan(row.confidence)) group.confidences.push_back(row.confidence);
       if (row.n_ground_truth == 0) continue;

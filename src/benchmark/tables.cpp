@@ -11,16 +11,16 @@
 namespace corrsel::core {
 namespace {
 
-/// A column that is empty where the selector gave nothing that could be judged.
+/// A column that is empty where the selector gave nothing that could be evaluated.
 template <class Row>
-CsvColumn<Row> ifJudged(CsvColumn<Row> column) {
+CsvColumn<Row> ifEvaluated(CsvColumn<Row> column) {
   column.cell = [cell = column.cell](const Row& row) {
-    return row.judged() ? cell(row) : CellValue(std::string());
+    return row.evaluated() ? cell(row) : CellValue(std::string());
   };
   return column;
 }
 
-/// A column that is empty where the true pose is not known or nothing could be judged.
+/// A column that is empty where the true pose is not known or nothing could be evaluated.
 CsvColumn<PoseRow> ifPose(CsvColumn<PoseRow> column) {
   column.cell = [cell = column.cell](const PoseRow& row) {
     return std::isnan(row.pose_error) ? CellValue(std::string()) : cell(row);
@@ -214,20 +214,20 @@ CsvTable<ResultRow> pairsTable(const std::vector<double>& tolerances) {
       csvColumn("n_ground_truth", &ResultRow::n_ground_truth),
   };
   for (std::size_t i = 0; i < tolerances.size(); ++i) columns.push_back(inlierColumn(tolerances[i], i));
-  columns.push_back(ifJudged(csvColumn("n_selected", &ResultRow::n_selected)));
-  columns.push_back(ifJudged(labelledColumn()));
+  columns.push_back(ifEvaluated(csvColumn("n_selected", &ResultRow::n_selected)));
+  columns.push_back(ifEvaluated(labelledColumn()));
   for (std::size_t i = 0; i < tolerances.size(); ++i) {
-    columns.push_back(ifJudged(correctColumn(tolerances[i], i)));
+    columns.push_back(ifEvaluated(correctColumn(tolerances[i], i)));
   }
   for (const CsvColumn<ResultRow>& column : {
            csvColumn("status", &ResultRow::status),
-           ifJudged(csvColumn("scene", &ResultRow::scene)),
-           ifJudged(csvColumn("confidence", &ResultRow::confidence)),
+           ifEvaluated(csvColumn("scene", &ResultRow::scene)),
+           ifEvaluated(csvColumn("confidence", &ResultRow::confidence)),
            csvColumn("seed", &ResultRow::seed),
            csvColumn("detect_s", &ResultRow::detect_seconds),
            csvColumn("describe_s", &ResultRow::describe_seconds),
            csvColumn("match_s", &ResultRow::match_seconds),
-           ifJudged(csvColumn("select_s", &ResultRow::select_seconds)),
+           ifEvaluated(csvColumn("select_s", &ResultRow::select_seconds)),
        }) {
     columns.push_back(column);
   }
@@ -265,7 +265,7 @@ const CsvTable<PoseRow>& posesTable() {
                                            csvColumn("selector", &PoseRow::selector),
                                            csvColumn("seed", &PoseRow::seed),
                                            csvColumn("status", &PoseRow::status),
-                                           ifJudged(csvColumn("n_selected", &PoseRow::n_selected)),
+                                           ifEvaluated(csvColumn("n_selected", &PoseRow::n_selected)),
                                            ifPose(csvColumn("model", &PoseRow::model)),
                                            ifPose(csvColumn("n_inliers", &PoseRow::n_inliers)),
                                            csvColumn("rotation_deg", &PoseRow::rotation_error),

@@ -68,7 +68,7 @@ struct Candidate {
 };
 
 /// Pairs with enough common points, those with the most first.
-std::vector<Candidate> candidatesOf(const std::vector<ColmapImage>& images, std::size_t least) {
+std::vector<Candidate> candidatesOf(const std::vector<ColmapImage>& images, std::size_t min_points) {
   std::map<std::int64_t, std::vector<std::size_t>> seen_by;  // images by point, ascending
   for (std::size_t i = 0; i < images.size(); ++i) {
     for (const std::int64_t point : images[i].points) seen_by[point].push_back(i);
@@ -84,7 +84,7 @@ std::vector<Candidate> candidatesOf(const std::vector<ColmapImage>& images, std:
       }
     }
     for (std::size_t j = i + 1; j < images.size(); ++j) {
-      if (common[j] >= least) candidates.push_back({i, j, common[j]});
+      if (common[j] >= min_points) candidates.push_back({i, j, common[j]});
     }
   }
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -143,12 +143,11 @@ void addScene(const std::string& name, const std::string& scene, const PairChoic
   std::sort(images.begin(), images.end(),
             [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
   Lenses lenses(model.cameras);
-  const auto most = static_cast<std::size_t>(choice.most_pairs);
-  const std::vector<Candidate> candidates =
-      candidatesOf(images, static_cast<std::size_t>(choice.least_points));
+  const auto max_pairs = static_cast<std::size_t>(choice.max_pairs);
+  const std::vector<Candidate> candidates = candidatesOf(images, static_cast<std::size_t>(choice.min_points));
   std::vector<PosedPair> pairs;
   std::map<std::shared_ptr<const Lens>, std::size_t> undistorted;  // images that are used
-  for (const std::size_t i : evenlySpaced(candidates.size(), most)) {
+  for (const std::size_t i : evenlySpaced(candidates.size(), max_pairs)) {
     const ColmapImage &left = images[candidates[i].left], &right = images[candidates[i].right];
     PosedPair pair;
     pair.id = {name, sequence, pairName(left.name) + "-" + pairName(right.name)};
@@ -167,10 +166,10 @@ void addScene(const std::string& name, const std::string& scene, const PairChoic
   std::sort(pairs.begin(), pairs.end(), [](const PosedPair& a, const PosedPair& b) { return a.id < b.id; });
   std::move(pairs.begin(), pairs.end(), std::back_inserter(dataset.pairs));
   dataset.remarks.push_back(
-      sequence + ": " + std::to_string(std::min(most, candidates.size())) + " of the " +
+      sequence + ": " + std::to_string(std::min(max_pairs, candidates.size())) + " of the " +
       std::to_string(candidates.size()) + " pairs of its " + std::to_string(images.size()) +
-      " images that see at least " + std::to_string(choice.least_points) +
-      " common points are used (least_points, most_pairs in " + std::string(PairChoice::kFile) + ")");
+      " images that see at least " + std::to_string(choice.min_points) +
+      " common points are used (min_points, max_pairs in " + std::string(PairChoice::kFile) + ")");
   std::vector<std::string> texts;
   for (const auto& used : undistorted) texts.push_back(used.first->text());
   std::sort(texts.begin(), texts.end());

@@ -10,8 +10,8 @@ namespace corrsel::core {
 /// 2016). A scene is a folder, or the root itself, with a sparse model in `sparse/0`, `sparse` or the folder
 /// itself (readColmapModel()), and `images/` with the images that the model names.
 ///
-/// The pairs are all pairs of images that see at least PairChoice::least_points common 3D points. Where they
-/// are more than PairChoice::most_pairs, as many are taken evenly from the list in the order of the number of
+/// The pairs are all pairs of images that see at least PairChoice::min_points common 3D points. Where they
+/// are more than PairChoice::max_pairs, as many are taken evenly from the list in the order of the number of
 /// common points, so that pairs with much and with little overlap are there in the shares that the scene has.
 /// The pose is known up to scale.
 ///

@@ -18,7 +18,7 @@ namespace corrsel::core {
 namespace {
 
 constexpr char kRemedy[] = "export the model again (colmap model_converter)";
-constexpr double kMostExact = 9007199254740992;  // 2^53: up to it, doubles hold all whole numbers
+constexpr double kMaxExact = 9007199254740992;  // 2^53: up to it, doubles hold all whole numbers
 
 /// The numbers of models in files, as src/colmap/sensor/models.h states them.
 struct Model {
@@ -73,7 +73,7 @@ RigidMotion poseOf(const double* quaternion, const double* translation, const st
 
 std::int64_t wholeNumber(const TextRow& row, std::size_t word) {
   const double value = row.number(word);
-  if (!(std::abs(value) <= kMostExact) || value != std::floor(value)) {
+  if (!(std::abs(value) <= kMaxExact) || value != std::floor(value)) {
     row.fail("entry " + std::to_string(word + 1) + ": '" + row.words[word] +
              "' is not a whole number up to " + "2^53; " + kRemedy);
   }

@@ -157,11 +157,11 @@ void addStereo(const std::string& name, const std::string& sequence, const Camer
     pairs.push_back(std::move(pair));
   }
   const std::vector<std::size_t> used =
-      evenlySpaced(pairs.size(), static_cast<std::size_t>(choice.most_pairs));
+      evenlySpaced(pairs.size(), static_cast<std::size_t>(choice.max_pairs));
   for (const std::size_t i : used) dataset.pairs.push_back(pairs[i]);
   dataset.remarks.push_back(
       sequence + ": " + std::to_string(used.size()) + " of " + std::to_string(pairs.size()) +
-      " stereo pairs are used (most_pairs in " + std::string(PairChoice::kFile) + "), " +
+      " stereo pairs are used (max_pairs in " + std::string(PairChoice::kFile) + "), " +
       std::to_string(left.images.size() - pairs.size()) + " of " + std::to_string(left.images.size()) +
       " images of cam0 have none of cam1 at their "
       "time");
@@ -189,7 +189,7 @@ void addSequence(const std::string& name, const std::string& folder, const PairC
     return;
   }
   const Trajectory poses = readPoses(poses_folder);
-  const auto gap = static_cast<std::int64_t>(choice.most_gap * 1e9);
+  const auto gap = static_cast<std::int64_t>(choice.max_gap * 1e9);
   std::vector<PosedFrame> frames;
   for (const auto& [time, image] : left.images) {
     const std::optional<RigidMotion> body = poses.at(time, gap);

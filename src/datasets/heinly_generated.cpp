@@ -27,7 +27,7 @@ constexpr Scene kScenes[] = {
     {"rotation_2", "building.jpg", false, 8},
 };
 
-constexpr double kLargestZoom = 4.0;  // size left / size right
+constexpr double kMaxZoom = 4.0;  // size left / size right
 
 /// Scene of a pair, and the pair's place in it (0-based).
 struct Place {
@@ -48,7 +48,7 @@ Place placeOf(std::size_t index) {
 /// Zooms end at the largest one; rotations leave out the full turn.
 cv::Matx33d homographyOf(const Place& place, const cv::Size& size) {
   const double step = place.strength + 1.0;
-  if (place.scene.zoom) return similarity(std::pow(kLargestZoom, step / place.scene.pairs), 0.0, size);
+  if (place.scene.zoom) return similarity(std::pow(kMaxZoom, step / place.scene.pairs), 0.0, size);
   return similarity(1.0, 360.0 * step / (place.scene.pairs + 1), size);
 }
 

@@ -12,10 +12,10 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kMostSide = 1 << 20;   // px; OpenCV reads images up to this
+constexpr double kMaxSide = 1 << 20;    // px; OpenCV reads images up to this
 constexpr double kEnlargement = 1.005;  // in one step
 constexpr int kSteps = 100;             // up to a factor of 1.65
-constexpr double kMostBeyond = 0.5;     // px: the outer half of the outermost pixels is still content
+constexpr double kMaxBeyond = 0.5;      // px: the outer half of the outermost pixels is still content
 
 std::string sizeText(const cv::Size& size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height) + " px";
@@ -45,13 +45,13 @@ Lens::Lens(const std::string& name, const cv::Matx33d& camera, const std::vector
   camera_ = cv::Mat(cv::getOptimalNewCameraMatrix(original_, distortion_, size_, 0));
   // OpenCV looks at nine points of each side only.
   const cv::Point2d centre((size_.width - 1) / 2.0, (size_.height - 1) / 2.0);
-  for (int step = 0; step < kSteps && !(beyondBorder() <= kMostBeyond); ++step) {
+  for (int step = 0; step < kSteps && !(beyondBorder() <= kMaxBeyond); ++step) {
     camera_(0, 0) *= kEnlargement;
     camera_(1, 1) *= kEnlargement;
     camera_(0, 2) = centre.x + (camera_(0, 2) - centre.x) * kEnlargement;
     camera_(1, 2) = centre.y + (camera_(1, 2) - centre.y) * kEnlargement;
   }
-  if (!(beyondBorder() <= kMostBeyond) || !(camera_(0, 0) > 0) || !(camera_(1, 1) > 0)) {
+  if (!(beyondBorder() <= kMaxBeyond) || !(camera_(0, 0) > 0) || !(camera_(1, 1) > 0)) {
     throw std::invalid_argument(name + " has a distortion that cannot be removed from images of " +
                                 sizeText(size) + "; check its coefficients and their order");
   }
@@ -109,9 +109,9 @@ std::string Lens::text() const {
 
 cv::Size imageSize(double width, double height) {
   for (const double side : {width, height}) {
-    if (side >= 1 && side <= kMostSide && side == std::floor(side)) continue;
+    if (side >= 1 && side <= kMaxSide && side == std::floor(side)) continue;
     throw std::invalid_argument("the size of the images, " + formatNumber(width) + "x" +
-                                formatNumber(height) + ", is not one of 1 to " + formatNumber(kMostSide) +
+                                formatNumber(height) + ", is not one of 1 to " + formatNumber(kMaxSide) +
                                 " px");
   }
   return {static_cast<int>(width), static_cast<int>(height)};

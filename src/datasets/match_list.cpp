@@ -18,11 +18,11 @@ namespace corrsel::core {
 namespace {
 
 constexpr double kAny = std::numeric_limits<float>::max();
-constexpr double kMostCount = std::numeric_limits<std::uint32_t>::max();
+constexpr double kMaxCount = std::numeric_limits<std::uint32_t>::max();
 
 struct Column {
   const char* name;
-  double least, most;
+  double min, max;
   bool whole = false;
   bool optional = true;
 };
@@ -39,9 +39,9 @@ constexpr Column kColumns[] = {
     {"angle_left", -1e9, 1e9},
     {"size_right", 0, 1e9},
     {"angle_right", -1e9, 1e9},
-    {"index_left", 0, kMostCount, true},
-    {"index_right", 0, kMostCount, true},
-    {"label", 0, kMostCount, true},
+    {"index_left", 0, kMaxCount, true},
+    {"index_right", 0, kMaxCount, true},
+    {"label", 0, kMaxCount, true},
 };
 
 const Column* findColumn(const std::string& name) {
@@ -153,12 +153,12 @@ class ListFile {
     } catch (const std::invalid_argument& error) {
       failInLine(std::string(error.what()) + "; write a number");
     }
-    const bool valid = value >= column.least && value <= column.most;
+    const bool valid = value >= column.min && value <= column.max;
     if (!valid || (column.whole && value != std::floor(value))) {
       failInLine(what + ": '" + text + "' is not " +
-                 (column.whole        ? "a whole number from 0"
-                  : column.least == 0 ? "a finite number from 0"
-                                      : "a coordinate or an angle"));
+                 (column.whole      ? "a whole number from 0"
+                  : column.min == 0 ? "a finite number from 0"
+                                    : "a coordinate or an angle"));
     }
     return value;
   }

@@ -12,7 +12,7 @@ namespace corrsel::core {
 struct MatchList {
   Correspondences matches;  ///< without sizes of images
   bool labelled = false;
-  std::vector<std::uint32_t> labels;  ///< where labelled, per match: 0 = wrong, k = member of structure k
+  std::vector<std::uint32_t> labels;  ///< where labelled, per match: 0 = outlier, k = member of structure k
 };
 
 /// Reads matches from a text file of numbers separated by commas. The first line names the columns, in any
@@ -26,7 +26,7 @@ struct MatchList {
 /// - `size_left`, `angle_left`, `size_right`, `angle_right`: optional, together: diameter [px] and angle
 ///   [degrees] of the keypoints as in cv::KeyPoint, from which similarity frames are made;
 /// - `index_left`, `index_right`: optional, together: numbers of the features in their images, from 0;
-/// - `label`: optional, 0 = wrong, 1 = correct, or k = member of structure k.
+/// - `label`: optional, 0 = outlier, 1 = inlier, or k = member of structure k.
 ///
 /// Throws DatasetError that names the file, the line, the column and the value. O(matches).
 MatchList readMatchList(const std::string& path);

@@ -15,11 +15,11 @@ struct PairChoice : OptionSet {
   static constexpr char kFile[] = "corrsel.yaml";
 
   int step = 10;
-  int most_pairs = 100;
-  double least_baseline = 0.05;
-  double most_gap = 0.02;
+  int max_pairs = 100;
+  double min_baseline = 0.05;
+  double max_gap = 0.02;
   FramePairs pairs = FramePairs::kBoth;
-  int least_points = 30;
+  int min_points = 30;
 
   void visit(OptionVisitor& visitor) const override;
 };

@@ -92,8 +92,8 @@ class PairFolder {
     }
     if (truths.empty() && listed) {
       throw DatasetError(path_ +
-                         ": there is no ground truth; add H.txt, F.txt or the column 'label' (1 = correct, "
-                         "0 = wrong) to matches.csv");
+                         ": there is no ground truth; add H.txt, F.txt or the column 'label' (1 = inlier, "
+                         "0 = outlier) to matches.csv");
     }
     if (truths.empty()) throw DatasetError(path_ + ": H.txt or F.txt is missing; " + kRemedy);
     GroundTruth result;
@@ -113,7 +113,7 @@ class PairFolder {
   void readSizes(Correspondences& matches) const {
     const std::string remedy =
         "; write width and height of the left image, then of the right one, e.g. 640 480 640 480";
-    constexpr int kMostSide = 1 << 20;  // px; OpenCV reads images up to this
+    constexpr int kMaxSide = 1 << 20;  // px; OpenCV reads images up to this
     std::vector<int> sides;
     std::ifstream stream(file(kSizes));
     for (std::string word; stream >> word;) {
@@ -123,9 +123,9 @@ class PairFolder {
       } catch (const std::invalid_argument& error) {
         fail(kSizes, error.what() + remedy);
       }
-      if (!(side >= 1 && side <= kMostSide && side == static_cast<int>(side))) {
+      if (!(side >= 1 && side <= kMaxSide && side == static_cast<int>(side))) {
         fail(kSizes,
-             "'" + word + "' is not a number of pixels from 1 to " + std::to_string(kMostSide) + remedy);
+             "'" + word + "' is not a number of pixels from 1 to " + std::to_string(kMaxSide) + remedy);
       }
       sides.push_back(static_cast<int>(side));
     }

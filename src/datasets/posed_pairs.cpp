@@ -141,7 +141,7 @@ void addSteps(const std::string& name, const std::string& sequence, const std::v
     }
     PosedPair pair;
     pair.motion = right.pose.inverse() * left.pose;
-    if (cv::norm(pair.motion.translation) < choice.least_baseline) {
+    if (cv::norm(pair.motion.translation) < choice.min_baseline) {
       ++too_near;
       continue;
     }
@@ -151,23 +151,23 @@ void addSteps(const std::string& name, const std::string& sequence, const std::v
     pairs.push_back(std::move(pair));
   }
   const std::size_t found = pairs.size();
-  for (const std::size_t i : evenlySpaced(found, static_cast<std::size_t>(choice.most_pairs))) {
+  for (const std::size_t i : evenlySpaced(found, static_cast<std::size_t>(choice.max_pairs))) {
     dataset.pairs.push_back(std::move(pairs[i]));
   }
   const std::size_t all = frames.size() > step ? frames.size() - step : 0;
   std::string remark =
       sequence + ": of the " + std::to_string(all) + " pairs of its " + std::to_string(frames.size()) +
       " images that are " + std::to_string(choice.step) + " frames apart, " +
-      std::to_string(std::min(found, static_cast<std::size_t>(choice.most_pairs))) + " are used";
+      std::to_string(std::min(found, static_cast<std::size_t>(choice.max_pairs))) + " are used";
   if (without_pose > 0) {
     remark += ", " + std::to_string(without_pose) + " are left out because an image has no pose within " +
-              formatNumber(choice.most_gap) + " s before and after it";
+              formatNumber(choice.max_gap) + " s before and after it";
   }
   if (too_near > 0) {
     remark += ", " + std::to_string(too_near) + " are left out because their baseline is below " +
-              formatNumber(choice.least_baseline) + " m";
+              formatNumber(choice.min_baseline) + " m";
   }
-  dataset.remarks.push_back(remark + " (step, most_pairs, most_gap, least_baseline in " +
+  dataset.remarks.push_back(remark + " (step, max_pairs, max_gap, min_baseline in " +
                             std::string(PairChoice::kFile) + ")");
 }
 

@@ -87,7 +87,7 @@ struct PosedFrame {
 };
 
 /// Appends the pairs of frames i and i + step of a sequence to `dataset`: those with a pose at both ends and
-/// a baseline of at least choice.least_baseline, spread evenly where they are more than choice.most_pairs. A
+/// a baseline of at least choice.min_baseline, spread evenly where they are more than choice.max_pairs. A
 /// remark counts what was left out.
 void addSteps(const std::string& name, const std::string& sequence, const std::vector<PosedFrame>& frames,
               const PairChoice& choice, PosedDataset& dataset);

@@ -176,7 +176,7 @@ struct Drawn {
 };
 
 /// A correct match, inside both images.
-Drawn correctMatch(const SceneSpec& spec, Random& random) {
+Drawn drawInlier(const SceneSpec& spec, Random& random) {
   for (;;) {
     Drawn match;
     match.left = anywhere(random);
@@ -197,7 +197,7 @@ Drawn correctMatch(const SceneSpec& spec, Random& random) {
 /// A window taken for one of its neighbours, inside both images.
 Drawn mistakenWindow(const SceneSpec& spec, Random& random) {
   for (;;) {
-    Drawn match = correctMatch(spec, random);
+    Drawn match = drawInlier(spec, random);
     const auto steps = static_cast<double>(1 + random.index(3));
     const cv::Point2d other =
         match.left + cv::Point2d(random.index(2) == 0 ? steps * kWindowStep : -steps * kWindowStep, 0);
@@ -209,7 +209,7 @@ Drawn mistakenWindow(const SceneSpec& spec, Random& random) {
 }
 
 /// Compilers evaluate function arguments in different orders: whatever is drawn has a statement of its own.
-Drawn wrongMatch(const SceneSpec& spec, Random& random) {
+Drawn drawOutlier(const SceneSpec& spec, Random& random) {
   if (spec.kind == MatchSceneKind::kFacade && random.index(2) == 0) return mistakenWindow(spec, random);
   Drawn match;
   match.right = anywhere(random);
@@ -259,7 +259,7 @@ MatchScene makeScene(const SceneSpec& spec) {
   m.left_size = m.right_size = {kWidth, kHeight};
   const bool repetitive = spec.kind == MatchSceneKind::kFacade;
   for (const bool inlier : scene.inlier) {
-    const Drawn match = inlier ? correctMatch(spec, random) : wrongMatch(spec, random);
+    const Drawn match = inlier ? drawInlier(spec, random) : drawOutlier(spec, random);
     m.add(match.left, match.right);
     scene.structure.push_back(match.structure);
     const double ratio = repetitive ? 0.85 + 0.08 * random.normal()

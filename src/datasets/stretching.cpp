@@ -20,7 +20,7 @@ void readStretched(const StoredImage& left, const StoredImage& right, ImagePair&
     found.image = stored->name;
   }
   found.bits = significantBits(found.largest);
-  const bool stretch = found.largest >= 0 && found.bits < kMostBits;
+  const bool stretch = found.largest >= 0 && found.bits < kMaxBits;
   for (const auto& [stored, image] : images) {
     if (image->depth() == CV_8U) continue;
     *image = stretch && image->depth() == CV_16U ? toEightBits(*image, found.bits) : stored->read(false);

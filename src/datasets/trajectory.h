@@ -20,8 +20,8 @@ class Trajectory {
   bool empty() const { return poses_.empty(); }
 
   /// The pose at a time: the given one, or one that is interpolated between the pose before and the pose
-  /// after. None where one of these is missing or more than `most_gap` ns away. O(log poses).
-  std::optional<RigidMotion> at(std::int64_t time, std::int64_t most_gap) const;
+  /// after. None where one of these is missing or more than `max_gap` ns away. O(log poses).
+  std::optional<RigidMotion> at(std::int64_t time, std::int64_t max_gap) const;
 
  private:
   std::map<std::int64_t, RigidMotion> poses_;

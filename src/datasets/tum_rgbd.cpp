@@ -92,7 +92,7 @@ Trajectory readPoses(const std::string& path) {
 std::vector<PosedFrame> readFrames(const std::string& folder, const PairChoice& choice,
                                    const std::shared_ptr<const Lens>& lens) {
   const Trajectory poses = readPoses(below(folder, kPoses));
-  const auto gap = static_cast<std::int64_t>(choice.most_gap * 1e9);
+  const auto gap = static_cast<std::int64_t>(choice.max_gap * 1e9);
   std::vector<PosedFrame> frames;
   for (const TextRow& row : readTextRows(below(folder, kImages), kRemedy)) {
     row.requireWords(2, "timestamp path");

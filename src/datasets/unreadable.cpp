@@ -42,8 +42,8 @@ std::string parentOf(const std::string& path) {
 }
 
 /// "a.png, b.png, c.png, d.png and 7 more"
-std::string shown(const std::vector<std::string>& names, std::size_t most = kShownNames) {
-  const std::size_t count = std::min(names.size(), most);
+std::string shown(const std::vector<std::string>& names, std::size_t max_shown = kShownNames) {
+  const std::size_t count = std::min(names.size(), max_shown);
   std::string text = joinList({names.begin(), names.begin() + static_cast<std::ptrdiff_t>(count)});
   if (names.size() > count) text += " and " + std::to_string(names.size() - count) + " more";
   return text;
@@ -60,12 +60,12 @@ bool isDataset(const std::string& folder, const SearchedLayouts& all) {
 const FolderLayout& bestOf(const std::vector<FolderLayout>& layouts, const std::string& root,
                            const std::vector<std::string>& folders) {
   const FolderLayout* best = &layouts.back();
-  std::size_t most = 0;
+  std::size_t max_present = 0;
   for (const FolderLayout& layout : layouts) {
     std::size_t present = 0;
     for (const std::string& folder : folders) present += layout.fit(fileNames(below(root, folder))).present;
-    if (present > most || (present == most && most > 0)) {
-      most = present;
+    if (present > max_present || (present == max_present && max_present > 0)) {
+      max_present = present;
       best = &layout;
     }
   }

@@ -9,7 +9,7 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kMostPairs = 120;
+constexpr std::size_t kMaxPairs = 120;
 constexpr std::size_t kSharedLetters = 3;
 
 /// A sequence, and its pairs.
@@ -88,7 +88,7 @@ UnrelatedReader::UnrelatedReader(std::unique_ptr<DatasetReader> scenes, int seed
                        "sequences, or take another dataset for unrelated pairs");
   }
   Random random(static_cast<std::uint64_t>(seed));
-  const std::size_t drawn = std::min(kMostPairs, choices.size());
+  const std::size_t drawn = std::min(kMaxPairs, choices.size());
   for (std::size_t i = 0; i < drawn; ++i) {
     std::swap(choices[i], choices[i + random.index(static_cast<std::uint32_t>(choices.size() - i))]);
     const std::vector<std::size_t>& lefts = choices[i].left->pairs;

@@ -10,7 +10,7 @@
 namespace corrsel::core {
 
 /// Pairs of images that show different scenes, made from the images of another dataset. All putative matches
-/// between them are wrong, so a selector should select none.
+/// between them are outliers, so a selector should select none.
 ///
 /// A pair consists of the left image of one pair of the dataset and the right image of another one, whose
 /// sequence shows another place. At most 120 pairs are drawn, and no right image is drawn twice beside the
@@ -42,8 +42,8 @@ class UnrelatedReader : public DatasetReader {
   std::vector<Pair> pairs_;
 };
 
-/// Whether two sequences of a dataset may show the same place, judged by their names: the names are equal or
-/// share three letters in a row, in upper or lower case ("notredame12" and "notredame", "breadcube" and
+/// Whether two sequences of a dataset may show the same place, according to their names: the names are equal
+/// or share three letters in a row, in upper or lower case ("notredame12" and "notredame", "breadcube" and
 /// "cubechips"). The first `common` characters, with which all names of the dataset begin ("scene_1",
 /// "scene_2"), do not count.
 bool mayShowOnePlace(const std::string& a, const std::string& b, std::size_t common = 0);

@@ -21,7 +21,7 @@ constexpr char kRemedy[] =
     "a pair of WxBS is a folder KIND/SCENE with 01 and 02 (.png, .jpg, ...) and corrs.txt; unpack the "
     "dataset "
     "again";
-constexpr std::size_t kLeastPoints = 8;
+constexpr std::size_t kMinPoints = 8;
 
 bool isPair(const std::string& folder) {
   const std::vector<std::string> names = fileNames(folder);
@@ -37,9 +37,9 @@ Correspondences readPoints(const std::string& folder) {
     points.add({static_cast<float>(p[0]), static_cast<float>(p[1])},
                {static_cast<float>(p[2]), static_cast<float>(p[3])});
   }
-  if (points.size() < kLeastPoints) {
+  if (points.size() < kMinPoints) {
     throw DatasetError(path + ": has " + std::to_string(points.size()) + " correspondences, at least " +
-                       std::to_string(kLeastPoints) + " are needed to fit a fundamental matrix; " + kRemedy);
+                       std::to_string(kMinPoints) + " are needed to fit a fundamental matrix; " + kRemedy);
   }
   return points;
 }

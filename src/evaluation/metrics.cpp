@@ -42,17 +42,17 @@ Evaluation evaluate(TruthKind kind, const std::vector<double>& errors, const std
                                 std::to_string(errors.size()) + " matches");
   }
   Evaluation result;
-  const bool labelled = kind == TruthKind::kLabels, judged = kind != TruthKind::kNone;
+  const bool labelled = kind == TruthKind::kLabels, evaluated = kind != TruthKind::kNone;
   const double ground_truth_tolerance = labelled ? 0.0 : options.ground_truth_tolerance;
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    if (judged && std::isnan(errors[i])) continue;
+    if (evaluated && std::isnan(errors[i])) continue;
     ++result.n_putative;
     result.n_ground_truth += errors[i] <= ground_truth_tolerance ? 1 : 0;
     result.n_selected += mask[i] ? 1 : 0;
   }
   const std::vector<double> tolerances = labelled ? std::vector<double>{kUndefined} : options.tolerances;
   for (const double tau : tolerances) {
-    if (!judged) {
+    if (!evaluated) {
       result.metrics.emplace_back().tau = tau;
       continue;
     }

@@ -51,16 +51,16 @@ double overlapWithUnitDisc(const Ellipse& ellipse) {
   return intersection / (1 + ellipse.area() - intersection);
 }
 
-/// As ellipseOverlap(); 0 where it would be below `least`, which must be more than 1/2.
+/// As ellipseOverlap(); 0 where it would be below `min_overlap`, which must be more than 1/2.
 double overlapIfAtLeast(const Ellipse& a, const cv::Matx22d& inverse, const Ellipse& b, double scale,
-                        double least) {
+                        double min_overlap) {
   const Ellipse relative{inverse * b.matrix, inverse * (b.centre - a.centre) / scale};
   const double area = relative.area();
-  if (area < least || area * least > 1) return 0;
+  if (area < min_overlap || area * min_overlap > 1) return 0;
   // With its centre outside, less than half of the second ellipse is inside of the first one.
   if (relative.centre.dot(relative.centre) >= 1) return 0;
   const double overlap = overlapWithUnitDisc(relative);
-  return overlap >= least ? overlap : 0;
+  return overlap >= min_overlap ? overlap : 0;
 }
 
 /// The centres of ellipses, by place.
@@ -150,7 +150,7 @@ Repeatability repeatability(const std::vector<AffineFrame>& left, const cv::Size
     places.visitNear(a.centre[0], a.centre[1], scale * std::hypot(a.matrix(0, 0), a.matrix(0, 1)),
                      scale * std::hypot(a.matrix(1, 0), a.matrix(1, 1)), [&](std::size_t j) {
                        const double overlap =
-                           overlapIfAtLeast(a, inverse, detected[j], scale, 1 - kMostOverlapError);
+                           overlapIfAtLeast(a, inverse, detected[j], scale, 1 - kMaxOverlapError);
                        if (overlap > 0) pairs.emplace_back(-overlap, i, j);
                        return false;
                      });

@@ -24,7 +24,7 @@ struct Repeatability {
 
 /// Overlap error, 1 - intersection / union, up to which two regions correspond, and the radius to which they
 /// are scaled for it, px, since large regions would otherwise overlap more easily.
-inline constexpr double kMostOverlapError = 0.4, kOverlapRadius = 30;
+inline constexpr double kMaxOverlapError = 0.4, kOverlapRadius = 30;
 
 /// Counts regions that are detected in both images.
 ///
@@ -32,7 +32,7 @@ inline constexpr double kMostOverlapError = 0.4, kOverlapRadius = 30;
 /// whose centre lies in both images. The homography's derivative at the centre projects the ellipse of a left
 /// region into the right image. Both ellipses are scaled about their own centres by the factor that gives the
 /// projected one the radius kOverlapRadius (of the circle of its area), and correspond if their overlap error
-/// is at most kMostOverlapError. Pairs are chosen by decreasing overlap; equal overlaps are ordered by the
+/// is at most kMaxOverlapError. Pairs are chosen by decreasing overlap; equal overlaps are ordered by the
 /// positions of the regions.
 ///
 /// @param left, right  frames of the features, px

@@ -197,7 +197,7 @@ class Sums {
   }
 
   /// Appends the reading that explains the most, if it explains far more than the truth. @return whether
-  bool judge(const PairId& id, std::vector<TruthWarning>& warnings) const {
+  bool check(const PairId& id, std::vector<TruthWarning>& warnings) const {
     const TruthWarning* best = nullptr;
     for (const TruthWarning& sum : sums_) {
       if (!explainsFarMore(sum.counts)) continue;
@@ -247,10 +247,10 @@ std::vector<TruthWarning> truthWarnings(const std::vector<TruthCheck>& checks) {
   }
   std::vector<TruthWarning> warnings;
   for (const auto& [sequence, sums] : sequences) {
-    if (sums.judge(sequence, warnings)) continue;
+    if (sums.check(sequence, warnings)) continue;
     for (auto pair = pairs.lower_bound(sequence); pair != pairs.end(); ++pair) {
       if (pair->first.dataset != sequence.dataset || pair->first.sequence != sequence.sequence) break;
-      pair->second.judge(pair->first, warnings);
+      pair->second.check(pair->first, warnings);
     }
   }
   return warnings;

@@ -26,8 +26,8 @@ std::string sizeText(const cv::Size& size) {
 cv::Rect visibleArea(const cv::Rect& area, const cv::Size& image) {
   if (area.empty()) return {{0, 0}, image};
   // In 64 bits, because the sum of two arbitrary ints must fit.
-  const auto end = [](int begin, int length, int most) {
-    return static_cast<int>(std::min<std::int64_t>(std::int64_t{begin} + length, most));
+  const auto end = [](int begin, int length, int limit) {
+    return static_cast<int>(std::min<std::int64_t>(std::int64_t{begin} + length, limit));
   };
   const cv::Point first(std::max(area.x, 0), std::max(area.y, 0));
   const cv::Point last(end(area.x, area.width, image.width), end(area.y, area.height, image.height));

@@ -12,7 +12,7 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kLeastMatches = 8;
+constexpr std::size_t kMinMatches = 8;
 constexpr int kSamples = 1000, kSteps = 50;
 
 std::vector<double> squaredErrors(const cv::Matx33d& f, const Correspondences& matches) {
@@ -40,7 +40,7 @@ std::optional<cv::Matx33d> bestOfSamples(const Correspondences& matches,
   std::vector<std::uint32_t> order(matches.size());
   std::iota(order.begin(), order.end(), 0U);
   std::optional<cv::Matx33d> best;
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   for (int sample = 0; sample < kSamples; ++sample) {
     for (std::uint32_t i = 0; i < 7; ++i) {
       const std::uint32_t other = i + random.index(static_cast<std::uint32_t>(order.size()) - i);
@@ -51,8 +51,8 @@ std::optional<cv::Matx33d> bestOfSamples(const Correspondences& matches,
     const int count = fundamentalFromSeven(normalized, order.data(), candidates);
     for (int i = 0; i < count; ++i) {
       const double error = medianError(normalized.fundamentalToPixels(candidates[i]), matches);
-      if (!(error < least)) continue;
-      least = error;
+      if (!(error < smallest)) continue;
+      smallest = error;
       best = candidates[i];
     }
   }
@@ -62,12 +62,12 @@ std::optional<cv::Matx33d> bestOfSamples(const Correspondences& matches,
 }  // namespace
 
 std::optional<cv::Matx33d> fitFundamental(const Correspondences& matches) {
-  if (matches.size() < kLeastMatches) return std::nullopt;
+  if (matches.size() < kMinMatches) return std::nullopt;
   const NormalizedMatches normalized = normalizeMatches(matches);
   const std::optional<cv::Matx33d> first = bestOfSamples(matches, normalized);
   if (!first) return std::nullopt;
   cv::Matx33d fitted = *first;
-  double least = sumOfErrors(normalized.fundamentalToPixels(fitted), matches);
+  double smallest = sumOfErrors(normalized.fundamentalToPixels(fitted), matches);
   for (int step = 0; step < kSteps; ++step) {
     cv::Matx33d next = fitted;
     if (!refineFundamental(normalized, std::numeric_limits<float>::max(), next)) {
@@ -75,8 +75,8 @@ std::optional<cv::Matx33d> fitFundamental(const Correspondences& matches) {
       break;
     }
     const double sum = sumOfErrors(normalized.fundamentalToPixels(next), matches);
-    if (!(sum < least)) break;
-    least = sum;
+    if (!(sum < smallest)) break;
+    smallest = sum;
     fitted = next;
   }
   return normalized.fundamentalToPixels(fitted);

@@ -16,15 +16,15 @@ float gather(const std::vector<float>& column, const std::vector<std::uint32_t>&
   out.resize(n);
   for (std::size_t i = 0; i < n; ++i) out[i] = column[rows[i]];
   // Compared as integers, which gives the same order faster.
-  std::int32_t largest_bits = 0;
+  std::int32_t max_bits = 0;
   for (const float value : out) {
     const float magnitude = std::abs(value);
     std::int32_t bits = 0;
     std::memcpy(&bits, &magnitude, sizeof bits);
-    largest_bits = std::max(largest_bits, bits);
+    max_bits = std::max(max_bits, bits);
   }
   float largest = 0;
-  std::memcpy(&largest, &largest_bits, sizeof largest);
+  std::memcpy(&largest, &max_bits, sizeof largest);
   return largest;
 }
 

@@ -27,7 +27,7 @@ struct FramedMatches {
 struct FramedReach {
   float left_x, left_y, right_x, right_y, cosine, sine, scale;
   float squared_left, squared_right;  ///< distances below which points are near, squared
-  float least_cosine, largest_scale;  ///< of the differences of rotations and scales
+  float min_cosine, max_scale;        ///< of the differences of rotations and scales
 };
 
 /// The loops of affine verification.

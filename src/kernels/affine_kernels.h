@@ -33,7 +33,7 @@ std::size_t aroundSeedKernel(const FramedMatches& m, std::uint32_t begin, std::u
     // Comparisons with NaN are false.
     const FloatV cosine = load(m.cosine + j) * reach.cosine + load(m.sine + j) * reach.sine;
     const IntV similar =
-        (cosine >= reach.least_cosine) & (absolute(load(m.scale + j) - reach.scale) <= reach.largest_scale);
+        (cosine >= reach.min_cosine) & (absolute(load(m.scale + j) - reach.scale) <= reach.max_scale);
     count += keep(near & similar, number, numbers + count);
   }
   return count;

@@ -9,13 +9,13 @@ namespace corrsel::core {
 
 /// 1 - exp(-z) for z >= 0, interpolated between the entries of a table.
 struct SaturationTable {
-  static constexpr int kPerUnit = 100, kLargest = 16, kEntries = kPerUnit * kLargest;
+  static constexpr int kPerUnit = 100, kMax = 16, kEntries = kPerUnit * kMax;
   float values[2 * kEntries];  ///< each value, and the step to the next one
 };
 
 /// How the cost of a match follows from its list of nearest matches, see LapSelector.
 struct AreaRatioRule {
-  static constexpr int kMostCandidates = 60, kMostNeighbours = 20;
+  static constexpr int kMaxCandidates = 60, kMaxNeighbours = 20;
 
   int candidates;       ///< length of the lists
   int neighbours;       ///< candidates whose motion agrees best
@@ -25,9 +25,9 @@ struct AreaRatioRule {
 
   /// Number of floats that the kernel needs as scratch memory.
   std::size_t scratchSize() const {
-    constexpr std::size_t kMostLanes = 16;
+    constexpr std::size_t kMaxLanes = 16;
     const auto k = static_cast<std::size_t>(neighbours), pairs = k * (k - 1) / 2;
-    return kMostLanes * (4 * static_cast<std::size_t>(candidates) + 4 * k + 4 * pairs + pairs * (k - 2) / 3);
+    return kMaxLanes * (4 * static_cast<std::size_t>(candidates) + 4 * k + 4 * pairs + pairs * (k - 2) / 3);
   }
 };
 

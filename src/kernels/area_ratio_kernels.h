@@ -14,7 +14,7 @@ typedef std::int32_t HalfIntV __attribute__((vector_size(kHalfWidth * 4)));
 typedef double HalfDoubleV __attribute__((vector_size(kHalfWidth * 8)));
 
 inline FloatV saturate(const SaturationTable& table, FloatV z) {
-  const IntV inside = z < static_cast<float>(SaturationTable::kLargest);  // false for NaN
+  const IntV inside = z < static_cast<float>(SaturationTable::kMax);  // false for NaN
   const FloatV place = (inside ? z : FloatV{}) * static_cast<float>(SaturationTable::kPerUnit);
   const IntV index = truncate(place);
   FloatV value{}, step{};
@@ -63,7 +63,7 @@ inline FloatV agreementOf(FloatV x, FloatV y, FloatV other_x, FloatV other_y, fl
 /// Finds the candidates with the largest agreement; equal ones keep their order.
 inline void chooseNeighbours(const AreaRatioScratch& work, const AreaRatioRule& rule, FloatV motion_x,
                              FloatV motion_y, IntV* chosen) {
-  FloatV best[AreaRatioRule::kMostNeighbours];
+  FloatV best[AreaRatioRule::kMaxNeighbours];
   const int k = rule.neighbours;
   for (int s = 0; s < rule.candidates; ++s) {
     const FloatV x = load(work.right_x + s * kWidth) - load(work.left_x + s * kWidth);
@@ -187,7 +187,7 @@ void areaRatioKernel(const MatchColumns& m, const std::uint32_t* lists, std::siz
     }
     const FloatV left_x = load(own[0]), left_y = load(own[1]);
     const FloatV right_x = load(own[2]), right_y = load(own[3]);
-    IntV chosen[AreaRatioRule::kMostNeighbours];
+    IntV chosen[AreaRatioRule::kMaxNeighbours];
     chooseNeighbours(work, rule, right_x - left_x, right_y - left_y, chosen);
     const IntV lanes = laneNumbers();
     for (int a = 0; a < k; ++a) {

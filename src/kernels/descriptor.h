@@ -26,8 +26,8 @@ struct NearFeatures {
 /// lets no distance grow by more than the factor of the matrix: |y_q - y_t|^2 <= n |q - t|^2. Few rows with a
 /// large variance hold most of a distance.
 struct Projection {
-  static constexpr std::size_t kLargestSize = 128;  ///< of n: products fit into 16 bits
-  static constexpr std::int32_t kLargestStep = 26;  ///< of a: squared roundings fit into 16 bits
+  static constexpr std::size_t kMaxSize = 128;  ///< of n: products fit into 16 bits
+  static constexpr std::int32_t kMaxStep = 26;  ///< of a: squared roundings fit into 16 bits
 
   std::size_t size;           ///< n
   std::size_t words;          ///< a quarter of the number of rows; even
@@ -97,14 +97,14 @@ enum class WholeNumberForm : std::uint8_t {
   kCoarse,
   /// Four per word: q as unsigned bytes, t' = t - 128 as signed bytes. The offset of a query is |q|^2 - 256
   /// sum(q), that of a train |t|^2, and a term is -2 q t'. Rows that fill up a group of trains hold t = 0.
-  /// @pre at most kMostByteWords words
+  /// @pre at most kMaxByteWords words
   kBytes,
 };
 
 inline constexpr std::size_t kCoarseWords = 8;
 
 /// Up to this number of words, sums of products of bytes and offsets fit into 32 bits.
-inline constexpr std::size_t kMostByteWords = 2048;
+inline constexpr std::size_t kMaxByteWords = 2048;
 
 /// Exact nearest and second nearest descriptors by comparing all with all.
 struct DescriptorKernels {

@@ -523,8 +523,8 @@ __attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& blo
     return _mm256_and_si256(result, _mm256_cmpgt_epi16(lowest_of_trains, raised));
   };
   // Trains whose rows are on their way to the cache.
-  constexpr std::size_t kMostWaiting = 32;
-  std::size_t waiting[kMostWaiting + 2 * kLanes], waiting_count = 0;
+  constexpr std::size_t kMaxWaiting = 32;
+  std::size_t waiting[kMaxWaiting + 2 * kLanes], waiting_count = 0;
   const auto compareWaiting = [&] {
     for (std::size_t i = 0; i < waiting_count; ++i) {
       const std::size_t train = waiting[i];
@@ -554,7 +554,7 @@ __attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& blo
         __builtin_prefetch(block.trains + train * block.words + word);
       waiting[waiting_count++] = train;
     }
-    if (waiting_count >= kMostWaiting) compareWaiting();
+    if (waiting_count >= kMaxWaiting) compareWaiting();
   }
   compareWaiting();
 }
@@ -627,7 +627,7 @@ void transformKernel(const std::uint8_t* const* descriptors, std::size_t columns
 
 void projectKernel(const std::uint8_t* const* descriptors, std::size_t columns, const Projection& projection,
                    bool as_queries, std::uint32_t* words, std::int32_t* offsets, std::uint16_t* errors) {
-  std::int16_t products[Projection::kLargestSize * kLanes];
+  std::int16_t products[Projection::kMaxSize * kLanes];
   transformKernel(descriptors, columns, projection.size, products);
   const std::int32_t step = as_queries ? 2 * projection.step : projection.step;
   const __m256i largest = _mm256_set1_epi16(static_cast<std::int16_t>(126 * projection.step));

@@ -28,14 +28,14 @@ struct FieldPivots {
 /// p = e / (e + outlier) with e = exp(exponent * squared residual).
 struct FieldPosteriorRule {
   double exponent, outlier;
-  double least;      ///< smaller posteriors are stored as this
-  double threshold;  ///< posteriors above it are counted
+  double min_posterior;  ///< smaller posteriors are stored as this
+  double threshold;      ///< posteriors above it are counted
 };
 
 struct FieldPosteriorSums {
   double weighted = 0;  ///< sum of p * squared residual
   double sum = 0;       ///< sum of p
-  double clamped = 0;   ///< sum of max(p, least)
+  double clamped = 0;   ///< sum of max(p, min_posterior)
   double accepted = 0;  ///< number of p > threshold
 };
 

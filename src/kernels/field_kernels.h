@@ -271,7 +271,7 @@ FieldPosteriorSums posteriorsKernel(const FieldPosteriorRule& rule, const double
       const LongV valid = load(number + part * kDoubleWidth) < left;
       const DoubleV zero{};
       const DoubleV p = valid ? e / (e + rule.outlier) : zero;
-      const DoubleV kept = p > rule.least ? p : rule.least - zero;
+      const DoubleV kept = p > rule.min_posterior ? p : rule.min_posterior - zero;
       const DoubleV weight = valid ? kept : zero;
       weighted.add(part, p * r);
       sum.add(part, p);

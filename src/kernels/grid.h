@@ -85,7 +85,7 @@ struct PointGrid {
   float origin_x, origin_y, cells_per_px;
   std::int32_t columns, rows;
 
-  static constexpr int kMostNeighbours = 64;
+  static constexpr int kMaxNeighbours = 64;
 };
 
 /// Positions sorted by their cells; x and y are followed by 16 more floats of any value.

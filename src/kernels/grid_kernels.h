@@ -169,7 +169,7 @@ constexpr float kNoNeighbour = 1e30F;
 /// Keys below this have too little relative precision.
 constexpr float kTiny = 1e-30F;
 /// Numbers of candidates take at most this many bits of a key.
-constexpr int kMostCandidates = 2048;
+constexpr int kMaxCandidates = 2048;
 
 /// Neighbouring queries in one row of cells, at most kWidth of them, and the block of cells around them.
 struct QueryGroup {
@@ -181,11 +181,11 @@ struct QueryGroup {
 
 inline QueryGroup groupAt(const PointGrid& grid, const PointQueries& queries, std::size_t first) {
   // A longer block would have more points that are far from a query than near ones.
-  constexpr std::uint32_t kMostColumns = 8;
+  constexpr std::uint32_t kMaxColumns = 8;
   QueryGroup group;
   const std::uint32_t cell = queries.cell[first], row = cell / static_cast<std::uint32_t>(grid.columns);
   const std::uint32_t row_end = (row + 1) * static_cast<std::uint32_t>(grid.columns);
-  const std::uint32_t end = cell + kMostColumns < row_end ? cell + kMostColumns : row_end;
+  const std::uint32_t end = cell + kMaxColumns < row_end ? cell + kMaxColumns : row_end;
   std::size_t last = first;
   while (last + 1 < queries.size && last + 1 - first < static_cast<std::size_t>(kWidth) &&
          queries.cell[last + 1] < end)
@@ -232,7 +232,7 @@ inline FloatV squaredReach(const PointGrid& grid, const QueryGroup& group, Float
 template <int kTracked>
 inline void smallestKeys(const PointGrid& grid, const QueryGroup& group, FloatV x, FloatV y,
                          std::int32_t mask, int tracked, KeyV* out) {
-  constexpr auto kRoom = static_cast<std::size_t>(kTracked > 0 ? kTracked : PointGrid::kMostNeighbours + 1);
+  constexpr auto kRoom = static_cast<std::size_t>(kTracked > 0 ? kTracked : PointGrid::kMaxNeighbours + 1);
   const int count = kTracked > 0 ? kTracked : tracked;
   KeyV best[kRoom];
   for (int j = 0; j < count; ++j) best[j] = (KeyV)splat(kNoNeighbour);
@@ -260,7 +260,7 @@ std::size_t nearestKernel(const PointGrid& grid, const PointQueries& queries, in
   QueryGroup group;
   for (std::size_t first = 0; first < queries.size; first += group.size) {
     group = groupAt(grid, queries, first);
-    if (group.candidates > kMostCandidates) {
+    if (group.candidates > kMaxCandidates) {
       for (std::size_t lane = 0; lane < group.size; ++lane)
         doubtful[doubts++] = static_cast<std::uint32_t>(2 * (first + lane) + 1);
       continue;
@@ -269,7 +269,7 @@ std::size_t nearestKernel(const PointGrid& grid, const PointQueries& queries, in
     const std::int32_t mask =
         static_cast<std::int32_t>((1U << (32 - __builtin_clz(group.candidates | 31U))) - 1U);
     const FloatV x = load(queries.x + first), y = load(queries.y + first);
-    KeyV best[PointGrid::kMostNeighbours + 1];
+    KeyV best[PointGrid::kMaxNeighbours + 1];
     smallestKeys<kTracked>(grid, group, x, y, mask, k + 1, best);
 
     // Keys closer than this may belong to distances in the other order.
@@ -283,7 +283,7 @@ std::size_t nearestKernel(const PointGrid& grid, const PointQueries& queries, in
     members |= (FloatV)best[k] < kTiny;
     members |= ~((FloatV)((IntV)best[k - 1] | mask) < squaredReach(grid, group, x, y));
 
-    std::uint32_t positions[PointGrid::kMostNeighbours][kWidth];
+    std::uint32_t positions[PointGrid::kMaxNeighbours][kWidth];
     const auto end0 = static_cast<std::int32_t>(group.length[0]);
     const auto end1 = static_cast<std::int32_t>(group.length[0] + group.length[1]);
     for (int j = 0; j < k; ++j) {

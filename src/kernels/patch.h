@@ -29,7 +29,7 @@ struct PatchWeights {
 /// to, so they are exact sums.
 struct PatchGrid {
   /// Widths, heights, strides and all places are smaller than this, px.
-  static constexpr int kMost = 32000;
+  static constexpr int kMax = 32000;
 
   const std::int16_t* pixels;  ///< 0 to 32640, 128 times the grey level
   std::ptrdiff_t stride;       ///< pixels from one row to the next
@@ -80,7 +80,7 @@ struct PatchKernels {
   /// Blurs along the rows or along the columns with a symmetric filter. Samples beyond the border equal the
   /// nearest sample.
   /// @param half   the weights of the middle and of the neighbours at the distances 1 to reach
-  /// @param reach  0 to kMostReach
+  /// @param reach  0 to kMaxReach
   void (*blur_rows)(const float* half, int reach, Patch& patch);
   void (*blur_columns)(const float* half, int reach, Patch& patch);
 
@@ -93,11 +93,11 @@ struct PatchKernels {
 
   /// As sample() and filter() in a third of the time, for samples along the rows and columns of the image.
   /// The samples are rounded at other places, so sums differ slightly.
-  /// @param grid  across_x = down_y > 0, and at most kMostUpright; across_y and down_x are 0. In every row
+  /// @param grid  across_x = down_y > 0, and at most kMaxUpright; across_y and down_x are 0. In every row
   /// that the samples touch, kUprightSlack pixels after the last one that they need may be read.
   void (*filter_upright)(const PatchGrid& grid, const PatchFilters& filters, float* sums);
 
-  static constexpr std::int32_t kMostUpright = 4 * 65536;
+  static constexpr std::int32_t kMaxUpright = 4 * 65536;
   static constexpr int kUprightSlack = 32;
 
   /// Distributes the weighted length of the gradients of rows 0, 2, 4... linearly over the two bins next to
@@ -111,7 +111,7 @@ struct PatchKernels {
   /// @param descriptor  CellTables::kLength values
   bool (*describe)(const Patch& patch, const CellTables& tables, float* descriptor);
 
-  static constexpr int kMostReach = 8;
+  static constexpr int kMaxReach = 8;
 };
 
 }  // namespace corrsel::core

@@ -97,7 +97,7 @@ inline void samplePatchKernel(const PatchGrid& grid, Patch& patch) { sampleRows<
 inline int sampleClampedKernel(const PatchGrid& grid, Patch& patch) { return sampleRows<true>(grid, patch); }
 
 inline void blurRowsKernel(const float* half, int reach, Patch& patch) {
-  constexpr int kReach = PatchKernels::kMostReach, kPadded = kReach + Patch::kPitch + kReach;
+  constexpr int kReach = PatchKernels::kMaxReach, kPadded = kReach + Patch::kPitch + kReach;
   // All rows are copied first, because a load waits where it overlaps with stores shortly before it.
   alignas(64) float padded[Patch::kSide * kPadded];
   for (int r = 0; r < Patch::kSide; ++r) {
@@ -124,7 +124,7 @@ inline void blurRowsKernel(const float* half, int reach, Patch& patch) {
 }
 
 inline void blurColumnsKernel(const float* half, int reach, Patch& patch) {
-  constexpr int kReach = PatchKernels::kMostReach, kRows = Patch::kSide + 2 * kReach;
+  constexpr int kReach = PatchKernels::kMaxReach, kRows = Patch::kSide + 2 * kReach;
   for (int c = 0; c < Patch::kPitch; c += kWidth) {
     FloatV column[kRows];
     for (int r = 0; r < kRows; ++r) {
@@ -213,7 +213,7 @@ inline void filterPatchKernel(const Patch& patch, const PatchFilters& filters, f
 
 inline void filterUprightKernel(const PatchGrid& g, const PatchFilters& filters, float* sums) {
   constexpr int kWeightBits = 14, kOne = 1 << kWeightBits;
-  constexpr int kMostColumns = (Patch::kSide - 1) * (PatchKernels::kMostUpright >> 16) + 3;
+  constexpr int kMaxColumns = (Patch::kSide - 1) * (PatchKernels::kMaxUpright >> 16) + 3;
   const std::int32_t step = g.across_x;
   const int first = g.x >> 16, columns = ((g.x + (Patch::kSide - 1) * step) >> 16) + 2 - first;
   alignas(64) std::int32_t offset[Patch::kPitch], across[Patch::kPitch];
@@ -226,7 +226,7 @@ inline void filterUprightKernel(const PatchGrid& g, const PatchFilters& filters,
   const std::int32_t middle = g.y + Patch::kHalf * step;
   FoldedPatch folded;
   // Both are filled one row ahead, because loads wait where they overlap with stores shortly before them.
-  alignas(64) std::int16_t lines[2][kMostColumns + kShorts];
+  alignas(64) std::int16_t lines[2][kMaxColumns + kShorts];
   for (int r = 0; r <= Patch::kHalf + 1; ++r) {
     if (r <= Patch::kHalf) {
       // The mean of the rows at the same distance from the middle row, each between two rows of pixels.

@@ -102,7 +102,7 @@ inline void addBlock(const ResidualModel& model, const MatchColumns& m, const Sc
   for (; i + kWidth <= end; i += kWidth) {
     const Fraction<FloatV> error = errorAt<R>(model, m, i);
     const IntV inlier = error.below(rule.squared_threshold);
-    if (!anyTrue(inlier)) continue;  // the rule for a wrong model
+    if (!anyTrue(inlier)) continue;  // the rule for a bad model
     any = true;
     count -= inlier;  // a set lane is -1
     const FloatV cost = error.numerator / error.denominator * rule.cost_per_error;
@@ -124,7 +124,7 @@ inline void addBlock(const ResidualModel& model, const MatchColumns& m, const Sc
 inline double asDouble(std::size_t count) { return static_cast<double>(static_cast<std::int64_t>(count)); }
 
 /// The SPRT's verdict on the matches that the score has seen.
-inline bool looksWrong(const ScoreRule& rule, const ModelScore& score) {
+inline bool rejectsBySprt(const ScoreRule& rule, const ModelScore& score) {
   return asDouble(score.inliers) * rule.log_consistent +
              asDouble(score.seen - score.inliers) * rule.log_inconsistent >
          rule.log_decision;
@@ -151,7 +151,7 @@ ModelScore scoreKernel(const ResidualModel& model, const MatchColumns& m, const 
       const std::size_t end = begin + kLongBlock < range[1] ? begin + kLongBlock : range[1];
       for (std::size_t i = begin; i < end; i += step) {
         addBlock<R>(model, m, rule, i, i + step < end ? i + step : end, score);
-        score.rejected = score.rejected_by_sprt = sprt && looksWrong(rule, score);
+        score.rejected = score.rejected_by_sprt = sprt && rejectsBySprt(rule, score);
         if (score.rejected) return score;
       }
       score.rejected = isTooHigh(rule, m.size, score);

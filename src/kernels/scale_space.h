@@ -46,13 +46,13 @@ struct ScaleSpaceKernels {
   /// and columns counts.
   /// @param rows     the rows before, at and after this row, of each of levels + 2 levels, in this order;
   /// with a pixel on each side of [begin, end)
-  /// @param levels   that are searched: all but the first and the last of the given ones; 1 to kMostLevels
+  /// @param levels   that are searched: all but the first and the last of the given ones; 1 to kMaxLevels
   /// @param found    receives the places in an arbitrary order; up to levels * (end - begin)
   /// @return their number
   int (*extrema)(const std::int16_t* const* rows, int levels, int begin, int end, std::int16_t threshold,
                  ExtremumPlace* found);
 
-  static constexpr int kMostLevels = 10;
+  static constexpr int kMaxLevels = 10;
 };
 
 }  // namespace corrsel::core

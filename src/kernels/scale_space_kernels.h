@@ -162,9 +162,9 @@ inline bool isFirst(const std::int16_t* const* rows, int level, int column) {
 int extremaKernel(const std::int16_t* const* rows, int levels, int begin, int end, std::int16_t threshold,
                   ExtremumPlace* found) {
   // The ranges of columns are kept for so many pixels, which stay in the cache.
-  constexpr int kBlock = 256, kMostLevels = ScaleSpaceKernels::kMostLevels;
-  alignas(64) std::int16_t high[kMostLevels + 2][kBlock + 2 * kShorts],
-      low[kMostLevels + 2][kBlock + 2 * kShorts];
+  constexpr int kBlock = 256, kMaxLevels = ScaleSpaceKernels::kMaxLevels;
+  alignas(64) std::int16_t high[kMaxLevels + 2][kBlock + 2 * kShorts],
+      low[kMaxLevels + 2][kBlock + 2 * kShorts];
   const ShortV limit = splat(threshold);
   int count = 0;
   for (int first = begin; first < end; first += kBlock) {
@@ -181,7 +181,7 @@ int extremaKernel(const std::int16_t* const* rows, int levels, int begin, int en
       }
     }
     for (int c = 0; c < columns; c += kShorts) {
-      ShortV highest[kMostLevels + 2], lowest[kMostLevels + 2];
+      ShortV highest[kMaxLevels + 2], lowest[kMaxLevels + 2];
       const auto widen = [&](int level) {
         const std::int16_t *const h = high[level] + c, *const l = low[level] + c;
         highest[level] = maximum(maximum(load(h), load(h + 1)), load(h + 2));

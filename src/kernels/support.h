@@ -31,7 +31,7 @@ struct SupportRule {
   static constexpr int kRadii = 2, kTolerances = 2;
   float squared_radius[kRadii];    ///< px^2, ascending
   float squared_rho[kTolerances];  ///< tolerances relative to the length of the predicted displacement
-  float squared_floor;  ///< px^2: least tolerance; matches closer than this are the same point again
+  float squared_floor;  ///< px^2: smallest tolerance; matches closer than this are the same point again
 };
 
 /// Sums of weights.
@@ -53,7 +53,7 @@ struct GrowingMap {
   float left_x, left_y, right_x, right_y;  ///< of the match, px
   float squared_radius;                    ///< of the predicted displacements, px^2
   float squared_rho;                       ///< tolerance relative to the length of the predicted displacement
-  float squared_floor;                     ///< least tolerance, px^2
+  float squared_floor;                     ///< smallest tolerance, px^2
 };
 
 /// The loops of local support. Each exists for both radii and tolerances, and for the first ones alone.
@@ -77,11 +77,11 @@ struct SupportKernels {
                        float* gains);
 
   /// Writes the numbers of the matches that a map predicts, and their squared tolerances. Both have room for
-  /// kLongestVector more.
+  /// kMaxVectorLength more.
   /// @return how many were written
   std::size_t (*supporters)(const MatchColumns& matches, const GrowingMap& map, std::uint32_t* numbers,
                             float* tolerances);
-  static constexpr std::size_t kLongestVector = 16;
+  static constexpr std::size_t kMaxVectorLength = 16;
 };
 
 }  // namespace corrsel::core

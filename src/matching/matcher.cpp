@@ -40,7 +40,7 @@ void MatchOptions::visit(OptionVisitor& visitor) const {
                &MatchOptions::mutual);
   visitor.number(
       {"second_distance_radius", 0, 1000, "px",
-       "Matching: least distance of the second neighbour from the first, for features found twice"},
+       "Matching: smallest distance of the second neighbour from the first, for features found twice"},
       &MatchOptions::second_distance_radius);
 }
 

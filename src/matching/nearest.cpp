@@ -17,7 +17,7 @@ namespace {
 // L1 cache.
 constexpr std::size_t kBlock = 64;
 // Integers, and therefore their sums, are exact in float up to this value.
-constexpr double kLargestExact = 1 << 24;
+constexpr double kMaxExact = 1 << 24;
 
 using Rows = std::vector<std::uint32_t>;
 
@@ -248,8 +248,8 @@ class CoarseTrains {
   /// Whether the projection of such descriptors is short enough for 8 bits.
   /// @param squares  the largest sum of the squares of a descriptor
   static bool possible(int columns, std::uint32_t squares) {
-    return static_cast<std::size_t>(columns) <= Projection::kLargestSize &&
-           stepFor(sizeFor(columns), squares) <= Projection::kLargestStep;
+    return static_cast<std::size_t>(columns) <= Projection::kMaxSize &&
+           stepFor(sizeFor(columns), squares) <= Projection::kMaxStep;
   }
 
   CoarseTrains(const cv::Mat& trains, const Rows& rows, std::uint32_t squares) {
@@ -503,8 +503,8 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
     (side == 0 ? left : right) = contentOf(side == 0 ? queries : trains);
   });
   const double largest = std::max(left.largest, right.largest);
-  if (left.bytes.empty() || right.bytes.empty() || ByteRows::words(queries) > kMostByteWords ||
-      queries.cols * largest * largest > kLargestExact) {
+  if (left.bytes.empty() || right.bytes.empty() || ByteRows::words(queries) > kMaxByteWords ||
+      queries.cols * largest * largest > kMaxExact) {
     return find<FloatRows>(queries, left.rows, trains, right.rows, search);
   }
   const WholeNumberForm form = kernels().descriptors.whole_number_form;

@@ -19,9 +19,10 @@ void SequenceOptions::visit(OptionVisitor& visitor) const {
   visitor.number(
       {"min_overlap", 0, 1, "-", "Sequence, keyframe: renewed when less than this share of it is seen again"},
       &SequenceOptions::min_overlap);
-  visitor.number({"ratio", 0, 1, "-",
-                  "Sequence, keyframe: matches with at most this ratio of distances show what is seen again"},
-                 &SequenceOptions::ratio);
+  visitor.number(
+      {"ratio", 0, 1, "-",
+       "Sequence, keyframe: matches with at max_frames this ratio of distances show what is seen again"},
+      &SequenceOptions::ratio);
 }
 
 Sequence::Sequence(const SequenceOptions& options) : options_(options) { options_.check(); }
@@ -61,8 +62,8 @@ void Sequence::add(Frame frame, const Correspondences& matches) {
 }
 
 void Sequence::trim() {
-  const auto most = keyframes() ? 1 : static_cast<std::size_t>(options_.step);
-  while (frames_.size() > most) frames_.pop_front();
+  const auto max_frames = keyframes() ? 1 : static_cast<std::size_t>(options_.step);
+  while (frames_.size() > max_frames) frames_.pop_front();
 }
 
 void Sequence::reset() {
@@ -73,7 +74,7 @@ void Sequence::reset() {
 
 double overlap(const Correspondences& matches, const Features& reference, double ratio) {
   constexpr int kSide = 8;
-  // At a ratio of 0.8 wrong matches hit some 5 % of the features.
+  // At a ratio of 0.8 outliers hit some 5 % of the features.
   constexpr double kSeen = 0.15;
   if (!matches.empty() && matches.right_index.empty()) {
     throw std::invalid_argument("overlap: the matches carry no feature numbers");

@@ -50,7 +50,7 @@ class MatchNeighbours {
 
   /// Finds the `listed` nearest members of all matches in both images.
   /// @param members  ascending numbers; nullptr = all
-  /// @pre listed is below PointGrid::kMostNeighbours, and there are at least listed + 1 members
+  /// @pre listed is below PointGrid::kMaxNeighbours, and there are at least listed + 1 members
   /// O(N) for evenly spread points.
   void find(const std::vector<std::uint32_t>* members, int listed, Self self);
 

@@ -19,7 +19,7 @@ struct Bounds {
 };
 
 /// Bounds of the values, but not far outside of where most of them are: a few far points must not decide the
-/// cell size. Judged by a sample; any bounds lead to the same neighbours. O(count).
+/// cell size. Estimated from a sample; any bounds lead to the same neighbours. O(count).
 Bounds bulkBounds(const float* values, std::size_t count) {
   constexpr std::size_t kSample = 256;
   float sample[kSample];
@@ -73,7 +73,7 @@ PlanarNeighbours::PlanarNeighbours(const float* x, const float* y, std::size_t c
 
 void PlanarNeighbours::build(const float* x, const float* y, std::size_t count, int max_k,
                              const std::uint32_t* members) {
-  max_k_ = std::min(max_k, PointGrid::kMostNeighbours);
+  max_k_ = std::min(max_k, PointGrid::kMaxNeighbours);
   Scratch& work = scratch_;
   if (members != nullptr) {
     work.x.resize(count);
@@ -166,7 +166,7 @@ PointGrid PlanarNeighbours::grid() const {
 }
 
 int PlanarNeighbours::nearest(float x, float y, int k, std::uint32_t* out) const {
-  Neighbour best[PointGrid::kMostNeighbours];
+  Neighbour best[PointGrid::kMaxNeighbours];
   k = std::min(k, max_k_);
   int found = 0;
   const auto visitCells = [&](int first, int last, int row) {
@@ -243,7 +243,7 @@ void PlanarNeighbours::nearestToAll(const float* x, const float* y, std::size_t 
       nearest(x[number], y[number], k, row);
       continue;
     }
-    Neighbour sorted[PointGrid::kMostNeighbours];
+    Neighbour sorted[PointGrid::kMaxNeighbours];
     for (int j = 0; j < k; ++j) {
       const Neighbour next{squaredDistance(x[row[j]], y[row[j]], x[number], y[number]), row[j]};
       int position = j;

@@ -9,7 +9,7 @@
 
 namespace corrsel::core {
 
-/// Counts the distinct places of matches, because matches that repeat one another agree with a wrong model
+/// Counts the distinct places of matches, because matches that repeat one another agree with a bad model
 /// all at once.
 ///
 /// Algorithm: the number of cells of 8 px that hold a match, the smaller one of both images.

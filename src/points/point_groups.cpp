@@ -44,11 +44,11 @@ std::uint32_t cellOf(float value, float inverse_cell, float shift) {
 
 void PointGroups::number(const std::vector<float>& x, const std::vector<float>& y, double cell,
                          Rounding rounding) {
-  constexpr double kMostCells = 1e9;
+  constexpr double kMaxCells = 1e9;
   const double largest = std::max(largestOf(x), largestOf(y));
   const auto inverse = static_cast<float>(1.0 / cell);
   const float shift = rounding == Rounding::kNearest ? 0.5F : 0.0F;
-  if (largest / cell < kMostCells) {
+  if (largest / cell < kMaxCells) {
     numberCells<false>(x, y, inverse, shift);
   } else {
     numberCells<true>(x, y, inverse, shift);

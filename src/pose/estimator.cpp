@@ -14,7 +14,7 @@
 namespace corrsel::core {
 namespace {
 
-constexpr int kMostRefinements = 10;
+constexpr int kMaxRefinements = 10;
 constexpr double kClearlyBetter = 0.99;  // the same optimum, found from two sides, differs by rounding
 
 /// A match in normalised coordinates, (x, y, 1).
@@ -168,7 +168,7 @@ bool refineOnce(const std::vector<Rays>& matches, double threshold, Pose& pose) 
 /// Repeats the refinement while it finds more inliers: those of five matches fit these five too well.
 void refine(const std::vector<Rays>& matches, double threshold, Pose& pose) {
   if (pose.n_inliers < kPoseMatches || cv::norm(pose.translation) == 0) return;
-  for (int round = 0; round < kMostRefinements; ++round) {
+  for (int round = 0; round < kMaxRefinements; ++round) {
     if (!refineOnce(matches, threshold, pose)) return;
   }
 }

@@ -13,7 +13,7 @@ using core::Correspondences;
 using core::Random;
 
 constexpr int kWidth = 640, kHeight = 480;
-constexpr std::size_t kMatches = 200, kWrongMatches = 500, kCopies = 30;
+constexpr std::size_t kMatches = 200, kOutliers = 500, kCopies = 30;
 
 cv::Point2f randomPoint(Random& random) {
   const double x = random.uniform(10, kWidth - 10);
@@ -26,7 +26,7 @@ core::AffineFrame frameAt(float x, float y, double angle, double size) {
   return {c, -s, x, s, c, y};
 }
 
-/// Adds the optional columns. Frames and distances of right matches agree, those of wrong ones are random.
+/// Adds the optional columns. Frames and distances of inliers agree, those of outliers are random.
 void complete(Correspondences& matches, bool right, Random& random) {
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const double angle = random.uniform(0, 6.28);
@@ -45,7 +45,7 @@ void complete(Correspondences& matches, bool right, Random& random) {
   matches.left_size = matches.right_size = {kWidth, kHeight};
 }
 
-Correspondences wrongMatches(std::size_t n, Random& random) {
+Correspondences outliers(std::size_t n, Random& random) {
   Correspondences matches;
   for (std::size_t i = 0; i < n; ++i) {
     const cv::Point2f left = randomPoint(random);
@@ -54,7 +54,7 @@ Correspondences wrongMatches(std::size_t n, Random& random) {
   return matches;
 }
 
-/// Right matches of a plane, turned and magnified a little.
+/// Inliers of a plane, turned and magnified a little.
 Correspondences plane(std::size_t n, Random& random) {
   Correspondences matches;
   for (std::size_t i = 0; i < n; ++i) {
@@ -76,9 +76,9 @@ std::vector<DegenerateInput> degenerateInputs() {
     line.add({p.x, 240}, {p.x + 20, 245});
     identical.add(p, p);
   }
-  Correspondences wrong = wrongMatches(kWrongMatches, random);
+  Correspondences outlier_matches = outliers(kOutliers, random);
   for (Correspondences* matches : {&none, &equal, &line, &identical}) complete(*matches, true, random);
-  for (Correspondences* matches : {&left_equal, &wrong}) complete(*matches, false, random);
+  for (Correspondences* matches : {&left_equal, &outlier_matches}) complete(*matches, false, random);
   std::vector<std::uint32_t> rows(kMatches, 0);
   std::iota(rows.begin() + kCopies, rows.end(), 1U);
   return {{"no match", none},
@@ -86,8 +86,8 @@ std::vector<DegenerateInput> degenerateInputs() {
           {"all left points equal", left_equal},
           {"points on a line", line},
           {"identical images", identical},
-          {"wrong matches", wrong},
-          {"wrong matches, one of them 30 times", wrong.subset(rows)}};
+          {"outliers", outlier_matches},
+          {"outliers, one of them 30 times", outlier_matches.subset(rows)}};
 }
 
 std::string describeSelection(const core::Selector& selector, const Correspondences& matches) {
@@ -102,13 +102,13 @@ std::string describeSelection(const core::Selector& selector, const Corresponden
                                    : ": few");
 }
 
-std::size_t leastMatches(const core::Selector& selector) {
-  constexpr std::size_t kMost = 100;
+std::size_t minMatches(const core::Selector& selector) {
+  constexpr std::size_t kMaxMatches = 100;
   Random random(1);
-  Correspondences all = plane(kMost, random);
+  Correspondences all = plane(kMaxMatches, random);
   complete(all, true, random);
   std::vector<std::uint32_t> rows;
-  while (rows.size() < kMost && selector.select(all.subset(rows)).status == core::Status::kTooFew) {
+  while (rows.size() < kMaxMatches && selector.select(all.subset(rows)).status == core::Status::kTooFew) {
     rows.push_back(static_cast<std::uint32_t>(rows.size()));
   }
   return rows.size();

@@ -24,6 +24,6 @@ std::vector<DegenerateInput> degenerateInputs();
 std::string describeSelection(const core::Selector& selector, const core::Correspondences& matches);
 
 /// The smallest number of matches of a scene with which the status is not `too_few`.
-std::size_t leastMatches(const core::Selector& selector);
+std::size_t minMatches(const core::Selector& selector);
 
 }  // namespace corrsel

@@ -86,7 +86,7 @@ Json selectors() {
 /// What a selector returns for degenerate input.
 Json specialCases(const std::string& spec) {
   const std::unique_ptr<core::Selector> selector = core::createSelector(spec);
-  Json results = {{"least_matches", leastMatches(*selector)}};
+  Json results = {{"min_matches", minMatches(*selector)}};
   for (const DegenerateInput& input : degenerateInputs()) {
     results[input.name] = describeSelection(*selector, input.matches);
   }

@@ -126,7 +126,7 @@ void FrameVotesOptions::visit(OptionVisitor& visitor) const {
                  {{Maps::kFrames, "frames", "From the local affine frames"},
                   {Maps::kTranslation, "translation", "The translation of the match; needs no frames"}},
                  "Local map of a match", &FrameVotesOptions::maps);
-  visitor.integer({"k", 1, PairGraph::kMostNeighbours, "-", "Neighbours of a match"}, &FrameVotesOptions::k);
+  visitor.integer({"k", 1, PairGraph::kMaxNeighbours, "-", "Neighbours of a match"}, &FrameVotesOptions::k);
   visitor.number({"sigma", 0.01, 100, "%",
                   "Density: error at which a vote falls to 1/e, in percent of the right image's diagonal"},
                  &FrameVotesOptions::sigma);

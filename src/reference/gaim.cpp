@@ -138,7 +138,7 @@ void keepBestOfPoints(const float* x, const float* y, double reward, GaimMemory&
 }  // namespace
 
 void GaimOptions::visit(OptionVisitor& visitor) const {
-  visitor.integer({"k", 1, PairGraph::kMostNeighbours, "-", "Neighbours of a match"}, &GaimOptions::k);
+  visitor.integer({"k", 1, PairGraph::kMaxNeighbours, "-", "Neighbours of a match"}, &GaimOptions::k);
   visitor.number({"theta", -100, 100, "-", "Energy of a match that is kept, before its rewards"},
                  &GaimOptions::theta);
   visitor.number({"lambda", 0, 1000, "-", "Reward of a match all of whose neighbours agree"},

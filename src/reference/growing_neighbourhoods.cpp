@@ -42,10 +42,10 @@ void GrowingNeighbourhoods::build(const NormalizedMatches& matches,
   size_.assign(n, static_cast<std::uint32_t>(sample_size));
   cell_.assign(n, 0);
   for (const auto* column : {&matches.left_x, &matches.left_y, &matches.right_x, &matches.right_y}) {
-    const auto [least, largest] = std::minmax_element(column->begin(), column->end());
-    const float width = std::max(*largest - *least, 1e-30F);
+    const auto [smallest, largest] = std::minmax_element(column->begin(), column->end());
+    const float width = std::max(*largest - *smallest, 1e-30F);
     for (std::size_t rank = 0; rank < n; ++rank) {
-      const float part = ((*column)[best_first[rank]] - *least) / width;
+      const float part = ((*column)[best_first[rank]] - *smallest) / width;
       // NaN where the width is infinite.
       const auto cell = part > 0 ? static_cast<std::uint32_t>(std::min(part * kCells, kCells - 1)) : 0U;
       cell_[rank] = static_cast<std::uint16_t>(cell_[rank] << 4 | cell);

@@ -11,7 +11,7 @@ namespace corrsel::core {
 
 /// Progressive NAPSAC: samples from neighbourhoods that grow with the number of times they have been tried.
 ///
-/// Idea: right matches of one structure crowd in both images, so samples of near matches are purer, and those
+/// Idea: inliers of one structure crowd in both images, so samples of near matches are purer, and those
 /// of far matches give better models. The neighbourhood of a match therefore begins small and grows.
 ///
 /// Algorithm: sample t consists of the t-th best match (the centre), a last match and m - 2 others. A match

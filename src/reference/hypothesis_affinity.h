@@ -10,7 +10,7 @@ namespace corrsel::core {
 
 /// Multi-GS: samples of matches that prefer the same hypotheses.
 ///
-/// Idea: two right matches of one structure have small errors under the same hypotheses, also under those
+/// Idea: two inliers of one structure have small errors under the same hypotheses, also under those
 /// that are only roughly right. Matches that share their best hypotheses are therefore drawn together.
 ///
 /// Algorithm: of every block of 64 hypotheses, each match remembers the kHead with the smallest errors (equal

@@ -15,12 +15,12 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kFewest = 5;
-constexpr std::size_t kMostKernels = 100, kPolynomials = 3;
-constexpr double kTolerance = 1e-4;   // of the elements of the kernel matrix
-constexpr int kSteps = 4;             // of reweighted least squares
-constexpr double kLeastRidge = 1e-9;  // of the affine part, relative to the sum of the weights
-constexpr std::size_t kTargets = 2;   // columns of the samples
+constexpr std::size_t kMinMatches = 5;
+constexpr std::size_t kMaxKernels = 100, kPolynomials = 3;
+constexpr double kTolerance = 1e-4;  // of the elements of the kernel matrix
+constexpr int kSteps = 4;            // of reweighted least squares
+constexpr double kMinRidge = 1e-9;   // of the affine part, relative to the sum of the weights
+constexpr std::size_t kTargets = 2;  // columns of the samples
 
 /// The points of one image, centred and scaled to a mean squared radius of 1.
 struct Points {
@@ -106,15 +106,15 @@ class CorrespondenceFunction {
   void addKernelColumns(const Points& points, double beta) {
     rest_.assign(padded_, 1.0);
     std::fill(rest_.begin() + static_cast<std::ptrdiff_t>(n_), rest_.end(), 0.0);
-    for (; kernels_ < kMostKernels; ++kernels_) {
+    for (; kernels_ < kMaxKernels; ++kernels_) {
       const auto largest = std::max_element(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(n_));
       if (*largest <= kTolerance) break;
       const auto pivot = static_cast<std::size_t>(largest - rest_.begin());
       columns_.resize((kTargets + kernels_ + 1) * stride_, 0.0);
-      double row[kMostKernels];
+      double row[kMaxKernels];
       for (std::size_t j = 0; j < kernels_; ++j) row[j] = columns_[(kTargets + j) * stride_ + pivot];
       const double x = points.x[pivot], y = points.y[pivot], rest = *largest;
-      const FieldPivots pivots{1, &x, &y, &rest, row, kMostKernels};
+      const FieldPivots pivots{1, &x, &y, &rest, row, kMaxKernels};
       kernels().field.factor(points.x.data(), points.y.data(), beta, pivots, factor(kernels_),
                              columns_.data() + (kTargets + kernels_) * stride_, rest_.data());
       rest_[pivot] = 0;
@@ -130,9 +130,9 @@ class CorrespondenceFunction {
     kernels().field.gram(factor(rank), weight_.data(), lanes_.data(), gram_.data());
     // The sum of the weights is the product of the constant with itself.
     const double weights = gram_[(kernels_ + kTargets) * m + kernels_ + kTargets];
-    const double ridge = lambda * weights / static_cast<double>(n_), least = kLeastRidge * weights;
+    const double ridge = lambda * weights / static_cast<double>(n_), min_ridge = kMinRidge * weights;
     for (std::size_t j = 0; j < rank; ++j) {
-      gram_[(j + kTargets) * m + j + kTargets] += j < kernels_ ? ridge : least;
+      gram_[(j + kTargets) * m + j + kTargets] += j < kernels_ ? ridge : min_ridge;
       solution_[2 * j] = gram_[j + kTargets];
       solution_[2 * j + 1] = gram_[m + j + kTargets];
     }
@@ -199,9 +199,9 @@ void IcfOptions::check() const {
 
 void IcfSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
-  if (n < kFewest) {
+  if (n < kMinMatches) {
     result.status = Status::kTooFew;
-    result.message = std::to_string(n) + " matches, icf needs " + std::to_string(kFewest);
+    result.message = std::to_string(n) + " matches, icf needs " + std::to_string(kMinMatches);
     return;
   }
   if (endsAtEqualPoints(matches, result)) return;
@@ -214,7 +214,7 @@ void IcfSelector::run(const Correspondences& matches, Workspace& workspace, Sele
   work.backward.start(work.right, matches.left_x, matches.left_y, work.rows, options_.beta);
   work.active.assign(n, 1);
   bool timed_out = false;
-  // The last fit judges all matches.
+  // The last fit is evaluated at all matches.
   for (int round = 0; round <= options_.rounds && !timed_out; ++round) {
     timed_out = deadline.passed();
     if (timed_out) break;
@@ -229,8 +229,8 @@ void IcfSelector::run(const Correspondences& matches, Workspace& workspace, Sele
     const double threshold =
         options_.first_threshold * std::pow(options_.last_threshold / options_.first_threshold, share);
     ++result.iterations;
-    if (keep(threshold, work) < kFewest) {
-      result.message = "fewer than " + std::to_string(kFewest) + " matches agree after round " +
+    if (keep(threshold, work) < kMinMatches) {
+      result.message = "fewer than " + std::to_string(kMinMatches) + " matches agree after round " +
                        std::to_string(result.iterations);
       return;
     }

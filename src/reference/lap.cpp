@@ -12,8 +12,8 @@
 namespace corrsel::core {
 namespace {
 
-constexpr int kMostCandidates = AreaRatioRule::kMostCandidates;
-constexpr int kMostNeighbours = AreaRatioRule::kMostNeighbours;
+constexpr int kMaxCandidates = AreaRatioRule::kMaxCandidates;
+constexpr int kMaxNeighbours = AreaRatioRule::kMaxNeighbours;
 
 const SaturationTable& saturation() {
   static const SaturationTable kTable = [] {
@@ -48,9 +48,9 @@ struct LapMemory {
 
 void LapOptions::visit(OptionVisitor& visitor) const {
   visitor.integer(
-      {"candidates", 3, kMostCandidates, "-", "Nearest matches among which the neighbours are chosen"},
+      {"candidates", 3, kMaxCandidates, "-", "Nearest matches among which the neighbours are chosen"},
       &LapOptions::candidates);
-  visitor.integer({"k", 3, kMostNeighbours, "-", "Neighbours: the candidates whose motion agrees best"},
+  visitor.integer({"k", 3, kMaxNeighbours, "-", "Neighbours: the candidates whose motion agrees best"},
                   &LapOptions::k);
   visitor.number(
       {"triples_share", 0, 1, "-", "Share of the triples of neighbours, the best ones, that count"},

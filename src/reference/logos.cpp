@@ -76,7 +76,7 @@ void findSupports(int k, const Limits& limits, LogosMemory& work) {
   // With x and y exchanged, the order of the cells is that of the matches, see PairGraph.
   work.index.build(m.left_y, m.left_x, n, static_cast<int>(left_length));
   work.index.nearestToAll(m.left_y, m.left_x, n, static_cast<int>(left_length), work.left.data());
-  // Many wrong matches can share a right point, which is one neighbour all the same.
+  // Many outliers can share a right point, which is one neighbour all the same.
   work.right_x.assign(m.right_x, m.right_x + n);
   work.right_y.assign(m.right_y, m.right_y + n);
   work.right_points.number(work.right_x, work.right_y, kSamePixel);
@@ -118,12 +118,12 @@ double modeOfRotations(double difference, LogosMemory& work) {
     work.histogram[std::min(bins - 1, static_cast<std::size_t>(std::max(0.0, place)))] +=
         static_cast<std::uint32_t>(work.distinct.multiplicity(i));
   }
-  std::size_t best = 0, most = 0;
+  std::size_t best = 0, largest = 0;
   for (std::size_t bin = 0; bin < bins; ++bin) {
     const std::size_t sum = std::size_t{work.histogram[(bin + bins - 1) % bins]} + work.histogram[bin] +
                             work.histogram[(bin + 1) % bins];
-    if (sum > most) {
-      most = sum;
+    if (sum > largest) {
+      largest = sum;
       best = bin;
     }
   }
@@ -142,8 +142,7 @@ double modeOfRotations(double difference, LogosMemory& work) {
 }  // namespace
 
 void LogosOptions::visit(OptionVisitor& visitor) const {
-  visitor.integer({"k", 1, PointGrid::kMostNeighbours - 1, "-", "Neighbours in each image"},
-                  &LogosOptions::k);
+  visitor.integer({"k", 1, PointGrid::kMaxNeighbours - 1, "-", "Neighbours in each image"}, &LogosOptions::k);
   visitor.number({"max_difference", 0.01, 3, "rad",
                   "Largest difference of rotations, and of natural logarithms of scales"},
                  &LogosOptions::max_difference);

@@ -40,7 +40,7 @@ void PairGraph::errors(std::size_t match, float* out) const {
   const Node i = nodes_[match];
   const std::uint32_t* const list = neighbours(match);
   // The neighbours' values side by side: left and right offset, map and inverse map.
-  float u[2][kMostNeighbours], v[2][kMostNeighbours], a[4][kMostNeighbours], b[4][kMostNeighbours];
+  float u[2][kMaxNeighbours], v[2][kMaxNeighbours], a[4][kMaxNeighbours], b[4][kMaxNeighbours];
   for (std::size_t k = 0; k < degree_; ++k) {
     const Node& j = nodes_[list[k]];
     u[0][k] = j.left[0] - i.left[0];

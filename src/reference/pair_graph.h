@@ -12,7 +12,7 @@ namespace corrsel::core {
 
 /// Pairs of neighbouring matches, and how well the local maps of a pair predict each other.
 ///
-/// Idea: the agreement of all pairs of matches takes N^2 time and memory. Wrong matches are found as well
+/// Idea: the agreement of all pairs of matches takes N^2 time and memory. Outliers are found as well
 /// from the pairs of near matches, of which there are N K.
 ///
 /// Algorithm: every match i is joined to the K matches j whose left points are nearest. With the local maps
@@ -26,12 +26,12 @@ namespace corrsel::core {
 /// Source: Cho, Lee and Lee, ICCV 2009.
 class PairGraph {
  public:
-  static constexpr int kMostNeighbours = PointGrid::kMostNeighbours - 1;
+  static constexpr int kMaxNeighbours = PointGrid::kMaxNeighbours - 1;
   /// The error of a pair without an edge.
   static constexpr float kNoEdge = std::numeric_limits<float>::infinity();
 
   /// @param matches  n distinct matches with invertible maps; not kept
-  /// @param k        neighbours of a match, at most kMostNeighbours
+  /// @param k        neighbours of a match, at most kMaxNeighbours
   void build(const PairColumns& matches, std::size_t n, int k);
 
   std::size_t size() const { return nodes_.size(); }

@@ -8,11 +8,11 @@ namespace {
 
 /// Differences of two ranks over the smaller one, because divisions take long.
 struct Quotients {
-  double of[RankDistance::kMost][RankDistance::kMost + 1];
+  double of[RankDistance::kMax][RankDistance::kMax + 1];
 
   Quotients() : of{} {
-    for (int difference = 0; difference < RankDistance::kMost; ++difference) {
-      for (int smaller = 1; smaller <= RankDistance::kMost; ++smaller)
+    for (int difference = 0; difference < RankDistance::kMax; ++difference) {
+      for (int smaller = 1; smaller <= RankDistance::kMax; ++smaller)
         of[difference][smaller] = static_cast<double>(difference) / smaller;
     }
   }
@@ -34,7 +34,7 @@ RankDistance::RankDistance(int k) : k_(k) {
 
 double RankDistance::operator()(const std::uint8_t* places) const {
   const Quotients& quotients = allQuotients();
-  std::uint8_t common_places[kMost], rank[kMost + 1];  // the last rank is for members without a partner
+  std::uint8_t common_places[kMax], rank[kMax + 1];  // the last rank is for members without a partner
   std::fill(rank, rank + k_ + 1, std::uint8_t{0});
   int common = 0;
   for (int b = 0; b < k_; ++b) {

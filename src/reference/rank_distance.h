@@ -8,10 +8,10 @@ namespace corrsel::core {
 /// (mTopKRP); that of reversed ones is 0.5.
 class RankDistance {
  public:
-  static constexpr int kMost = 64;
+  static constexpr int kMax = 64;
   static constexpr std::uint8_t kAbsent = 255;
 
-  /// @pre 1 <= k <= kMost
+  /// @pre 1 <= k <= kMax
   explicit RankDistance(int k);
 
   int length() const { return k_; }

@@ -22,14 +22,14 @@ struct RanksMemory {
 };
 
 /// One pass with neighbours among `members`, nullptr = all.
-void judge(const std::vector<std::uint32_t>* members, const std::array<RankDistance, 3>& scales,
-           double lambda, RanksMemory& work) {
+void evaluate(const std::vector<std::uint32_t>* members, const std::array<RankDistance, 3>& scales,
+              double lambda, RanksMemory& work) {
   MatchNeighbours& all = work.all;
   const int length = scales[0].length();
   all.find(members, length, MatchNeighbours::Self::kKeep);
   work.cost.resize(all.size());
   work.place.assign(all.size(), RankDistance::kAbsent);
-  std::uint8_t places[RankDistance::kMost];
+  std::uint8_t places[RankDistance::kMax];
   for (std::size_t i = 0; i < all.size(); ++i) {
     const std::uint32_t *const left = all.left() + i * all.stride(), *const right =
                                                                          all.right() + i * all.stride();
@@ -68,10 +68,10 @@ void RanksSelector::run(const Correspondences& matches, Workspace& workspace, Se
   if (!work.all.canForm(needed, name(), result)) return;
   const std::array<RankDistance, 3> scales = {RankDistance(options_.k + 1), RankDistance(options_.k - 1),
                                               RankDistance(options_.k - 3)};
-  judge(nullptr, scales, options_.lambda_first, work);
+  evaluate(nullptr, scales, options_.lambda_first, work);
   result.iterations = 1;
   while (result.iterations < kPasses && work.accepted.size() >= needed) {
-    judge(&work.accepted, scales, options_.lambda_second, work);
+    evaluate(&work.accepted, scales, options_.lambda_second, work);
     ++result.iterations;
   }
   result.score.resize(matches.size());

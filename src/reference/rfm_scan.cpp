@@ -16,13 +16,13 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kFewest = 6;
-constexpr std::size_t kWrong = 20;         // matches that are formed of two others
-constexpr std::size_t kSampled = 512;      // matches among which the loneliest one is found
-constexpr std::size_t kFirst = 64;         // matches whose L is computed first
-constexpr float kOutside = 100;            // factor of the distances to matches in no cluster
-constexpr float kLeastSide = 1.0F / 2000;  // of a cell
-constexpr float kRounding = 1.0001F;       // bounds are larger by this than the distances require
+constexpr std::size_t kMinMatches = 6;
+constexpr std::size_t kRandom = 20;      // matches that are formed of two others
+constexpr std::size_t kSampled = 512;    // matches among which the loneliest one is found
+constexpr std::size_t kFirst = 64;       // matches whose L is computed first
+constexpr float kOutside = 100;          // factor of the distances to matches in no cluster
+constexpr float kMinSide = 1.0F / 2000;  // of a cell
+constexpr float kRounding = 1.0001F;     // bounds are larger by this than the distances require
 constexpr std::uint32_t kNone = ClusterNumbers::kNone;
 
 /// A match in units of the ranges of its columns: left x and y, right x and y, motion in x and y.
@@ -78,8 +78,8 @@ class Cells {
   /// Sorts points into cells, so that those within the limit of a point are in neighbouring cells.
   /// @param factor  of the distances to every point
   void build(const std::vector<Point>& points, const std::vector<float>& factor, const Distance& distance) {
-    const float left = 1 / std::max(distance.limit() * kRounding, kLeastSide);
-    const float motion = 1 / std::max(distance.largestMotion(), kLeastSide);
+    const float left = 1 / std::max(distance.limit() * kRounding, kMinSide);
+    const float motion = 1 / std::max(distance.largestMotion(), kMinSide);
     entries_.resize(points.size());
     for (std::uint32_t i = 0; i < points.size(); ++i) {
       const Point& p = points[i];
@@ -192,9 +192,9 @@ class Cells {
 class Clusters {
  public:
   /// @param cells   built for the distance
-  /// @param fewest  points within the limit that make a core
-  void find(const Cells& cells, const Distance& distance, std::size_t fewest) {
-    findCores(cells, distance, fewest);
+  /// @param min_members  points within the limit that make a core
+  void find(const Cells& cells, const Distance& distance, std::size_t min_members) {
+    findCores(cells, distance, min_members);
     joinCores(cells, distance);
     findMembers(cells, distance);
   }
@@ -205,25 +205,25 @@ class Clusters {
  private:
   using Range = Cells::Range;
 
-  void findCores(const Cells& cells, const Distance& distance, std::size_t fewest) {
+  void findCores(const Cells& cells, const Distance& distance, std::size_t min_members) {
     cores_.clear();
     cores_before_.clear();
     for (std::size_t cell = 0; cell < cells.count(); ++cell) {
       const auto [begin, end] = cells.places(cell);
       for (std::uint32_t place = begin; place < end; ++place) {
         cores_before_.push_back(static_cast<std::uint32_t>(cores_.size()));
-        if (isCore(cells, cell, place, distance, fewest)) cores_.push_back(place);
+        if (isCore(cells, cell, place, distance, min_members)) cores_.push_back(place);
       }
     }
     cores_before_.push_back(static_cast<std::uint32_t>(cores_.size()));
   }
 
   static bool isCore(const Cells& cells, std::size_t cell, std::uint32_t place, const Distance& distance,
-                     std::size_t fewest) {
+                     std::size_t min_members) {
     const Point point = cells.point(place);
     std::size_t within = 0;
     return cells.visitNear(cell, point, distance, [&](std::uint32_t other) {
-      return distance.isWithin(point, cells.point(other), cells.factor(other)) && ++within >= fewest;
+      return distance.isWithin(point, cells.point(other), cells.factor(other)) && ++within >= min_members;
     });
   }
 
@@ -314,15 +314,16 @@ class Clusters {
     const float factor = cells.factor(place);
     const Distance scaled = distance.within(distance.limit() / factor);
     std::uint32_t nearest = kNone;
-    float least = std::numeric_limits<float>::infinity();
+    float smallest = std::numeric_limits<float>::infinity();
     for (const Range* range = cells.firstRange(cell); range != cells.lastRange(cell); ++range) {
       const auto [begin, end] = coresIn(cells.places(*range));
       for (std::uint32_t core = begin; core < end; ++core) {
         const Point& other = cells.point(cores_[core]);
         if (!scaled.canBeWithin(point, other) || !distance.isWithin(point, other, factor)) continue;
         const float d = distance(point, other);
-        if (d < least || (d == least && cells.numberAt(cores_[core]) < cells.numberAt(cores_[nearest]))) {
-          least = d;
+        if (d < smallest ||
+            (d == smallest && cells.numberAt(cores_[core]) < cells.numberAt(cores_[nearest]))) {
+          smallest = d;
           nearest = core;
         }
       }
@@ -340,7 +341,7 @@ class Clusters {
 struct RfmScanMemory {
   std::vector<KeyedRow> rows, scratch;
   std::vector<Point> points;  // in the order of the coordinates
-  std::vector<Point> wrong;
+  std::vector<Point> outliers;
   std::vector<float> factor, distances;
   Cells cells;
   Clusters clusters;
@@ -348,7 +349,7 @@ struct RfmScanMemory {
   ClusterNumbers numbers;
 };
 
-/// Forms wrong matches, and divides all columns by their ranges.
+/// Forms outliers, and divides all columns by their ranges.
 void scale(const Correspondences& matches, RfmScanMemory& work) {
   const std::size_t n = work.rows.size();
   const auto point = [&](std::size_t left, std::size_t right) {
@@ -362,19 +363,19 @@ void scale(const Correspondences& matches, RfmScanMemory& work) {
   };
   work.points.clear();
   for (std::size_t i = 0; i < n; ++i) work.points.push_back(point(i, i));
-  work.wrong.clear();
-  for (std::size_t k = 0; k < kWrong; ++k)
-    work.wrong.push_back(point(k * n / kWrong, (k * n / kWrong + n / 2) % n));
+  work.outliers.clear();
+  for (std::size_t k = 0; k < kRandom; ++k)
+    work.outliers.push_back(point(k * n / kRandom, (k * n / kRandom + n / 2) % n));
   for (std::size_t column = 0; column < 6; ++column) {
     float low = work.points[0][column], high = low;
-    for (const std::vector<Point>* points : {&work.points, &work.wrong}) {
+    for (const std::vector<Point>* points : {&work.points, &work.outliers}) {
       for (const Point& p : *points) {
         low = std::min(low, p[column]);
         high = std::max(high, p[column]);
       }
     }
     const float range = high > low ? high - low : 1;
-    for (std::vector<Point>* points : {&work.points, &work.wrong}) {
+    for (std::vector<Point>* points : {&work.points, &work.outliers}) {
       for (Point& p : *points) p[column] = (p[column] - low) / range;
     }
   }
@@ -387,30 +388,30 @@ float smallest(std::size_t k, std::vector<float>& values) {
   return *at;
 }
 
-/// The distance of a point from the match that is the `fewest`-th nearest one.
-float reachOf(const Point& point, const Distance& distance, std::size_t fewest, RfmScanMemory& work) {
+/// The distance of a point from the match that is the `min_members`-th nearest one.
+float reachOf(const Point& point, const Distance& distance, std::size_t min_members, RfmScanMemory& work) {
   work.distances.clear();
   for (std::size_t i = 0; i < work.points.size(); ++i)
     work.distances.push_back(work.factor[i] * distance(point, work.points[i]));
-  return smallest(fewest, work.distances);
+  return smallest(min_members, work.distances);
 }
 
-/// Whether `fewest` matches are within the limit of a point. Looks at match `start` first.
-bool isReached(const Point& point, std::size_t start, const Distance& distance, std::size_t fewest,
+/// Whether `min_members` matches are within the limit of a point. Looks at match `start` first.
+bool isReached(const Point& point, std::size_t start, const Distance& distance, std::size_t min_members,
                const RfmScanMemory& work) {
   std::size_t within = 0;
   const std::size_t n = work.points.size();
   for (std::size_t k = 0, i = start; k < n; ++k, i = i + 1 < n ? i + 1 : 0) {
     if (distance.canBeWithin(point, work.points[i]) &&
-        distance.isWithin(point, work.points[i], work.factor[i]) && ++within >= fewest)
+        distance.isWithin(point, work.points[i], work.factor[i]) && ++within >= min_members)
       return true;
   }
   return false;
 }
 
-/// The least distance of a match from the `fewest`-th nearest one.
+/// The smallest distance of a match from the `min_members`-th nearest one.
 /// @param bound  the same for a few matches
-float leastReach(Distance bound, std::size_t fewest, RfmScanMemory& work) {
+float minReach(Distance bound, std::size_t min_members, RfmScanMemory& work) {
   const Cells& cells = work.cells;
   work.cells.build(work.points, work.factor, bound);
   for (std::size_t cell = 0; cell < cells.count(); ++cell) {
@@ -423,29 +424,30 @@ float leastReach(Distance bound, std::size_t fewest, RfmScanMemory& work) {
           work.distances.push_back(cells.factor(other) * bound(point, cells.point(other)));
         return false;
       });
-      if (work.distances.size() >= fewest) bound = bound.within(smallest(fewest, work.distances));
+      if (work.distances.size() >= min_members) bound = bound.within(smallest(min_members, work.distances));
     }
   }
   return bound.limit();
 }
 
 /// The radius of the clusters.
-float radius(double gamma, double share, std::size_t fewest, RfmScanMemory& work) {
+float radius(double gamma, double share, std::size_t min_members, RfmScanMemory& work) {
   const std::size_t n = work.points.size(), first = std::min(n, kFirst), sampled = std::min(n, kSampled);
   const Distance start(gamma, 0);
-  Distance least = start.within(reachOf(work.points[0], start, fewest, work)), most = least;
+  Distance min_reach = start.within(reachOf(work.points[0], start, min_members, work)), max_reach = min_reach;
   for (std::size_t k = 1; k < first; ++k) {
     const std::size_t i = k * n / first;
-    if (isReached(work.points[i], i, least, fewest, work))
-      least = start.within(reachOf(work.points[i], start, fewest, work));
+    if (isReached(work.points[i], i, min_reach, min_members, work))
+      min_reach = start.within(reachOf(work.points[i], start, min_members, work));
   }
-  const float low = leastReach(least, fewest, work);
+  const float low = minReach(min_reach, min_members, work);
   const auto compare = [&](const Point& point, std::size_t i) {
-    if (!isReached(point, i, most, fewest, work)) most = start.within(reachOf(point, start, fewest, work));
+    if (!isReached(point, i, max_reach, min_members, work))
+      max_reach = start.within(reachOf(point, start, min_members, work));
   };
   for (std::size_t k = 0; k < sampled; ++k) compare(work.points[k * n / sampled], k * n / sampled);
-  for (const Point& point : work.wrong) compare(point, 0);
-  return low + static_cast<float>(share) * (most.limit() - low);
+  for (const Point& point : work.outliers) compare(point, 0);
+  return low + static_cast<float>(share) * (max_reach.limit() - low);
 }
 
 }  // namespace
@@ -456,7 +458,8 @@ void RfmScanOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"min_points_share", 0, 1, "-",
                   "Share of the matches that must be near a match of a cluster, itself included"},
                  &RfmScanOptions::min_points_share);
-  visitor.integer({"min_points", 1, 1000, "-", "Least number of such matches"}, &RfmScanOptions::min_points);
+  visitor.integer({"min_points", 1, 1000, "-", "Smallest number of such matches"},
+                  &RfmScanOptions::min_points);
   visitor.integer({"max_points", 1, 1000, "-", "Largest number of such matches"},
                   &RfmScanOptions::max_points);
   visitor.number({"first_epsilon", 0, 1, "-",
@@ -478,9 +481,9 @@ void RfmScanOptions::check() const {
 void RfmScanSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
   if (n == 0) return;
-  if (n < kFewest) {
+  if (n < kMinMatches) {
     result.status = Status::kTooFew;
-    result.message = std::to_string(n) + " matches, rfm_scan needs " + std::to_string(kFewest);
+    result.message = std::to_string(n) + " matches, rfm_scan needs " + std::to_string(kMinMatches);
     return;
   }
   if (endsAtEqualPoints(matches, result)) return;
@@ -488,14 +491,14 @@ void RfmScanSelector::run(const Correspondences& matches, Workspace& workspace, 
   sortByCoordinates(matches, work.rows, work.scratch);
   scale(matches, work);
   const auto share = static_cast<int>(std::lround(options_.min_points_share * static_cast<double>(n)));
-  const std::size_t fewest =
+  const std::size_t min_members =
       std::min(n, static_cast<std::size_t>(std::clamp(share, options_.min_points, options_.max_points)));
   work.factor.assign(n, 1);
   for (const double epsilon : {options_.first_epsilon, options_.second_epsilon}) {
-    const float limit = radius(options_.gamma, epsilon, fewest, work);
+    const float limit = radius(options_.gamma, epsilon, min_members, work);
     const Distance distance(options_.gamma, limit);
     work.cells.build(work.points, work.factor, distance);
-    work.clusters.find(work.cells, distance, fewest);
+    work.clusters.find(work.cells, distance, min_members);
     ++result.iterations;
     bool any = false;
     for (std::size_t i = 0; i < n; ++i) {

@@ -18,7 +18,7 @@ using Vector = Eigen::VectorXd;
 // Steps of the walk, the squared change at which they end, the same for the normalisation of the jumps, and
 // the grid on which points are equal, px.
 constexpr int kMaxSteps = 100, kMaxNormalisations = 1000;
-constexpr double kLeastChange = 1e-20, kLeastJumpChange = 1e-6, kSamePoint = 1.0 / 64;
+constexpr double kMinChange = 1e-20, kMinJumpChange = 1e-6, kSamePoint = 1.0 / 64;
 constexpr int kOtsuBins = 256;
 // Values that differ by less, relative to the largest, differ by rounding only.
 constexpr double kEqualValues = 1e-4;
@@ -56,7 +56,7 @@ class ReweightedWalk {
       const double change = std::min(squaredDistance(next, before), squaredDistance(next, before_that));
       before_that = before;
       before = q = next;
-      if (change < kLeastChange) break;
+      if (change < kMinChange) break;
       jump = jumps(q);
     }
     if (products_ == 0) return Vector::Zero(q.size());
@@ -86,7 +86,7 @@ class ReweightedWalk {
       before = a;
       normalise(left_, a);
       normalise(right_, a);
-      if (squaredDistance(a, before) < kLeastJumpChange) break;
+      if (squaredDistance(a, before) < kMinJumpChange) break;
     }
     return a / a.dot(count_);
   }

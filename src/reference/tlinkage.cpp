@@ -19,13 +19,13 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kHomographySample = 4, kFundamentalSample = 7, kMostModels = 3;  // of a sample
+constexpr std::size_t kHomographySample = 4, kFundamentalSample = 7, kMaxModels = 3;  // of a sample
 constexpr std::size_t kLevels = 3, kNeighbours[kLevels] = {8, 16, 32};
 constexpr int kDraws = 10;          // samples until one is valid
 constexpr double kReach = 5;        // of soft preferences, in units of tau
 constexpr std::size_t kLook = 256;  // hypotheses between two readings of the clock
 // Pairs of preferences for the same hypothesis, which take a fraction of a second to compare.
-constexpr double kMostPairs = 2e8;
+constexpr double kMaxPairs = 2e8;
 
 /// The preference of a cluster for a hypothesis, listed by one of the two.
 struct Preference {
@@ -70,11 +70,11 @@ class Linkage {
   /// Merges the two closest clusters. @return false if none share a preference
   bool merge() {
     std::uint32_t a = 0;
-    float least = 1;
+    float smallest = 1;
     bool any = false;
     for (std::uint32_t i = 0; i < n_; ++i) {
-      if (size_[i] == 0 || !(distance(i, nearest_[i]) < least)) continue;
-      least = distance(i, nearest_[i]);
+      if (size_[i] == 0 || !(distance(i, nearest_[i]) < smallest)) continue;
+      smallest = distance(i, nearest_[i]);
       a = i;
       any = true;
     }
@@ -299,9 +299,9 @@ bool findPreferences(const TlinkageOptions& options, const Deadline& deadline, T
   for (std::size_t i = n; i > 1; --i)
     std::swap(work.order[i - 1], work.order[random.index(static_cast<std::uint32_t>(i))]);
   double pairs = 0;
-  for (std::size_t k = 0; k < hypotheses && pairs < kMostPairs; ++k) {
+  for (std::size_t k = 0; k < hypotheses && pairs < kMaxPairs; ++k) {
     if (k % kLook == 0 && deadline.passed()) return false;
-    cv::Matx33d models[kMostModels];
+    cv::Matx33d models[kMaxModels];
     const int found =
         drawModels(options.structure, work.order[k % n], k / n % kLevels, listed, random, work, models);
     for (int model = 0; model < found; ++model) {
@@ -355,10 +355,10 @@ void TlinkageSelector::run(const Correspondences& matches, Workspace& workspace,
   work.distinct.assign(matches, true);
   const std::size_t n = work.distinct.size();
   const bool fundamental = options_.structure == ModelKind::kFundamental;
-  const std::size_t fewest = sampleSize(options_.structure) + 1;
-  if (n < fewest) {
+  const std::size_t min_matches = sampleSize(options_.structure) + 1;
+  if (n < min_matches) {
     result.status = Status::kTooFew;
-    result.message = std::to_string(n) + " distinct matches, tlinkage needs " + std::to_string(fewest);
+    result.message = std::to_string(n) + " distinct matches, tlinkage needs " + std::to_string(min_matches);
     return;
   }
   if (n > static_cast<std::size_t>(options_.max_matches)) {

@@ -11,9 +11,9 @@ namespace {
 
 constexpr AffineGrowing::Round kRounds[] = {
     {1.0 / 16, 0.3}, {1.0 / 8, 0.25}, {1.0 / 8, 0.2}, {1.0 / 4, 0.15}, {1.0 / 4, 0.12}};
-constexpr double kLargestRadius = 1.0 / 2;  // of the diagonal
-constexpr double kTolerance = 4;            // px, at least
-constexpr std::size_t kLeastToGoOn = 4, kLeastAtEnd = 6;
+constexpr double kMaxRadius = 1.0 / 2;  // of the diagonal
+constexpr double kTolerance = 4;        // px, at least
+constexpr std::size_t kMinToGoOn = 4, kMinAtEnd = 6;
 
 /// One row each for dx, dy and 1, one column for each coordinate.
 using Solution = Eigen::Matrix<double, 3, 2>;
@@ -54,18 +54,18 @@ void AffineGrowing::findSupporters(const Round& round, double reach, const Map& 
 bool AffineGrowing::grow(std::uint32_t seed, const LinearMap& linear) {
   const Correspondences& m = *matches_;
   seed_ = seed;
-  found_.resize(m.size() + SupportKernels::kLongestVector);
-  tolerances_.resize(m.size() + SupportKernels::kLongestVector);
+  found_.resize(m.size() + SupportKernels::kMaxVectorLength);
+  tolerances_.resize(m.size() + SupportKernels::kMaxVectorLength);
   const double x = m.left_x[seed], y = m.left_y[seed], right_x = m.right_x[seed], right_y = m.right_y[seed];
   Solution a;
   a << linear[0], linear[2], linear[1], linear[3], 0, 0;
-  double least_radius = kRounds[0].radius;
+  double min_radius = kRounds[0].radius;
   for (const Round& round : kRounds) {
-    for (;; least_radius *= 2) {
-      findSupporters(round, std::max(round.radius, least_radius) * diagonal_, mapOf(a));
-      if (supporters_.size() >= kLeastToGoOn || least_radius >= kLargestRadius) break;
+    for (;; min_radius *= 2) {
+      findSupporters(round, std::max(round.radius, min_radius) * diagonal_, mapOf(a));
+      if (supporters_.size() >= kMinToGoOn || min_radius >= kMaxRadius) break;
     }
-    if (supporters_.size() < kLeastToGoOn) return false;
+    if (supporters_.size() < kMinToGoOn) return false;
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Solution right_side = Solution::Zero();
     for (std::size_t k = 0; k < supporters_.size(); ++k) {
@@ -84,11 +84,11 @@ bool AffineGrowing::grow(std::uint32_t seed, const LinearMap& linear) {
     a = solution;
   }
   const Round& last = kRounds[std::size(kRounds) - 1];
-  findSupporters(last, std::max(last.radius, least_radius) * diagonal_, mapOf(a));
+  findSupporters(last, std::max(last.radius, min_radius) * diagonal_, mapOf(a));
   map_ = {a(0, 0), a(1, 0), right_x + a(2, 0) - a(0, 0) * x - a(1, 0) * y,
           a(0, 1), a(1, 1), right_y + a(2, 1) - a(0, 1) * x - a(1, 1) * y,
           0,       0,       1};
-  return supporters_.size() >= kLeastAtEnd;
+  return supporters_.size() >= kMinAtEnd;
 }
 
 }  // namespace corrsel::core

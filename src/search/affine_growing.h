@@ -13,7 +13,7 @@ namespace corrsel::core {
 
 /// Grows the local affine map of one match into an affine map between larger parts of the images.
 ///
-/// Idea: near a right match its local map predicts other right matches roughly. Fitting the map to them makes
+/// Idea: near an inlier its local map predicts other inliers roughly. Fitting the map to them makes
 /// it precise enough to predict matches that are farther away.
 ///
 /// Algorithm: five rounds, with radii D/16, D/8, D/8, D/4 and D/4 (D is the diagonal of the right image) and

@@ -11,7 +11,7 @@ namespace corrsel::core {
 namespace {
 
 constexpr std::size_t kMaxScored = 3000;  // matches
-constexpr std::size_t kJudges = 500;      // matches that each map is judged by
+constexpr std::size_t kSample = 500;      // matches that each map is scored by
 constexpr double kTolerance = 0.02;       // of the diagonal of the right image
 constexpr double kMinDiagonal = 1;        // px
 
@@ -52,17 +52,17 @@ void FrameHypotheses::assign(const Correspondences& matches, const std::vector<s
 void FrameHypotheses::sortSeeds(const std::vector<std::uint32_t>* best_first) {
   const Correspondences& m = taking_part_;
   const double tolerance = kTolerance * diagonal_;
-  const std::size_t judges = std::min(kJudges, m.size());
+  const std::size_t sample = std::min(kSample, m.size());
   const auto gather = [&](const std::vector<float>& from, std::vector<float>& to) {
-    to.resize(judges);
-    for (std::size_t k = 0; k < judges; ++k) to[k] = from[best_first != nullptr ? (*best_first)[k] : k];
+    to.resize(sample);
+    for (std::size_t k = 0; k < sample; ++k) to[k] = from[best_first != nullptr ? (*best_first)[k] : k];
   };
-  gather(m.left_x, judges_.left_x);
-  gather(m.left_y, judges_.left_y);
-  gather(m.right_x, judges_.right_x);
-  gather(m.right_y, judges_.right_y);
-  const MatchColumns columns = {judges_.left_x.data(), judges_.left_y.data(), judges_.right_x.data(),
-                                judges_.right_y.data(), judges};
+  gather(m.left_x, sample_.left_x);
+  gather(m.left_y, sample_.left_y);
+  gather(m.right_x, sample_.right_x);
+  gather(m.right_y, sample_.right_y);
+  const MatchColumns columns = {sample_.left_x.data(), sample_.left_y.data(), sample_.right_x.data(),
+                                sample_.right_y.data(), sample};
   order_.resize(seeds_.size());
   for (std::size_t begin = 0; begin < seeds_.size(); begin += AffineMaps::kMaps) {
     const std::size_t count = std::min(AffineMaps::kMaps, seeds_.size() - begin);

@@ -15,7 +15,7 @@ namespace corrsel::core {
 /// Affine maps between the images, each of which was found from the local affine frames of a single match.
 ///
 /// Idea: the frames of one match fix a map of the whole image, x' = x'_i + A_i (x - x_i), roughly. No sample
-/// of several right matches has to be drawn, which is hopeless where few matches are right.
+/// of several inliers has to be drawn, which is hopeless where few matches are inliers.
 ///
 /// Algorithm: with tol = 2 % of the diagonal of the right image, every match scores
 ///   s_i = sum over 500 matches of max(0, 1 - |x'_i + A_i (x_j - x_i) - x'_j|^2 / tol^2).
@@ -53,7 +53,7 @@ class FrameHypotheses {
  private:
   void sortSeeds(const std::vector<std::uint32_t>* best_first);
 
-  Correspondences taking_part_, judges_;  // coordinates
+  Correspondences taking_part_, sample_;  // coordinates
   std::vector<float> weights_;
   double diagonal_ = 0;               // of the right image, px
   std::vector<LinearMap> maps_;       // per match

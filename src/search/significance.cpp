@@ -15,15 +15,15 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::size_t kThresholds = 8;
 constexpr double kThreshold[kThresholds] = {1, 1.5, 2, 3, 4, 5, 7, 10};  // px
-constexpr double kLargestThreshold = kThreshold[kThresholds - 1];
-constexpr std::uint64_t kLeastTests = 10000;   // hypotheses that count at least, because models are refined
-constexpr std::size_t kLeastRepaired = 20000;  // re-paired matches that are drawn at least
-constexpr float kPlaceRadius = 8.0F;           // px: nearer points are the same place
-constexpr float kLinePlaceRadius = 2.0F;       // px: the same for epipolar lines
+constexpr double kMaxThreshold = kThreshold[kThresholds - 1];
+constexpr std::uint64_t kMinTests = 10000;   // hypotheses that count at least, because models are refined
+constexpr std::size_t kMinRepaired = 20000;  // re-paired matches that are drawn at least
+constexpr float kPlaceRadius = 8.0F;         // px: nearer points are the same place
+constexpr float kLinePlaceRadius = 2.0F;     // px: the same for epipolar lines
 constexpr double kDensityRadius = 20;  // px: half the side of the square in which the density is measured
-constexpr double kLeastCell = 5;       // px: side of a cell of the density
+constexpr double kMinCell = 5;         // px: side of a cell of the density
 constexpr double kCellsPerMatch = 8;   // cells of the density per match, at most
-constexpr double kLeastSpread = 1e-3;  // smallest product of principal variances over the squared sum
+constexpr double kMinSpread = 1e-3;    // smallest product of principal variances over the squared sum
 constexpr int kPredictors = 6;         // nearest selected matches from which a match is predicted
 
 double logFactorial(double n) {
@@ -88,8 +88,9 @@ void SignificanceTest::assign(const Correspondences& matches) {
 
 void SignificanceTest::Density::build(const std::vector<float>& x, const std::vector<float>& y, double left,
                                       double top, double width, double height) {
-  const double most = kCellsPerMatch * static_cast<double>(x.size());
-  const double cell = std::max({kLeastCell, std::sqrt(width * height / most), width / most, height / most});
+  const double max_cells = kCellsPerMatch * static_cast<double>(x.size());
+  const double cell =
+      std::max({kMinCell, std::sqrt(width * height / max_cells), width / max_cells, height / max_cells});
   grid_ = CellGrid::covering(left, top, width, height, cell);
   const auto stride = static_cast<std::size_t>(grid_.columns) + 1,
              rows = static_cast<std::size_t>(grid_.rows);
@@ -133,7 +134,7 @@ double SignificanceTest::Density::others(double x, double y, double own_x, doubl
 }
 
 void SignificanceTest::addCandidate(double squared_error, std::size_t match) {
-  if (squared_error <= kLargestThreshold * kLargestThreshold)
+  if (squared_error <= kMaxThreshold * kMaxThreshold)
     candidates_.push_back({sortKey(static_cast<float>(squared_error)), static_cast<std::uint32_t>(match)});
 }
 
@@ -159,8 +160,8 @@ void SignificanceTest::countDistinct(float place_radius) {
   }
 }
 
-Significance SignificanceTest::judge(std::size_t trials, std::size_t sample_size, double log10_tests,
-                                     const double* chance) const {
+Significance SignificanceTest::evaluate(std::size_t trials, std::size_t sample_size, double log10_tests,
+                                        const double* chance) const {
   Significance best;
   double lowest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < kThresholds; ++i) {
@@ -207,12 +208,12 @@ Significance SignificanceTest::homography(const cv::Matx33d& left_to_right, std:
   }
   for (double& share : chance) share /= static_cast<double>(n);
   countDistinct(kPlaceRadius);
-  const auto tests = static_cast<double>(kThresholds * std::max(kLeastTests, hypotheses));
-  return judge(n, kSampleSize, std::log10(tests), chance);
+  const auto tests = static_cast<double>(kThresholds * std::max(kMinTests, hypotheses));
+  return evaluate(n, kSampleSize, std::log10(tests), chance);
 }
 
 Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::uint64_t hypotheses) {
-  constexpr std::size_t kSampleSize = 7, kMostModels = 3;
+  constexpr std::size_t kSampleSize = 7, kMaxModels = 3;
   const std::size_t n = left_x_.size();
   if (n <= kSampleSize || !(cv::norm(fundamental) > 0)) return {};
   candidates_.clear();
@@ -222,7 +223,7 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
   for (std::size_t i = 0; i < n; ++i) addCandidate(error(i, i), i);
   double chance[kThresholds] = {};
   Random random(0);
-  const std::size_t drawn = std::max(kLeastRepaired, n);
+  const std::size_t drawn = std::max(kMinRepaired, n);
   for (std::size_t i = 0; i < drawn; ++i) {
     const std::size_t left = i % n, other = random.index(static_cast<std::uint32_t>(n - 1));
     const double squared = error(left, other < left ? other : other + 1);
@@ -236,8 +237,8 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
     chance[t] = per_px * kThreshold[t];
   }
   countDistinct(kLinePlaceRadius);
-  const auto tests = static_cast<double>(kThresholds * kMostModels * std::max(kLeastTests, hypotheses));
-  return judge(n, kSampleSize, std::log10(tests), chance);
+  const auto tests = static_cast<double>(kThresholds * kMaxModels * std::max(kMinTests, hypotheses));
+  return evaluate(n, kSampleSize, std::log10(tests), chance);
 }
 
 void SignificanceTest::gatherSelected(const std::vector<std::uint8_t>& mask) {
@@ -292,7 +293,7 @@ bool SignificanceTest::predict(std::uint32_t match, const std::uint32_t* predict
     xu += dx * du, yu += dy * du, xv += dx * dv, yv += dy * dv;
   }
   const double determinant = xx * yy - xy * xy;
-  if (!(determinant > kLeastSpread * (xx + yy) * (xx + yy))) return false;
+  if (!(determinant > kMinSpread * (xx + yy) * (xx + yy))) return false;
   const double dx = left_x_[match] - mean_x, dy = left_y_[match] - mean_y;
   const double a = (dx * yy - dy * xy) / determinant, b = (dy * xx - dx * xy) / determinant;
   x = mean_u + a * xu + b * yu;
@@ -328,7 +329,7 @@ Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
     for (double& share : chance) share /= static_cast<double>(predicted);
     countDistinct(kPlaceRadius);
     const std::size_t trials = predicted + (n - count + 1) / 2;
-    const Significance found = judge(trials, 0, std::log10(static_cast<double>(kThresholds)), chance);
+    const Significance found = evaluate(trials, 0, std::log10(static_cast<double>(kThresholds)), chance);
     if (half == 0 || found.confidence < worst.confidence) worst = found;
   }
   return worst;

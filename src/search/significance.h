@@ -69,7 +69,7 @@ double log10BinomialTail(std::size_t n, std::size_t k, double p);
 /// fewer than 6 places are selected in one of the halves.
 ///
 /// Cost: For 2000 matches 0.02 ms for assign(), 0.1 to 0.3 ms for homography(), 0.2 to 0.4 ms for
-/// fundamental() and 0.05 to 0.5 ms for local(), with 10 to 90 % right matches. All are O(N log N). The
+/// fundamental() and 0.05 to 0.5 ms for local(), with 10 to 90 % inliers. All are O(N log N). The
 /// memory is kept.
 ///
 /// Source: Moisan and Stival, IJCV 2004, with the number of hypotheses that were tried in place of that of
@@ -118,8 +118,8 @@ class SignificanceTest {
   void addCandidate(double squared_error, std::size_t match);
   void addChance(double x, double y, std::uint32_t match, double area, double* chance) const;
   void countDistinct(float place_radius);
-  Significance judge(std::size_t trials, std::size_t sample_size, double log10_tests,
-                     const double* chance) const;
+  Significance evaluate(std::size_t trials, std::size_t sample_size, double log10_tests,
+                        const double* chance) const;
 
   double right_area_ = 1;                                   // px^2
   std::vector<KeyedRow> order_, scratch_;                   // rows by coordinates

@@ -11,7 +11,7 @@ namespace corrsel::core {
 
 /// Counts every image point at most once in the support of a model.
 ///
-/// Idea: a wrong model can gather many matches by sending many left points to a few right ones, for example a
+/// Idea: a bad model can gather many matches by sending many left points to a few right ones, for example a
 /// homography that squeezes the image into a point. Such a model has few distinct inliers: at most one match
 /// per left point and one per right point counts, the one with the smallest error.
 ///

@@ -46,7 +46,7 @@ ModelScore Verifier::countOnce(const cv::Matx33d& model, std::int64_t limit, Mod
 
 ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sprt& sprt) {
   // The error in one direction costs half the work and never exceeds the symmetric error, so a model that it
-  // rejects is wrong.
+  // rejects is bad.
   const Residual quick = residual_ == Residual::kSymmetricTransfer ? Residual::kTransfer : residual_;
   ScoreRule rule = rule_;
   rule.limit = quick == residual_ ? limit : std::numeric_limits<std::int64_t>::max();
@@ -61,9 +61,9 @@ ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sp
 }
 
 bool Verifier::improve(const cv::Matx33d& model, Candidate& best) const {
-  const ModelScore judged = score(model, best.cost);
-  if (judged.rejected) return false;
-  best = {model, judged.cost, judged.inliers, judged.inliers - judged.surplus};
+  const ModelScore scored = score(model, best.cost);
+  if (scored.rejected) return false;
+  best = {model, scored.cost, scored.inliers, scored.inliers - scored.surplus};
   return true;
 }
 

@@ -22,10 +22,11 @@ void AcransacOptions::visit(OptionVisitor& visitor) const {
                   "Inlier threshold, in units of the threshold at which the model is the most significant"},
                  &AcransacOptions::widen);
   visitor.number({"min_threshold", 0, 100, "px",
-                  "Least inlier threshold; 0 = 5 for a homography, 2 for a fundamental matrix"},
+                  "Smallest inlier threshold; 0 = 5 for a homography, 2 for a fundamental matrix"},
                  &AcransacOptions::min_threshold);
-  visitor.number({"max_threshold", 0.01, 100, "px", "Largest inlier threshold, if it is above the least one"},
-                 &AcransacOptions::max_threshold);
+  visitor.number(
+      {"max_threshold", 0.01, 100, "px", "Largest inlier threshold, if it is above the smallest one"},
+      &AcransacOptions::max_threshold);
   visitSeedAndTime(visitor);
   visitConfidence(visitor);
 }
@@ -44,11 +45,12 @@ struct AcransacMemory {
 
 /// The inlier threshold of a model, px.
 double inlierThreshold(const AcransacOptions& options, ModelKind kind, double most_significant) {
-  constexpr double kLeastOfPlane = 5, kLeastOfLine = 2;
-  const double least = options.min_threshold > 0        ? options.min_threshold
-                       : kind == ModelKind::kHomography ? kLeastOfPlane
-                                                        : kLeastOfLine;
-  return std::clamp(options.widen * most_significant, least, std::max(least, options.max_threshold));
+  constexpr double kMinOfPlane = 5, kMinOfLine = 2;
+  const double min_threshold = options.min_threshold > 0        ? options.min_threshold
+                               : kind == ModelKind::kHomography ? kMinOfPlane
+                                                                : kMinOfLine;
+  return std::clamp(options.widen * most_significant, min_threshold,
+                    std::max(min_threshold, options.max_threshold));
 }
 
 }  // namespace

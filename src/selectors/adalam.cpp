@@ -19,12 +19,12 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kFewest = 6;
+constexpr std::size_t kMinMatches = 6;
 constexpr double kPi = 3.14159265358979323846;
 // Votes that make maps, and votes at most.
-constexpr std::size_t kSampled = 16, kMostVotes = 1024;
+constexpr std::size_t kSampled = 16, kMaxVotes = 1024;
 // Determinants below this share of what the lengths allow belong to points on a line through the seed.
-constexpr float kLeastDeterminant = 1e-3F;
+constexpr float kMinDeterminant = 1e-3F;
 // What the slots behind the last vote hold.
 constexpr float kFarAway = 1e9F;
 // From these values on, frames are not compared.
@@ -47,7 +47,7 @@ using Map = std::array<float, 4>;
 /// Which matches belong to the neighbourhood of a seed.
 struct Reach {
   double left, right;  // rho, px
-  float least_cosine, largest_log_scale;
+  float min_cosine, max_log_scale;
 };
 
 /// Rotation and scale of the map between two frames; NaN where there is none.
@@ -164,8 +164,8 @@ void findNeighbourhood(std::uint32_t seed, const Reach& reach, AdalamMemory& wor
                               s.scale,
                               static_cast<float>(reach.left * reach.left),
                               static_cast<float>(reach.right * reach.right),
-                              reach.least_cosine,
-                              reach.largest_log_scale};
+                              reach.min_cosine,
+                              reach.max_log_scale};
   const auto around = kernels().affine.around;
   std::uint32_t* const found = work.found.data();
   std::size_t count = 0;
@@ -203,9 +203,9 @@ void chooseVotes(std::uint32_t seed, bool one_to_one, std::uint64_t stamp, Adala
     std::nth_element(work.votes.begin(), work.votes.begin() + static_cast<std::ptrdiff_t>(count),
                      work.votes.end(), better);
   };
-  keepBest(kMostVotes);
-  // Not resize(), of which GCC 14 believes that it makes the vector longer, and warns.
-  if (work.votes.size() > kMostVotes) work.votes.erase(work.votes.begin() + kMostVotes, work.votes.end());
+  keepBest(kMaxVotes);
+  // Not resize(), of which GCC 14 assumes that it makes the vector longer, and warns.
+  if (work.votes.size() > kMaxVotes) work.votes.erase(work.votes.begin() + kMaxVotes, work.votes.end());
   keepBest(kSampled);
   std::sort(work.votes.begin(),
             work.votes.begin() + static_cast<std::ptrdiff_t>(std::min(work.votes.size(), kSampled)), better);
@@ -236,7 +236,7 @@ RelativeMatches relate(std::uint32_t seed, const Reach& reach, AdalamMemory& wor
 /// The verification of maps around one seed.
 class Verification {
  public:
-  /// @param floor  least squared error
+  /// @param floor  smallest squared error
   Verification(const RelativeMatches& matches, std::size_t votes, double confidence, double floor,
                std::vector<float>& limits)
       : matches_(matches), votes_(votes), limits_(limits) {
@@ -276,7 +276,7 @@ class Verification {
     const float xi = m.left_x[i], yi = m.left_y[i], xj = m.left_x[j], yj = m.left_y[j];
     const float determinant = xi * yj - xj * yi;
     const float lengths = (xi * xi + yi * yi) * (xj * xj + yj * yj);
-    if (!(determinant * determinant > kLeastDeterminant * kLeastDeterminant * lengths)) return false;
+    if (!(determinant * determinant > kMinDeterminant * kMinDeterminant * lengths)) return false;
     const float inverse = 1 / determinant;
     a = {(m.right_x[i] * yj - m.right_x[j] * yi) * inverse, (m.right_x[j] * xi - m.right_x[i] * xj) * inverse,
          (m.right_y[i] * yj - m.right_y[j] * yi) * inverse,
@@ -295,7 +295,7 @@ class Verification {
       ux += u * x, uy += u * y, vx += v * x, vy += v * y;
     }
     const double determinant = xx * yy - xy * xy, trace = xx + yy;
-    if (!(determinant > double{kLeastDeterminant} * kLeastDeterminant * trace * trace)) return false;
+    if (!(determinant > double{kMinDeterminant} * kMinDeterminant * trace * trace)) return false;
     a = {static_cast<float>((ux * yy - uy * xy) / determinant),
          static_cast<float>((uy * xx - ux * xy) / determinant),
          static_cast<float>((vx * yy - vy * xy) / determinant),
@@ -310,13 +310,13 @@ class Verification {
   const AffineKernels& kernels_ = kernels().affine;
 };
 
-/// Whether both singular values are within [1 / most, most].
-bool isStretchedWithin(const Map& a, double most) {
+/// Whether both singular values are within [1 / max_stretch, max_stretch].
+bool isStretchedWithin(const Map& a, double max_stretch) {
   const double p = a[0], q = a[1], r = a[2], s = a[3];
   const double squares = p * p + q * q + r * r + s * s, determinant = std::abs(p * s - q * r);
   const double root = std::sqrt(std::max(0.0, squares * squares - 4 * determinant * determinant));
   const double largest = std::sqrt((squares + root) / 2);
-  return largest <= most && determinant >= largest / most;
+  return largest <= max_stretch && determinant >= largest / max_stretch;
 }
 
 /// The map with the largest support. @return its support; 0 if there is none
@@ -433,9 +433,9 @@ std::string AdalamSelector::missingInput(const Correspondences& matches) const {
 
 void AdalamSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
-  if (n < kFewest) {
+  if (n < kMinMatches) {
     result.status = Status::kTooFew;
-    result.message = std::to_string(n) + " matches, adalam needs " + std::to_string(kFewest);
+    result.message = std::to_string(n) + " matches, adalam needs " + std::to_string(kMinMatches);
     return;
   }
   if (endsAtEqualPoints(matches, result)) return;

@@ -276,7 +276,7 @@ void GmsSelector::run(const Correspondences& matches, Workspace& workspace, Sele
   Voting& work = workspace.part<Voting>();
   work.start(matches, options_.grid, options_.drop_first_cells);
   const int scales = options_.scale ? 5 : 1, rotations = options_.rotation ? kRotations : 1;
-  std::uint32_t most = 0;
+  std::uint32_t max_selected = 0;
   int best_scale = 0, best_rotation = 0;
   for (int scale = 0; scale < scales; ++scale) {
     const int right_side = std::max(1, static_cast<int>(std::lround(options_.grid * kScales[scale])));
@@ -284,8 +284,8 @@ void GmsSelector::run(const Correspondences& matches, Workspace& workspace, Sele
     work.vote(matches, right_side, rotations, options_.alpha, selected);
     result.iterations += kShifts * rotations;
     for (int rotation = 0; rotation < rotations; ++rotation) {
-      if (selected[rotation] <= most) continue;
-      most = selected[rotation];
+      if (selected[rotation] <= max_selected) continue;
+      max_selected = selected[rotation];
       best_scale = scale;
       best_rotation = rotation;
       work.select(rotation, result.mask.data());

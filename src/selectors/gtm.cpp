@@ -23,7 +23,7 @@ constexpr int kOtsuBins = 256;
 // equal terms in single precision can be that far off.
 constexpr double kEqualPopulations = 1e-5;
 // Where all populations are equal, all matches are selected if they err by less than 1 / lambda.
-const double kLeastPayoff = std::exp(-1.0);
+const double kMinPayoff = std::exp(-1.0);
 constexpr double kReferenceDiagonal = 1000;  // px, for normalize_lambda
 constexpr double kReferenceMatches = 1000;   // equilibrium: lambda is meant for as many
 constexpr Eigen::Index kSeeds = 1000;        // equilibrium: matches of the first population
@@ -287,7 +287,7 @@ void GtmSelector::run(const Correspondences& matches, Workspace& workspace, Sele
   value /= value.maxCoeff();
   double threshold = options_.min_share;
   if (replicator && value.minCoeff() >= 1 - kEqualPopulations * population.steps) {
-    threshold = population.mean_payoff > kLeastPayoff * (1 - sum_of_squares) ? 0 : 1;
+    threshold = population.mean_payoff > kMinPayoff * (1 - sum_of_squares) ? 0 : 1;
     if (result.message.empty()) result.message = "no match stands out";
   } else if (replicator) {
     std::vector<double> values;

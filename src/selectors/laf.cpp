@@ -17,18 +17,18 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kFewest = 8;
+constexpr std::size_t kMinMatches = 8;
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kMargin = 0.01;     // of the grid on each side of the points
 constexpr double kDeviation = 0.08;  // squared motion at which the deviation is 1 - 1/e
 // Motions below 1/16 of the largest one agree in the last round of the schedule: 0.08 ln(1 / 0.95) =
 // 1/15.6^2.
-constexpr double kLargestInNoiseFloors = 16;
+constexpr double kMaxInNoiseFloors = 16;
 // The noise floor is a difference of two motions in 95 % of the cases; this is one standard deviation.
 constexpr double kNoiseFloorInSigmas = 7;
-constexpr double kLeastWeight = 1e-12, kLeastVariance = 1e-12;
-// Motions farther away than this are wrong in any case, and finite sums stay exact.
-constexpr double kLargestMotion = 64;
+constexpr double kMinWeight = 1e-12, kMinVariance = 1e-12;
+// Motions farther away than this are those of outliers in any case, and finite sums stay exact.
+constexpr double kMaxMotion = 64;
 
 constexpr int kMotionBits = 20, kDeviationBits = 34;  // of the fractions that are kept
 
@@ -97,7 +97,7 @@ class MotionField {
         const double count = sums_[0][at], centre = count > 0 ? weight_[0] : 0.0;
         const double weight = filtered_[column] - centre;
         const double own = count > 0 ? centre / count : 0.0;
-        const double scale = weight > kLeastWeight ? 1 / weight : 0.0;
+        const double scale = weight > kMinWeight ? 1 / weight : 0.0;
         means_[0][mean] = (filtered_[cells + column] - own * sums_[1][at]) * scale;
         means_[1][mean] = (filtered_[2 * cells + column] - own * sums_[2][at]) * scale;
       }
@@ -199,7 +199,7 @@ double scale(const Correspondences& m, double noise_floor, LafMemory& work) {
   double per_px[2], per_motion[2];
   for (int axis = 0; axis < 2; ++axis) {
     per_px[axis] = high[axis] > low[axis] ? (1 - 2 * kMargin) / (high[axis] - low[axis]) : 0.0;
-    const double unit = std::max(largest[axis], kLargestInNoiseFloors * noise_floor);
+    const double unit = std::max(largest[axis], kMaxInNoiseFloors * noise_floor);
     per_motion[axis] = unit > 0 ? 1 / unit : 0.0;
   }
   for (std::vector<double>* column : {&work.x, &work.y, &work.motion_x, &work.motion_y}) column->resize(n);
@@ -207,7 +207,7 @@ double scale(const Correspondences& m, double noise_floor, LafMemory& work) {
     return std::min(std::max((value - low[axis]) * per_px[axis], 0.0), 1 - 2 * kMargin) + kMargin;
   };
   const auto motion = [&](double from, double to, int axis) {
-    return quantised(std::min(std::max((to - from) * per_motion[axis], -kLargestMotion), kLargestMotion),
+    return quantised(std::min(std::max((to - from) * per_motion[axis], -kMaxMotion), kMaxMotion),
                      kMotionBits);
   };
   for (std::size_t i = 0; i < n; ++i) {
@@ -277,7 +277,7 @@ void LafOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"accept", 0.5, 0.99, "-", "A match is accepted if its posterior is above this"},
                  &LafOptions::accept);
   visitor.number({"outlier_area", 0.1, 1000, "-",
-                  "Area over which wrong motions spread, in units of the largest motion along each axis"},
+                  "Area over which outliers spread, in units of the largest motion along each axis"},
                  &LafOptions::outlier_area);
   visitor.integer({"min_cells", 3, 100, "cells", "Cells per side of the grid at least"},
                   &LafOptions::min_cells);
@@ -307,19 +307,19 @@ std::string LafSelector::missingInput(const Correspondences& matches) const {
 
 void LafSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
-  if (n < kFewest) {
+  if (n < kMinMatches) {
     result.status = Status::kTooFew;
-    result.message = std::to_string(n) + " matches, laf needs " + std::to_string(kFewest);
+    result.message = std::to_string(n) + " matches, laf needs " + std::to_string(kMinMatches);
     return;
   }
   if (endsAtEqualPoints(matches, result)) return;
   LafMemory& work = workspace.part<LafMemory>();
-  const double least_variance = std::max(kLeastVariance, scale(matches, options_.noise_floor, work));
+  const double min_variance = std::max(kMinVariance, scale(matches, options_.noise_floor, work));
   markUnique(matches, work);
   work.active = work.unique;
   if (options_.guided) {
     work.trusted.find(matches, options_.guide_ratio);
-    if (work.trusted.size() >= TrustedSet::kFewest) work.active = work.trusted.mask();
+    if (work.trusted.size() >= TrustedSet::kMinMatches) work.active = work.trusted.mask();
   }
   const std::size_t padded = (n + kFieldGroup - 1) / kFieldGroup * kFieldGroup;
   work.squared.assign(padded, 0.0);
@@ -350,7 +350,7 @@ void LafSelector::run(const Correspondences& matches, Workspace& workspace, Sele
       result.message = "no match agrees with the field of round " + std::to_string(k + 1);
       return;
     }
-    const double variance = std::max(sum / close / 2, least_variance), share = close / static_cast<double>(n);
+    const double variance = std::max(sum / close / 2, min_variance), share = close / static_cast<double>(n);
     rule.exponent = -0.5 / variance;
     rule.outlier = 2 * kPi * variance * (1 - share) / (options_.outlier_area * share);
     rule.threshold = options_.accept;

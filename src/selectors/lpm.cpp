@@ -176,7 +176,7 @@ bool findGuides(const Correspondences& matches, const LpmOptions& options, std::
   work.trusted_set.find(matches, options.guide_ratio);
   work.trusted.assign(matches, options.merge_duplicates, &work.trusted_set.mask());
   const auto enough = static_cast<std::size_t>(layout.listed) + 2;
-  if (work.trusted.size() < std::max({TrustedSet::kFewest, enough, needed})) return false;
+  if (work.trusted.size() < std::max({TrustedSet::kMinMatches, enough, needed})) return false;
   findCosts(work.trusted, nullptr, layout, options, work);
   acceptWithin(kGuideLambdaFirst, work);
   if (work.accepted.size() >= enough) {

@@ -24,15 +24,17 @@ void PlanesOptions::visit(OptionVisitor& visitor) const {
   visitor.integer({"max_iterations", 1, 10000000, "-", "Hypotheses per plane at most"},
                   &PlanesOptions::max_iterations);
   visitor.integer({"max_planes", 1, 100, "-", "Planes at most"}, &PlanesOptions::max_planes);
-  visitor.number(
-      {"relative_cut", 0, 1, "-", "Least confidence of a further plane, relative to that of the first one"},
-      &PlanesOptions::relative_cut);
+  visitor.number({"relative_cut", 0, 1, "-",
+                  "Smallest confidence of a further plane, relative to that of the first one"},
+                 &PlanesOptions::relative_cut);
   visitor.number({"widen", 1, 10, "-",
                   "Inlier threshold, in units of the threshold at which the plane is the most significant"},
                  &PlanesOptions::widen);
-  visitor.number({"min_threshold", 0.01, 100, "px", "Least inlier threshold"}, &PlanesOptions::min_threshold);
-  visitor.number({"max_threshold", 0.01, 100, "px", "Largest inlier threshold, if it is above the least one"},
-                 &PlanesOptions::max_threshold);
+  visitor.number({"min_threshold", 0.01, 100, "px", "Smallest inlier threshold"},
+                 &PlanesOptions::min_threshold);
+  visitor.number(
+      {"max_threshold", 0.01, 100, "px", "Largest inlier threshold, if it is above the smallest one"},
+      &PlanesOptions::max_threshold);
   visitSeedAndTime(visitor);
   visitConfidence(visitor);
 }

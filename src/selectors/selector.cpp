@@ -15,9 +15,9 @@ namespace corrsel::core {
 namespace {
 
 // Beyond this, squared distances lose their pixels in single precision.
-constexpr float kLargestCoordinate = 1e6F;
+constexpr float kMaxCoordinate = 1e6F;
 
-bool usable(float value) { return std::abs(value) <= kLargestCoordinate; }
+bool usable(float value) { return std::abs(value) <= kMaxCoordinate; }
 
 std::vector<std::uint32_t> usableRows(const Correspondences& matches) {
   std::vector<std::uint32_t> rows;

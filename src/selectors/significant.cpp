@@ -11,7 +11,7 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kFewest = 4;
+constexpr std::size_t kMinMatches = 4;
 constexpr double kPi = 3.14159265358979323846;
 constexpr float kSamePoint = 1;  // px
 
@@ -34,11 +34,11 @@ double areaOf(const Correspondences& matches, const MatchNeighbours& all) {
 }
 
 /// One pass with neighbours among `members`, nullptr = all.
-void judge(const std::vector<std::uint32_t>* members, double area, const SignificantOptions& options,
-           SignificantMemory& work) {
+void evaluate(const std::vector<std::uint32_t>* members, double area, const SignificantOptions& options,
+              SignificantMemory& work) {
   MatchNeighbours& all = work.all;
-  const std::size_t n = all.size(), most = (members != nullptr ? members->size() : n) - 1;
-  const int listed = static_cast<int>(std::min(most, static_cast<std::size_t>(options.k)));
+  const std::size_t n = all.size(), max_neighbours = (members != nullptr ? members->size() : n) - 1;
+  const int listed = static_cast<int>(std::min(max_neighbours, static_cast<std::size_t>(options.k)));
   all.findLeft(members, listed, MatchNeighbours::Self::kLeaveOut);
   const double log10_matches = std::log10(static_cast<double>(n));
   const auto deformation = static_cast<float>(options.deformation), slack = static_cast<float>(options.slack);
@@ -85,12 +85,12 @@ void SignificantOptions::visit(OptionVisitor& visitor) const {
 void SignificantSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   SignificantMemory& work = workspace.part<SignificantMemory>();
   work.all.assign(matches, true);
-  if (!work.all.canForm(kFewest, name(), result)) return;
+  if (!work.all.canForm(kMinMatches, name(), result)) return;
   const double area = areaOf(matches, work.all);
-  judge(nullptr, area, options_, work);
+  evaluate(nullptr, area, options_, work);
   result.iterations = 1;
-  if (work.accepted.size() >= kFewest) {
-    judge(&work.accepted, area, options_, work);
+  if (work.accepted.size() >= kMinMatches) {
+    evaluate(&work.accepted, area, options_, work);
     result.iterations = 2;
   }
   result.score.resize(matches.size());

@@ -18,26 +18,26 @@
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kFewest = 5;
+constexpr std::size_t kMinMatches = 5;
 constexpr double kPi = 3.14159265358979323846;
 // Constants of the authors' code.
-constexpr double kLeastPosterior = 1e-5, kLeastVariance = 1e-8;
-constexpr double kLeastInlierRatio = 0.05, kMostInlierRatio = 0.95;
+constexpr double kMinPosterior = 1e-5, kMinVariance = 1e-8;
+constexpr double kMinInlierRatio = 0.05, kMaxInlierRatio = 0.95;
 // Where the field vanishes from the start, matches within ten times the smallest standard deviation are
 // right.
-constexpr double kLargestResidualAtRest = 1e-3;
+constexpr double kMaxResidualAtRest = 1e-3;
 // Points spread over an image need a tenth of this.
-constexpr std::size_t kLargestRank = 400;
+constexpr std::size_t kMaxRank = 400;
 // Number of points among which pivots are sought, and the smallest step between two of them.
-constexpr std::size_t kPilots = 256, kLeastPilotStep = 4;
+constexpr std::size_t kPilots = 256, kMinPilotStep = 4;
 constexpr double kPilotMargin = 2;
 // Points whose columns are computed between two readings of the clock: a few milliseconds with the most
 // columns.
 constexpr std::size_t kPointsPerLook = 1024;
 // Columns that start from less than this hold rounding errors.
-constexpr double kLeastTolerance = 1e-13;
-// The share of right matches among all, after the field was fitted to the trusted ones.
-constexpr double kFirstShare = 0.1, kLeastShare = 0.01, kMostShare = 0.95, kCountedPosterior = 0.5;
+constexpr double kMinTolerance = 1e-13;
+// The share of inliers among all, after the field was fitted to the trusted ones.
+constexpr double kFirstShare = 0.1, kMinShare = 0.01, kMaxShare = 0.95, kCountedPosterior = 0.5;
 constexpr int kShareSteps = 5;
 
 /// Memory aligned like the lines of the cache, which keeps vectors from straddling two of them.
@@ -141,7 +141,7 @@ void drawControlPoints(std::size_t n, std::size_t count, std::uint64_t seed, Vfc
 
 /// Every so many rows of the points in the order of their coordinates.
 void takePilots(std::size_t n, VfcMemory& work) {
-  const std::size_t step = std::max(kLeastPilotStep, n / kPilots);
+  const std::size_t step = std::max(kMinPilotStep, n / kPilots);
   work.pilots.clear();
   for (std::size_t i = step / 2; i < n; i += step) work.pilots.push_back(static_cast<std::uint32_t>(i));
 }
@@ -219,7 +219,7 @@ class Field {
 
   /// Writes the squared residuals of n other samples, which stand at the begin of `columns`, under the last
   /// field that was fitted. work.x and work.y hold their points. The field cannot be fitted again after that.
-  void judge(std::size_t n) {
+  void evaluate(std::size_t n) {
     n_ = n;
     rank_ = 0;
     work_.rest.assign(paddedSize(n), 1.0);
@@ -238,8 +238,8 @@ class Field {
   /// Adds columns until all elements are exact up to `tolerance`. @return false where the deadline has passed
   bool extend(double tolerance) {
     // Between the pilots more is left over than at them.
-    const double at_pilots = std::max(kLeastTolerance, sparse_ ? 0.0 : tolerance / kPilotMargin);
-    while (pivots() < kLargestRank) {
+    const double at_pilots = std::max(kMinTolerance, sparse_ ? 0.0 : tolerance / kPilotMargin);
+    while (pivots() < kMaxRank) {
       const std::size_t next = largestOf(work_.pilot_rest, work_.pilots.size());
       if (work_.pilot_rest[next] <= at_pilots && pivots() > 0) break;
       if (deadline_.passed()) return false;
@@ -248,7 +248,7 @@ class Field {
       work_.pilot_rest[next] = 0;
     }
     if (pivots() > rank_ && !addColumns()) return false;
-    while (!sparse_ && largest_rest_ > tolerance && rank_ < kLargestRank) {
+    while (!sparse_ && largest_rest_ > tolerance && rank_ < kMaxRank) {
       const std::size_t next = largestOf(work_.rest, n_);
       takePivot(work_.x[next], work_.y[next], work_.rest[next], work_.columns, n_, next);
       if (!addColumns()) return false;
@@ -264,8 +264,8 @@ class Field {
             work_.pivot_x.data() + begin,
             work_.pivot_y.data() + begin,
             work_.pivot_rest.data() + begin,
-            work_.pivot_rows.data() + begin * kLargestRank,
-            kLargestRank};
+            work_.pivot_rows.data() + begin * kMaxRank,
+            kMaxRank};
   }
 
   /// Appends a pivot, whose row of the factor is `row` of `columns`, and gives the pilots its column.
@@ -274,8 +274,8 @@ class Field {
     work_.pivot_x.push_back(x);
     work_.pivot_y.push_back(y);
     work_.pivot_rest.push_back(rest);
-    work_.pivot_rows.resize(pivots() * kLargestRank);
-    double* const elements = work_.pivot_rows.data() + (pivots() - 1) * kLargestRank;
+    work_.pivot_rows.resize(pivots() * kMaxRank);
+    double* const elements = work_.pivot_rows.data() + (pivots() - 1) * kMaxRank;
     for (std::size_t j = 0; j < rank; ++j) elements[j] = columns[(j + 2) * stride + row];
     add(pivotsFrom(rank, rank + 1), work_.pilot_x, work_.pilot_y, work_.pilots.size(), rank,
         work_.pilot_columns, work_.pilot_rest, &deadline_);
@@ -318,7 +318,7 @@ class Field {
 /// The state of the EM between its steps.
 struct Mixture {
   double variance;
-  double share;  ///< of right matches
+  double share;  ///< of inliers
 };
 
 FieldPosteriorSums findPosteriors(const Mixture& mixture, const VfcOptions& options, double counted,
@@ -326,7 +326,7 @@ FieldPosteriorSums findPosteriors(const Mixture& mixture, const VfcOptions& opti
   const FieldPosteriorRule rule{
       -0.5 / mixture.variance,
       2 * kPi * mixture.variance * (1 - mixture.share) / (mixture.share * options.outlier_area),
-      kLeastPosterior, counted};
+      kMinPosterior, counted};
   return kernels().field.posteriors(rule, work.squared.data(), n, work.posterior.data());
 }
 
@@ -336,7 +336,7 @@ int estimate(std::size_t n, const VfcOptions& options, Field& field, Mixture& mi
              bool& timed_out) {
   double energy = 1;
   int steps = 0;
-  while (steps < options.max_iterations && mixture.variance > kLeastVariance) {
+  while (steps < options.max_iterations && mixture.variance > kMinVariance) {
     ++steps;
     const FieldPosteriorSums sums = findPosteriors(mixture, options, options.threshold, n, work);
     const double before =
@@ -345,11 +345,11 @@ int estimate(std::size_t n, const VfcOptions& options, Field& field, Mixture& mi
     if (std::abs(energy - before) <= options.energy_change * std::abs(energy)) break;
     const double ridge = options.lambda * mixture.variance;
     const std::optional<double> rest =
-        field.fit(ridge, std::max(kLeastTolerance, options.kernel_tolerance * ridge));
+        field.fit(ridge, std::max(kMinTolerance, options.kernel_tolerance * ridge));
     timed_out = !rest;
     if (timed_out) return steps - 1;
     mixture.variance = *rest / (2 * sums.clamped);
-    mixture.share = std::clamp(sums.accepted / static_cast<double>(n), kLeastInlierRatio, kMostInlierRatio);
+    mixture.share = std::clamp(sums.accepted / static_cast<double>(n), kMinInlierRatio, kMaxInlierRatio);
   }
   return steps;
 }
@@ -360,7 +360,7 @@ std::size_t chooseRows(const Correspondences& matches, const VfcOptions& options
   sortRows(matches, work);
   if (!options.guided) return matches.size();
   work.trusted.find(matches, options.guide_ratio);
-  if (work.trusted.size() < TrustedSet::kFewest) return matches.size();
+  if (work.trusted.size() < TrustedSet::kMinMatches) return matches.size();
   work.rows.clear();
   for (const std::uint8_t trusted : {1, 0}) {
     for (const KeyedRow& row : work.keyed) {
@@ -406,8 +406,8 @@ double findDisplacements(std::size_t n, VfcMemory& work) {
 }
 
 /// Posteriors of all matches under a field that was fitted to the trusted ones.
-void judgeAll(const Correspondences& matches, const VfcOptions& options, const Frames& frames, Field& field,
-              Mixture mixture, VfcMemory& work) {
+void evaluateAll(const Correspondences& matches, const VfcOptions& options, const Frames& frames,
+                 Field& field, Mixture mixture, VfcMemory& work) {
   const std::size_t n = matches.size(), stride = columnStride(n);
   work.x.resize(paddedSize(n));
   work.y.resize(paddedSize(n));
@@ -418,12 +418,12 @@ void judgeAll(const Correspondences& matches, const VfcOptions& options, const F
   place(matches.right_x, matches.right_y, work.rows, frames.right, u, v);
   work.squared.resize(paddedSize(n));
   findDisplacements(n, work);
-  field.judge(n);
-  const double least = options.min_sigma * frames.right.scale;
-  mixture = {std::max({mixture.variance, least * least, kLeastVariance}), kFirstShare};
+  field.evaluate(n);
+  const double min_sigma = options.min_sigma * frames.right.scale;
+  mixture = {std::max({mixture.variance, min_sigma * min_sigma, kMinVariance}), kFirstShare};
   for (int step = 0; step < kShareSteps; ++step) {
     const FieldPosteriorSums sums = findPosteriors(mixture, options, kCountedPosterior, n, work);
-    mixture.share = std::clamp(sums.accepted / static_cast<double>(n), kLeastShare, kMostShare);
+    mixture.share = std::clamp(sums.accepted / static_cast<double>(n), kMinShare, kMaxShare);
   }
   findPosteriors(mixture, options, options.threshold, n, work);
 }
@@ -437,11 +437,10 @@ void VfcOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"lambda", 0.001, 1000, "-", "Weight of the smoothness of the field"}, &VfcOptions::lambda);
   visitor.number({"threshold", 0, 1, "-", "A match is accepted if its posterior is above this"},
                  &VfcOptions::threshold);
-  visitor.number({"inlier_ratio", 0.05, 0.95, "-", "Share of right matches that the iteration starts from"},
+  visitor.number({"inlier_ratio", 0.05, 0.95, "-", "Share of inliers that the iteration starts from"},
                  &VfcOptions::inlier_ratio);
-  visitor.number(
-      {"outlier_area", 0.01, 10000, "-", "Area over which wrong matches spread, in normalised units"},
-      &VfcOptions::outlier_area);
+  visitor.number({"outlier_area", 0.01, 10000, "-", "Area over which outliers spread, in normalised units"},
+                 &VfcOptions::outlier_area);
   visitor.number({"energy_change", 0, 0.1, "-", "Stop once the energy changes by less than this share"},
                  &VfcOptions::energy_change);
   visitor.integer({"max_iterations", 1, 10000, "-", "Steps of the iteration at most"},
@@ -451,11 +450,12 @@ void VfcOptions::visit(OptionVisitor& visitor) const {
                  &VfcOptions::kernel_tolerance);
   visitor.integer({"control_points", 0, 200, "-", "Points that carry the field, drawn at random; 0 = all"},
                   &VfcOptions::control_points);
-  visitor.flag("guided", "Fit the field to the trusted matches only, then judge all by it",
+  visitor.flag("guided", "Fit the field to the trusted matches only, then evaluate it at all matches",
                &VfcOptions::guided);
   visitor.number({"guide_ratio", 0, 1, "-", "Guided: trusted matches have a distance ratio below this"},
                  &VfcOptions::guide_ratio);
-  visitor.number({"min_sigma", 0, 100, "px", "Guided: least standard deviation when all matches are judged"},
+  visitor.number({"min_sigma", 0, 100, "px",
+                  "Guided: smallest standard deviation when the field is evaluated at all matches"},
                  &VfcOptions::min_sigma);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers"}, &VfcOptions::seed);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &VfcOptions::max_seconds);
@@ -472,9 +472,9 @@ std::string VfcSelector::missingInput(const Correspondences& matches) const {
 
 void VfcSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const std::size_t n = matches.size();
-  if (n < kFewest) {
+  if (n < kMinMatches) {
     result.status = Status::kTooFew;
-    result.message = std::to_string(n) + " matches, vfc needs " + std::to_string(kFewest);
+    result.message = std::to_string(n) + " matches, vfc needs " + std::to_string(kMinMatches);
     return;
   }
   const Deadline deadline(options_.max_seconds);
@@ -492,7 +492,7 @@ void VfcSelector::run(const Correspondences& matches, Workspace& workspace, Sele
     return;
   }
   Mixture mixture{findDisplacements(fitted, work), options_.inlier_ratio};
-  const bool at_rest = mixture.variance <= kLeastVariance;
+  const bool at_rest = mixture.variance <= kMinVariance;
   Field field(fitted, options_, deadline, work);
   if (!at_rest) {
     bool timed_out = false;
@@ -505,10 +505,10 @@ void VfcSelector::run(const Correspondences& matches, Workspace& workspace, Sele
     }
   }
   if (fitted < n) {
-    judgeAll(matches, options_, *frames, field, mixture, work);
+    evaluateAll(matches, options_, *frames, field, mixture, work);
   } else if (at_rest) {
     for (std::size_t i = 0; i < n; ++i)
-      work.posterior[i] = work.squared[i] <= kLargestResidualAtRest * kLargestResidualAtRest ? 1.0 : 0.0;
+      work.posterior[i] = work.squared[i] <= kMaxResidualAtRest * kMaxResidualAtRest ? 1.0 : 0.0;
   }
   result.score.resize(n);
   for (std::size_t i = 0; i < n; ++i) {

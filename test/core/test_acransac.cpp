@@ -69,9 +69,9 @@ TEST(Acransac, TheMaskHoldsTheMatchesWithinTheThresholdOfTheMessage) {
     EXPECT_EQ(found.mask[i] != 0, found.score[i] >= -49) << i;
 }
 
-/// With a test of all samples, at most one of all runs may be believed; the least confidence leaves less.
-TEST(Acransac, WrongMatchesAreNotBelieved) {
-  int believed = 0;
+/// With a test of all samples, at most one of all runs may be accepted; the smallest confidence allows fewer.
+TEST(Acransac, OutliersAreNotAccepted) {
+  int accepted = 0;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     SceneOptions options;
     options.inlier_ratio = 0;
@@ -79,11 +79,11 @@ TEST(Acransac, WrongMatchesAreNotBelieved) {
     for (const char* const model : {"homography", "fundamental"}) {
       const Selection found =
           selectWith(homographyScene(options).matches, {{"model", model}, {"max_iterations", "2000"}});
-      believed += found.status == Status::kOk ? 1 : 0;
+      accepted += found.status == Status::kOk ? 1 : 0;
       EXPECT_TRUE(found.status == Status::kUncertain || found.status == Status::kNoModel) << found.message;
     }
   }
-  EXPECT_LE(believed, 1);
+  EXPECT_LE(accepted, 1);
 }
 
 TEST(Acransac, ReportsDegenerateInput) {

@@ -168,7 +168,7 @@ TEST(Adalam, FindsTheRightMatches) {
   }
 }
 
-/// Three wrong matches that the detector found eight times each agree with some affine map.
+/// Three outliers that the detector found eight times each agree with some affine map.
 TEST(Adalam, CountsEveryPointOnce) {
   Scene scene;
   scene.matches.left_size = scene.matches.right_size = {640, 480};
@@ -267,7 +267,7 @@ TEST(Adalam, FramesKeepStrangersOut) {
     return cv::Matx22d(c, -s, s, c);
   };
   Correspondences& m = scene.matches;
-  // Frames of right matches, which are no seeds: two are turned, two are scaled, one is singular.
+  // Frames of inliers, which are no seeds: two are turned, two are scaled, one is singular.
   const std::vector<cv::Matx22d> changes = {rotation(-40),     rotation(40),      rotation(25),
                                             1.7 * rotation(0), 0.6 * rotation(0), 1.4 * rotation(0),
                                             0 * rotation(0)};

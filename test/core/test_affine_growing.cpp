@@ -11,7 +11,7 @@ using namespace testing;
 const cv::Matx33d kMap(1.1, -0.2, 40, 0.25, 0.95, -30, 0, 0, 1);
 constexpr double kDiagonal = 1000;
 
-/// Matches of kMap on a lattice with the given spacing, with the first one at (400, 300), and wrong ones.
+/// Matches of kMap on a lattice with the given spacing, with the first one at (400, 300), and outliers.
 Correspondences lattice(double spacing, int side, int wrong) {
   Correspondences m;
   m.add({400, 300}, projected(kMap, 400, 300));
@@ -55,7 +55,7 @@ TEST(AffineGrowing, LooksFartherWhereNothingIsNear) {
   expectNearTruth(growing.map(), 3);
 }
 
-TEST(AffineGrowing, FindsNothingAmongWrongMatches) {
+TEST(AffineGrowing, FindsNothingAmongOutliers) {
   int found = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Random random(seed);

@@ -68,15 +68,15 @@ TEST_F(Colmap, ReadsScenesWithPose) {
   EXPECT_EQ(reader.ignored(), (std::vector<std::string>{"other"}));
   EXPECT_EQ(reader.files().size(), 3u * (2 + 3));
   EXPECT_EQ(reader.remarks()[0],
-            "a: 2 of the 2 pairs of its 3 images that see at least 30 common points are used (least_points, "
-            "most_pairs in corrsel.yaml)");
+            "a: 2 of the 2 pairs of its 3 images that see at least 30 common points are used (min_points, "
+            "max_pairs in corrsel.yaml)");
 }
 
 TEST_F(Colmap, PairsOfImagesThatDifferInTheirExtensionHaveNamesOfTheirOwn) {
   std::vector<Image> twins = images();
   twins[2].name = "v/1.jpg";
   writeText("a/sparse", {pinhole()}, twins);
-  write("corrsel.yaml", "least_points: 20\n");
+  write("corrsel.yaml", "min_points: 20\n");
   const PosedPairReader reader = open();
   ASSERT_EQ(reader.size(), 3u);
   EXPECT_EQ(reader.id(0).pair, "v_0-v_1");
@@ -106,14 +106,14 @@ TEST_F(Colmap, TheRootMayBeTheScene) {
 TEST_F(Colmap, OptionsChooseThePairs) {
   writeViews("a");
   writeText("a/sparse", {pinhole()}, images());
-  write("corrsel.yaml", "least_points: 20\n");
+  write("corrsel.yaml", "min_points: 20\n");
   EXPECT_EQ(open().size(), 3u);
-  write("corrsel.yaml", "least_points: 20\nmost_pairs: 2\n");  // of 60, 40 and 20 common points
+  write("corrsel.yaml", "min_points: 20\nmax_pairs: 2\n");  // of 60, 40 and 20 common points
   const PosedPairReader two = open();
   ASSERT_EQ(two.size(), 2u);
   EXPECT_EQ(two.id(0).pair, "v_0-v_1");
   EXPECT_EQ(two.id(1).pair, "v_1-v_2");
-  write("corrsel.yaml", "least_points: 200\n");
+  write("corrsel.yaml", "min_points: 200\n");
   EXPECT_TRUE(contains(errorOf<DatasetError>([&] { open(); }),
                        "gives no pair: a: 0 of the 0 pairs of its 3 images that see at least 200 common"));
 }

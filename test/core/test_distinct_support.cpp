@@ -172,7 +172,7 @@ TEST(DistinctSupport, ManyMatchesThatEndInOnePlaceDoNotOutvoteTheRightModel) {
 TEST(DistinctSupport, MaskHoldsAllMatchesWithinTheThreshold) {
   Scene scene = homographyScene({400, 0.5, 0.5, 1});
   Correspondences& m = scene.matches;
-  // Each of the first 100 right matches occurs twice.
+  // Each of the first 100 inliers occurs twice.
   for (std::size_t i = 0; i < 100; ++i) {
     m.left_x[i + 100] = m.left_x[i];
     m.left_y[i + 100] = m.left_y[i];

@@ -30,8 +30,8 @@ TEST(Estimate, IsInProportionToTheTrial) {
 TEST(Estimate, PicturesAreDrawnOfFewPairs) {
   Trial few = someTrial();
   few.pairs = 5;
-  EXPECT_EQ(mostPictures({few}, 7), 5U * 7);
-  EXPECT_EQ(mostPictures({someTrial(), someTrial()}, 7), (16U + 2 * 3) * 7);
+  EXPECT_EQ(maxPictures({few}, 7), 5U * 7);
+  EXPECT_EQ(maxPictures({someTrial(), someTrial()}, 7), (16U + 2 * 3) * 7);
 }
 
 TEST(Estimate, TableHasALineForEachDatasetAndTheSum) {

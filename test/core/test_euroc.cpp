@@ -99,13 +99,13 @@ TEST_F(Euroc, StereoPairsAndSteps) {
   ASSERT_EQ(reader.remarks().size(), 4u);
   EXPECT_TRUE(contains(reader.remarks()[0], "MH_01_easy: images of cam0 (320x240 px) are undistorted"));
   EXPECT_TRUE(
-      contains(reader.remarks()[2], "5 of 5 stereo pairs are used (most_pairs in corrsel.yaml), 0 of 5"));
+      contains(reader.remarks()[2], "5 of 5 stereo pairs are used (max_pairs in corrsel.yaml), 0 of 5"));
   EXPECT_EQ(reader.files().size(), 1u + 5u + 10u);
 }
 
 TEST_F(Euroc, OneKindOfPairsCanBeChosen) {
   writeSequence("V1");
-  write("corrsel.yaml", "pairs: stereo\nmost_pairs: 2\n");
+  write("corrsel.yaml", "pairs: stereo\nmax_pairs: 2\n");
   EXPECT_EQ(open().size(), 2u);
   write("corrsel.yaml", "pairs: steps\nstep: 1\n");
   EXPECT_EQ(open().size(), 4u);

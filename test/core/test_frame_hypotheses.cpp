@@ -87,7 +87,7 @@ TEST(FrameHypotheses, EqualPointsAndUnknownSizesAreNoError) {
   while (hypotheses.next()) continue;
 }
 
-/// Samples of four would need 29 million draws for 2 % of right matches.
+/// Samples of four would need 29 million draws for 2 % of inliers.
 TEST(SamplerFrames, FindsAPlaneWithTwoPercentOfRightMatches) {
   int found = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {

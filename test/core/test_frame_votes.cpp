@@ -10,7 +10,7 @@ using namespace testing;
 
 const char* const kSpecs[] = {"frame_votes:hviv", "frame_votes:acc"};
 
-TEST(FrameVotes, FindsAPlaneAmongWrongMatches) {
+TEST(FrameVotes, FindsAPlaneAmongOutliers) {
   for (const char* spec : kSpecs) {
     for (const std::uint64_t seed : {1, 2, 3}) {
       Scene scene = homographyScene({1500, 0.3, 1.0, seed});
@@ -20,7 +20,7 @@ TEST(FrameVotes, FindsAPlaneAmongWrongMatches) {
   }
 }
 
-/// Two similarities of 100 matches each, in halves of the image, and 300 wrong matches.
+/// Two similarities of 100 matches each, in halves of the image, and 300 outliers.
 Scene twoGroups(std::uint64_t seed) {
   Scene scene = homographyScene({100, 1.0, 1.0, seed}), other = scene,
         wrong = homographyScene({300, 0.0, 1.0, seed});

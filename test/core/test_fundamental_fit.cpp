@@ -14,7 +14,7 @@ namespace {
 using namespace testing;
 
 /// Correct matches of a generated scene.
-Correspondences correctMatches(MatchSceneKind kind, std::size_t n, double noise) {
+Correspondences inliers(MatchSceneKind kind, std::size_t n, double noise) {
   SceneSpec spec;
   spec.kind = kind;
   spec.n = n;
@@ -34,7 +34,7 @@ double largestDistance(const cv::Matx33d& f, const Correspondences& m) {
 }
 
 TEST(FundamentalFit, PassesThroughExactPoints) {
-  const Correspondences matches = correctMatches(MatchSceneKind::kSpace, 20, 0);
+  const Correspondences matches = inliers(MatchSceneKind::kSpace, 20, 0);
   const auto fitted = fitFundamental(matches);
   ASSERT_TRUE(fitted.has_value());
   EXPECT_LT(largestDistance(*fitted, matches), 0.01);
@@ -43,8 +43,8 @@ TEST(FundamentalFit, PassesThroughExactPoints) {
 }
 
 TEST(FundamentalFit, AveragesOverNoisyPoints) {
-  const Correspondences noisy = correctMatches(MatchSceneKind::kSpace, 200, 1);
-  const Correspondences exact = correctMatches(MatchSceneKind::kSpace, 200, 0);
+  const Correspondences noisy = inliers(MatchSceneKind::kSpace, 200, 1);
+  const Correspondences exact = inliers(MatchSceneKind::kSpace, 200, 0);
   const auto fitted = fitFundamental(noisy);
   ASSERT_TRUE(fitted.has_value());
   // Nearer to the true geometry than the noise of one point.
@@ -53,7 +53,7 @@ TEST(FundamentalFit, AveragesOverNoisyPoints) {
 }
 
 TEST(FundamentalFit, NeedsEightPointsInSpace) {
-  EXPECT_FALSE(fitFundamental(correctMatches(MatchSceneKind::kSpace, 7, 0)).has_value());
+  EXPECT_FALSE(fitFundamental(inliers(MatchSceneKind::kSpace, 7, 0)).has_value());
   EXPECT_FALSE(fitFundamental({}).has_value());
   Correspondences same;
   for (int i = 0; i < 10; ++i) same.add({1, 2}, {3, 4});

@@ -11,7 +11,7 @@ namespace {
 
 using namespace testing;
 
-TEST(Gaim, FindsAPlaneAmongWrongMatches) {
+TEST(Gaim, FindsAPlaneAmongOutliers) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     Scene scene = homographyScene({1500, 0.3, 1.0, seed});
     addFrames(scene, 0.05, seed);

@@ -84,10 +84,22 @@ class Generate(unittest.TestCase):
         self.assertEqual([spec for spec in cases if ":" not in spec], names)
         for spec, results in cases.items():
             for title, text in results.items():
-                if title != "least_matches":
+                if title != "min_matches":
                     self.assertRegex(text, r"^`[a-z_]+`(: (all|most|some|few|none))?$", (spec, title))
             self.assertNotIn("failed", str(results), spec)
             self.assertNotIn("unsupported", str(results), spec)
+
+    def test_the_commands_of_the_results_name_selectors_that_exist(self):
+        """So do the rows of the results, each of which the commands make."""
+        results = json.loads((PACKAGE / "docs/data/results.json").read_text(encoding="utf-8"))
+        every = {entry["name"] for entry in self.catalogue["selectors"]}
+        known = every | {
+            "%(name)s:" % e + preset for e in self.catalogue["selectors"] for preset in e["presets"]
+        }
+        lines = [line[len("selectors=") :] for line in results["command"] if line.startswith("selectors=")]
+        named = set(",".join(lines).split(",")) - {"every", "$selectors"}
+        self.assertEqual(named - known, set())
+        self.assertEqual(set(results["f_percent"]) - every - named, set())
 
     def test_sections_lie_in_the_chapter_of_their_group(self):
         """The table of the selectors links to the sections whose headings begin with their names."""

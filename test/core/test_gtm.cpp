@@ -59,7 +59,7 @@ Scene framedScene(std::size_t n, double inlier_ratio, std::uint64_t seed, double
   return scene;
 }
 
-/// Right and wrong matches, some of which share a point.
+/// Inliers and outliers, some of which share a point.
 Correspondences manyToOne(std::size_t n, std::uint64_t seed) {
   Correspondences m = framedScene(n, 0.5, seed).matches;
   for (std::size_t i = 0; i + 10 < n; i += 10) {

@@ -519,7 +519,7 @@ class GuideTest(RunTest):
             "contradicted",
             "generated data",
             "<summary>Rule</summary>",
-            "keep_all is not judged",
+            "keep_all is not rated",
         ):
             self.assertIn(part, text)
         self.assertIn("<b>", text)

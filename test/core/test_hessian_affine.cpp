@@ -341,13 +341,13 @@ TEST(HessianAffine, MatchesTheVggPairs) {
   const std::string folder = sharedData("vgg");
   if (folder.empty()) GTEST_SKIP() << "skipped: the VGG images are not here";
   // The share of nearest neighbours within 5 px of the truth; 65, 64, 56 and 93 % were reached.
-  const std::map<std::string, double> smallest_share = {
+  const std::map<std::string, double> min_share = {
       {"vgg/graf/1-2", 60}, {"vgg/boat/1-2", 62}, {"vgg/leuven/1-2", 55}, {"vgg/ubc/1-2", 88}};
   const auto reader = openDataset("vgg", folder);
   int tested = 0;
   for (std::size_t i = 0; i < reader->size(); ++i) {
-    const auto expected = smallest_share.find(reader->id(i).text());
-    if (expected == smallest_share.end()) continue;
+    const auto expected = min_share.find(reader->id(i).text());
+    if (expected == min_share.end()) continue;
     const ImagePair pair = reader->read(i);
     const auto extracted = [](const cv::Mat& image) {
       cv::Mat grey = image;

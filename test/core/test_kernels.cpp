@@ -428,7 +428,7 @@ TEST_F(Kernels, SupportersOfAMapAreTheSameAtEveryLevel) {
     for (const KernelLevel level : supportedKernelLevels()) {
       SCOPED_TRACE(toString(level) + " " + std::to_string(n));
       setKernelLevel(level);
-      std::vector<std::uint32_t> found(n + SupportKernels::kLongestVector);
+      std::vector<std::uint32_t> found(n + SupportKernels::kMaxVectorLength);
       std::vector<float> found_tolerances(found.size());
       const std::size_t count =
           kernels().support.supporters(columns(m, n), map, found.data(), found_tolerances.data());

@@ -22,15 +22,15 @@ std::vector<double> byDefinition(const Correspondences& m, double accept, int ro
   };
   const auto [low_x, high_x] = range(m.left_x);
   const auto [low_y, high_y] = range(m.left_y);
-  double most_x = 0, most_y = 0;
+  double max_x = 0, max_y = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    most_x = std::max(most_x, std::abs(double(m.right_x[i]) - m.left_x[i]));
-    most_y = std::max(most_y, std::abs(double(m.right_y[i]) - m.left_y[i]));
+    max_x = std::max(max_x, std::abs(double(m.right_x[i]) - m.left_x[i]));
+    max_y = std::max(max_y, std::abs(double(m.right_y[i]) - m.left_y[i]));
   }
   std::vector<cv::Point2d> v(n);
   std::vector<int> row(n), column(n);
   for (std::size_t i = 0; i < n; ++i) {
-    v[i] = {(double(m.right_x[i]) - m.left_x[i]) / most_x, (double(m.right_y[i]) - m.left_y[i]) / most_y};
+    v[i] = {(double(m.right_x[i]) - m.left_x[i]) / max_x, (double(m.right_y[i]) - m.left_y[i]) / max_y};
     column[i] = int((0.01 + 0.98 * (m.left_x[i] - low_x) / (high_x - low_x)) * side);
     row[i] = int((0.01 + 0.98 * (m.left_y[i] - low_y) / (high_y - low_y)) * side);
   }
@@ -144,7 +144,7 @@ TEST(Laf, FarPointsDoNotChangeTheScales) {
 }
 
 TEST(Laf, ManyToOneMatchesDoNotShapeTheField) {
-  // As many matches as there are right ones end at five right points.
+  // As many outliers as there are inliers end at five right points.
   Scene scene = homographyScene({600, 1.0, 0.5, 7});
   Random random(3);
   for (int i = 0; i < 1200; ++i) {
@@ -157,7 +157,7 @@ TEST(Laf, ManyToOneMatchesDoNotShapeTheField) {
 }
 
 TEST(Laf, GuidedStartsFromTheTrustedMatches) {
-  // Most matches are wrong and agree with each other. Ratios tell the right ones.
+  // Most matches are outliers and agree with each other. Ratios tell the inliers.
   Scene scene = homographyScene({200, 1.0, 0.5, 9});
   Random random(4);
   for (int i = 0; i < 400; ++i) {
@@ -212,7 +212,7 @@ TEST(Laf, DecidesDegenerateInput) {
     line.right_y[i] = line.left_y[i] + 12;
   }
   EXPECT_EQ(laf.select(line).n_selected, 50u);
-  // Where every match shares its pixels, all are judged by a field without motion.
+  // Where every match shares its pixels, all are compared with a field without motion.
   std::vector<std::uint32_t> rows(100);
   for (std::uint32_t i = 0; i < 100; ++i) rows[i] = i % 50;
   EXPECT_EQ(laf.select(same.subset(rows)).n_selected, 100u);

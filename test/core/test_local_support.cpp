@@ -42,8 +42,8 @@ double share(const std::vector<std::uint8_t>& mask, const std::vector<std::uint8
   return selected / all;
 }
 
-/// Matches of two affine motions, one in each half of the left image, and wrong ones. `motion` receives 0 or
-/// 1 for right matches and 2 for wrong ones.
+/// Matches of two affine motions, one in each half of the left image, and outliers. `motion` receives 0 or
+/// 1 for inliers and 2 for outliers.
 Scene twoMotions(std::size_t n, std::uint64_t seed, std::vector<int>& motion) {
   Random random(seed);
   Scene scene;
@@ -256,7 +256,7 @@ TEST(LocalSupport, FindsSmallGroupsAmongManyMatches) {
   EXPECT_GE(found, 0.8 * all) << found << " of " << all;
 }
 
-TEST(LocalSupport, FindsNothingAmongWrongMatches) {
+TEST(LocalSupport, FindsNothingAmongOutliers) {
   for (const bool frames : {false, true}) {
     int with_survivors = 0;
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -273,7 +273,7 @@ TEST(LocalSupport, FindsNothingAmongWrongMatches) {
 }
 
 TEST(LocalSupport, HubsAndRepetitionsGainNothing) {
-  // Wrong matches that end at five right points, and one wrong match that occurs a hundred times.
+  // Outliers that end at five right points, and one outlier that occurs a hundred times.
   Scene scene = homographyScene({600, 0, 1.0, 7});
   addFrames(scene);
   Random random(8);

@@ -118,7 +118,7 @@ TEST(Logos, GlobalKeepsTheMostFrequentRotation) {
   EXPECT_EQ(s.mask[100], 0);
 }
 
-TEST(Logos, FindsAPlaneAmongWrongMatches) {
+TEST(Logos, FindsAPlaneAmongOutliers) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     Scene scene = homographyScene({1500, 0.3, 1.0, seed});
     addFrames(scene, 0.05, seed);

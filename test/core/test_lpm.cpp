@@ -201,7 +201,7 @@ TEST(Lpm, MotionsThatDifferByLocalisationNoiseAgree) {
 TEST(Lpm, NoiseFloorChangesNothingWhereMatchesMoveFar) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     Correspondences m = homographyScene({600, 0.6, 1.0, seed}).matches;
-    // Correct and wrong matches move by more than 100 px.
+    // Inliers and outliers move by more than 100 px.
     for (float& x : m.right_x) x += 1000;
     const Selection with = createSelector("lpm:v2")->select(m);
     const Selection without = createSelector("lpm:v2", {{"noise_floor", "0"}})->select(m);
@@ -299,7 +299,7 @@ TEST(Lpm, FindsTheRightMatches) {
 TEST(Lpm, GuidedStartsFromTheTrustedMatches) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     Scene scene = homographyScene({3000, 0.08, 1.0, seed});
-    // A third of the right matches is ambiguous.
+    // A third of the inliers is ambiguous.
     for (std::size_t i = 0; i < 3000; i += 3) scene.matches.second_distance[i] = scene.matches.distance[i];
     const Quality guided = quality(createSelector("lpm:guided")->select(scene.matches).mask, scene.inlier);
     EXPECT_GT(guided.f, 85);

@@ -101,7 +101,7 @@ TEST(MatchDrawing, GroupsHaveTheirColours) {
   EXPECT_TRUE(near(known, 10, 30, groupColour(1)));
   EXPECT_TRUE(near(known, 10, 150, groupColour(1)));
   EXPECT_TRUE(near(known, 28, 30, groupColour(2)));
-  // A wrong match, whose line is drawn later, does not cover a point of a group.
+  // An outlier, whose line is drawn later, does not cover a point of a group.
   Correspondences crossing;
   crossing.add({30, 40}, {50, 40});
   crossing.add({30, 20}, {30, 60});

@@ -262,7 +262,7 @@ TEST(Matcher, TheLargestValuesDoNotOverflow) {
 
 TEST(Matcher, LongRowsDoNotOverflow) {
   // Around the largest number of columns whose products of bytes are added up in 32 bits.
-  const int most = 4 * int(kMostByteWords);
+  const int most = 4 * int(kMaxByteWords);
   for (const int columns : {most - 1, most, most + 1, 3 * most}) {
     SCOPED_TRACE(columns);
     const int largest = int(std::sqrt(double(1 << 24) / columns));
@@ -278,7 +278,7 @@ TEST(Matcher, LongRowsDoNotOverflow) {
 
 TEST(Matcher, EqualsTheNaiveLoopAroundTheLongestProjections) {
   const double units = std::sqrt(4.0 * 0x7fff / 128);
-  const int longest = int(std::pow(Projection::kLargestStep * units, 2));
+  const int longest = int(std::pow(Projection::kMaxStep * units, 2));
   for (const int squares : {1000, 262144, longest, longest + 1, 2 * longest}) {
     SCOPED_TRACE(squares);
     const cv::Mat trains = rowsOfLength(150, squares, 1);

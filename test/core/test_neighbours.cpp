@@ -183,7 +183,7 @@ TEST(Neighbours, MorePointsInABlockThanKeysCanTell) {
   expectExact(points, 5);
 }
 
-/// Least time of three to ask for the k nearest of all points among the members, seconds.
+/// Smallest time of three to ask for the k nearest of all points among the members, seconds.
 double secondsForAll(const Points& points, const Indices& members, int k) {
   std::vector<float> x, y;
   for (const cv::Point2f& p : points) {

@@ -35,7 +35,7 @@ TEST(Ordering, ShuffleDependsOnTheMatchesAlone) {
 }
 
 TEST(Ordering, EveryStretchIsAFairSample) {
-  // The right matches come first in the input.
+  // The inliers come first in the input.
   const Scene scene = homographyScene({4000, 0.5, 0.5, 1});
   Ordering ordering;
   std::vector<std::uint32_t> rows;

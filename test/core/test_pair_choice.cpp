@@ -19,18 +19,27 @@ using PairChoiceFile = DatasetFolder;
 TEST_F(PairChoiceFile, IsOptional) {
   const PairChoice choice = readPairChoice(path());
   EXPECT_EQ(choice.step, 10);
-  EXPECT_EQ(choice.most_pairs, 100);
+  EXPECT_EQ(choice.max_pairs, 100);
 }
 
 TEST_F(PairChoiceFile, SetsOptions) {
-  write("corrsel.yaml", "# ours\nstep: 30\npairs: stereo\nleast_baseline: 0.1\n");
+  write("corrsel.yaml", "# ours\nstep: 30\npairs: stereo\nmin_baseline: 0.1\n");
   const PairChoice choice = readPairChoice(path());
   EXPECT_EQ(choice.step, 30);
   EXPECT_EQ(choice.pairs, FramePairs::kStereo);
-  EXPECT_EQ(choice.least_baseline, 0.1);
-  EXPECT_EQ(choice.most_pairs, 100);
+  EXPECT_EQ(choice.min_baseline, 0.1);
+  EXPECT_EQ(choice.max_pairs, 100);
   write("corrsel.yaml", "");
   EXPECT_EQ(readPairChoice(path()).step, 10);
+}
+
+TEST_F(PairChoiceFile, NamesOfEarlierVersionsAreRead) {
+  write("corrsel.yaml", "most_pairs: 7\nleast_baseline: 0.2\nmost_gap: 0.5\nleast_points: 12\n");
+  const PairChoice choice = readPairChoice(path());
+  EXPECT_EQ(choice.max_pairs, 7);
+  EXPECT_EQ(choice.min_baseline, 0.2);
+  EXPECT_EQ(choice.max_gap, 0.5);
+  EXPECT_EQ(choice.min_points, 12);
 }
 
 TEST_F(PairChoiceFile, FaultsNameFileOptionAndRemedy) {

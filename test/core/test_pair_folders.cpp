@@ -154,8 +154,8 @@ TEST_F(PairFolders, TruthMustBeOne) {
                          "...) and H.txt or F.txt, or matches.csv");
   write("s/matches.csv", std::string(kNames) + "\n1,2,3,4\n");
   EXPECT_EQ(error(), path("s") +
-                         ": there is no ground truth; add H.txt, F.txt or the column 'label' (1 = correct, 0 "
-                         "= wrong) to matches.csv");
+                         ": there is no ground truth; add H.txt, F.txt or the column 'label' (1 = inlier, 0 "
+                         "= outlier) to matches.csv");
   write("s/H.txt", kIdentity);
   EXPECT_EQ(readOnly().truth.kind, TruthKind::kHomography);
   write("s/F.txt", kRectified);

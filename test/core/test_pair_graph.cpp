@@ -105,7 +105,7 @@ TEST(PairGraph, TakesFewAndCrowdedMatches) {
     scene.matches.left_y[i] = 60;
   }
   addFrames(scene);
-  const Fixture f(scene, PairGraph::kMostNeighbours);
+  const Fixture f(scene, PairGraph::kMaxNeighbours);
   for (std::size_t i = 0; i < f.graph.size(); ++i) {
     std::vector<std::uint32_t> list(f.graph.neighbours(i), f.graph.neighbours(i) + f.graph.degree());
     EXPECT_EQ(std::count(list.begin(), list.end(), i), 0);

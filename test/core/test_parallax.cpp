@@ -60,13 +60,13 @@ TEST(ParallaxTest, FindsTheEpipolarGeometryOfPointsOffThePlane) {
   EXPECT_GT(sampsonError(found.fundamental, 300, 200, 300, 230), 100);
 }
 
-TEST(ParallaxTest, FindsNoneAmongWrongMatches) { EXPECT_FALSE(test(scene(0, 500), kPlane).parallax); }
+TEST(ParallaxTest, FindsNoneAmongOutliers) { EXPECT_FALSE(test(scene(0, 500), kPlane).parallax); }
 
 TEST(ParallaxTest, AFewPointsOffThePlaneAreNotEnough) { EXPECT_FALSE(test(scene(20, 300), kPlane).parallax); }
 
 TEST(ParallaxTest, NeedsTwoMatchesOffThePlane) { EXPECT_FALSE(test(scene(1, 0), kPlane).parallax); }
 
-TEST(ParallaxTest, FindsDepthAmongManyWrongMatches) {
+TEST(ParallaxTest, FindsDepthAmongManyOutliers) {
   // 200 of 1300 matches agree; 8 times what chance gives, and more than there are on the plane.
   EXPECT_TRUE(test(scene(200, 1000), kPlane).parallax);
 }

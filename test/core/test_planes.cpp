@@ -77,7 +77,7 @@ TEST(Planes, UsesFramesWhereThereAreAny) {
             Status::kNoModel);
 }
 
-TEST(Planes, WrongMatchesHaveNoPlane) {
+TEST(Planes, OutliersHaveNoPlane) {
   int found = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     const Selection selection = selectWith(homographyScene({500, 0.0, 0.5, seed}).matches);

@@ -41,7 +41,7 @@ TEST(Pose, ErrorsAreAngles) {
   EXPECT_NEAR(poseErrors(turn(190), {1, 0, 0}, truth).rotation, 180, 1e-6);
 }
 
-TEST(Pose, SignOfTheTranslationIsNotJudged) {
+TEST(Pose, SignOfTheTranslationIsNotCompared) {
   const RelativePose truth = truthOf(0, {0, 0, 3});
   EXPECT_NEAR(poseErrors(turn(0), {0, 0, -1}, truth).pose, 0, 1e-12);
   EXPECT_NEAR(poseErrors(turn(0), {0, std::sin(2.0), std::cos(2.0)}, truth).translation,

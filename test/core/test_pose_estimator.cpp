@@ -65,7 +65,7 @@ PoseErrors errorsOf(const PoseEstimate& estimate, const RelativePose& truth) {
   return poseErrors(estimate.rotation, estimate.translation, truth);
 }
 
-TEST(PoseEstimator, FindsThePoseAmongWrongMatches) {
+TEST(PoseEstimator, FindsThePoseAmongOutliers) {
   const RelativePose truth = example();
   const PoseEstimate estimate = estimatePose(matchesOf(truth, Scene::kDeep, 300, 200, 0.3), truth);
   EXPECT_EQ(estimate.model, PoseModel::kEssential);
@@ -165,7 +165,7 @@ TEST(PoseEstimator, FiveMatchesSuffice) {
   EXPECT_EQ(estimate.n_inliers, 5u);
 }
 
-TEST(PoseEstimator, HomographyAmongWrongMatches) {
+TEST(PoseEstimator, HomographyAmongOutliers) {
   const RelativePose truth = example();
   const Correspondences matches = matchesOf(truth, Scene::kPlane, 200, 200, 0.5);
   const std::optional<HomographyEstimate> estimate = estimateHomography(matches);

@@ -201,7 +201,7 @@ TEST(Ransac, SaysAtTheTimeLimitThatThereIsNoModel) {
     EXPECT_EQ(none.model_kind, ModelKind::kNone);
     EXPECT_TRUE(none.score.empty());
   }
-  // No wrong model passes this test.
+  // No bad model passes this test.
   const TickingClock clock(1);
   const Selection s =
       createSelector("usac:h",

@@ -298,7 +298,7 @@ TEST(FeatureRegions, RefusalsSayWhatTheyGot) {
   // A mask of the area instead of the image, too.
   EXPECT_TRUE(
       mentions(refusal({{10, 10, 100, 50}, cv::Mat::ones(50, 100, CV_8U)}), {"needed", "image", "mask"}));
-  // The image is judged first.
+  // The image is checked first.
   EXPECT_TRUE(mentions(errorOf([&] {
                          extractor->extract({}, 1, {{1000, 0, 5, 5}, {}});
                        }),

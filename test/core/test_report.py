@@ -21,6 +21,7 @@ sys.dont_write_bytecode = True
 from corrsel.report import __main__ as report, reading  # noqa: E402  (without byte code)
 from corrsel.report.figures import FigureWriter  # noqa: E402
 from corrsel.report.markup import FOLDER  # noqa: E402
+from corrsel.report.words import SCENES  # noqa: E402
 
 EVIL = '<script>alert("x")</script>&\'$a$'
 JPEG = b"\xff\xd8\xff\xe0 stands for a picture \xff\xd9"
@@ -519,6 +520,32 @@ class ReportTest(unittest.TestCase):
         self.assertEqual(row[5]["text"], "no correct putative match")
         self.assertIn("1 of 4 pairs is not in the means: 1 has no correct putative match.", text)
 
+    def test_scenes_are_counted_once_per_pair_and_seed(self):
+        found = {"vgg": ["rigid"] * 3 + ["nothing"], "other": ["unknown", "at_rest"]}
+        rows = []
+        for dataset, scenes in found.items():
+            for i, scene in enumerate(scenes):
+                for seed in (7, 8):
+                    for tau in (1, 5):
+                        row = pair_row(dataset, "s%d" % i, "orb+orb", "auto", tau, [0.5] * 5)
+                        rows.append(dict(row, scene=scene, seed=seed))
+                        rows.append(dict(row, scene="unknown", seed=seed, selector="gms"))
+            rows.append(pair_row(dataset, "s9", "orb+orb", "auto", 5, None))
+        write_pairs(self.folder / "pairs.csv", rows)
+        head, *found = [[cell["text"] for cell in row] for row in Page(self.make()).table("The scene that")]
+        self.assertEqual(head[4:], [*(name.replace("_", " ") for name in SCENES), "all"])
+        counts = {tuple(row[:4]): dict(zip(head[4:], row[4:])) for row in found}
+        setting = ("orb+orb", "no preselection")
+        self.assertEqual(set(counts), {("auto", "vgg") + setting, ("auto", "other") + setting})
+        none = dict.fromkeys(head[4:], "0")
+        expected = dict(none, rigid="6\u25b2", nothing="2", all="8")
+        self.assertEqual(counts[("auto", "vgg") + setting], expected)
+        expected = {**none, "unknown": "2\u25b2", "at rest": "2\u25b2", "all": "4"}
+        self.assertEqual(counts[("auto", "other") + setting], expected)
+
+    def test_a_run_without_scenes_has_no_section_on_them(self):
+        self.assertNotIn("scenes", Page(self.make()).ids)
+
     def test_status_counts_do_not_multiply_by_tolerance(self):
         rows = Page(self.make()).table("How the selections ended")
         counts = {row[0]["text"]: [c["text"] for c in row[1:]] for row in rows[1:]}
@@ -528,7 +555,7 @@ class ReportTest(unittest.TestCase):
     def test_images(self):
         text = self.make()
         self.assertIn("data:image/jpeg;base64," + base64.b64encode(JPEG).decode(), text)
-        self.assertIn("200 selected: 150 correct (75.0 %), 50 wrong; 12 correct ones missed", text)
+        self.assertIn("200 selected: 150 inliers (75.0 %), 50 outliers; 12 inliers missed", text)
         self.assertIn("image ../../secret.jpg is missing", text)
 
     def test_images_outside_the_run_are_not_read(self):

@@ -290,16 +290,16 @@ class ExperimentsTest(unittest.TestCase):
     def test_success_and_failure_sentences(self):
         row = self.cells("A success and a failure of each selector", "gms")
         self.assertIn(
-            "gms on vgg/boat 1-2: failure: keeps 23 of 640 right matches and 677 wrong (F 3.6) while usac reaches F 90.0.",
+            "gms on vgg/boat 1-2: failure: keeps 23 of 640 inliers and 677 outliers (F 3.6) while usac reaches F 90.0.",
             row["Failure"],
         )
         self.assertIn(
-            "gms on vgg/bark 1-2: best drawn pair, yet below F 80: keeps 448 of 640 right", row["Success"]
+            "gms on vgg/bark 1-2: best drawn pair, yet below F 80: keeps 448 of 640 inliers", row["Success"]
         )
         self.assertEqual(row["Number"], "0 successes, 1 failure of 2")
         row = self.cells("A success and a failure of each selector", "usac")
         self.assertIn(
-            "usac on vgg/bark 1-2: success: keeps 576 of 640 right matches and 124 wrong (F 90.0).",
+            "usac on vgg/bark 1-2: success: keeps 576 of 640 inliers and 124 outliers (F 90.0).",
             row["Success"],
         )
         self.assertIn("usac: no other selector is better on any drawn pair.", row["Failure"])

@@ -218,7 +218,7 @@ class Sections(unittest.TestCase):
         self.assertEqual(rows["usac"][3], "from the data")
         self.assertEqual(rows["usac"][7:], ["from the data", "0.900", "\u2013"])
 
-    def test_a_curve_with_a_gap_on_one_dataset_is_judged_on_the_others(self):
+    def test_a_curve_with_a_gap_on_one_dataset_is_evaluated_on_the_others(self):
         self.write_curves()
         path = self.folder / "summary.csv"
         kept = [

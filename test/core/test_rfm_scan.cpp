@@ -36,7 +36,7 @@ class Definition {
       for (Point& p : points_) p[c] = range > 0 ? (p[c] - least) / range : 0;
     }
     const auto share = int(std::lround(o.min_points_share * double(n_)));
-    fewest_ = std::min(n_, std::size_t(std::clamp(share, o.min_points, o.max_points)));
+    min_members_ = std::min(n_, std::size_t(std::clamp(share, o.min_points, o.max_points)));
     gamma_ = float(o.gamma);
     findClusters(float(o.first_epsilon));
     for (std::size_t i = 0; i < n_; ++i) factor_[i] = cluster[i] < 0 ? 100 : 1;
@@ -61,7 +61,7 @@ class Definition {
       std::vector<float> distances;
       for (std::size_t j = 0; j < n_; ++j) distances.push_back(distance(i, j));
       std::sort(distances.begin(), distances.end());
-      reach.push_back(distances[fewest_ - 1]);
+      reach.push_back(distances[min_members_ - 1]);
     }
     const float low = *std::min_element(reach.begin(), reach.begin() + std::ptrdiff_t(n_));
     const float limit = low + epsilon * (*std::max_element(reach.begin(), reach.end()) - low);
@@ -94,7 +94,7 @@ class Definition {
     }
   }
 
-  std::size_t n_, fewest_ = 0;
+  std::size_t n_, min_members_ = 0;
   float gamma_ = 0;
   std::vector<float> factor_;
   std::vector<Point> points_;
@@ -109,7 +109,7 @@ Correspondences sortedByLeftX(const Correspondences& m) {
 }
 
 TEST(RfmScan, FollowsTheDefinition) {
-  std::size_t most_groups = 0;
+  std::size_t max_groups = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const SceneOptions options{100 + 80 * seed, 0.2 + 0.1 * double(seed), 0.5 * double(seed), seed};
     const Correspondences m =
@@ -135,9 +135,9 @@ TEST(RfmScan, FollowsTheDefinition) {
     EXPECT_EQ(std::set<int>(s.group.begin(), s.group.end()).size(), clusters.size()) << seed;
     EXPECT_GT(s.n_selected, 10u) << seed;
     EXPECT_LT(s.n_selected, m.size()) << seed;
-    most_groups = std::max(most_groups, clusters.size());
+    max_groups = std::max(max_groups, clusters.size());
   }
-  EXPECT_GT(most_groups, 2u);
+  EXPECT_GT(max_groups, 2u);
 }
 
 TEST(RfmScan, FindsTwoMotionsAsTwoGroups) {
@@ -170,7 +170,7 @@ TEST(RfmScan, FindsTwoMotionsAsTwoGroups) {
   EXPECT_EQ(s.iterations, 2);
 }
 
-/// Without wrong matches, the range of the motions is that of the noise.
+/// Without outliers, the range of the motions is that of the noise.
 TEST(RfmScan, KeepsMatchesThatAreAllRight) {
   for (const std::size_t n : {300, 2000}) {
     Random random(n);

@@ -89,7 +89,7 @@ const std::vector<ScaleSpaceOptions> kGeometries = {optionsOf(-1, 3, 0, 5),     
 TEST_F(ScaleSpaces, AreTheSameAtEveryKernelLevelAndForAnyNumberOfThreads) {
   for (const cv::Size size : {cv::Size(401, 303), cv::Size(64, 700), cv::Size(33, 47)}) {
     for (ScaleSpaceOptions options : kGeometries) {
-      options.smallest_side = 4;
+      options.min_side = 4;
       const cv::Mat image = noise(size);
       setKernelLevel(KernelLevel::kPlain);
       const std::vector<cv::Mat> expected = computed(image, options);
@@ -202,7 +202,7 @@ TEST_F(ScaleSpaces, ImagesOfAnySizeWork) {
     for (ScaleSpaceOptions options : kGeometries) {
       const int step = options.first_octave > 0 ? 1 << options.first_octave : 1;
       if (std::min(size.width, size.height) < step) continue;
-      options.smallest_side = 1;
+      options.min_side = 1;
       const cv::Mat image = noise(size);
       const std::vector<cv::Mat> levels = computed(image, options, 3);
       ASSERT_FALSE(levels.empty());

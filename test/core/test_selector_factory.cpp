@@ -497,7 +497,7 @@ TEST_P(EverySelector, HasLessConfidenceThanAskedForOnlyInTheStatus) {
   expectSame(unsure, plain);
 }
 
-TEST_P(EverySelector, HasLittleConfidenceInWrongMatches) {
+TEST_P(EverySelector, HasLittleConfidenceInOutliers) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Correspondences m = scene(300, 0, 0.5, seed).matches;
     Selection s = createSelector(spec(), {}, {{"max_iterations", "2000"}})->select(m);

@@ -76,15 +76,15 @@ struct Expectation {
   MatchSceneKind kind;
   double noise, object_share;
   ModelKind model;
-  double least_f[3];  // mean over seeds in percent, at inlier ratios of 90, 50 and 20 %
+  double min_f[3];  // mean over seeds in percent, at inlier ratios of 90, 50 and 20 %
 };
 
 constexpr double kAutoInlierRatios[] = {0.9, 0.5, 0.2};
 
 class AutoOnScenes : public ::testing::TestWithParam<Expectation> {};
 
-/// The model is judged where half of the matches are right or more. With fewer, small objects and other
-/// structures cannot be told from coherent wrong matches.
+/// The model is checked where half of the matches are inliers or more. With fewer, small objects and other
+/// structures cannot be told from coherent outliers.
 TEST_P(AutoOnScenes, FindsModelAndMatches) {
   const Expectation& expected = GetParam();
   const auto selector = createSelector("auto");
@@ -109,7 +109,7 @@ TEST_P(AutoOnScenes, FindsModelAndMatches) {
               << found.message << ", inlier ratio " << kAutoInlierRatios[k] << ", columns " << columns;
         }
       }
-      EXPECT_GE(f, expected.least_f[k]) << "inlier ratio " << kAutoInlierRatios[k] << ", columns " << columns;
+      EXPECT_GE(f, expected.min_f[k]) << "inlier ratio " << kAutoInlierRatios[k] << ", columns " << columns;
     }
   }
 }

@@ -86,7 +86,7 @@ TEST(Significant, FindsTheRightMatches) {
   }
 }
 
-/// At most one wrong match is expected in the first pass; the second one has few neighbours to go by.
+/// At most one outlier is expected in the first pass; the second one has few neighbours to go by.
 TEST(Significant, SelectsAlmostNothingWhereAllIsWrong) {
   std::size_t selected = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed)

@@ -58,7 +58,7 @@ std::pair<Mask, Eigen::VectorXd> byDefinition(const Correspondences& m, const St
   return {mask, v};
 }
 
-/// Right and wrong matches, some of which share a point.
+/// Inliers and outliers, some of which share a point.
 Correspondences manyToOne(std::size_t n, std::uint64_t seed) {
   Correspondences m = homographyScene({n, 0.5, 1.0, seed}).matches;
   for (std::size_t i = 0; i + 10 < n; i += 10) {

@@ -141,7 +141,8 @@ inline double lineDistance(const cv::Matx33d& f, const cv::Point2d& left, const 
   return std::abs(line.dot(cv::Vec3d(right.x, right.y, 1))) / std::hypot(line[0], line[1]);
 }
 
-/// Adds a match with descriptor distances: ratio below 0.6 if it is right, above 0.87 if it is wrong.
+/// Adds a match with descriptor distances: ratio below 0.6 if it is an inlier, above 0.87 if it is an
+/// outlier.
 inline void addMatch(Scene& scene, Random& random, const cv::Point2d& left, const cv::Point2d& right,
                      bool inlier) {
   Correspondences& m = scene.matches;
@@ -170,7 +171,7 @@ inline cv::Point2d normalPoint(Random& random) {
   return {x, y};
 }
 
-/// Matches of a plane seen by two cameras; wrong ones end anywhere, but at least 30 px from the truth.
+/// Matches of a plane seen by two cameras; outliers end anywhere, but at least 30 px from the truth.
 inline Scene homographyScene(const SceneOptions& options = {}) {
   Random random(options.seed);
   Scene scene;
@@ -190,7 +191,7 @@ inline Scene homographyScene(const SceneOptions& options = {}) {
   return scene;
 }
 
-/// Matches of points in space seen by two cameras; wrong ones end at least 20 px from the epipolar line.
+/// Matches of points in space seen by two cameras; outliers end at least 20 px from the epipolar line.
 inline Scene stereoScene(const SceneOptions& options = {}) {
   Random random(options.seed);
   Scene scene;

@@ -85,7 +85,7 @@ TEST(Tables, EveryColumnReadsTheCellItWrites) {
   check(remarksTable(), "a,b,c,\"d, e\"");
 }
 
-TEST(Tables, RowsThatAreNotJudgedHaveNoNumbers) {
+TEST(Tables, RowsThatAreNotEvaluatedHaveNoNumbers) {
   ResultRow row = rowsOf("1-2")[0];
   row.status = Status::kUnsupportedInput;
   EXPECT_EQ(withoutEnd(pairsTable({5, 10}), row),

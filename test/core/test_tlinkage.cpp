@@ -12,7 +12,7 @@ namespace {
 
 using namespace testing;
 
-/// Two planes of 120 matches each, side by side, with other homographies, and 120 wrong matches.
+/// Two planes of 120 matches each, side by side, with other homographies, and 120 outliers.
 Scene twoPlanes(std::uint64_t seed) {
   Random random(seed);
   Scene scene;

@@ -170,7 +170,7 @@ TEST(TruthCheck, TooFewMatchesProveNothing) {
   EXPECT_EQ(report(40), "inverse");
 }
 
-TEST(TruthCheck, WrongMatchesProveNothing) {
+TEST(TruthCheck, OutliersProveNothing) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Correspondences wrong = planeMatches(kHomography, 0, 3000, seed);
     EXPECT_EQ(reportedOf(TruthKind::kFundamental, kFundamental, wrong), "") << seed;
@@ -180,7 +180,7 @@ TEST(TruthCheck, WrongMatchesProveNothing) {
 }
 
 /// The truth's lines pass outside of the image and those of its transpose inside, so that only these have
-/// wrong matches by chance.
+/// outliers by chance.
 TEST(TruthCheck, ChanceIsTakenOff) {
   const cv::Matx33d outside(0, 0, 0, 0, 0, -1, 0, 1e-3, 2000);  // y' = 2000 + y / 1000
   const Correspondences wrong = planeMatches(kHomography, 0, 8000);

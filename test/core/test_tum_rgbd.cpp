@@ -72,23 +72,23 @@ TEST_F(TumRgbd, PairsAreStepsApartWithInterpolatedPoses) {
   EXPECT_EQ(reader.ignored(), (std::vector<std::string>{"notes"}));
   EXPECT_EQ(
       reader.remarks()[0],
-      "walk: of the 4 pairs of its 6 images that are 2 frames apart, 4 are used (step, most_pairs, most_gap, "
-      "least_baseline in corrsel.yaml)");
+      "walk: of the 4 pairs of its 6 images that are 2 frames apart, 4 are used (step, max_pairs, max_gap, "
+      "min_baseline in corrsel.yaml)");
   EXPECT_EQ(reader.files().size(), 1u + 3u + 6u);
 }
 
 TEST_F(TumRgbd, ImagesWithoutPoseAndShortBaselinesAreCounted) {
   writeSequence("walk");
-  write("corrsel.yaml", "step: 1\nmost_gap: 0.005\n");
+  write("corrsel.yaml", "step: 1\nmax_gap: 0.005\n");
   EXPECT_TRUE(contains(errorOf<DatasetError>([&] { open(); }),
                        "gives no pair: walk: of the 5 pairs of its 6 images that are 1 frames apart, 0 are "
                        "used, 5 are left out "
                        "because an image has no pose within 0.005 s before and after it"))
       << errorOf<DatasetError>([&] { open(); });
-  write("corrsel.yaml", "step: 1\nleast_baseline: 0.08\n");  // they are 0.055 m apart
+  write("corrsel.yaml", "step: 1\nmin_baseline: 0.08\n");  // they are 0.055 m apart
   EXPECT_TRUE(contains(errorOf<DatasetError>([&] { open(); }),
                        "5 are left out because their baseline is below 0.08 m"));
-  write("corrsel.yaml", "step: 1\nmost_pairs: 3\n");
+  write("corrsel.yaml", "step: 1\nmax_pairs: 3\n");
   EXPECT_EQ(open().size(), 3u);
   write("corrsel.yaml", "step: 6\n");
   EXPECT_TRUE(contains(errorOf<DatasetError>([&] { open(); }),

@@ -117,7 +117,7 @@ TEST(Usac, ZoomCostsNoRecall) {
   EXPECT_LT(quality(createSelector("usac:paper")->select(m).mask, inlier).recall, 90);
 }
 
-/// Right matches are rare, but less so among the best.
+/// Inliers are rare, but less so among the best.
 TEST(Usac, ShortPrefixesFindRareInliers) {
   int found = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {

@@ -63,7 +63,7 @@ TEST(Verifier, TestGoesOnWhereTheLastOneEnded) {
   const Sprt sprt({0.2, 0.01, 500, 1});
   cv::Matx33d wrong = plane.truth;
   wrong(0, 2) += 0.5;
-  // From wherever they start, a wrong model is rejected soon and the right one is scored in full.
+  // From wherever they start, a bad model is rejected soon and the good one is scored in full.
   const std::int64_t cost = verifier.score(plane.truth, kNoLimit).cost;
   for (int i = 0; i < 300; ++i) {
     const ModelScore rejected = verifier.test(wrong, kNoLimit, sprt);

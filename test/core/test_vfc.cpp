@@ -322,7 +322,7 @@ TEST_F(Vfc, LimitsThatAreNotReachedChangeNothing) {
   EXPECT_EQ(with.iterations, without.iterations);
 }
 
-/// The field of `fitted` rows judges all rows, with dense kernel matrices.
+/// The field of `fitted` rows is evaluated at all rows, with dense kernel matrices.
 Mask guidedByDefinition(const Correspondences& m, const std::vector<std::uint32_t>& fitted,
                         const VfcOptions& o) {
   const auto points = [&m](const std::vector<std::uint32_t>& rows, bool left) {
@@ -392,7 +392,7 @@ TEST_F(Vfc, GuidedFollowsItsDefinition) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const SceneOptions scene{300, 0.1 * double(seed), 0.4 * double(seed), seed};
     Correspondences m = (seed % 2 ? stereoScene(scene) : homographyScene(scene)).matches;
-    // Some right matches are ambiguous, and no two points are equal.
+    // Some inliers are ambiguous, and no two points are equal.
     for (std::size_t i = 0; i < m.size(); i += 3) m.second_distance[i] = m.distance[i];
     std::vector<std::uint32_t> trusted;
     for (std::uint32_t i = 0; i < m.size(); ++i) {
@@ -486,17 +486,17 @@ TEST_F(VfcOnAdelaideRmf, ReachesThePublishedMeans) {
 }
 
 TEST_F(VfcOnAdelaideRmf, DecidesLikeDenseSolves) {
-  constexpr std::size_t kLargest = kSanitized ? 400 : 100000;  // dense solves take minutes there
+  constexpr std::size_t kMaxMatches = kSanitized ? 400 : 100000;  // dense solves take minutes there
   std::size_t different = 0, decisions = 0;
   for (const LabelledPair& pair : adelaidePairs()) {
-    if (pair.matches.size() > kLargest) continue;
+    if (pair.matches.size() > kMaxMatches) continue;
     const Answer expected = byDefinition(pair.matches);
     const Selection s = VfcSelector().select(pair.matches);
     EXPECT_EQ(s.iterations, expected.iterations) << pair.name << " " << pair.matches.size();
     different += differences(s.mask, expected.mask);
     decisions += s.mask.size();
   }
-  EXPECT_TRUE(decisions == 11962u || kLargest < 2084) << decisions;
+  EXPECT_TRUE(decisions == 11962u || kMaxMatches < 2084) << decisions;
   EXPECT_GT(decisions, 3000u);
   EXPECT_LE(different, 5u);  // none here; the dense solves round too
 }

@@ -87,7 +87,7 @@ json selections(const Correspondences& matches) {
   return result;
 }
 
-json judged(const GroundTruth& truth, const MatchScene& scene) {
+json evaluated(const GroundTruth& truth, const MatchScene& scene) {
   const std::vector<double> errors = groundTruthErrors(truth, scene.matches);
   return {{"kind", toString(truth.kind)},
           {"matrix", toJson(truth.matrix)},
@@ -109,7 +109,7 @@ json sceneResults(MatchSceneKind kind) {
   return {{"matches", toJson(scene.matches)},
           {"inlier", scene.inlier},
           {"selections", selections(scene.matches)},
-          {"judged", {judged(model, scene), judged(labels, scene)}}};
+          {"evaluated", {evaluated(model, scene), evaluated(labels, scene)}}};
 }
 
 json featureResults(const std::string& name, const cv::Mat& left, const cv::Mat& right) {

@@ -18,18 +18,18 @@ class Results(unittest.TestCase):
 
     def test_models_and_labels(self):
         for number, results in enumerate(expected()["scenes"]):
-            for judged in results["judged"]:
-                with self.subTest(scene=number, truth=judged["kind"]):
+            for evaluated in results["evaluated"]:
+                with self.subTest(scene=number, truth=evaluated["kind"]):
                     value = results["inlier"]
-                    if judged["kind"] != "labels":
-                        value = np.reshape(judged["matrix"], (3, 3))
-                    truth = {judged["kind"]: value}
+                    if evaluated["kind"] != "labels":
+                        value = np.reshape(evaluated["matrix"], (3, 3))
+                    truth = {evaluated["kind"]: value}
                     errors = corrsel.ground_truth_errors(scene(number), **truth)
                     self.assertEqual(errors.dtype, np.float64)
                     errors[np.isinf(errors)] = np.nan
-                    np.testing.assert_array_equal(errors, doubles(judged["errors"]))
+                    np.testing.assert_array_equal(errors, doubles(evaluated["errors"]))
                     evaluation = corrsel.evaluate(scene(number), np.array(results["inlier"], bool), **truth)
-                    for name, values in judged["evaluation"].items():
+                    for name, values in evaluated["evaluation"].items():
                         if isinstance(values, list):
                             mine = np.atleast_1d(getattr(evaluation, name))
                             np.testing.assert_array_equal(mine, doubles(values), name)

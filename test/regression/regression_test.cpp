@@ -65,7 +65,7 @@ class Regression : public ::testing::Test {
   fs::path root_;
 };
 
-/// As if one in a hundred right matches of the mask had been exchanged for a wrong one.
+/// As if one in a hundred inliers of the mask had been exchanged for an outlier.
 void worsen(core::ResultRow& row) {
   std::size_t& correct = row.metrics.front().n_correct;
   correct -= (correct + 99) / 100;

@@ -695,9 +695,10 @@ TEST_F(BenchmarkLaunch, OwnStereoBagIsRankedByItsCalibration) {
   EXPECT_NE(readAll(run / "summary.json").find("\"complete\": true"), std::string::npos) << output.text;
   EXPECT_NE(readAll(run / "config.yaml").find("left: /stereo/left/image_raw"), std::string::npos);
   const std::string note =
-      "judged by camera_info on /stereo/left/camera_info and /stereo/right/camera_info (tolerances 1, 2, 3 "
+      "evaluated with camera_info on /stereo/left/camera_info and /stereo/right/camera_info (tolerances 1, "
+      "2, 3 "
       "px; "
-      "inliers within 3 px): a wrong match near its epipolar line counts as correct, so precision is an "
+      "inliers within 3 px): an outlier near its epipolar line counts as correct, so precision is an "
       "upper bound";
   EXPECT_NE(output.text.find(note), std::string::npos) << output.text;
   EXPECT_NE(readAll(run / "report.html").find(note), std::string::npos);

@@ -56,7 +56,7 @@ core::Correspondences exampleMatches(std::uint64_t seed) {
     matches.right_y.push_back(right.y);
     matches.second_distance.push_back(200.0F);
     matches.distance.push_back(static_cast<float>(200.0 * ratio));
-    // The frame of a wrong match may be turned any way.
+    // The frame of an outlier may be turned any way.
     const double angle = ratio < 0.7 ? 0.0 : random.uniform(0, 2 * CV_PI);
     const cv::Matx22d turn(std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle));
     const cv::Matx22f frame = turn * cv::Matx22d(h(0, 0), h(0, 1), h(1, 0), h(1, 1));

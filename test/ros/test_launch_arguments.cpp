@@ -78,7 +78,7 @@ TEST_F(LaunchArguments, ValidOnesAreReturned) {
   }
 }
 
-TEST_F(LaunchArguments, ArgumentsOfOtherFilesAreNotJudged) {
+TEST_F(LaunchArguments, ArgumentsOfOtherFilesAreNotChecked) {
   for (const Words& words : {
            Words{"roslaunch", "my_robot", "one.launch",
                  "camera:=a"},  // a file of the same name that includes it

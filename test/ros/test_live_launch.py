@@ -265,8 +265,8 @@ class LiveLaunch(unittest.TestCase):
         )
         return result.returncode, result.stdout
 
-    def test_a_recording_is_judged_by_the_benchmark(self):
-        """Correspondences, matches, selections and camera_info are in the bag; gms is judged on it."""
+    def test_a_recording_is_evaluated_by_the_benchmark(self):
+        """Correspondences, matches, selections and camera_info are in the bag; gms is evaluated on it."""
         path = self.record("recorded", "drive")
         with rosbag.Bag(str(path)) as bag:
             topics = bag.get_type_and_topic_info().topics
@@ -280,16 +280,16 @@ class LiveLaunch(unittest.TestCase):
             self.assertIn(name, topics)
             self.assertEqual(topics[name].msg_type, kind)
 
-        folder = self.root / "judged"
+        folder = self.root / "evaluated"
         arguments = ["--bag", path.name, "--selectors", "gms,ransac", "--output-dir", str(folder)]
         code, text = self.benchmark(*arguments)
         self.assertEqual(code, 0, text)
         self.assertIn("the matches are those on correspondences", text)
-        self.assertIn("are judged by camera_info on left/camera_info", text)
+        self.assertIn("are evaluated with camera_info on left/camera_info", text)
         rows = (folder / "pairs.csv").read_text(encoding="utf-8").splitlines()[1:]
         header = rows[0].split(",")
-        judged = [dict(zip(header, row.split(","))) for row in rows[1:]]
-        best = [row for row in judged if row["selector"] == "gms"]
+        evaluated = [dict(zip(header, row.split(","))) for row in rows[1:]]
+        best = [row for row in evaluated if row["selector"] == "gms"]
         self.assertGreater(len(best), 0)
         for row in best:
             self.assertEqual(row["features"], "given")

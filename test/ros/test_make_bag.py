@@ -43,7 +43,7 @@ class MakeBag(unittest.TestCase):
         script = SOURCE / "examples" / "make_bag.py"
         return self.shell.output_of(f"python3 {script} {self.root}/mine {self.root}/mine.bag")
 
-    def test_benchmark_judges_the_bag(self):
+    def test_benchmark_evaluates_the_bag(self):
         """By the homography and by the fundamental matrix; images and truth arrive as they were written."""
         write_pair(self.root / "mine" / "plane", "H.txt", "1 0 -12\n0 1 -7\n0 0 1\n", (12, 7))
         write_pair(self.root / "mine" / "rig", "F.txt", "0 0 0\n0 0 -1\n0 1 0\n", (15, 0))

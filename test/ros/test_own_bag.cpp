@@ -173,16 +173,16 @@ TEST_F(OwnBag, CalibrationIsTheTruth) {
   }
 }
 
-TEST_F(OwnBag, PairsThatTheCalibrationJudgesAreCounted) {
+TEST_F(OwnBag, PairsThatTheCalibrationEvaluatesAreCounted) {
   recordStereo(3, [](rosbag::Bag& bag) {
     writeInfos(bag);
     writeTruth(bag, "/ground_truth", 1.0);
   });
-  expectContains(
-      openBag(path_, stereoTopics())->judgedByCalibration(),
-      "2 of 3 pairs are judged by camera_info on /stereo/left/camera_info and /stereo/right/camera_info");
+  expectContains(openBag(path_, stereoTopics())->evaluatedByCalibration(),
+                 "2 of 3 pairs are evaluated with camera_info on /stereo/left/camera_info and "
+                 "/stereo/right/camera_info");
   recordStereo(1, [](rosbag::Bag& bag) { writeTruth(bag, "/ground_truth", 1.0); });
-  EXPECT_EQ(openBag(path_, stereoTopics())->judgedByCalibration(), "");
+  EXPECT_EQ(openBag(path_, stereoTopics())->evaluatedByCalibration(), "");
 }
 
 TEST_F(OwnBag, ImagesThatUseFewerThanSixteenBitsAreStretchedAlike) {
@@ -364,7 +364,7 @@ TEST_F(OwnBag, GroundTruthWinsOverCalibration) {
   EXPECT_EQ(pairs[1].left.size(), cv::Size(kWidth, kHeight));
   EXPECT_NE(pairs[0].left.size(), cv::Size(kWidth, kHeight)) << "not rectified and cut";
   ASSERT_EQ(source->notes().size(), 2u);
-  EXPECT_EQ(source->notes()[0], "1 of 3 pairs are judged by /ground_truth, the others by camera_info");
+  EXPECT_EQ(source->notes()[0], "1 of 3 pairs are evaluated with /ground_truth, the others with camera_info");
   EXPECT_EQ(source->notes()[1], "1 of 2 messages on /ground_truth belong to no pair");
 }
 
@@ -484,11 +484,11 @@ TEST_F(OwnBag, StampsTooFarApart) {
   expectContains(error, "difference of stamps is 999 s: are the clocks");
 }
 
-TEST_F(OwnBag, NothingToJudgeBy) {
+TEST_F(OwnBag, NoGroundTruth) {
   recordStereo(1);
   std::string error = openError();
   expectContains(error,
-                 "nothing to judge by: there is no camera_info on /stereo/left/camera_info and "
+                 "no ground truth: there is no camera_info on /stereo/left/camera_info and "
                  "/stereo/right/camera_info; and there is no corrsel/GroundTruth on /ground_truth");
   expectContains(error, "/stereo/left/image_raw (sensor_msgs/Image)");
   recordStereo(1, [](rosbag::Bag& bag) { writeTruth(bag, "/ground_truth", 3.5); });
@@ -513,10 +513,9 @@ TEST_F(OwnBag, UnusableCalibration) {
     });
     return openError();
   };
-  expectContains(
-      errorWith([](sensor_msgs::CameraInfo& info) { info = sensor_msgs::CameraInfo(); }),
-      "nothing to judge by: camera_info on /stereo/right/camera_info is all zero: the camera is not "
-      "calibrated; calibrate both cameras together");
+  expectContains(errorWith([](sensor_msgs::CameraInfo& info) { info = sensor_msgs::CameraInfo(); }),
+                 "no ground truth: camera_info on /stereo/right/camera_info is all zero: the camera is not "
+                 "calibrated; calibrate both cameras together");
   expectContains(errorWith([](sensor_msgs::CameraInfo& info) { info.P[3] = 0; }), "a baseline of zero");
   expectContains(errorWith([](sensor_msgs::CameraInfo& info) { info.P.fill(0); }), "has K but no P");
   expectContains(errorWith([](sensor_msgs::CameraInfo& info) { info.distortion_model = "fov"; }),

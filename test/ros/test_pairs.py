@@ -65,7 +65,7 @@ class Pairs(unittest.TestCase):
         self.assertIn(f"{list_file}: line 3: column 'x_right': 'three' is not a number", text)
 
     def test_benchmark_and_report(self):
-        """Every kind is judged; usac fits a fundamental matrix."""
+        """Every kind is evaluated; usac fits a fundamental matrix."""
         run = self.root / "run"
         code, text = self.shell.output_of(
             f"rosrun corrsel benchmark --dataset mine --data_root {self.root}/data --features orb+orb "

@@ -104,7 +104,7 @@ cv::Point2f rectifiedBy(const sensor_msgs::CameraInfo& info, const cv::Vec3d& po
   return {static_cast<float>(x / point[2]), static_cast<float>(y / point[2])};
 }
 
-/// Right matches of points 2 to 6 m away, in the middle of the images, so that none is beyond the area kept.
+/// Inliers of points 2 to 6 m away, in the middle of the images, so that none is beyond the area kept.
 core::Correspondences sceneMatches(bool is_rectified, std::size_t n = 60) {
   core::Random random(3);
   core::Correspondences matches;
@@ -219,13 +219,14 @@ TEST_F(RecordedBag, TopicsThatCannotBeToldApartAreRefused) {
   EXPECT_NE(refusal(topics).find("has no corrsel/Correspondences on /nothing"), std::string::npos);
 }
 
-TEST_F(RecordedBag, MatchesOfRectifiedImagesAreJudgedAsTheyAre) {
+TEST_F(RecordedBag, MatchesOfRectifiedImagesAreEvaluatedAsTheyAre) {
   const core::Correspondences matches = sceneMatches(true);
   writeMatches(bag_, kMatches, 1, matches);
   writeInfos(bag_);
   const auto source = open();
   EXPECT_TRUE(hasNote(*source, "taken to be of rectified images: 100 % of them"));
-  EXPECT_NE(source->judgedByCalibration().find("1 of 1 pair is judged by camera_info"), std::string::npos);
+  EXPECT_NE(source->evaluatedByCalibration().find("1 of 1 pair is evaluated with camera_info"),
+            std::string::npos);
   core::ImagePair pair;
   ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.given->right_x, matches.right_x);
@@ -312,7 +313,7 @@ TEST_F(RecordedBag, GroundTruthComesFirst) {
   truth.matrix = {1, 0, 5, 0, 1, 0, 0, 0, 1};
   bag_.write("/ground_truth", ros::Time(2), truth);
   const auto source = open();
-  EXPECT_TRUE(hasNote(*source, "1 of 2 pairs are judged by /ground_truth"));
+  EXPECT_TRUE(hasNote(*source, "1 of 2 pairs are evaluated with /ground_truth"));
   core::ImagePair pair;
   ASSERT_TRUE(source->next(pair));
   EXPECT_EQ(pair.truth.kind, core::TruthKind::kFundamental);
@@ -332,7 +333,7 @@ TEST_F(RecordedBag, WithoutTruthMatchesAreStillGiven) {
   EXPECT_EQ(pair.given->size(), 60U);
 }
 
-TEST_F(RecordedBag, ASequenceIsNotJudgedByTheRig) {
+TEST_F(RecordedBag, ASequenceIsNotEvaluatedWithTheRig) {
   writeMatches(bag_, kMatches, 2, sceneMatches(true), 1.9);
   writeInfos(bag_);
   const auto source = open();
@@ -345,7 +346,7 @@ TEST_F(RecordedBag, ASequenceIsNotJudgedByTheRig) {
 TEST_F(RecordedBag, CamerasAreToldApartByFrameIds) {
   writeMatches(bag_, kMatches, 1, sceneMatches(true));
   writeInfos(bag_, "/cam1/camera_info", "/cam0/camera_info");
-  EXPECT_NE(open()->judgedByCalibration().find("on /cam1/camera_info and /cam0/camera_info"),
+  EXPECT_NE(open()->evaluatedByCalibration().find("on /cam1/camera_info and /cam0/camera_info"),
             std::string::npos);
 }
 
@@ -358,13 +359,13 @@ TEST_F(RecordedBag, CamerasCanBeNamed) {
   BagTopics topics;
   topics.left_info = "/cam1/camera_info";
   topics.right_info = "cam0/camera_info";
-  EXPECT_NE(openBag(path(), topics)->judgedByCalibration().find("1 of 1 pair is judged by"),
+  EXPECT_NE(openBag(path(), topics)->evaluatedByCalibration().find("1 of 1 pair is evaluated with"),
             std::string::npos);
   topics.right_info = "/elsewhere";
   EXPECT_NE(refusal(topics).find("has no sensor_msgs/CameraInfo for right on /elsewhere"), std::string::npos);
 }
 
-TEST_F(RecordedBag, CameraInfoOfAnotherSizeJudgesNothing) {
+TEST_F(RecordedBag, CameraInfoOfAnotherSizeIsNoGroundTruth) {
   core::Correspondences matches = sceneMatches(true);
   matches.left_size = {320, 240};
   writeMatches(bag_, kMatches, 1, matches);

@@ -95,7 +95,7 @@ struct RunComparison {
   bool passes(bool strict) const;
 };
 
-/// Joins the runs by dataset, features, preselection, selector and pair, averages repetitions, and judges
+/// Joins the runs by dataset, features, preselection, selector and pair, averages repetitions, and tests
 /// each group by the bootstrap interval of the mean of the paired differences, see bootstrapMean(). Throws
 /// std::invalid_argument for an unknown metric, an option out of range, or a run that has rows of tolerances
 /// but none of `tau`. Throws RunFolderError where a config.yaml is not YAML. O(rows log rows + groups *

@@ -35,7 +35,7 @@ struct ResultRow {
   double select_seconds = kUndefined;
 
   /// Returns whether the selector returned a selection that can be evaluated.
-  bool judged() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
+  bool evaluated() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
 
   /// The metrics at a tolerance, those of labelled truth at any; nullptr: there are none at this one.
   const Metrics* metricsAt(double tau) const;
@@ -60,8 +60,8 @@ struct PoseRow {
   double corner_error = kUndefined;        ///< px; +Inf without a homography; NaN: the truth is none
   double seconds = kUndefined;             ///< time of the estimators, s
 
-  /// Returns whether there is a selection to estimate from, see ResultRow::judged().
-  bool judged() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
+  /// Returns whether there is a selection to estimate from, see ResultRow::evaluated().
+  bool evaluated() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
 };
 
 /// One row of pose_summary.csv: measures over the pairs with a known pose or homography.
@@ -85,7 +85,7 @@ struct PoseSummaryRow {
 struct SummaryRow {
   std::string dataset, features, preselection, selector;
   double tau = kUndefined;  ///< px; NaN for labelled truth
-  std::size_t pairs = 0;    ///< pairs in the means: judged pairs that have a ground-truth inlier
+  std::size_t pairs = 0;    ///< pairs in the means: evaluated pairs that have a ground-truth inlier
   double precision = kUndefined, recall_paper = kUndefined, f_paper = kUndefined;
   double f_low = kUndefined, f_high = kUndefined;  ///< 95 % interval of the mean F, see bootstrapMean()
   double recall_same_tau = kUndefined, f_same_tau = kUndefined;
@@ -108,7 +108,7 @@ std::vector<PoseRow> readPoses(const std::string& folder);
 std::vector<SummaryRow> summarize(const std::vector<ResultRow>& rows);
 
 /// Groups rows by dataset, features, preselection and selector, in the order of first appearance. Rows that
-/// are not judged are left out. The repetitions of a pair count like further pairs; the intervals are
+/// are not evaluated are left out. The repetitions of a pair count like further pairs; the intervals are
 /// resampled over pairs. O(rows log rows + groups * 2000 * pairs).
 std::vector<PoseSummaryRow> summarizePoses(const std::vector<PoseRow>& rows);
 

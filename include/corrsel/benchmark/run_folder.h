@@ -98,7 +98,7 @@ class RunFolder {
                   const std::vector<StageTime>& stages, const std::vector<TruthCheck>& checks = {},
                   const std::vector<PoseRow>& poses = {}, const std::vector<SavedSelection>& saved = {});
 
-  /// The sequences whose ground truth is probably not what it was given as, judged by the pairs of all
+  /// The sequences whose ground truth is probably not what it was given as, according to the pairs of all
   /// sessions, see truthWarnings().
   std::vector<TruthWarning> doubtfulTruths() const;
 

@@ -19,7 +19,7 @@ class RunObserver {
  public:
   virtual ~RunObserver() = default;
   virtual void progress(const Progress&) {}
-  virtual void judged(const ResultRow&) {}  ///< one selection evaluated
+  virtual void evaluated(const ResultRow&) {}  ///< one selection evaluated
   virtual void failed(const Failure&) {}
   /// After the last pair of a sequence whose ground truth is probably not what it was given as, and after the
   /// eighth of a longer one. The counts are those of this session's pairs so far.
@@ -61,8 +61,8 @@ class BenchmarkRunner {
   std::size_t eachPair(const std::vector<std::unique_ptr<PairSource>>& sources, const Use& use);
   Putative putativeMatches(const ImagePair& pair, const std::string& features) const;
   const Selector& selectorFor(const ImagePair& pair, std::size_t selector, int repetition) const;
-  ResultRow judge(const ImagePair& pair, const Putative& putative, const Cell& cell,
-                  const std::string& selector, int repetition, const Selection& selection) const;
+  ResultRow resultRow(const ImagePair& pair, const Putative& putative, const Cell& cell,
+                      const std::string& selector, int repetition, const Selection& selection) const;
   PoseRow poseRow(const ImagePair& pair, const Putative& putative, const Cell& cell,
                   const std::string& selector, int repetition, const Selection& selection) const;
   PoseRow groundTruthPose(const ImagePair& pair, const Putative& putative, const Cell& cell) const;
@@ -73,7 +73,7 @@ class BenchmarkRunner {
   void notice(const Remark& remark);
   void noticeImages(const ImagePair& pair);
   void recordFailure(const PairId& id, const char* stage, const std::string& error);
-  void judgeTruth(const PairId& next);
+  void reportTruth(const PairId& next);
 
   const BenchmarkConfig& config_;
   RunFolder& folder_;

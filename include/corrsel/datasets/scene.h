@@ -42,7 +42,7 @@ struct SceneSpec {
 struct MatchScene {
   Correspondences matches;               ///< in random order
   std::vector<std::uint8_t> inlier;      ///< one entry per match
-  std::vector<std::uint8_t> structure;   ///< one entry per match: 0 wrong, 1 background, 2 moving object
+  std::vector<std::uint8_t> structure;   ///< one entry per match: 0 outlier, 1 background, 2 moving object
   std::vector<cv::Point2f> left, right;  ///< the same points in OpenCV's types
 };
 
@@ -62,17 +62,17 @@ struct MatchScene {
 ///  - kPassingObject: the same object in front of a camera at rest.
 ///  - kTwoPlanes: two cameras side by side see a corner of a building.
 ///  - kWall: two cameras side by side see a wall at depth 8, with points up to 1.5 in front of or behind it.
-///  - kFacade: a plane with a lattice of equal windows, 80 px apart. Half of the wrong matches are
-///    windows mistaken for one of their three next neighbours in the row, with the frames of right matches,
+///  - kFacade: a plane with a lattice of equal windows, 80 px apart. Half of the outliers are
+///    windows mistaken for one of their three next neighbours in the row, with the frames of inliers,
 ///    and all matches have ratios of descriptor distances around 0.85.
 ///
 /// Noise: the right points have noise; for kSpace, the left ones too.
 ///
-/// Frames: a right match maps the left frame to the right one by the derivative of its motion. The noise of
+/// Frames: an inlier maps the left frame to the right one by the derivative of its motion. The noise of
 /// this map is 10 % per element for kPlane, else 10 % of scale and 6 degrees of angle; it is zero where
-/// `noise` is. Wrong matches have random similarities.
+/// `noise` is. Outliers have random similarities.
 ///
-/// Wrong matches are uniform in both images. The ratios of descriptor distances are N(.60, .12) for inliers
+/// Outliers are uniform in both images. The ratios of descriptor distances are N(.60, .12) for inliers
 /// and N(.78, .10) for outliers.
 ///
 /// Columns left out do not change the others.

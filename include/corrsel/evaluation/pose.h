@@ -33,9 +33,9 @@ struct PoseErrors {
 };
 
 /// Compares an estimated pose with the true one as the field does (SuperGlue, Sarlin et al., CVPR 2020). The
-/// length of a translation cannot be estimated from two images. Its sign is not judged either: an angle above
-/// 90 degrees counts as 180 degrees less the angle. Where the true camera only turned, the pose error is the
-/// rotation error; where only the estimated translation is zero, it is kFailedPose.
+/// length of a translation cannot be estimated from two images. Its sign is not compared either: an angle
+/// above 90 degrees counts as 180 degrees less the angle. Where the true camera only turned, the pose error
+/// is the rotation error; where only the estimated translation is zero, it is kFailedPose.
 PoseErrors poseErrors(const cv::Matx33d& rotation, const cv::Vec3d& translation, const RelativePose& truth);
 
 /// Area under the curve of recall against error up to `threshold`, divided by the threshold: 0 to 1. The

@@ -87,7 +87,7 @@ class Sequence {
 /// Algorithm: A feature of the reference is found again where it is the right end of a match that passes the
 /// ratio test. The share is that of the cells of an 8 x 8 grid over the reference in which at least 15 % of
 /// the features are found again. Cells without features do not count. One found feature per cell would not
-/// suffice: between unrelated views, wrong matches with a ratio of at most 0.8 hit up to 70 % of the cells
+/// suffice: between unrelated views, outliers with a ratio of at most 0.8 hit up to 70 % of the cells
 /// (see docs/features.md).
 ///
 /// Failure: NaN where the reference has no features. Throws std::invalid_argument for matches without feature

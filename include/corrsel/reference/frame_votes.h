@@ -24,7 +24,7 @@ struct FrameVotesOptions : ConfidenceOptions {
 
 /// Votes of neighbouring matches for local maps: the voting half of HVIV, and ACC with single linkage.
 ///
-/// Idea: correct matches that are near each other have local maps which predict one another. Wrong matches
+/// Idea: correct matches that are near each other have local maps which predict one another. Outliers
 /// find hardly any neighbour that agrees.
 ///
 /// Algorithm: each match i is joined to the `k` matches j with the nearest left points. d_ij is the mean of

@@ -20,7 +20,7 @@ struct LapOptions : ConfidenceOptions {
 
 /// Local affine preservation (LAP).
 ///
-/// Idea: affine maps keep ratios of areas. Around a right match, triangles with its neighbours have the same
+/// Idea: affine maps keep ratios of areas. Around an inlier, triangles with its neighbours have the same
 /// ratios of areas in both images.
 ///
 /// Algorithm: of the `candidates` nearest matches in the left image, the neighbours of match i are the `k`
@@ -40,7 +40,7 @@ struct LapOptions : ConfidenceOptions {
 ///
 /// Options: `noise_floor` is a deviation from the authors' code, for the same reason as in `lpm`: where the
 /// camera rests, directions and ratios of motions are those of the localisation noise. The authors have
-/// lambda = 0.7, with which fewer right matches are found where many matches are wrong.
+/// lambda = 0.7, with which fewer inliers are found where many matches are outliers.
 ///
 /// Failure: fewer than candidates + 1 distinct matches give `too_few`; all left or all right points equal
 /// give `degenerate`. The score is the cost, negated; iterations are passes.

@@ -34,7 +34,7 @@ struct LogosOptions : ConfidenceOptions {
 /// finite, has no area or is more than 10 times longer than wide, or if one frame is a thousand times larger
 /// than the other. `global` assumes one rotation of the whole image.
 ///
-/// A right point that many wrong matches share is one neighbour. Otherwise, such crowds push the right
+/// A right point that many outliers share is one neighbour. Otherwise, such crowds push the right
 /// neighbours out of the lists (F on VGG with sift+sift is then 2 points lower). Points are distinct if they
 /// differ after rounding to whole px.
 ///

@@ -16,7 +16,7 @@ struct RanksOptions : ConfidenceOptions {
 
 /// Multi-scale top K rank preservation (mTopKRP).
 ///
-/// Idea: a right match keeps its neighbours and the order of their distances.
+/// Idea: an inlier keeps its neighbours and the order of their distances.
 ///
 /// Algorithm: the lists of the K nearest matches in the left and in the right image, a match itself included,
 /// are rankings, for K = k + 1, k - 1 and k - 3. The c common members have the ranks p and q = 1 .. c among

@@ -13,7 +13,7 @@ struct AcransacOptions : SearchOptions {
 
   ModelKind model = ModelKind::kHomography;  ///< kHomography or kFundamental
   double widen = 2;                          ///< inlier threshold over the threshold of the significance
-  double min_threshold = 0;   ///< least inlier threshold, px; 0 = 5 (homography) or 2 (fundamental matrix)
+  double min_threshold = 0;   ///< smallest inlier threshold, px; 0 = 5 (homography) or 2 (fundamental matrix)
   double max_threshold = 10;  ///< largest inlier threshold, px
   void visit(OptionVisitor& visitor) const override;
   std::string missingInput(const Correspondences& matches) const { return missingFrames(matches, model); }

@@ -26,7 +26,7 @@ struct AdalamOptions : ConfidenceOptions {
 
 /// Adaptive locally-affine matching (AdaLAM).
 ///
-/// Idea: near a right match the images differ by an affine map. Seeds that are spread over the image look for
+/// Idea: near an inlier the images differ by an affine map. Seeds that are spread over the image look for
 /// such a map among the matches around them. How closely matches must agree with it follows from the number
 /// that would agree by chance.
 ///
@@ -42,7 +42,7 @@ struct AdalamOptions : ConfidenceOptions {
 ///  - u and u' are the displacements from the seed, divided by rho1 and rho2. Pairs (a, b) of the best 16
 ///    votes give linear maps A = [u'_a u'_b] [u_a u_b]^-1, best pairs first, `samples` at most. The errors
 ///    are e_j = max(|A u_j - u'_j|, min_error / rho2).
-///  - Wrong matches are spread evenly over the disc, so n e^2 of them are expected within e. The support of a
+///  - Outliers are spread evenly over the disc, so n e^2 of them are expected within e. The support of a
 ///    map is the largest number k of votes with confidence * n e_(k)^2 <= k, where e_(k) is the k-th smallest
 ///    error; the two votes that made the map are subtracted.
 ///  - The map with the largest support is fitted to its k votes by least squares, and its support is found
@@ -72,9 +72,9 @@ struct AdalamOptions : ConfidenceOptions {
 ///
 /// Cost: O(N) time and memory for a given `area_ratio`.
 ///
-/// Source: Cavalli, Larsson, Oswald, Sattler and Pollefeys, ECCV 2020. One-to-one votes, the least error, and
-/// that the votes of a sample do not count for it replace the special cases of the authors' code for repeated
-/// residuals and residuals near zero.
+/// Source: Cavalli, Larsson, Oswald, Sattler and Pollefeys, ECCV 2020. One-to-one votes, the smallest error,
+/// and that the votes of a sample do not count for it replace the special cases of the authors' code for
+/// repeated residuals and residuals near zero.
 class AdalamSelector : public SelectorWithOptions<AdalamOptions> {
  public:
   using SelectorWithOptions::SelectorWithOptions;

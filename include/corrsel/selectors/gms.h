@@ -19,7 +19,7 @@ struct GmsOptions : ConfidenceOptions {
 
 /// Grid-based motion statistics.
 ///
-/// Idea: correct matches move together with their neighbours, wrong ones do not. A match is kept if enough
+/// Idea: correct matches move together with their neighbours, outliers do not. A match is kept if enough
 /// other matches connect the same two regions of the images.
 ///
 /// Algorithm: both images are divided into cells. For each left cell i, the right cell j that receives

@@ -9,7 +9,7 @@ namespace corrsel::core {
 struct LafOptions : ConfidenceOptions {
   int rounds = 5;            ///< rounds that run; the fifth one repeats
   double accept = 0.8;       ///< posterior above which a match is active, and finally selected
-  double outlier_area = 16;  ///< area over which wrong motions spread, in units of the largest motion
+  double outlier_area = 16;  ///< area over which outliers spread, in units of the largest motion
   int min_cells = 15;        ///< cells per side at least
   int max_cells = 30;        ///< cells per side at most
   double noise_floor = 7;    ///< motions that differ by at most this agree, px; 0 = off
@@ -41,7 +41,7 @@ struct LafOptions : ConfidenceOptions {
 ///     p = e / (e + 2 pi s^2 (1 - g) / (a g)),    e = exp(-d^2 / (2 s^2)),    a = outlier_area
 ///
 /// is above `accept`. Matches that share their left or their right pixel with another match are never active,
-/// but are judged like all others. After the last round, the matches with p > accept are selected.
+/// but p is computed for them too. After the last round, the matches with p > accept are selected.
 ///
 /// The rounds have lambda = 0.8, 0.2, 0.1, 0.05, 0.05.
 ///

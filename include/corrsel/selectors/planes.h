@@ -13,9 +13,9 @@ struct PlanesOptions : SearchOptions {
 
   bool frames = true;          ///< use local affine frames where there are any, in place of samples
   int max_planes = 8;          ///< planes at most
-  double relative_cut = 0.03;  ///< least confidence of a further plane, relative to that of the first one
+  double relative_cut = 0.03;  ///< smallest confidence of a further plane, relative to that of the first one
   double widen = 3;            ///< inlier threshold over the threshold of the significance
-  double min_threshold = 4;    ///< least inlier threshold, px
+  double min_threshold = 4;    ///< smallest inlier threshold, px
   double max_threshold = 10;   ///< largest inlier threshold, px
   void visit(OptionVisitor& visitor) const override;
   std::string missingInput(const Correspondences& matches) const {

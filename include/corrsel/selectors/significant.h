@@ -17,16 +17,16 @@ struct SignificantOptions : ConfidenceOptions {
 
 /// Locality preserving matching with a test of significance.
 ///
-/// Idea: the neighbours of a right match move as it does. How many of them must do so follows from the number
+/// Idea: the neighbours of an inlier move as it does. How many of them must do so follows from the number
 /// that would by chance, and not from a fixed share.
 ///
 /// Algorithm: of the `k` matches that are nearest in the left image, m share no point with match i, that is,
 /// both of their points are at least 1 px from those of i. Neighbour j agrees if the motions v differ by
-/// |v_j - v_i| <= r_j = deformation |x_j - x_i| + slack. A wrong match does so with the probability
+/// |v_j - v_i| <= r_j = deformation |x_j - x_i| + slack. An outlier does so with the probability
 /// a_j = pi r_j^2 / A2, where A2 is the area of the right image, and a is the mean of a_j. With k_i agreeing
 /// neighbours among N matches
 ///   log10 NFA_i = log10 N + log10 P(Bin(m, a) >= k_i)
-/// is the logarithm of the number of wrong matches that are expected to agree as well with their neighbours.
+/// is the logarithm of the number of outliers that are expected to agree as well with their neighbours.
 /// A match is accepted if it is below `cut`. There are two passes: in the second one, the survivors of the
 /// first are the neighbours of all matches.
 ///

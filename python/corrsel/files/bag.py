@@ -36,7 +36,7 @@ def write_bag(pairs, output, dataset, images=None, size=(0, 0), period=0.5):
     if not 0.001 <= period <= 3600:
         raise InputError("period = %g is outside [0.001, 3600] s" % period)
     part = output.with_name(output.name + ".part")
-    count, n_matches, judged = 0, 0, 0
+    count, n_matches, evaluated = 0, 0, 0
     read_image = functools.lru_cache(maxsize=8)(_read_image)  # neighbouring pairs share images
     try:
         with rosbag.Bag(str(part), "w", compression="lz4") as bag:
@@ -48,7 +48,7 @@ def write_bag(pairs, output, dataset, images=None, size=(0, 0), period=0.5):
                 _write_pair(bag, pair, dataset, stamp, pictures)
                 count += 1
                 n_matches += len(pair.left)
-                judged += pair.truth.kind != "none"
+                evaluated += pair.truth.kind != "none"
         if count == 0:
             raise InputError("there is no pair, so that no bag is written")
         part.replace(output)
@@ -57,7 +57,7 @@ def write_bag(pairs, output, dataset, images=None, size=(0, 0), period=0.5):
     finally:
         if part.exists():
             part.unlink()
-    return count, n_matches, judged
+    return count, n_matches, evaluated
 
 
 def _set_size(pair, side, of_image, given):

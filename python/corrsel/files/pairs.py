@@ -20,7 +20,7 @@ class Truth:
 
     kind: str = "none"  # none, homography, fundamental or labels
     matrix: typing.Optional[np.ndarray] = None  # 3 x 3, px
-    labels: typing.Optional[np.ndarray] = None  # (N,) uint32: 0 = wrong, k = member of structure k
+    labels: typing.Optional[np.ndarray] = None  # (N,) uint32: 0 = outlier, k = member of structure k
     #: K, K', R, t of a point X in the left camera's frame: R X + t in the right one's
     pose: typing.Optional[typing.Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = None
 

@@ -61,12 +61,12 @@ def pose_of_numbers(numbers, source):
 
 
 def label_truth(labels, source):
-    """Return the Truth of one label for each match: 0 = wrong, k = member of structure k."""
+    """Return the Truth of one label for each match: 0 = outlier, k = member of structure k."""
     array = np.asarray(labels)
     wrong = np.flatnonzero(~((array >= 0) & (array == np.floor(array)) & (array < 2**32)))
     if len(wrong):
         raise InputError(
-            "%s, row %d is %s, expected 0 (wrong), 1 (correct) or the number of a structure"
+            "%s, row %d is %s, expected 0 (outlier), 1 (inlier) or the number of a structure"
             % (source, wrong[0], array[wrong[0]])
         )
     return Truth("labels", labels=array.astype(np.uint32))

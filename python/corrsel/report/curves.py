@@ -101,7 +101,7 @@ Verdict = namedtuple("Verdict", "groups default best f best_f difference")
 
 
 def groups_together(run):
-    """Return features -> groups that are judged together: those of the features, and those of given matches."""
+    """Return features -> groups that are compared together: those of the features, and those of given matches."""
     groups = [g for g in run.groups if g in run.means]
     given = [g for g in groups if g.features == GIVEN]
     features = dict.fromkeys((g.features, g.preselection) for g in groups if g.features != GIVEN)

@@ -1,7 +1,8 @@
 """What the terms of the report mean."""
 from .markup import render
 from .selectors import BASELINE
-from .words import STATUSES
+from .scenes import counts_of
+from .words import SCENES, STATUSES
 
 
 def html(run, figures):
@@ -11,5 +12,6 @@ def html(run, figures):
         baseline=BASELINE,
         ground_truth_px=run.ground_truth_px(),
         statuses=STATUSES,
+        scenes=SCENES if counts_of(run) else {},
         sample="sample" in run.datasets,
     )

@@ -52,10 +52,10 @@ RULE = (
     " because the pairs cannot separate it from either end. Each set is in order of mean F and may have any number of"
     " selectors. Nothing is decided with fewer than {pairs} pairs. With as few as that, an interval is rough: it does not"
     " contain 0 as soon as one selector is ahead on every pair. Comparisons are not corrected for their number.",
-    "Efficiency is judged in the same way by times, where an order of magnitude is allowed for. Superior selectors are not"
+    "Efficiency is tested in the same way on times, where an order of magnitude is allowed for. Superior selectors are not"
     " significantly slower than ten times the fastest one, and inferior selectors are not significantly faster than a"
     " tenth of the slowest one (geometric means over the rounds).",
-    "keep_all is not judged. A name with a preset (lpm:v2) is judged under its own name. Only bare names are compared with"
+    "keep_all is not rated. A name with a preset (lpm:v2) is rated under its own name. Only bare names are compared with"
     " the paper, as in the paper.",
 )
 
@@ -206,7 +206,7 @@ def time_group(run):
 # ------------------------------------------------------------------------------------------------- verdicts
 
 
-def judge(values, allowance=0.0):
+def rate(values, allowance=0.0):
     """Return the Verdict on selector -> array of paired values, higher is better; see RULE."""
     if not values or len(next(iter(values.values()))) < MIN_PAIRS or len(values) < 2:
         return Verdict([], [], list(values))
@@ -221,7 +221,7 @@ def judge(values, allowance=0.0):
 def compare(advice, measured):
     """Return what became of the paper's entries: Agreement of selector -> word, and the sets' other bare names."""
     bare = {s: v for s, v in measured.values.items() if ":" not in s}
-    verdict = judge(bare, measured.allowance)
+    verdict = rate(bare, measured.allowance)
 
     def outcome(selector, own, opposite):
         if selector not in bare:
@@ -276,7 +276,7 @@ def derive(run):
         if measured is None:
             rows.append(Row(key, advice, None, None, None, []))
             continue
-        verdict = judge(measured.values, measured.allowance)
+        verdict = rate(measured.values, measured.allowance)
         rows.append(Row(key, advice, measured, verdict, compare(advice, measured), remarks_on(key, measured)))
     return rows
 
@@ -292,7 +292,7 @@ def choices(run):
     out = []
     for group in run.groups:
         measured = measure_f(run, Candidate(group, None, False))
-        superior = judge(measured.values).superior if measured else []
+        superior = rate(measured.values).superior if measured else []
         if not superior:
             continue
         means = {s: v.mean() for s, v in measured.values.items()}

@@ -4,7 +4,7 @@ from collections import Counter, namedtuple
 from .words import be, plural
 
 LeftOut = namedtuple("LeftOut", "cause putative")
-LeftOut.__doc__ = "Why ground truth cannot judge the recall on a pair, and its number of putative matches."
+LeftOut.__doc__ = "Why the recall on a pair cannot be computed, and its number of putative matches."
 
 
 def cause(row):

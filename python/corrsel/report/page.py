@@ -5,7 +5,19 @@ from collections import namedtuple
 from markupsafe import Markup
 
 from . import budget, curves, definitions, efficiency, environment, failures, features, guide, overall
-from . import overview, per_pair, pose, preselected, results, robustness, stages, timing, unrelated, visual
+from . import (
+    overview,
+    per_pair,
+    pose,
+    preselected,
+    results,
+    robustness,
+    scenes,
+    stages,
+    timing,
+    unrelated,
+    visual,
+)
 from .figures import FigureWriter, set_up_figures
 from .markup import FOLDER, joined, render, sources
 from .scopes import makes_variants, other_groups, switches_of
@@ -60,6 +72,7 @@ SECTIONS = (
     Section("results", "Results", results, lambda run: not run.sections or other_groups(run)),
     Section("time", "Time against F, and F pair by pair", timing, lambda run: not run.sections),
     Section("time", "Before selection, and other settings", timing, lambda run: run.sections),
+    Section("scenes", "Scenes that were found", scenes, scenes.counts_of, ("pairs.csv",)),
     Section("visual", "Example pairs", visual, lambda run: run.images or not makes_variants(run)),
     Section("failures", "Failures and left-out pairs", failures, always, ("failures.csv", "pairs.csv")),
     Section("stages", "Time by stage", stages, lambda run: run.stages or "peak_memory_mib" in run.state),

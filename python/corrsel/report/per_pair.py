@@ -26,8 +26,8 @@ def values_of(run, group):
     names, pairs = run.selectors_of(group), run.pairs_of(group)
     f = np.array([run.pair_values(group, s) for s in names]).reshape(len(names), len(pairs)).T
     known = np.isfinite(f)
-    shown, judged = known.any(axis=0), known.any(axis=1)
-    return list(compress(pairs, judged)), list(compress(names, shown)), f[judged][:, shown]
+    shown, evaluated = known.any(axis=0), known.any(axis=1)
+    return list(compress(pairs, evaluated)), list(compress(names, shown)), f[evaluated][:, shown]
 
 
 def highest_of(selectors, f):

@@ -9,8 +9,9 @@ pairs.csv may have millions of rows. A section therefore asks for arrays, and ne
             rows = run.rows(group, selector)              # all rows: every tolerance and repetition
             times = rows["select_s"][rows["tau_px"] == run.tau(group)]
 
-`run.datasets`, `run.features` and `run.seeds` state what the rows hold, `run.statuses` how the selections ended, and
-`run.mean` gives a row of summary.csv. `run.stages` has columns, too. The other tables are lists of dictionaries.
+`run.datasets`, `run.features` and `run.seeds` state what the rows hold, `run.statuses` how the selections ended,
+`run.scenes` which scenes they found, and `run.mean` gives a row of summary.csv. `run.stages` has columns, too. The other
+tables are lists of dictionaries.
 A further large table of the same kind is read with `tables.read_columns` into a `RowTable`.
 """
 import csv
@@ -271,6 +272,21 @@ class Rows:
         """Return for each row whether its cell in a column of texts is one of these."""
         return np.isin(self[name], [self.columns.code(name, text) for text in texts])
 
+    def selections(self):
+        """Return the first row of each selection, of a pair with a seed; the rows of further tolerances repeat it."""
+        numbers = self["place"] * np.int64(self["seed"].max(initial=0) + 1) + self["seed"]
+        return np.sort(np.unique(numbers, return_index=True)[1])
+
+    def counts(self, *names):
+        """Return, for columns of texts that no tolerance changes, text -> number of selections."""
+        first, out = self.selections(), []
+        for name in names:
+            codes, counts = np.unique(self[name][first], return_counts=True)
+            out.append(
+                Counter(dict(zip((self.columns.texts[name][code] for code in codes), counts.tolist())))
+            )
+        return out
+
 
 class RowTable:
     """The rows of pairs.csv, or of a table with the same first columns, by group and selector."""
@@ -373,25 +389,15 @@ class Run:
             if len(names) < len(self.selectors):
                 self.styles.update(selector_styles(names))
         self.left_out = self.find_left_out()  # (group, sequence, pair) without ground-truth inlier -> LeftOut
-        self.statuses = {}  # (group, selector) -> Counter of statuses, one per pair and seed
+        self.statuses, self.scenes = {}, {}  # (group, selector) -> Counter, one count per pair and seed
         self.group_taus = {}
         for group, slices in self.pairs.slices.items():
             for selector in slices:
                 rows = self.rows(group, selector)
-                self.statuses[group, selector] = self.count_statuses(rows)
+                key = (group, selector)
+                self.statuses[key], self.scenes[key] = rows.counts("status", "scene")
                 taus = rows["tau_px"]
                 self.group_taus.setdefault(group, set()).update(np.unique(taus[np.isfinite(taus)]).tolist())
-
-    def count_statuses(self, rows):
-        """Return status -> number of selections. Where the tolerances differ, the first that is not ok counts."""
-        selections = rows["place"] * np.int64(max(1, len(self.seeds))) + rows["seed"]
-        bad = ~rows.has("status", "", "ok")
-        total = len(np.unique(selections))
-        which, first = np.unique(selections[bad], return_index=True)
-        codes, counts = np.unique(rows["status"][bad][first], return_counts=True)
-        out = Counter({"ok": total - len(which)} if total > len(which) else {})
-        out.update(dict(zip((self.pairs.columns.texts["status"][code] for code in codes), counts.tolist())))
-        return out
 
     def find_left_out(self):
         """Return (group, sequence, pair) -> LeftOut of the pairs without ground-truth inlier, as in the file."""
@@ -409,7 +415,7 @@ class Run:
             places, first = np.unique(columns["place"][found], return_index=True)
             last = dict(zip(places.tolist(), found[first].tolist()))
             firsts = columns["row"][found[first]].tolist()
-            # Only a selection of matches shows whether there is a truth that could judge it.
+            # Only a selection of matches shows whether there is a truth to compare it with.
             selected = found[columns["n_selected"][found] > 0][::-1]
             chosen, latest = np.unique(columns["place"][selected], return_index=True)
             last.update(zip(chosen.tolist(), selected[latest].tolist()))
@@ -496,7 +502,7 @@ class Run:
     def pair_values(self, group, selector, column="f_paper"):
         """Return the values of a column at the tabulated tolerance, repetitions averaged.
 
-        Entry i belongs to pairs_of(group)[i]. It is NaN where ground truth cannot judge the pair, the selector is
+        Entry i belongs to pairs_of(group)[i]. It is NaN where the pair has no usable ground truth, the selector is
         unsupported, or there is no value.
         """
         key = (group, selector, column)

@@ -1,4 +1,4 @@
-"""Experiment unrelated: what the selectors select where all matches are wrong, and whether they know it."""
+"""Experiment unrelated: what the selectors select where all matches are outliers, and whether they know it."""
 from collections import namedtuple
 
 import numpy as np
@@ -14,39 +14,38 @@ MORE_THAN = 8  # selected matches, with status ok: the pair is accepted
 SMALLEST_SHARE = 1e-3  # left end of the logarithmic axis
 
 # Selections, as arrays: whether the status is ok, how many matches are selected, and the confidence (NaN = none).
-Judged = namedtuple("Judged", "ok selected confidence")
-NOTHING = Judged(np.empty(0, bool), np.empty(0), np.empty(0))
+Selections = namedtuple("Selections", "ok selected confidence")
+NOTHING = Selections(np.empty(0, bool), np.empty(0), np.empty(0))
 
 
-def judged_of(rows):
-    """Return the Judged of a selector's Rows, one entry per pair and seed; None without any."""
-    usable = np.isfinite(rows["n_selected"])
-    usable &= ~rows.has("status", "unsupported_input", "failed")
-    selections = rows["place"] * np.int64(rows["seed"].max(initial=0) + 1) + rows["seed"]
-    # The tolerances repeat a selection.
-    _, first = np.unique(selections[usable], return_index=True)
+def selections_of(rows):
+    """Return the Selections of a selector's Rows, one entry per pair and seed; None without any."""
+    usable = np.isfinite(rows["n_selected"]) & ~rows.has("status", "unsupported_input", "failed")
+    first = rows.selections()
+    first = first[usable[first]]
     if len(first) == 0:
         return None
-    first = np.flatnonzero(usable)[np.sort(first)]
-    return Judged(rows.has("status", "", "ok")[first], rows["n_selected"][first], rows["confidence"][first])
+    return Selections(
+        rows.has("status", "", "ok")[first], rows["n_selected"][first], rows["confidence"][first]
+    )
 
 
 def cells_of(run):
-    """Return (features, preselection) -> dataset -> selector -> Judged, of the cells with unrelated pairs."""
+    """Return (features, preselection) -> dataset -> selector -> Selections, of the cells with unrelated pairs."""
     cells = {}
     for group in run.pairs.groups:
         datasets = cells.setdefault((group.features, group.preselection), {})
-        judged = {s: judged_of(run.rows(group, s)) for s in run.pairs.selectors_of(group)}
-        judged = {s: j for s, j in judged.items() if j is not None}
-        if judged:
-            datasets[group.dataset] = judged
+        found = {s: selections_of(run.rows(group, s)) for s in run.pairs.selectors_of(group)}
+        found = {s: e for s, e in found.items() if e is not None}
+        if found:
+            datasets[group.dataset] = found
     return {key: cell for key, cell in cells.items() if any(is_unrelated(d) for d in cell)}
 
 
 def unrelated_of(cell, selector):
     """Return a selector's selections on all unrelated pairs of a cell."""
     found = [by[selector] for dataset, by in cell.items() if is_unrelated(dataset) and selector in by]
-    return Judged(*map(np.concatenate, zip(*found))) if found else NOTHING
+    return Selections(*map(np.concatenate, zip(*found))) if found else NOTHING
 
 
 def count_of(selections):
@@ -109,9 +108,9 @@ def selectors_of(cell):
 
 def areas_of(cell, selector):
     """Return dataset -> area under the ROC of its pairs against all unrelated pairs of the cell."""
-    wrong = scores(cell, selector, unrelated_of(cell, selector))
+    unrelated = scores(cell, selector, unrelated_of(cell, selector))
     return {
-        dataset: area(scores(cell, selector, cell[dataset].get(selector, NOTHING)), wrong)
+        dataset: area(scores(cell, selector, cell[dataset].get(selector, NOTHING)), unrelated)
         for dataset in related_datasets(cell)
     }
 
@@ -124,17 +123,17 @@ def cell_table(name, cell):
     head += ["Score of the ROC"] + ["%s: area" % d for d in datasets]
     values = {}
     for selector in selectors_of(cell):
-        wrong = unrelated_of(cell, selector)
-        values[selector] = (wrong, accepted(wrong), areas_of(cell, selector))
+        unrelated = unrelated_of(cell, selector)
+        values[selector] = (unrelated, accepted(unrelated), areas_of(cell, selector))
     competing = [v for s, v in values.items() if not is_baseline(s) and count_of(v[0])]
-    fewest = min((v[1] / count_of(v[0]) for v in competing), default=None)
+    lowest = min((v[1] / count_of(v[0]) for v in competing), default=None)
     highest = {d: max((v[2][d] for v in competing if v[2][d] is not None), default=None) for d in datasets}
     rows = []
-    for selector, (wrong, count, areas) in values.items():
+    for selector, (unrelated, count, areas) in values.items():
         base = is_baseline(selector)
-        total = count_of(wrong)
+        total = count_of(unrelated)
         share = share_text(count, total)
-        best = not base and total and count / total == fewest
+        best = not base and total and count / total == lowest
         cells = [selector_name(selector), str(total), str(count)]
         cells.append(best_cell(share, of="column", mark="") if best else share)
         for dataset in datasets:
@@ -184,13 +183,13 @@ def statement(cell):
     """Return who accepts the fewest unrelated pairs, as a sentence; '' without competing selectors."""
     counts = {}
     for selector in selectors_of(cell):
-        wrong = unrelated_of(cell, selector)
-        if count_of(wrong) and not is_baseline(selector):
-            counts[selector] = (accepted(wrong), count_of(wrong))
+        unrelated = unrelated_of(cell, selector)
+        if count_of(unrelated) and not is_baseline(selector):
+            counts[selector] = (accepted(unrelated), count_of(unrelated))
     if not counts:
         return ""
-    fewest = min(count / total for count, total in counts.values())
-    names = [s for s, (count, total) in counts.items() if count / total == fewest]
+    lowest = min(count / total for count, total in counts.values())
+    names = [s for s, (count, total) in counts.items() if count / total == lowest]
     count, total = counts[names[0]]
     return Markup("%s accept%s the fewest: %d of %d unrelated pairs (%s).") % (
         joined(map(bold, names), " and "),
@@ -229,7 +228,7 @@ def html(run, figures):
     datasets = list(dict.fromkeys(d for cell in cells.values() for d in cell if is_unrelated(d)))
     counts = (Markup("%s (%s)") % (dataset_html(d), plural(run.datasets[d], "pair")) for d in datasets)
     intro = Markup(
-        "Each of these pairs consists of two images of different scenes, so that every match is wrong: %s."
+        "Each of these pairs consists of two images of different scenes, so that every match is an outlier: %s."
     ) % joined(counts, "; ")
     out = [paragraph(intro), sources(run, "pairs.csv")]
     out += [cell_html(run, figures, key, cell) for key, cell in cells.items()]

@@ -51,9 +51,9 @@ def image_caption(row, f=None):
     text = "%d selected" % selected
     if correct is not None:
         share = " (%.1f %%)" % (100 * correct / selected) if selected else ""
-        text += ": %d correct%s" % (correct, share)
-    text += ", %d wrong" % wrong if wrong is not None else ""
-    text += "; %d correct ones missed" % missed if missed is not None else ""
+        text += ": %s%s" % (plural(int(correct), "inlier"), share)
+    text += ", %s" % plural(int(wrong), "outlier") if wrong is not None else ""
+    text += "; %s missed" % plural(int(missed), "inlier") if missed is not None else ""
     return text + ("; F %.1f" % (100 * f) if f is not None else "")
 
 
@@ -122,13 +122,13 @@ def place_text(row):
 
 
 def counts_text(row):
-    """Return how many of the right matches a drawn selection keeps, as the rest of a sentence."""
+    """Return how many of the inliers a drawn selection keeps, as the rest of a sentence."""
     correct, missed, selected = row["n_correct"], row["n_missed"], row["n_selected"]
     if None in (correct, missed, selected):
         return ""
-    text = "keeps %d of %s" % (correct, plural(int(correct + missed), "right match", "right matches"))
+    text = "keeps %d of %s" % (correct, plural(int(correct + missed), "inlier"))
     wrong = selected - correct if row["n_wrong"] is None else row["n_wrong"]
-    return text + (" and %d wrong" % wrong)
+    return text + " and %s" % plural(int(wrong), "outlier")
 
 
 def success_sentence(drawn):
@@ -241,9 +241,9 @@ def pair_heading(row):
 
 
 LEGEND = (
-    ("#009E73", "correct", "selected and within \u03c4 of the truth"),
-    ("#D55E00", "wrong", "selected, but further than \u03c4 from the truth"),
-    ("#0072B2", "missed", "correct, but not selected"),
+    ("#009E73", "inlier", "selected and within \u03c4 of the truth"),
+    ("#D55E00", "outlier", "selected, but further than \u03c4 from the truth"),
+    ("#0072B2", "missed", "an inlier that is not selected"),
     ("#F0E442", "truth unknown", "selected where there is no ground truth"),
 )
 

@@ -12,6 +12,14 @@ STATUSES = {
     "failed": "the method reported an internal error",
     "uncertain": "a selection was made, but its confidence is below min_confidence",
 }
+SCENES = {
+    "nothing": "neither a model nor the local agreement is significant",
+    "at_rest": "one homography explains the matches, which hardly move",
+    "plane_or_rotation": "one homography explains the matches: a plane, or a camera that only turns",
+    "rigid": "one fundamental matrix explains the matches: a rigid scene with depth",
+    "several_motions": "groups of matches move by themselves",
+    "unknown": "there is agreement, but no significant model",
+}
 PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
 UNRELATED = "unrelated_"  # begins the name of a dataset of pairs of different scenes
 GIVEN = "given"  # features of a dataset that provides matches

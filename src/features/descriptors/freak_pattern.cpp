@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kRings = 7, kPerRing = 6, kTriangleRings = 4;
 // Half side of the smallest box, px. A smaller box would average over less than bilinear interpolation does.
-constexpr double kSmallestHalfSide = 0.5;
+constexpr double kMinHalfSide = 0.5;
 constexpr double kLevels = 16;  // steps per grey level
 
 std::uint8_t fieldOf(std::size_t ring, std::size_t number) {
@@ -78,10 +78,10 @@ FreakSampler::FreakSampler(const cv::Mat& grey, double pattern_scale)
 
 bool FreakSampler::fits(const cv::Point2f& position, double size) const {
   const FreakField& outer = fields_[0];
-  const double scale = scaleOf(size), half = std::max(scale * outer.sigma, kSmallestHalfSide);
+  const double scale = scaleOf(size), half = std::max(scale * outer.sigma, kMinHalfSide);
   // The image extends half a pixel beyond the centres of its outermost pixels.
   const double reach = scale * std::hypot(outer.x, outer.y) + half - 0.5;
-  return size > 0 && 2 * half <= kLargestBox && position.x >= reach && position.y >= reach &&
+  return size > 0 && 2 * half <= kMaxBox && position.x >= reach && position.y >= reach &&
          position.x <= width_ - 1 - reach && position.y <= height_ - 1 - reach;
 }
 
@@ -118,7 +118,7 @@ FreakSampler::Means FreakSampler::means(const cv::Point2f& position, double size
   for (std::size_t i = 0; i < kFreakFields; ++i) {
     const FreakField& field = fields_[i];
     means[i] = boxMean(position.x + c * field.x - s * field.y, position.y + s * field.x + c * field.y,
-                       std::max(scale * field.sigma, kSmallestHalfSide));
+                       std::max(scale * field.sigma, kMinHalfSide));
   }
   return means;
 }

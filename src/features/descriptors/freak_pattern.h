@@ -46,7 +46,7 @@ std::vector<FreakPair> freakCandidatePairs();
 extern const std::array<FreakPair, kFreakTests> kFreakPairs;
 
 /// Mean grey levels of the fields around any place of an image. Sums come from an integral image of 32 bits,
-/// which may overflow: differences are exact as long as the sum over a box is below 2^32, which kLargestBox
+/// which may overflow: differences are exact as long as the sum over a box is below 2^32, which kMaxBox
 /// ensures. A box may begin and end within pixels, which then count in proportion to the covered part. The
 /// constructor takes O(pixels) time and 4 bytes per pixel.
 class FreakSampler {
@@ -71,7 +71,7 @@ class FreakSampler {
   double orientation(const cv::Point2f& position, double size) const;
 
  private:
-  static constexpr double kLargestBox = 4096;  ///< side, px
+  static constexpr double kMaxBox = 4096;  ///< side, px
 
   double scaleOf(double size) const { return pattern_scale_ * size / kFreakUnitSize; }
   float boxMean(double x, double y, double half_side) const;

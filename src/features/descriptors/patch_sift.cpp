@@ -27,7 +27,7 @@ std::vector<ScaleLevel> levelsOf(const cv::Mat& grey, int threads, Workspace& wo
   options.resolution = 2;
   options.last_level = 2;
   options.sigma = 1;
-  options.smallest_side = 2;
+  options.min_side = 2;
   space.compute(image, options, threads);
   std::vector<ScaleLevel> levels;
   for (const ScaleOctave& octave : space.octaves()) {

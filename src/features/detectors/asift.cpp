@@ -28,8 +28,9 @@ void AsiftOptions::visit(OptionVisitor& visitor) const {
                  &AsiftOptions::contrast_threshold);
   visitor.number({"edge_threshold", 1, 100, "-", "ASIFT: edge-like extrema are dropped; larger keeps more"},
                  &AsiftOptions::edge_threshold);
-  visitor.number({"margin", 0, 20, "radii", "ASIFT: simulated views: least distance from the image border"},
-                 &AsiftOptions::margin);
+  visitor.number(
+      {"margin", 0, 20, "radii", "ASIFT: simulated views: smallest distance from the image border"},
+      &AsiftOptions::margin);
   visitor.number({"merge_distance", 0, 5, "radii", "ASIFT: views of one keypoint are at most so far apart"},
                  &AsiftOptions::merge_distance);
   visitor.number({"merge_shape", 0, 5, "-", "ASIFT: and their frames differ at most by this"},

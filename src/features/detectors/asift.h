@@ -13,7 +13,7 @@ struct AsiftOptions : DetectorOptions {
   double contrast_threshold = 0.04;  ///< weak extrema are dropped; divided by octave_layers internally
   double edge_threshold = 10;        ///< edge-like extrema are dropped; larger keeps more
   double sigma = 1.6;           ///< blur of the first octave, px; smaller finds more and smaller features
-  double margin = 6;            ///< simulated views: least distance from the border, keypoint radii
+  double margin = 6;            ///< simulated views: smallest distance from the border, keypoint radii
   double merge_distance = 0.5;  ///< see Merging below, keypoint radii
   double merge_shape = 0.4;     ///< see Merging below
 

@@ -42,7 +42,7 @@ void BlobOptions::check() const {
 namespace {
 
 constexpr int kBandRows = 512;         // largest number of rows of an octave that are processed at once
-constexpr int kSmallestSide = 8;       // of an octave, px
+constexpr int kMinSide = 8;            // of an octave, px
 constexpr int kMargin = 3;             // reach of the Laplacian (2) and of the comparison (1), px
 constexpr int kMaxMoves = 5;           // of the quadratic fit, to the sample nearest to the extremum
 constexpr double kWindowSigmas = 1.5;  // of the window in which gradients are counted, by the blob's sigma
@@ -287,7 +287,7 @@ void BlobDetector::detect(const DetectionRequest& request, Features& features) c
   features.keypoints.clear();
   cv::Mat image = request.image;
   for (int octave = 0; options_.min_sigma * std::exp2(octave) <= options_.max_sigma &&
-                       std::min(image.cols, image.rows) >= kSmallestSide;
+                       std::min(image.cols, image.rows) >= kMinSide;
        ++octave) {
     const Scales scales(options_, octave);
     const int step = octave == 0 ? 1 : 2;  // from this octave's pixels to the next one's

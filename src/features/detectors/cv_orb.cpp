@@ -31,10 +31,11 @@ int levelsOf(const CvOrbOptions& options, const cv::Size& size) {
 
 // As many levels as the image allows.
 CreateOpenCv cvOrbCreator(const CvOrbOptions& options) {
-  return [options](const cv::Size& size, int most) {
-    return cv::ORB::create(most > 0 ? most : kNoLimit, static_cast<float>(options.scale_factor),
-                           levelsOf(options, size), options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE,
-                           options.patch_size, options.fast_threshold);
+  return [options](const cv::Size& size, int max_features) {
+    return cv::ORB::create(max_features > 0 ? max_features : kNoLimit,
+                           static_cast<float>(options.scale_factor), levelsOf(options, size),
+                           options.patch_size, 0, 2, cv::ORB::HARRIS_SCORE, options.patch_size,
+                           options.fast_threshold);
   };
 }
 
@@ -46,8 +47,8 @@ CvOrbDetector::CvOrbDetector(const CvOrbOptions& options)
   options_.check();
 }
 
-std::vector<int> CvOrbDetector::shares(const cv::Size& image_size, int most) const {
-  return levelShares(most, options_.scale_factor, levelsOf(options_, image_size));
+std::vector<int> CvOrbDetector::shares(const cv::Size& image_size, int max_features) const {
+  return levelShares(max_features, options_.scale_factor, levelsOf(options_, image_size));
 }
 
 }  // namespace corrsel::core

@@ -12,9 +12,9 @@ namespace {
 
 CreateOpenCv cvSiftCreator(const CvSiftOptions& options) {
 #if CV_VERSION_MAJOR > 4 || (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 4)
-  return [options](const cv::Size&, int most) {
-    return cv::SIFT::create(most, options.octave_layers, options.contrast_threshold, options.edge_threshold,
-                            options.sigma);
+  return [options](const cv::Size&, int max_features) {
+    return cv::SIFT::create(max_features, options.octave_layers, options.contrast_threshold,
+                            options.edge_threshold, options.sigma);
   };
 #else
   static_cast<void>(options);
@@ -56,6 +56,6 @@ void CvSiftDetector::detect(const DetectionRequest& request, Features& features)
   if (request.describe && options_.root) toRootSift(features.descriptors);
 }
 
-std::vector<int> CvSiftDetector::shares(const cv::Size&, int most) const { return {most}; }
+std::vector<int> CvSiftDetector::shares(const cv::Size&, int max_features) const { return {max_features}; }
 
 }  // namespace corrsel::core

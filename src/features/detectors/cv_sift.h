@@ -51,7 +51,7 @@ class CvSiftDetector : public OpenCvDetector {
   const DetectorOptions& options() const override { return options_; }
 
  protected:
-  std::vector<int> shares(const cv::Size& image_size, int most) const override;
+  std::vector<int> shares(const cv::Size& image_size, int max_features) const override;
 
  private:
   CvSiftOptions options_;

@@ -19,8 +19,8 @@
 namespace corrsel::core {
 namespace {
 
-/// The least side of an octave, px.
-constexpr int kSmallestSide = 15;
+/// The smallest side of an octave, px.
+constexpr int kMinSide = 15;
 
 /// The blur before the first level of an octave, pixels of the octave.
 constexpr double kBaseBlur = 1.6;
@@ -290,10 +290,10 @@ class FrameEstimator {
     Histogram histogram;
     for (std::size_t k = 0; k < kBins; ++k) histogram.add(k, double{counts_.bins[k]});
     histogram.smooth(6, [](const auto& at) { return (at(-1) + at(0) + at(1)) / 3; });
-    const double least = 0.8 * histogram.highest().here;
+    const double min_height = 0.8 * histogram.highest().here;
     std::vector<std::pair<double, double>> peaks;
     histogram.forEachPeak([&](const Histogram::Peak& peak) {
-      if (!(peak.here > least)) return;
+      if (!(peak.here > min_height)) return;
       peaks.emplace_back(-peak.here, 2 * CV_PI * (static_cast<double>(peak.bin) + peak.offset()) / kBins);
     });
     std::sort(peaks.begin(), peaks.end());
@@ -342,7 +342,7 @@ class FrameEstimator {
 
   /// Half of a Gaussian of sum 1 in filter_, from the middle; returns its reach.
   int setFilter(double sigma) {
-    const int reach = std::min(PatchKernels::kMostReach, static_cast<int>(std::ceil(3 * sigma)));
+    const int reach = std::min(PatchKernels::kMaxReach, static_cast<int>(std::ceil(3 * sigma)));
     double sum = -1;
     for (int t = 0; t <= reach; ++t) sum += 2 * std::exp(-t * t / (2 * sigma * sigma));
     for (int t = 0; t <= reach; ++t) {
@@ -356,7 +356,7 @@ class FrameEstimator {
   const ScaleLevel* level_ = nullptr;  // the level from which patch_ was sampled
   Patch patch_;
   DirectionCounts counts_;
-  std::array<float, PatchKernels::kMostReach + 1> filter_;
+  std::array<float, PatchKernels::kMaxReach + 1> filter_;
 };
 
 /// Drops candidates close to a stronger one of nearly the same scale. Candidates are given in the order of
@@ -472,13 +472,13 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
   const int threads = request.threads;
   features.keypoints.clear();
   features.frames.clear();
-  if (std::min(grey.cols, grey.rows) <= kSmallestSide << std::max(0, options_.first_octave)) return;
+  if (std::min(grey.cols, grey.rows) <= kMinSide << std::max(0, options_.first_octave)) return;
   ScaleSpaceOptions space_options;
   space_options.first_octave = options_.first_octave;
   space_options.resolution = options_.octave_resolution;
   space_options.last_level = options_.octave_resolution - 1;
   space_options.sigma = kBaseBlur * std::exp2(1.0 / options_.octave_resolution);
-  space_options.smallest_side = kSmallestSide;
+  space_options.min_side = kMinSide;
   auto& space = request.workspace.part<HessianScaleSpace>().space;
   space.compute(grey, space_options, threads);
   const std::vector<ScaleLevel> levels = space.levels();
@@ -490,12 +490,14 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
   std::sort(found.begin(), found.end(), Candidate::isStronger);
   // Strong candidates are processed first. Weaker ones have no influence on them, so the rest is left out
   // once there are enough features.
-  const std::size_t most = options_.spread ? 0 : static_cast<std::size_t>(options_.max_features);
-  const std::size_t batch = most == 0 ? found.size() : std::max<std::size_t>(most, 256);
+  const std::size_t max_features = options_.spread ? 0 : static_cast<std::size_t>(options_.max_features);
+  const std::size_t batch = max_features == 0 ? found.size() : std::max<std::size_t>(max_features, 256);
   OverlapFilter overlaps(grey.size(), overlap);
   std::vector<Candidate> all;
   for (std::size_t first = 0; first < found.size(); first += batch) {
-    if (most > 0 && all.size() >= most && found[first].strength < all[most - 1].strength) break;
+    if (max_features > 0 && all.size() >= max_features &&
+        found[first].strength < all[max_features - 1].strength)
+      break;
     Candidate* const extrema = found.data() + first;
     const std::size_t n = std::min(batch, found.size() - first);
     std::sort(extrema, extrema + n, Candidate::isEarlier);

@@ -40,10 +40,10 @@ std::vector<int> OpenCvDetector::shares(const cv::Size&, int) const { return {};
 
 int OpenCvDetector::limit() const { return options().spread ? 0 : options().max_features; }
 
-void OpenCvDetector::run(const DetectionRequest& request, int most, Features& features) const {
+void OpenCvDetector::run(const DetectionRequest& request, int max_features, Features& features) const {
   const cv::Mat grey = detached(request.image);
   if (grey.cols <= 2 * border_ || grey.rows <= 2 * border_) return;
-  const cv::Ptr<cv::Feature2D> algorithm = create_(grey.size(), most);
+  const cv::Ptr<cv::Feature2D> algorithm = create_(grey.size(), max_features);
   if (request.describe) {
     algorithm->detectAndCompute(grey, cv::noArray(), features.keypoints, features.descriptors);
   } else {
@@ -80,21 +80,21 @@ void OpenCvDetector::runMasked(const DetectionRequest& request, Features& featur
     return numbers;
   };
   std::vector<std::vector<int>> kept;
-  int most = requestedNumber(limit(), allowedShare(size, request.mask));
+  int max_features = requestedNumber(limit(), allowedShare(size, request.mask));
   for (int attempt = 0;; ++attempt) {
-    run(request, most, features);
+    run(request, max_features, features);
     const std::vector<std::vector<int>> found = byShare();
     request.mask.apply(features);
     kept = byShare();
-    const std::vector<int> allowed = shares(size, most);
-    double least = 1;  // of what was wanted of an octave that may have more
+    const std::vector<int> allowed = shares(size, max_features);
+    double min_share = 1;  // of what was wanted of an octave that may have more
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       const auto kept_here = static_cast<int>(kept[i].size()), found_here = static_cast<int>(found[i].size());
       if (kept_here >= wanted[i] || found_here < allowed[i]) continue;
-      least = std::min(least, static_cast<double>(kept_here) / wanted[i]);
+      min_share = std::min(min_share, static_cast<double>(kept_here) / wanted[i]);
     }
-    if (most == 0 || least >= 1) break;
-    most = attempt == 0 ? requestedNumber(most, least) : 0;
+    if (max_features == 0 || min_share >= 1) break;
+    max_features = attempt == 0 ? requestedNumber(max_features, min_share) : 0;
   }
   std::vector<int> order;
   for (std::size_t i = 0; i < wanted.size(); ++i) {

@@ -11,8 +11,8 @@ namespace corrsel::core {
 
 /// Creates an algorithm of OpenCV for an image size. It is called once per image, since OpenCV's objects keep
 /// state and are not re-entrant.
-/// @param most  the algorithm may keep only this number of the strongest features; 0 = it keeps all
-using CreateOpenCv = std::function<cv::Ptr<cv::Feature2D>(const cv::Size& image_size, int most)>;
+/// @param max_features  the algorithm may keep only this number of the strongest features; 0 = it keeps all
+using CreateOpenCv = std::function<cv::Ptr<cv::Feature2D>(const cv::Size& image_size, int max_features)>;
 
 /// A detector of OpenCV's features2d that describes its keypoints too.
 ///
@@ -34,12 +34,12 @@ class OpenCvDetector : public Detector {
 
  protected:
   /// How many features the algorithm keeps of each octave, or of all octaves in one number, when it may keep
-  /// `most`. Empty: it always keeps all.
-  virtual std::vector<int> shares(const cv::Size& image_size, int most) const;
+  /// `max_features`. Empty: it always keeps all.
+  virtual std::vector<int> shares(const cv::Size& image_size, int max_features) const;
 
  private:
   int limit() const;
-  void run(const DetectionRequest& request, int most, Features& features) const;
+  void run(const DetectionRequest& request, int max_features, Features& features) const;
   void runMasked(const DetectionRequest& request, Features& features) const;
 
   std::string name_;

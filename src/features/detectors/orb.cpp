@@ -79,7 +79,7 @@ class ScoreCounts {
 
   /// The largest score that at least `ranked` of the corners found so far reach, or 0. It only rises while
   /// corners are added, so corners below it cannot be ranked in the end either.
-  int least() const {
+  int minScore() const {
     if (ranked_ == 0 || found_.load(std::memory_order_relaxed) < ranked_) return 0;
     int reached = 0;
     for (int score = kScores - 1; score > 0; --score) {
@@ -226,7 +226,7 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
       while (made.load(std::memory_order_acquire) <= band.level) std::this_thread::yield();
       const PyramidLevel& level = memory.pyramid.level(band.level);
       ScoreCounts& counts = *memory.counts[static_cast<std::size_t>(band.level)];
-      const int threshold = std::max(options.fast_threshold, counts.least() - 1);
+      const int threshold = std::max(options.fast_threshold, counts.minScore() - 1);
       const cv::Rect inner(border, border, level.width - 2 * border, level.height - 2 * border);
       for (const Span& span : neededSpans(level, {band.begin, band.end}, inner, 0, request.mask)) {
         findCorners(level, span, threshold, request.mask, workspace, band);
@@ -244,18 +244,18 @@ void searchLevels(const DetectionRequest& request, const OrbOptions& options, in
   });
 }
 
-/// Ranks the corners of a level and keeps the `most` strongest ones; 0 = all.
-void rankCorners(const OrbMemory& memory, int number, int most, Workspace& workspace,
+/// Ranks the corners of a level and keeps the `max_features` strongest ones; 0 = all.
+void rankCorners(const OrbMemory& memory, int number, int max_features, Workspace& workspace,
                  std::vector<Corner>& corners) {
   const PyramidLevel& level = memory.pyramid.level(number);
-  const int least = memory.counts[static_cast<std::size_t>(number)]->least();
+  const int min_score = memory.counts[static_cast<std::size_t>(number)]->minScore();
   corners.clear();
   auto& [places, sums] = workspace.part<RankingMemory>();
   places.clear();
   for (const Band& band : memory.bands) {
     if (band.level != number) continue;
     for (std::size_t i = 0; i < band.places.size(); ++i) {
-      if (band.scores[i] >= least) places.push_back(band.places[i]);
+      if (band.scores[i] >= min_score) places.push_back(band.places[i]);
     }
   }
   sums.resize(places.size());
@@ -264,9 +264,9 @@ void rankCorners(const OrbMemory& memory, int number, int most, Workspace& works
     const auto [x, y] = places[i];
     corners.push_back({level.toImage(x, y), harrisResponse(sums[i]), x, y, number});
   }
-  const auto wanted = static_cast<std::size_t>(most);
-  if (most > 0 && corners.size() > wanted) {
-    std::nth_element(corners.begin(), corners.begin() + most, corners.end(), strongerCorner);
+  const auto wanted = static_cast<std::size_t>(max_features);
+  if (max_features > 0 && corners.size() > wanted) {
+    std::nth_element(corners.begin(), corners.begin() + max_features, corners.end(), strongerCorner);
     corners.resize(wanted);
   }
 }

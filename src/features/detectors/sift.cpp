@@ -83,19 +83,19 @@ std::vector<cv::KeyPoint> oriented(const DogKeypoints& dog, const std::vector<st
   return all;
 }
 
-/// The oriented keypoints among which the strongest `most` are; 0 = all.
-std::vector<cv::KeyPoint> strongestOriented(const DogKeypoints& dog, std::size_t most, int first_octave,
-                                            int threads) {
+/// The oriented keypoints among which the strongest `max_features` are; 0 = all.
+std::vector<cv::KeyPoint> strongestOriented(const DogKeypoints& dog, std::size_t max_features,
+                                            int first_octave, int threads) {
   const std::vector<DogKeypoint>& found = dog.keypoints();
   std::vector<std::size_t> order(found.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  if (most == 0 || most >= found.size()) return oriented(dog, order, first_octave, threads);
+  if (max_features == 0 || max_features >= found.size()) return oriented(dog, order, first_octave, threads);
   std::sort(order.begin(), order.end(), [&found](std::size_t a, std::size_t b) {
     return found[a].response != found[b].response ? found[a].response > found[b].response : a < b;
   });
   std::vector<cv::KeyPoint> all;
-  for (std::size_t begin = 0; begin < order.size() && all.size() < most;) {
-    std::size_t end = std::min(order.size(), begin + (most - all.size()));
+  for (std::size_t begin = 0; begin < order.size() && all.size() < max_features;) {
+    std::size_t end = std::min(order.size(), begin + (max_features - all.size()));
     // Those as strong as the last one compete with it.
     while (end < order.size() && found[order[end]].response == found[order[end - 1]].response) ++end;
     const std::vector<cv::KeyPoint> next = oriented(dog,
@@ -133,8 +133,8 @@ SiftDetector::SiftDetector(const SiftOptions& options) : options_(options) { opt
 void SiftDetector::detect(const DetectionRequest& request, Features& features) const {
   DogKeypoints& dog = request.workspace.part<DogKeypoints>();
   dog.find(request.image, dogOptions(options_), request.mask, request.threads);
-  const std::size_t most = options_.spread ? 0 : static_cast<std::size_t>(options_.max_features);
-  features.keypoints = strongestOriented(dog, most, options_.first_octave, request.threads);
+  const std::size_t max_features = options_.spread ? 0 : static_cast<std::size_t>(options_.max_features);
+  features.keypoints = strongestOriented(dog, max_features, options_.first_octave, request.threads);
   features.frames = similarityFrames(features.keypoints);
   features.descriptors.release();
   if (!request.describe) return;

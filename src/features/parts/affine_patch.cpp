@@ -32,7 +32,7 @@ Placement placementOf(const ScaleLevel& level, const AffineFrame& frame, double 
 enum class Range { kInside, kBorder, kLarge };
 
 Range gridOf(const ScaleLevel& level, const Placement& place, PatchGrid& grid) {
-  constexpr int kHalf = Patch::kHalf, kMost = PatchGrid::kMost;
+  constexpr int kHalf = Patch::kHalf, kMax = PatchGrid::kMax;
   const double reach_x = kHalf * (std::abs(place.across_x) + std::abs(place.down_x));
   const double reach_y = kHalf * (std::abs(place.across_y) + std::abs(place.down_y));
   const bool inside = place.x - reach_x >= 1 && place.y - reach_y >= 1 &&
@@ -42,8 +42,8 @@ Range gridOf(const ScaleLevel& level, const Placement& place, PatchGrid& grid) {
   const int origin_y = inside ? static_cast<int>(place.y - reach_y) - 1 : 0;
   const double x = place.x - origin_x, y = place.y - origin_y;
   // Written such that a frame that is not finite is large.
-  const bool small = std::abs(x) + 2 * reach_x < kMost && std::abs(y) + 2 * reach_y < kMost &&
-                     level.stride < kMost && (inside || (level.width < kMost && level.height < kMost));
+  const bool small = std::abs(x) + 2 * reach_x < kMax && std::abs(y) + 2 * reach_y < kMax &&
+                     level.stride < kMax && (inside || (level.width < kMax && level.height < kMax));
   if (!small) return Range::kLarge;
   grid.pixels = level.pixels + origin_y * level.stride + origin_x;
   grid.stride = level.stride;
@@ -119,7 +119,7 @@ void filterPatch(const ScaleLevel& level, const AffineFrame& frame, double spaci
                  const PatchFilters& filters, float* sums) {
   PatchGrid grid;
   if (gridOf(level, placementOf(level, frame, spacing), grid) == Range::kInside &&
-      grid.across_x <= PatchKernels::kMostUpright &&
+      grid.across_x <= PatchKernels::kMaxUpright &&
       level.stride - level.width >= PatchKernels::kUprightSlack) {
     kernels().patches.filter_upright(grid, filters, sums);
     return;

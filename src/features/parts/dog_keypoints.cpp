@@ -146,7 +146,7 @@ class DogKeypoints::Search : public ScaleRowVisitor {
       }
     }
     band.next = y + 2;
-    std::array<const std::int16_t*, std::size_t{3} * (ScaleSpaceKernels::kMostLevels + 2)> near;
+    std::array<const std::int16_t*, std::size_t{3} * (ScaleSpaceKernels::kMaxLevels + 2)> near;
     for (int k = 0; k < 3 * (layers_ + 2); ++k) near[static_cast<std::size_t>(k)] = row(k / 3, y + k % 3 - 1);
     for (const auto& [first, last] : band.runs) {
       const int n = kernel.extrema(near.data(), layers_, first, last, threshold_, band.extrema.data());
@@ -291,7 +291,7 @@ void DogKeypoints::find(const cv::Mat& image, const DogOptions& options, const P
   space.resolution = options.octave_layers;
   space.last_level = options.octave_layers + 2;
   space.sigma = options.sigma;
-  space.smallest_side = 2 * kBorder + 1;
+  space.min_side = 2 * kBorder + 1;
   Search search(options, mask);
   space_.compute(image, space, threads, &search);
   search.finish(space_, threads, keypoints_);
@@ -329,9 +329,9 @@ void DogKeypoints::directions(const DogKeypoint& keypoint, std::vector<float>& a
                                   bottom - top + 1, across, down, histogram.bins());
   histogram.smooth(1,
                    [](const auto& at) { return (at(-2) + at(2) + 4 * (at(-1) + at(1)) + 6 * at(0)) / 16; });
-  const float least = kPeak * histogram.highest().here;
+  const float min_height = kPeak * histogram.highest().here;
   histogram.forEachPeak([&](const Histogram::Peak& peak) {
-    if (peak.here < least) return;
+    if (peak.here < min_height) return;
     const float turn = (static_cast<float>(peak.bin) + peak.offset()) / Histogram::kBins;
     angles.push_back((turn < 0 ? turn + 1 : turn >= 1 ? turn - 1 : turn) * kTwoPi);
   });

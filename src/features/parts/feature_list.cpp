@@ -47,7 +47,7 @@ void keepFeatures(const std::vector<char>& keep, Features& features) {
   if (order.size() < keep.size()) reorder(order, features);
 }
 
-void keepStrongest(int most, bool spread, const cv::Size& image_size, Features& features) {
+void keepStrongest(int max_features, bool spread, const cv::Size& image_size, Features& features) {
   const std::vector<cv::KeyPoint>& keypoints = features.keypoints;
   std::vector<int> order(keypoints.size());
   std::iota(order.begin(), order.end(), 0);
@@ -58,11 +58,11 @@ void keepStrongest(int most, bool spread, const cv::Size& image_size, Features& 
     if (stronger(first, second)) return true;
     return !stronger(second, first) && a < b;
   };
-  const auto wanted = static_cast<std::ptrdiff_t>(most);
+  const auto wanted = static_cast<std::ptrdiff_t>(max_features);
   const bool sorted = std::is_sorted(order.begin(), order.end(), by_strength);
   if (wanted > 0 && wanted < static_cast<std::ptrdiff_t>(order.size()) && !spread) {
     if (!sorted) std::nth_element(order.begin(), order.begin() + wanted, order.end(), by_strength);
-    order.resize(static_cast<std::size_t>(most));
+    order.resize(static_cast<std::size_t>(max_features));
   }
   if (!sorted) std::sort(order.begin(), order.end(), by_strength);
   if (wanted > 0 && wanted < static_cast<std::ptrdiff_t>(order.size())) {
@@ -70,8 +70,9 @@ void keepStrongest(int most, bool spread, const cv::Size& image_size, Features& 
     points.reserve(order.size());
     for (const int i : order) points.push_back(keypoints[static_cast<std::size_t>(i)].pt);
     std::vector<int> kept;
-    kept.reserve(static_cast<std::size_t>(most));
-    for (const std::size_t rank : spreadOverImage(points, image_size, static_cast<std::size_t>(most))) {
+    kept.reserve(static_cast<std::size_t>(max_features));
+    for (const std::size_t rank :
+         spreadOverImage(points, image_size, static_cast<std::size_t>(max_features))) {
       kept.push_back(order[rank]);
     }
     order = std::move(kept);

@@ -20,12 +20,12 @@ void reorder(const std::vector<int>& order, Features& features);
 /// @param keep  one flag per keypoint
 void keepFeatures(const std::vector<char>& keep, Features& features);
 
-/// Sorts the features, strongest first (see stronger()), and keeps at most `most` of them; 0 = all. A second
-/// call changes nothing, so a detector that describes its keypoints can call this before it describes them.
-/// O(features log features).
+/// Sorts the features, strongest first (see stronger()), and keeps at most `max_features` of them; 0 = all. A
+/// second call changes nothing, so a detector that describes its keypoints can call this before it describes
+/// them. O(features log features).
 /// @param spread      keep the strongest of every part of the image, see spreadOverImage()
 /// @param image_size  of the image that the detector sees, px
-void keepStrongest(int most, bool spread, const cv::Size& image_size, Features& features);
+void keepStrongest(int max_features, bool spread, const cv::Size& image_size, Features& features);
 
 /// The similarity frame of every keypoint. Its unit disc is mapped to the circle with the keypoint's
 /// diameter; the first column points along the keypoint's angle and the second column is perpendicular to it.

@@ -43,7 +43,7 @@ int largestValue(const cv::Mat& image) {
 
 int significantBits(int largest_value) {
   int bits = 8;
-  while (bits < kMostBits && largest_value >= (1 << bits)) bits += 2;
+  while (bits < kMaxBits && largest_value >= (1 << bits)) bits += 2;
   return bits;
 }
 
@@ -69,7 +69,7 @@ cv::Mat toGrey(const cv::Mat& image, double max_megapixels, GreyBuffer& buffer) 
     cv::cvtColor(toEightBits(image), grey, image.channels() == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
   } else if (image.depth() == CV_16U) {
     grey = inBuffer(image.size(), buffer.grey);
-    image.convertTo(grey, CV_8U, scaleOf(kMostBits));
+    image.convertTo(grey, CV_8U, scaleOf(kMaxBits));
   }
   const cv::Size size = reducedSize(grey.size(), max_megapixels);
   if (size == grey.size()) return grey;

@@ -15,7 +15,7 @@ struct GreyBuffer {
 /// from it. Possible are 8 and 16 bits with 1 (grey), 3 (BGR) or 4 (BGRA) channels.
 void checkImage(const cv::Mat& image);
 
-constexpr int kMostBits = 16;
+constexpr int kMaxBits = 16;
 
 /// The largest value of grey or colour; alpha does not count. O(pixels).
 /// @pre checkImage() accepts the image
@@ -28,7 +28,7 @@ int significantBits(int largest_value);
 /// An image of 16 bits in 8 bits: a value v becomes 255 v / (2^bits - 1), rounded, and at most 255. With 16
 /// bits this is v / 257, as cv_bridge maps mono16. An image of 8 bits is returned as it is.
 /// @param bits  8 to 16, the same for images that are compared with each other
-cv::Mat toEightBits(const cv::Mat& image, int bits = kMostBits);
+cv::Mat toEightBits(const cv::Mat& image, int bits = kMaxBits);
 
 /// The size to which toGrey() reduces an image of this size: its own, or a smaller one.
 /// @param max_megapixels  10^6 px

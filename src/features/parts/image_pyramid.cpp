@@ -163,11 +163,11 @@ PyramidLevel ImagePyramid::blurred(int number) const {
   return result;
 }
 
-int usableLevels(const cv::Size& image_size, double scale_factor, int most, int border) {
+int usableLevels(const cv::Size& image_size, double scale_factor, int max_levels, int border) {
   const double smallest = border + 1.0;
   int levels = 1;
   for (double side = std::min(image_size.width, image_size.height) / scale_factor;
-       levels < most && side > smallest; side /= scale_factor) {
+       levels < max_levels && side > smallest; side /= scale_factor) {
     ++levels;
   }
   return levels;

@@ -67,8 +67,8 @@ class ImagePyramid {
   std::vector<Level> levels_;
 };
 
-/// The number of levels, at most `most`, whose shorter side is above `border` + 1 px; at least 1.
-int usableLevels(const cv::Size& image_size, double scale_factor, int most, int border);
+/// The number of levels, at most `max_levels`, whose shorter side is above `border` + 1 px; at least 1.
+int usableLevels(const cv::Size& image_size, double scale_factor, int max_levels, int border);
 
 /// Divides a number of features among levels in proportion to their sides: a geometric series, as in ORB.
 std::vector<int> levelShares(int features, double scale_factor, int levels);

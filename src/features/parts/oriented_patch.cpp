@@ -9,7 +9,7 @@
 namespace corrsel::core {
 namespace {
 
-constexpr int kLargestBytes = 128 * 127;  // of a copied patch
+constexpr int kMaxBytes = 128 * 127;  // of a copied patch
 
 }  // namespace
 
@@ -90,7 +90,7 @@ void OrientedPatch::describe(const PyramidLevel& blurred, int x, int y, float an
                              std::uint8_t* out) const {
   const BytePatch patch{blurred.pixels + (y - radius_) * blurred.stride + (x - radius_), blurred.stride,
                         2 * radius_ + 1, blocks_};
-  alignas(64) std::uint8_t copy[kLargestBytes];
+  alignas(64) std::uint8_t copy[kMaxBytes];
   kernels().binary.tests(patch, places_.data() + static_cast<std::size_t>(numberOf(angle)) * 2 * kOrbTests,
                          copy, out);
 }

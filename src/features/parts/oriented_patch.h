@@ -28,7 +28,7 @@ struct PatchDirection {
 /// Source: Rublee, Rabaud, Konolige and Bradski, ICCV 2011, sections 3.2 and 4.
 class OrientedPatch {
  public:
-  /// Of the turned tests, 3 degrees apart. With 12 degrees as in the paper, the share of right matches on
+  /// Of the turned tests, 3 degrees apart. With 12 degrees as in the paper, the share of inliers on
   /// VGG's pairs is 0.9 points lower.
   static constexpr int kDirections = 120;
   static constexpr int kBytes = 32;  ///< of a descriptor

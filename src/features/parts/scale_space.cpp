@@ -330,7 +330,7 @@ void ScaleSpace::allocate(const cv::Size& image, const ScaleSpaceOptions& option
     octave.number = number;
     octave.width = number < 0 ? image.width << -number : image.width >> number;
     octave.height = number < 0 ? image.height << -number : image.height >> number;
-    if (std::min(octave.width, octave.height) < std::max(1, options.smallest_side)) break;
+    if (std::min(octave.width, octave.height) < std::max(1, options.min_side)) break;
     for (int k = options.first_level; k <= options.last_level; ++k) {
       ScaleLevel level;
       level.stride = padded(octave.width);

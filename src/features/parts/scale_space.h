@@ -16,7 +16,7 @@ struct ScaleSpaceOptions {
   int first_level = 0;  ///< of every octave; may be negative
   int last_level = 5;   ///< of every octave, inclusive
   double sigma = 1.6;   ///< total blur of level 0 of an octave, in pixels of the octave
-  int smallest_side = 12;  ///< octaves whose width or height is below this are left out, px of the octave
+  int min_side = 12;    ///< octaves whose width or height is below this are left out, px of the octave
 };
 
 /// One octave of a scale space: levels with the same distance between pixels.

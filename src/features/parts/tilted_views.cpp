@@ -43,12 +43,12 @@ class RotatedRows {
     double low = 0, high = size_.width - 1;
     for (int axis = 0; axis < 2; ++axis) {
       const double slope = back_(axis, 0), start = back_(axis, 1) * y + back_(axis, 2);
-      const double most = axis == 0 ? image_.width - 1 : image_.height - 1;
+      const double last = axis == 0 ? image_.width - 1 : image_.height - 1;
       if (std::abs(slope) < 1e-9) {
-        if (start < -0.5 || start > most + 0.5) high = -1;
+        if (start < -0.5 || start > last + 0.5) high = -1;
         continue;
       }
-      const double a = -start / slope, b = (most - start) / slope;
+      const double a = -start / slope, b = (last - start) / slope;
       low = std::max(low, std::min(a, b));
       high = std::min(high, std::max(a, b));
     }
@@ -75,12 +75,12 @@ class RotatedRows {
       const double px = back_(0, 0) * x + back_(0, 1) * y + back_(0, 2);
       const double py = back_(1, 0) * x + back_(1, 1) * y + back_(1, 2);
       // Rounding must not lead out of the image, neither at the first nor at the last pixel of the block.
-      const auto placed = [n](double start, double slope, int most, int& origin, std::int32_t& at,
+      const auto placed = [n](double start, double slope, int last, int& origin, std::int32_t& at,
                               std::int32_t& step) {
-        origin = std::clamp(static_cast<int>(std::floor(start)), 0, most);
+        origin = std::clamp(static_cast<int>(std::floor(start)), 0, last);
         step = fixedPoint(slope);
         const double low = -static_cast<double>(origin),
-                     high = most - static_cast<double>(origin) + 65535.0 / 65536;
+                     high = last - static_cast<double>(origin) + 65535.0 / 65536;
         const auto travel = static_cast<double>(step) * (n - 1) / 65536;
         at = fixedPoint(
             std::clamp(start - origin, low + std::max(0.0, -travel), high - std::max(0.0, travel)));
@@ -97,7 +97,7 @@ class RotatedRows {
   }
 
   std::int16_t cornerPixel() const {
-    const auto at = [](double v, int most) { return std::clamp(static_cast<int>(std::lround(v)), 0, most); };
+    const auto at = [](double v, int last) { return std::clamp(static_cast<int>(std::lround(v)), 0, last); };
     const double middle = (size_.width - 1) / 2.0;
     const int x = at(back_(0, 0) * middle + back_(0, 2), image_.width - 1);
     const int y = at(back_(1, 0) * middle + back_(1, 2), image_.height - 1);

@@ -62,7 +62,7 @@ const CommandLineTable& benchmarkArguments() {
            "nothing"},
           {"report", "BOOL", "true", "write report.html at the end"},
           {"verbose", "BOOL", "false",
-           "print every judged selection, and at the end the tables of all selectors"},
+           "print every evaluated selection, and at the end the tables of all selectors"},
           {"dry_run", "BOOL", "false",
            "check the arguments and the data, print what the run would do and take, and exit; nothing is "
            "kept"},

@@ -96,7 +96,7 @@ class TrialObserver : public core::RunObserver {
   void progress(const core::Progress& progress) override {
     if (progress.done > 0 && watch_.seconds() > kTrialSeconds) stop = true;
   }
-  void judged(const core::ResultRow&) override {
+  void evaluated(const core::ResultRow&) override {
     ++selections;
     if (interrupted_) stop = true;
   }
@@ -177,10 +177,10 @@ class DryRun {
 
 /// A trial with the number of pairs that the run takes, and nothing tried yet.
 core::Trial DryRun::newTrial(const std::string& name, std::size_t readable_pairs) {
-  const auto most = static_cast<std::size_t>(arguments_.config.max_pairs);
+  const auto max_pairs = static_cast<std::size_t>(arguments_.config.max_pairs);
   core::Trial trial;
   trial.name = name;
-  for (std::size_t i = 0; i < (most > 0 ? std::min(readable_pairs, most) : readable_pairs); ++i) {
+  for (std::size_t i = 0; i < (max_pairs > 0 ? std::min(readable_pairs, max_pairs) : readable_pairs); ++i) {
     trial.pairs += arguments_.shard.holds(number_++);
   }
   return trial;
@@ -316,7 +316,7 @@ void DryRun::printEstimate() {
                "their own, and nnsr does not run after "
                "itself.\n\n";
   const bool draws = arguments_.shard.count == 1 && !core::makesVariants(config.experiment);
-  const std::size_t pictures = draws ? core::mostPictures(trials_, config.selectors.size() - 1) : 0;
+  const std::size_t pictures = draws ? core::maxPictures(trials_, config.selectors.size() - 1) : 0;
   std::cout << core::estimateTable(trials_, pictures) << "\nThe numbers are in proportion to ";
   std::vector<std::string> tried;
   for (const core::Trial& trial : trials_) {

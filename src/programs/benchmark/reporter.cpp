@@ -10,7 +10,7 @@ Reporter::Reporter(bool verbose) : printer_(std::cout, isatty(STDOUT_FILENO) != 
 
 void Reporter::progress(const core::Progress& progress) { printer_.show(progress); }
 
-void Reporter::judged(const core::ResultRow& row) {
+void Reporter::evaluated(const core::ResultRow& row) {
   if (!verbose_) return;
   printer_.finish();
   std::cout << row.id.text() << " " << row.features << " " << row.preselection << " " << row.selector << ": "

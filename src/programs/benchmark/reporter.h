@@ -16,7 +16,7 @@ class Reporter : public core::RunObserver {
   explicit Reporter(bool verbose);
 
   void progress(const core::Progress& progress) override;
-  void judged(const core::ResultRow& row) override;
+  void evaluated(const core::ResultRow& row) override;
   void failed(const core::Failure& failure) override;
   void doubtful(const core::TruthWarning& warning) override;
   void noticed(const core::Remark& remark) override;

@@ -99,12 +99,12 @@ class RosFront : public BenchmarkFront {
 OpenedBag RosFront::openBag(const std::string& path, const core::BenchmarkConfig& config) const {
   std::unique_ptr<BagSource> source = corrsel::openBag(path, topicsOf(config.bag_topics));
   std::vector<std::string> notes = source->notes();
-  if (!source->judgedByCalibration().empty()) {
+  if (!source->evaluatedByCalibration().empty()) {
     std::vector<std::string> tolerances;
     for (const double tau : config.tolerances) tolerances.push_back(core::formatNumber(tau));
-    notes.push_back(source->judgedByCalibration() + " (tolerances " + core::joinList(tolerances, ", ") +
+    notes.push_back(source->evaluatedByCalibration() + " (tolerances " + core::joinList(tolerances, ", ") +
                     " px; inliers within " + core::formatNumber(config.ground_truth_tolerance) +
-                    " px): a wrong match near its epipolar line counts as correct, so precision is an upper "
+                    " px): an outlier near its epipolar line counts as correct, so precision is an upper "
                     "bound");
   }
   return {std::move(source), std::move(notes)};

@@ -28,10 +28,10 @@ std::uint32_t knownSubscribers(const std::string& topic) {
 /// Waits until the nodes that subscribed before this one started are connected: a short run would end before,
 /// and its messages would be lost. A node that the master lists but that is gone costs the whole time.
 void waitForKnownSubscribers(const ros::Publisher& publisher) {
-  constexpr double kLongest = 2.0, kStep = 0.01;  // s
+  constexpr double kMaxWait = 2.0, kStep = 0.01;  // s
   const std::uint32_t known = knownSubscribers(publisher.getTopic());
   const core::Stopwatch watch;
-  while (publisher.getNumSubscribers() < known && watch.seconds() < kLongest)
+  while (publisher.getNumSubscribers() < known && watch.seconds() < kMaxWait)
     ros::WallDuration(kStep).sleep();
 }
 
@@ -50,8 +50,8 @@ void TopicReporter::progress(const core::Progress& progress) {
   publish("running");
 }
 
-void TopicReporter::judged(const core::ResultRow& row) {
-  Reporter::judged(row);
+void TopicReporter::evaluated(const core::ResultRow& row) {
+  Reporter::evaluated(row);
   core::Evaluation evaluation;
   evaluation.n_putative = row.n_putative;
   evaluation.n_ground_truth = row.n_ground_truth;

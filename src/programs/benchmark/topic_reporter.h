@@ -16,7 +16,7 @@ class TopicReporter : public Reporter {
   TopicReporter(bool verbose, const std::string& output_dir, const ros::NodeHandle& node);
 
   void progress(const core::Progress& progress) override;
-  void judged(const core::ResultRow& row) override;
+  void evaluated(const core::ResultRow& row) override;
 
   /// Publishes the outcome: "finished", "interrupted" or "failed", with the pairs of the run and not those of
   /// its last stage.

@@ -176,7 +176,7 @@ Partners partners(const std::vector<std::int64_t>& first, const std::vector<std:
   for (std::size_t i = 0; i < first.size(); ++i) {
     const std::size_t j = nearest(second, first[i]);
     const std::int64_t difference = std::abs(second[j] - first[i]);
-    result.least_difference = std::min(result.least_difference, difference);
+    result.min_difference = std::min(result.min_difference, difference);
     if (difference <= tolerance && nearest(first, second[j]) == i) result.of[i] = j;
   }
   return result;
@@ -229,11 +229,11 @@ std::string count(std::size_t n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
 }
 
-std::string calibrationText(std::size_t judged, std::size_t pairs, const Calibration& left,
+std::string calibrationText(std::size_t evaluated, std::size_t pairs, const Calibration& left,
                             const Calibration& right) {
-  if (judged == 0) return "";
-  return std::to_string(judged) + " of " + count(pairs, "pair") + (judged == 1 ? " is" : " are") +
-         " judged by camera_info on " + left.topic + " and " + right.topic;
+  if (evaluated == 0) return "";
+  return std::to_string(evaluated) + " of " + count(pairs, "pair") + (evaluated == 1 ? " is" : " are") +
+         " evaluated with camera_info on " + left.topic + " and " + right.topic;
 }
 
 }  // namespace corrsel

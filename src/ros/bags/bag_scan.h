@@ -71,8 +71,8 @@ class BagScan {
 /// For every stamp of one list its partner in another one.
 struct Partners {
   std::vector<std::optional<std::size_t>> of;  ///< per stamp of the first list: its partner in the second
-  std::int64_t least_difference = std::numeric_limits<std::int64_t>::max();  ///< ns, whether paired or not
-  std::size_t size() const;                                                  ///< stamps that have a partner
+  std::int64_t min_difference = std::numeric_limits<std::int64_t>::max();  ///< ns, whether paired or not
+  std::size_t size() const;                                                ///< stamps that have a partner
 };
 
 std::vector<std::int64_t> stampsOf(const std::vector<Stamped>& messages);
@@ -106,8 +106,8 @@ std::string secondsText(std::int64_t nanoseconds);
 /// "1 message", "2 messages"
 std::string count(std::size_t n, const std::string& noun);
 
-/// "3 of 4 pairs are judged by camera_info on LEFT and RIGHT"; empty where it is none.
-std::string calibrationText(std::size_t judged, std::size_t pairs, const Calibration& left,
+/// "3 of 4 pairs are evaluated with camera_info on LEFT and RIGHT"; empty where it is none.
+std::string calibrationText(std::size_t evaluated, std::size_t pairs, const Calibration& left,
                             const Calibration& right);
 
 }  // namespace corrsel

@@ -15,12 +15,12 @@ class BagSource : public core::PairSource {
   /// Sentences for people: which messages were left out and why, and what the reader decided.
   const std::vector<std::string>& notes() const { return notes_; }
 
-  /// Which pairs are judged by a calibration and not by a message with ground truth; empty: none.
-  const std::string& judgedByCalibration() const { return judged_by_calibration_; }
+  /// Which pairs are evaluated with a calibration and not by a message with ground truth; empty: none.
+  const std::string& evaluatedByCalibration() const { return evaluated_by_calibration_; }
 
  protected:
   std::vector<std::string> notes_;
-  std::string judged_by_calibration_;
+  std::string evaluated_by_calibration_;
 };
 
 }  // namespace corrsel

@@ -34,7 +34,7 @@ struct BagTopics {
   std::string images = "auto";         ///< raw, rectified, auto: rectified if the topic's name has image_rect
   double max_stamp_difference = 0.01;  ///< between left and right image (and truth) of a pair, s, in [0, 10]
 
-  static constexpr double kLongestStampDifference = 10.0;  ///< s
+  static constexpr double kMaxStampDifference = 10.0;  ///< s
 
   /// Throws std::invalid_argument that names the option, its value and the accepted values.
   void check() const;

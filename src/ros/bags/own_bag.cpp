@@ -90,7 +90,7 @@ struct OwnBagSource::Impl {
   void makePairs();
   void checkSizes() const;
   [[noreturn]] void failUnpaired(const Partners& found) const;
-  [[noreturn]] void failUnjudged(const Partners& found) const;
+  [[noreturn]] void failWithoutTruth(const Partners& found) const;
   cv::Mat image(const Camera& camera, const Stamped& message, bool all_bits) const;
   void read(const Pair& from, core::ImagePair& pair) const;
 };
@@ -165,22 +165,22 @@ void OwnBagSource::Impl::failUnpaired(const Partners& found) const {
   }
   fail("bag " + file.path() + ": no image on " + right.topic + " comes within " +
        core::formatNumber(options.max_stamp_difference) + " s of one on " + left.topic +
-       "; the smallest difference of stamps is " + secondsText(found.least_difference) +
-       (found.least_difference > static_cast<std::int64_t>(BagTopics::kLongestStampDifference * 1e9)
+       "; the smallest difference of stamps is " + secondsText(found.min_difference) +
+       (found.min_difference > static_cast<std::int64_t>(BagTopics::kMaxStampDifference * 1e9)
             ? ": are the clocks of the cameras set?"
             : ": set max_stamp_difference to at least that"));
 }
 
-void OwnBagSource::Impl::failUnjudged(const Partners& found) const {
+void OwnBagSource::Impl::failWithoutTruth(const Partners& found) const {
   std::string truth_problem =
       "there is no " + std::string(kTruthType) + " on " +
       (options.ground_truth.empty() ? bag_topics::kGroundTruth : options.ground_truth);
   if (!truths.empty()) {
     truth_problem = "no message on " + truth_topic +
                     " has the stamp of a left image (the smallest difference is " +
-                    secondsText(found.least_difference) + ")";
+                    secondsText(found.min_difference) + ")";
   }
-  fail("bag " + file.path() + " has nothing to judge by: " + rig_problem + "; and " + truth_problem +
+  fail("bag " + file.path() + " has no ground truth: " + rig_problem + "; and " + truth_problem +
        "; it has " + file.describeTopics());
 }
 
@@ -191,15 +191,15 @@ void OwnBagSource::Impl::makePairs() {
   for (std::size_t i = 0; i < left.images.size(); ++i) {
     if (rights.of[i]) paired.push_back(left.images[i].stamp);
   }
-  const Partners judged = partners(paired, stampsOf(truths), tolerance(options));
-  if (!rig && judged.size() == 0) failUnjudged(judged);
+  const Partners evaluated = partners(paired, stampsOf(truths), tolerance(options));
+  if (!rig && evaluated.size() == 0) failWithoutTruth(evaluated);
 
-  std::size_t k = 0, unjudged = 0;
+  std::size_t k = 0, without_truth = 0;
   for (std::size_t i = 0; i < left.images.size(); ++i) {
     if (!rights.of[i]) continue;
-    const std::optional<std::size_t> truth = judged.of[k++];
+    const std::optional<std::size_t> truth = evaluated.of[k++];
     if (!truth && !rig) {
-      ++unjudged;
+      ++without_truth;
       continue;
     }
     pairs.push_back({left.images[i], right.images[*rights.of[i]], std::nullopt});
@@ -210,20 +210,20 @@ void OwnBagSource::Impl::makePairs() {
                     count(left.images.size(), "left image") + " have no right image within " +
                     core::formatNumber(options.max_stamp_difference) + " s and are left out");
   }
-  if (unjudged > 0) {
-    notes.push_back(std::to_string(unjudged) + " of " + count(paired.size(), "pair") +
+  if (without_truth > 0) {
+    notes.push_back(std::to_string(without_truth) + " of " + count(paired.size(), "pair") +
                     " have no message on " + truth_topic + " and are left out, since " + rig_problem);
-  } else if (judged.size() > 0 && judged.size() < paired.size()) {
-    notes.push_back(std::to_string(judged.size()) + " of " + count(paired.size(), "pair") +
-                    " are judged by " + truth_topic + ", the others by camera_info");
+  } else if (evaluated.size() > 0 && evaluated.size() < paired.size()) {
+    notes.push_back(std::to_string(evaluated.size()) + " of " + count(paired.size(), "pair") +
+                    " are evaluated with " + truth_topic + ", the others with camera_info");
   }
-  if (judged.size() < truths.size()) {
-    notes.push_back(std::to_string(truths.size() - judged.size()) + " of " + count(truths.size(), "message") +
-                    " on " + truth_topic + " belong to no pair");
+  if (evaluated.size() < truths.size()) {
+    notes.push_back(std::to_string(truths.size() - evaluated.size()) + " of " +
+                    count(truths.size(), "message") + " on " + truth_topic + " belong to no pair");
   }
 }
 
-/// The first pair that the rig judges shows whether camera_info belongs to the images.
+/// The first pair that is evaluated with the rig shows whether camera_info belongs to the images.
 void OwnBagSource::Impl::checkSizes() const {
   const auto first =
       std::find_if(pairs.begin(), pairs.end(), [](const Pair& pair) { return !pair.truth.has_value(); });
@@ -301,8 +301,8 @@ OwnBagSource::OwnBagSource(BagFile file, const BagTopics& topics)
     : impl_(std::make_unique<Impl>(std::move(file), topics, notes_)) {
   const auto by_rig = std::count_if(impl_->pairs.begin(), impl_->pairs.end(),
                                     [](const Impl::Pair& pair) { return !pair.truth.has_value(); });
-  judged_by_calibration_ = calibrationText(static_cast<std::size_t>(by_rig), impl_->pairs.size(),
-                                           impl_->left.calibration, impl_->right.calibration);
+  evaluated_by_calibration_ = calibrationText(static_cast<std::size_t>(by_rig), impl_->pairs.size(),
+                                              impl_->left.calibration, impl_->right.calibration);
 }
 
 OwnBagSource::~OwnBagSource() = default;

@@ -11,9 +11,9 @@ namespace corrsel {
 
 /// Reads the image pairs of a bag that a robot recorded. A left and a right image that are nearest to each
 /// other in time form a pair; a message without a stamp in its header counts with the time of its recording.
-/// A pair is judged by the GroundTruth message with the left image's stamp, and then the images stay as they
-/// were recorded. Without such a message it is judged by the epipolar geometry of the rig (StereoRig), and
-/// the images are rectified. Pairs are named {bag's name, "bag", stamp}.
+/// A pair is evaluated with the GroundTruth message with the left image's stamp, and then the images stay as
+/// they were recorded. Without such a message it is evaluated with the epipolar geometry of the rig
+/// (StereoRig), and the images are rectified. Pairs are named {bag's name, "bag", stamp}.
 class OwnBagSource : public BagSource {
  public:
   /// Reads the whole bag once, for the stamps only. Throws core::DatasetError for topics that do not exist or

@@ -139,7 +139,7 @@ struct RecordedMatchesSource::Impl {
   std::vector<core::OtherReading> other_declarations;  ///< of the rig's images
   std::string rig_problem;                             ///< why there is no rig
   std::vector<Pair> pairs;
-  std::string by_calibration;  ///< text on the pairs that the rig judges
+  std::string by_calibration;  ///< text on the pairs that are evaluated with the rig
   std::size_t position = 0;
 
   Impl(BagFile bag, const BagTopics& topics, std::vector<std::string>& all_notes);
@@ -323,12 +323,12 @@ bool RecordedMatchesSource::Impl::simultaneous(const Stamped& message) const {
 }
 
 void RecordedMatchesSource::Impl::makePairs() {
-  const Partners judged = partners(stampsOf(matches), stampsOf(truths), tolerance(options));
+  const Partners evaluated = partners(stampsOf(matches), stampsOf(truths), tolerance(options));
   std::size_t by_rig = 0, apart = 0;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     pairs.push_back({matches[i], std::nullopt, false});
-    if (judged.of[i]) {
-      pairs.back().truth.emplace(truths[*judged.of[i]]);
+    if (evaluated.of[i]) {
+      pairs.back().truth.emplace(truths[*evaluated.of[i]]);
     } else if (rig && simultaneous(matches[i])) {
       pairs.back().by_rig = true;
       ++by_rig;
@@ -336,19 +336,19 @@ void RecordedMatchesSource::Impl::makePairs() {
       ++apart;
     }
   }
-  if (judged.size() > 0) {
-    notes.push_back(std::to_string(judged.size()) + " of " + count(pairs.size(), "pair") + " are judged by " +
-                    truth_topic);
+  if (evaluated.size() > 0) {
+    notes.push_back(std::to_string(evaluated.size()) + " of " + count(pairs.size(), "pair") +
+                    " are evaluated with " + truth_topic);
   }
   by_calibration = calibrationText(by_rig, pairs.size(), left, right);
-  if (judged.size() + by_rig == pairs.size()) return;
-  notes.push_back(std::to_string(pairs.size() - judged.size() - by_rig) + " of " +
-                  count(pairs.size(), "pair") +
-                  " are not judged: numbers of matches and times are given, but no precision and no recall, "
-                  "since there is no truth for their stamps and " +
-                  (apart > 0 ? "their images were not taken at the same time (within " +
-                                   core::formatNumber(options.max_stamp_difference) + " s)"
-                             : rig_problem));
+  if (evaluated.size() + by_rig == pairs.size()) return;
+  notes.push_back(
+      std::to_string(pairs.size() - evaluated.size() - by_rig) + " of " + count(pairs.size(), "pair") +
+      " are not evaluated: numbers of matches and times are given, but no precision and no recall, "
+      "since there is no truth for their stamps and " +
+      (apart > 0 ? "their images were not taken at the same time (within " +
+                       core::formatNumber(options.max_stamp_difference) + " s)"
+                 : rig_problem));
 }
 
 /// Fills in the names of the pair and of its images. Throws std::invalid_argument, or an exception of rosbag.
@@ -374,7 +374,7 @@ RecordedMatchesSource::Impl::Impl(BagFile bag, const BagTopics& topics, std::vec
 
 RecordedMatchesSource::RecordedMatchesSource(BagFile file, const BagTopics& topics)
     : impl_(std::make_unique<Impl>(std::move(file), topics, notes_)) {
-  judged_by_calibration_ = impl_->by_calibration;
+  evaluated_by_calibration_ = impl_->by_calibration;
 }
 
 RecordedMatchesSource::~RecordedMatchesSource() = default;

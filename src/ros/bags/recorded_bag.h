@@ -10,12 +10,12 @@
 namespace corrsel {
 
 /// Reads putative matches that were recorded live (live.launch record:=true) as given matches, without
-/// images. Matches are judged by the GroundTruth message of their stamp, and then stay as they are. Without
-/// such a message they are judged by the epipolar geometry of the recorded camera_info (StereoRig): matches
-/// of raw images are undistorted and rectified, and those beyond the area that StereoRig keeps are left out.
-/// Matches between images that were not taken at the same time (a sequence), and the matches of a bag with
-/// neither ground truth nor calibration, have TruthKind::kNone. A pair has the name that its message gives,
-/// or else {bag's name, "bag", stamp}.
+/// images. Matches are evaluated with the GroundTruth message of their stamp, and then stay as they are.
+/// Without such a message they are evaluated with the epipolar geometry of the recorded camera_info
+/// (StereoRig): matches of raw images are undistorted and rectified, and those beyond the area that StereoRig
+/// keeps are left out. Matches between images that were not taken at the same time (a sequence), and the
+/// matches of a bag with neither ground truth nor calibration, have TruthKind::kNone. A pair has the name
+/// that its message gives, or else {bag's name, "bag", stamp}.
 class RecordedMatchesSource : public BagSource {
  public:
   /// Reads the bag once. The matches are on BagTopics::correspondences. Where that is empty, they are on the

@@ -15,9 +15,9 @@
 namespace corrsel {
 namespace {
 
-constexpr double kLeastBaseline = 1e-6;       // m
+constexpr double kMinBaseline = 1e-6;         // m
 constexpr double kRotationTolerance = 1e-3;   // largest entry of R R^T - I
-constexpr int kLeastSide = 16;                // px
+constexpr int kMinSide = 16;                  // px
 constexpr double kDerivativeStep = 0.5;       // px
 constexpr double kInversionTolerance = 0.05;  // px, of a point that is distorted again
 constexpr int kInversionSteps = 100;
@@ -291,7 +291,7 @@ void StereoRig::chooseAreas() {
   for (const auto& [camera, seen] : {std::pair(&left_, left_seen), std::pair(&right_, right_seen)}) {
     if (camera->rectified) continue;
     camera->area = largestRectangle(seen);
-    if (std::min(camera->area.width, camera->area.height) < kLeastSide) {
+    if (std::min(camera->area.width, camera->area.height) < kMinSide) {
       refuse(camera->name,
              "leaves next to nothing of the image when it is rectified: R and P do not fit to K; " +
                  std::string(kCalibrate));
@@ -301,7 +301,7 @@ void StereoRig::chooseAreas() {
 
 StereoRig::StereoRig(const RigCamera& left, const RigCamera& right) : left_(left), right_(right) {
   pose_.translation = right_.translation() - left_.translation();
-  if (!(baseline() >= kLeastBaseline)) {
+  if (!(baseline() >= kMinBaseline)) {
     throw std::invalid_argument(
         "camera_info on " + left.name + " and " + right.name +
         " have the same fourth column in P, a baseline of zero: the cameras were calibrated one by one, or "

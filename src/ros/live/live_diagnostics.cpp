@@ -134,7 +134,7 @@ void LiveDiagnostics::reportProcessing(Status& status) {
   const Flow& first = snapshots_.front().flow;
   const Flow& last = snapshots_.back().flow;
   status.summary(DiagnosticStatus::OK, "keeping up");
-  const auto judge = [&status](const Limits& limits, double value, bool above, const std::string& what) {
+  const auto compare = [&status](const Limits& limits, double value, bool above, const std::string& what) {
     const auto beyond = [&](double limit) { return limit > 0 && (above ? value > limit : value < limit); };
     if (!beyond(limits.warn) && !beyond(limits.error)) return;  // also where the value is unknown
     status.mergeSummary(beyond(limits.error) ? DiagnosticStatus::ERROR : DiagnosticStatus::WARN, what);
@@ -146,7 +146,7 @@ void LiveDiagnostics::reportProcessing(Status& status) {
   const double items = dropped + static_cast<double>(last.done - first.done);
   const double drop_ratio = items > 0 ? dropped / items : std::nan("");
   status.add("drop ratio", text("%.3f", drop_ratio));
-  judge(drop_ratio_, drop_ratio, true, "drops " + text("%.0f", 100 * drop_ratio) + " % of the items");
+  compare(drop_ratio_, drop_ratio, true, "drops " + text("%.0f", 100 * drop_ratio) + " % of the items");
 
   for (const std::string& name : stage_order_) {
     const std::deque<double>& values = stages_[name];
@@ -154,14 +154,14 @@ void LiveDiagnostics::reportProcessing(Status& status) {
     status.add("p95 " + name + " [s]", text("%.5f", quantileOf(values, 0.95)));
     if (name == kAge) {
       const double age = quantileOf(values, 0.95);
-      judge(latency_, age, true, "results are " + text("%.3f", age) + " s old");
+      compare(latency_, age, true, "results are " + text("%.3f", age) + " s old");
     }
   }
   if (!inlier_ratios_.empty()) {
     const double ratio = core::mean({inlier_ratios_.begin(), inlier_ratios_.end()});
     status.add("inlier ratio", text("%.3f", ratio));
-    judge(inlier_ratio_, ratio, false,
-          "only " + text("%.1f", 100 * ratio) + " % of the matches are selected");
+    compare(inlier_ratio_, ratio, false,
+            "only " + text("%.1f", 100 * ratio) + " % of the matches are selected");
   }
   if (!confidences_.empty()) status.add("p50 confidence", text("%.1f", quantileOf(confidences_, 0.5)));
   for (const auto& [key, value] : values_) status.add(key, value);

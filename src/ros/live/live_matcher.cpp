@@ -63,13 +63,13 @@ boost::shared_ptr<Correspondences> LiveMatcher::match(const ImageSet& images, co
 }
 
 void LiveMatcher::countBits(const cv::Mat& image) {
-  if (image.depth() != CV_16U || bits_ == core::kMostBits) return;
+  if (image.depth() != CV_16U || bits_ == core::kMaxBits) return;
   bits_ = std::max(bits_, core::significantBits(core::largestValue(image)));
 }
 
 /// Images that use all bits are scaled by the extractor, without a copy of the image.
 cv::Mat LiveMatcher::inUsedBits(const cv::Mat& image) const {
-  return bits_ < core::kMostBits ? core::toEightBits(image, bits_) : image;
+  return bits_ < core::kMaxBits ? core::toEightBits(image, bits_) : image;
 }
 
 boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images, const Settings& settings) {

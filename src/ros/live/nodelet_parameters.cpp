@@ -144,16 +144,14 @@ std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> liveFeatur
 
 void RegionParameters::visit(OptionVisitor& visitor) const {
   using P = RegionParameters;
-  constexpr double kLargest = 100000;
+  constexpr double kMax = 100000;
   visitor.integer(
-      {"x", 0, kLargest, "px", "Left edge of the part of the images in which features are looked for"},
-      &P::x);
-  visitor.integer({"y", 0, kLargest, "px", "Upper edge of that part"}, &P::y);
-  visitor.integer({"width", 0, kLargest, "px", "Width of that part; 0 = up to the right edge of the image"},
+      {"x", 0, kMax, "px", "Left edge of the part of the images in which features are looked for"}, &P::x);
+  visitor.integer({"y", 0, kMax, "px", "Upper edge of that part"}, &P::y);
+  visitor.integer({"width", 0, kMax, "px", "Width of that part; 0 = up to the right edge of the image"},
                   &P::width);
-  visitor.integer(
-      {"height", 0, kLargest, "px", "Height of that part; 0 = down to the lower edge of the image"},
-      &P::height);
+  visitor.integer({"height", 0, kMax, "px", "Height of that part; 0 = down to the lower edge of the image"},
+                  &P::height);
 }
 
 void SelectorChoice::visit(OptionVisitor& visitor) const {

@@ -15,7 +15,7 @@ namespace corrsel {
 namespace {
 
 constexpr std::size_t kFewImages = 3;
-constexpr double kLongestPeriod = 10.0;  // s
+constexpr double kMaxPeriod = 10.0;  // s
 
 /// Median distance of a left stamp from the nearest right one [s], to 10 us; NaN where one side has none.
 double medianGap(const std::vector<ros::Time>& left, const std::vector<ros::Time>& right) {
@@ -59,7 +59,7 @@ class PairSynchronizer::Synchronizer {
   }
 
   /// Approximate pairs are handed over once no better partner can come. Without a lower bound on the time to
-  /// the next image, that is one period late. @param seconds  least time between two images of this side
+  /// the next image, that is one period late. @param seconds  smallest time between two images of this side
   void expect(Side side, double seconds) {
     if (approximate_) approximate_->setInterMessageLowerBound(side, ros::Duration(seconds));
   }
@@ -120,7 +120,7 @@ void PairSynchronizer::receive(Side side, const sensor_msgs::ImageConstPtr& msg,
   try {
     // Half the shortest time seen, since the next image may come sooner than those before.
     const double period = (side == kLeft ? left_ : right_).shortestPeriod();
-    synchronizer_->expect(side, std::min(0.5 * period, kLongestPeriod));
+    synchronizer_->expect(side, std::min(0.5 * period, kMaxPeriod));
     synchronizer_->add(side, msg);
   } catch (const std::exception&) {  // ros::Duration cannot hold the difference of two stamps
     makeSynchronizer();
@@ -154,14 +154,14 @@ std::string PairSynchronizer::complaint() {
   const std::lock_guard<std::mutex> lock(period_mutex_);
   std::vector<std::string> parts;
   const std::size_t n_sets = n_sets_;
-  const std::size_t most = std::max(left_.periodCount(), right_.periodCount());
-  if (most >= kFewImages && most >= 3 * (n_sets - n_sets_before_))
+  const std::size_t max_periods = std::max(left_.periodCount(), right_.periodCount());
+  if (max_periods >= kFewImages && max_periods >= 3 * (n_sets - n_sets_before_))
     parts.push_back(mismatch(n_sets - n_sets_before_));
   for (CameraInput* camera : {&left_, &right_}) {
     const std::string text = camera->complaint();
     if (!text.empty()) parts.push_back(text);
   }
-  if (most >= kFewImages ||
+  if (max_periods >= kFewImages ||
       !parts.empty()) {  // fewer images are counted on, or slow cameras would never be checked
     left_.newPeriod();
     right_.newPeriod();

@@ -18,7 +18,7 @@ constexpr std::size_t kPanelRows = 256;
 constexpr std::size_t kPanelsPerThread = 16;
 
 // With fewer panels starting threads takes longer than the product.
-constexpr std::size_t kFewestPanels = 8;
+constexpr std::size_t kMinPanels = 8;
 
 // Columns computed and multiplied at once: 16 KiB stay in the first-level cache. Also the columns after which
 // single precision sums are moved to double precision ones, stored or not.
@@ -82,7 +82,7 @@ bool PairMatrix::multiply(const double* v, double* y, const Deadline& deadline, 
   for (std::size_t i = 0; i < n_; ++i) v_[i] = static_cast<float>(v[i]);
   y_.assign(length, 0);
   const std::size_t panels = (length + kPanelRows - 1) / kPanelRows;
-  if (panels < kFewestPanels) threads = 1;
+  if (panels < kMinPanels) threads = 1;
   // Panels are added up in their order, whichever thread has multiplied them.
   const std::size_t at_once = threads > 1 ? std::min(panels, kPanelsPerThread * std::size_t(threads)) : 1;
   if (panels_.size() < at_once) panels_.resize(at_once);

@@ -12,7 +12,7 @@ namespace corrsel::core {
 
 /// The matches that can be trusted before anything is known about the motion.
 ///
-/// Idea: a motion that is estimated from these matches alone is not disturbed by the many wrong ones. It then
+/// Idea: a motion that is estimated from these matches alone is not disturbed by the many outliers. It then
 /// decides on all matches.
 ///
 /// Algorithm: a match is trusted if its ratio of descriptor distances, nearest over second nearest, is below
@@ -27,7 +27,7 @@ namespace corrsel::core {
 class TrustedSet {
  public:
   /// With fewer trusted matches than this, an estimate from them alone is less safe than one from all.
-  static constexpr std::size_t kFewest = 10;
+  static constexpr std::size_t kMinMatches = 10;
 
   /// A sentence that names the missing column, or an empty text.
   /// @param who  what needs the column, e.g. "vfc with guided"
