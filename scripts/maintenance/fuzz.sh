@@ -8,6 +8,10 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
+case ${1:-} in
+  -h | --help) sed -n '2,7s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;;
+  *[!0-9]*) echo "fuzz.sh: unknown argument '$1'; valid: a number of seconds, then names of selectors, --help" >&2 && exit 2 ;;
+esac
 seconds=${1:-60}
 shift || true
 install_packages "${build_packages[@]}" "${test_packages[@]}" "${sanitizer_packages[@]}"

@@ -22,7 +22,9 @@ std::string BenchmarkFront::fetchCommand() const {
 }
 
 std::string BenchmarkFront::reportCommand() const {
-  return "PYTHONPATH=" + pythonPath() + " python3 -m corrsel.report";
+  // Python finds the package by itself where it is installed by Debian's package.
+  const std::string python = pythonPath();
+  return (python.empty() ? "" : "PYTHONPATH=" + python + " ") + "python3 -m corrsel.report";
 }
 
 fs::path BenchmarkFront::fetchScript() const { return findBesideProgram("fetch_samples.sh"); }
