@@ -183,6 +183,47 @@ void describe(const std::string& side, const Measurement& m, Record& record) {
   record[side + "_f"] = core::formatNumber(m.f);
 }
 
+/// The columns on machine and program, which are the same in all rows.
+Record machineRecord() {
+  Record machine;
+  const auto environment = nlohmann::json::parse(core::environmentJson(1));
+  for (const char* name : {"cpu", "threads", "compiler", "build_type", "opencv", "corrsel_commit"}) {
+    const auto& value = environment[name];
+    machine[name] = value.is_string() ? value.get<std::string>() : value.dump();
+  }
+  machine["kernels"] = core::toString(core::kernelLevel());
+  return machine;
+}
+
+Record recordOf(const std::string& comparison, const std::string& selector, const std::string& scene,
+                std::size_t n, const Measurement& ours) {
+  Record record = {
+      {"comparison", comparison}, {"selector", selector}, {"scene", scene}, {"n", std::to_string(n)}};
+  describe("ours", ours, record);
+  return record;
+}
+
+Record recordOf(const Row& row) {
+  Record record = recordOf(row.comparison, row.ours.name, sceneName(row.scene), row.scene.n, row.ours);
+  record["against"] = row.peer.name;
+  record["inlier_ratio"] = core::formatNumber(row.scene.inlier_ratio);
+  record["ratio"] = core::formatNumber(ratio(row));
+  record["failure"] = row.peer.failure;
+  describe("peer", row.peer, record);
+  if (row.same_mask && row.peer.failure.empty()) record["identical_masks"] = row.differing ? "no" : "yes";
+  return record;
+}
+
+Record recordOf(const FeatureRow& row) {
+  Record record = recordOf(row.comparison, row.ours.name, row.image, row.ours_n, row.ours);
+  record["against"] = row.peer.name;
+  record["ratio"] = core::formatNumber(row.peer.milliseconds / row.ours.milliseconds);
+  record["failure"] = row.peer.failure;
+  describe("peer", row.peer, record);
+  if (row.must_be_identical) record["identical_masks"] = row.same ? "yes" : "no";
+  return record;
+}
+
 }  // namespace
 
 std::string shortNumber(double value) {
@@ -311,13 +352,7 @@ std::string Report::markdown(const std::string& command) const {
 }
 
 void Report::writeCsv(std::ostream& out) const {
-  Record machine;
-  const auto environment = nlohmann::json::parse(core::environmentJson(1));
-  for (const char* name : {"cpu", "threads", "compiler", "build_type", "opencv", "corrsel_commit"}) {
-    const auto& value = environment[name];
-    machine[name] = value.is_string() ? value.get<std::string>() : value.dump();
-  }
-  machine["kernels"] = core::toString(core::kernelLevel());
+  const Record machine = machineRecord();
   const auto write = [&](Record record) {
     record.insert(machine.begin(), machine.end());
     std::vector<std::string> fields;
@@ -325,55 +360,24 @@ void Report::writeCsv(std::ostream& out) const {
     out << core::joinList(fields, ",") << '\n';
   };
   out << core::joinList({std::begin(kColumns), std::end(kColumns)}, ",") << '\n';
-  for (const Row& row : rows_) {
-    Record record = {{"comparison", row.comparison},
-                     {"selector", row.ours.name},
-                     {"against", row.peer.name},
-                     {"scene", sceneName(row.scene)},
-                     {"n", std::to_string(row.scene.n)},
-                     {"inlier_ratio", core::formatNumber(row.scene.inlier_ratio)},
-                     {"ratio", core::formatNumber(ratio(row))},
-                     {"failure", row.peer.failure}};
-    describe("ours", row.ours, record);
-    describe("peer", row.peer, record);
-    if (row.same_mask && row.peer.failure.empty()) record["identical_masks"] = row.differing ? "no" : "yes";
-    write(record);
-  }
+  for (const Row& row : rows_) write(recordOf(row));
   for (const GrowthRow& row : growth_) {
     for (std::size_t i = 0; i < row.sizes.size(); ++i) {
-      Record record = {{"comparison", row.comparison},
-                       {"selector", row.comparison.substr(row.comparison.find('/') + 1)},
-                       {"n", std::to_string(row.sizes[i])}};
+      Record record = recordOf(row.comparison, row.comparison.substr(row.comparison.find('/') + 1), "",
+                               row.sizes[i], row.measured[i]);
       if (i + 1 == row.sizes.size()) record["exponent"] = core::formatNumber(row.exponent);
-      describe("ours", row.measured[i], record);
       write(record);
     }
   }
-  for (const FeatureRow& row : features_) {
-    Record record = {{"comparison", row.comparison},
-                     {"selector", row.ours.name},
-                     {"against", row.peer.name},
-                     {"scene", row.image},
-                     {"n", std::to_string(row.ours_n)},
-                     {"ratio", core::formatNumber(row.peer.milliseconds / row.ours.milliseconds)},
-                     {"failure", row.peer.failure}};
-    describe("ours", row.ours, record);
-    describe("peer", row.peer, record);
-    if (row.must_be_identical) record["identical_masks"] = row.same ? "yes" : "no";
-    write(record);
+  for (const FeatureRow& row : features_) write(recordOf(row));
+  for (const StageRow& row : stages_) {
+    for (const Measurement* stage : {&row.features, &row.matching, &row.selection})
+      write(recordOf(row.comparison, stage->name, row.image, row.n, *stage));
   }
-  const auto writeStages = [&](const auto& row, std::initializer_list<const Measurement*> stages) {
-    for (const Measurement* stage : stages) {
-      Record record = {{"comparison", row.comparison},
-                       {"selector", stage->name},
-                       {"scene", row.image},
-                       {"n", std::to_string(row.n)}};
-      describe("ours", *stage, record);
-      write(record);
-    }
-  };
-  for (const StageRow& row : stages_) writeStages(row, {&row.features, &row.matching, &row.selection});
-  for (const CostRow& row : costs_) writeStages(row, {&row.search, &row.detection, &row.all});
+  for (const CostRow& row : costs_) {
+    for (const Measurement* stage : {&row.search, &row.detection, &row.all})
+      write(recordOf(row.comparison, stage->name, row.image, row.n, *stage));
+  }
   for (const HardRow& row : hard_) {
     write({{"comparison", row.comparison},
            {"selector", row.method},
@@ -383,9 +387,7 @@ void Report::writeCsv(std::ostream& out) const {
            {"ours_repetitions", std::to_string(row.seeds)},
            {"found", std::to_string(row.found)}});
   }
-  for (const auto& [comparison, reason] : failures_) {
-    write({{"comparison", comparison}, {"failure", reason}});
-  }
+  for (const auto& [comparison, reason] : failures_) write({{"comparison", comparison}, {"failure", reason}});
 }
 
 bool Report::good() const {

@@ -407,65 +407,56 @@ Comparison growth(const std::string& spec, MatchSceneKind kind, std::size_t max_
   return result;
 }
 
-}  // namespace
+/// The comparisons of one size and inlier ratio.
+std::vector<Comparison> comparisonsOfScenes(std::size_t n, double inlier_ratio) {
+  const SceneSpec plane{MatchSceneKind::kPlane, n, inlier_ratio},
+      space{MatchSceneKind::kSpace, n, inlier_ratio}, corner{MatchSceneKind::kTwoPlanes, n, inlier_ratio};
+  std::vector<Comparison> list = {automatic(plane),
+                                  automatic(space),
+                                  beside("acransac:h", "usac:h", plane, 3),
+                                  beside("acransac:f", "usac:f", space, 3),
+                                  beside("planes", "usac:h", plane, 8),
+                                  beside("planes", "usac:h", corner, 8),
+                                  beside("usac:frames", "usac:h", plane, 3),
+                                  beside("usac:h", "usac:h", plane, 2, {{"sampler", "local"}}),
+                                  beside("pnapsac", "usac:h", plane, 2),
+                                  beside("multigs", "usac:h", plane, 4),
+                                  beside("mlesac", "ransac:h", plane, 4),
+                                  nnsr(plane),
+                                  ransac(plane),
+                                  usac(plane),
+                                  usac(space),
+                                  gms(plane, false),
+                                  gms(plane, true),
+                                  vfc(plane),
+                                  beside("vfc:guided", "vfc", plane, 4),
+                                  beside("lpm:guided", "lpm:paper", plane, 4),
+                                  lpm(plane, baselines::LpmVariant::kPaper),
+                                  lpm(plane, baselines::LpmVariant::kV2),
+                                  alone("adalam", plane, 4),
+                                  alone("laf", plane, 0.3),
+                                  alone("significant", plane, 2),
+                                  alone("lap", plane, 6),
+                                  alone("ranks", plane, 6),
+                                  alone("rfm_scan", plane, 60),
+                                  alone("frame_votes:hviv", plane, 20),
+                                  alone("frame_votes:acc", plane, 10),
+                                  alone("gaim", plane, 20),
+                                  alone("logos", plane, 8),
+                                  alone("icf", plane, 40)};
+  // OpenCV's takes ten seconds a call at the largest size.
+  if (n <= kMaxPairs || inlier_ratio == kTargetRatio) list.insert(list.begin(), ransac(space));
+  if (n > kMaxPairs || (n > kMaxDensePairs && inlier_ratio != kTargetRatio)) return list;
+  list.push_back(allPairs("st", plane, baselines::stDense));
+  if (n <= kMaxDensePairs) list.push_back(beside("rrwm", "st", plane, 40));
+  if (n <= kMaxTlinkage) list.push_back(tlinkage(corner, 500));
+  list.push_back(allPairs("gtm", plane, baselines::gtmDense));
+  return list;
+}
 
-std::vector<Comparison> comparisons(bool all) {
+/// How the times of the selectors grow with the number of matches.
+std::vector<Comparison> growths() {
   std::vector<Comparison> list;
-  SceneSpec target{MatchSceneKind::kPlane, kTargetSize, kTargetRatio}, few = target;
-  few.inlier_ratio = 0.3;
-  list.push_back(ransacSameSamples(target, 3));
-  list.push_back(ransacSameSamples(target, 10));
-  // OpenCV's own rule asks for more than 2000 samples here, so that both draw exactly 2000.
-  list.push_back(ransacSameSamples(few, 3));
-  for (const std::size_t n : kSizes) {
-    for (const double inlier_ratio : kInlierRatios) {
-      const SceneSpec plane{MatchSceneKind::kPlane, n, inlier_ratio},
-          space{MatchSceneKind::kSpace, n, inlier_ratio}, corner{MatchSceneKind::kTwoPlanes, n, inlier_ratio};
-      // OpenCV's takes ten seconds a call at the largest size.
-      if (n <= kMaxPairs || inlier_ratio == kTargetRatio) list.push_back(ransac(space));
-      for (const Comparison& comparison : {automatic(plane),
-                                           automatic(space),
-                                           beside("acransac:h", "usac:h", plane, 3),
-                                           beside("acransac:f", "usac:f", space, 3),
-                                           beside("planes", "usac:h", plane, 8),
-                                           beside("planes", "usac:h", corner, 8),
-                                           beside("usac:frames", "usac:h", plane, 3),
-                                           beside("usac:h", "usac:h", plane, 2, {{"sampler", "local"}}),
-                                           beside("pnapsac", "usac:h", plane, 2),
-                                           beside("multigs", "usac:h", plane, 4),
-                                           beside("mlesac", "ransac:h", plane, 4),
-                                           nnsr(plane),
-                                           ransac(plane),
-                                           usac(plane),
-                                           usac(space),
-                                           gms(plane, false),
-                                           gms(plane, true),
-                                           vfc(plane),
-                                           beside("vfc:guided", "vfc", plane, 4),
-                                           beside("lpm:guided", "lpm:paper", plane, 4),
-                                           lpm(plane, baselines::LpmVariant::kPaper),
-                                           lpm(plane, baselines::LpmVariant::kV2),
-                                           alone("adalam", plane, 4),
-                                           alone("laf", plane, 0.3),
-                                           alone("significant", plane, 2),
-                                           alone("lap", plane, 6),
-                                           alone("ranks", plane, 6),
-                                           alone("rfm_scan", plane, 60),
-                                           alone("frame_votes:hviv", plane, 20),
-                                           alone("frame_votes:acc", plane, 10),
-                                           alone("gaim", plane, 20),
-                                           alone("logos", plane, 8),
-                                           alone("icf", plane, 40)}) {
-        list.push_back(comparison);
-      }
-      if (n > kMaxPairs || (n > kMaxDensePairs && inlier_ratio != kTargetRatio)) continue;
-      list.push_back(allPairs("st", plane, baselines::stDense));
-      if (n <= kMaxDensePairs) list.push_back(beside("rrwm", "st", plane, 40));
-      if (n <= kMaxTlinkage) list.push_back(tlinkage(corner, 500));
-      list.push_back(allPairs("gtm", plane, baselines::gtmDense));
-    }
-  }
-  list.push_back(automatic({MatchSceneKind::kPlane, kLiveSize, kEasyRatio}));
   for (const char* spec : {"auto",
                            "acransac:h",
                            "planes",
@@ -493,24 +484,19 @@ std::vector<Comparison> comparisons(bool all) {
                            "frame_votes:acc",
                            "gaim",
                            "logos",
-                           "icf"}) {
+                           "icf"})
     list.push_back(growth(spec, MatchSceneKind::kPlane));
-  }
   list.push_back(growth("usac:h", MatchSceneKind::kPlane, kLargeSize, {{"sampler", "local"}}));
   for (const char* spec : {"ransac:f", "usac:f", "acransac:f"})
     list.push_back(growth(spec, MatchSceneKind::kSpace));
   for (const char* spec : {"st", "rrwm", "gtm"})
     list.push_back(growth(spec, MatchSceneKind::kPlane, kMaxPairs));
   list.push_back(growth("tlinkage", MatchSceneKind::kTwoPlanes, kMaxTlinkage));
-  for (const Comparison& comparison : matching()) list.push_back(comparison);
-  if (!all) {
-    list.erase(
-        std::remove_if(list.begin(), list.end(), [](const Comparison& c) { return c.targets.empty(); }),
-        list.end());
-  }
-  // Those without a target as well, for the report of the time of a pair.
-  for (const Comparison& comparison : features()) list.push_back(comparison);
-  // By selector, so that the table reads well.
+  return list;
+}
+
+/// Sorts by selector, so that the table reads well. The first comparison of each selector decides its place.
+void sortBySelector(std::vector<Comparison>& list) {
   const auto group = [](const Comparison& c) { return c.name.substr(0, c.name.find('/')); };
   std::vector<std::string> order;
   for (const Comparison& c : list) {
@@ -519,6 +505,35 @@ std::vector<Comparison> comparisons(bool all) {
   std::stable_sort(list.begin(), list.end(), [&](const Comparison& a, const Comparison& b) {
     return std::find(order.begin(), order.end(), group(a)) < std::find(order.begin(), order.end(), group(b));
   });
+}
+
+}  // namespace
+
+std::vector<Comparison> comparisons(bool all) {
+  std::vector<Comparison> list;
+  const auto append = [&list](const std::vector<Comparison>& more) {
+    list.insert(list.end(), more.begin(), more.end());
+  };
+  SceneSpec target{MatchSceneKind::kPlane, kTargetSize, kTargetRatio}, few = target;
+  few.inlier_ratio = 0.3;
+  list.push_back(ransacSameSamples(target, 3));
+  list.push_back(ransacSameSamples(target, 10));
+  // OpenCV's own rule asks for more than 2000 samples here, so that both draw exactly 2000.
+  list.push_back(ransacSameSamples(few, 3));
+  for (const std::size_t n : kSizes) {
+    for (const double inlier_ratio : kInlierRatios) append(comparisonsOfScenes(n, inlier_ratio));
+  }
+  list.push_back(automatic({MatchSceneKind::kPlane, kLiveSize, kEasyRatio}));
+  append(growths());
+  append(matching());
+  if (!all) {
+    list.erase(
+        std::remove_if(list.begin(), list.end(), [](const Comparison& c) { return c.targets.empty(); }),
+        list.end());
+  }
+  // Those without a target as well, for the report of the time of a pair.
+  append(features());
+  sortBySelector(list);
   return list;
 }
 

@@ -337,76 +337,98 @@ PoseRow BenchmarkRunner::groundTruthPose(const ImagePair& pair, const Putative& 
   return poseRow(pair, putative, cell, kGroundTruthSelection, 0, inliers);
 }
 
-void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double read_seconds) {
-  double extract_seconds = 0, match_seconds = 0, select_seconds = 0, pose_seconds = 0;
-  Stopwatch total;
-  std::vector<ResultRow> rows;
-  std::vector<PoseRow> poses;
-  const bool with_poses = hasPoseRows(pair.truth, config_);
-  const auto addPose = [&](const auto& measure) {
+/// What the run of one pair has produced so far.
+struct BenchmarkRunner::PairRun {
+  PairRun(const ImagePair& image_pair, const BenchmarkConfig& config, const std::string& folder)
+      : pair(image_pair), with_poses(hasPoseRows(image_pair.truth, config)) {
+    if (config.save_matches) saved.emplace(folder, pair, config.repetitions > 1);
+  }
+
+  template <class Measure>
+  void addPose(const Measure& measure) {
     if (!with_poses) return;
     const Stopwatch watch;
     poses.push_back(measure());
     pose_seconds += watch.seconds();
-  };
+  }
+
+  std::vector<StageTime> stages(double read_seconds) const {
+    const double evaluate_seconds =
+        total.seconds() - extract_seconds - match_seconds - select_seconds - pose_seconds;
+    std::vector<StageTime> times = {{"read", read_seconds},
+                                    {"features", extract_seconds},
+                                    {"match", match_seconds},
+                                    {"select", select_seconds},
+                                    {"evaluate", evaluate_seconds}};
+    if (with_poses) times.push_back({kPoseStage, pose_seconds});
+    return times;
+  }
+
+  const ImagePair& pair;
+  const bool with_poses;
+  const Stopwatch total;
+  double extract_seconds = 0, match_seconds = 0, select_seconds = 0, pose_seconds = 0;
+  std::vector<ResultRow> rows;
+  std::vector<PoseRow> poses;
   std::vector<TruthCheck> checks;
   std::optional<SavedMatches> saved;
-  if (config_.save_matches) saved.emplace(folder_.path(), pair, config_.repetitions > 1);
+};
+
+/// Runs all selectors on the putative matches that a preselection leaves. @return false if the run was
+/// stopped
+bool BenchmarkRunner::runCell(const Cell& cell, const Putative& input, PairRun& run) {
+  const ImagePair& pair = run.pair;
+  const bool preselect = cell.preselection == "nnsr";
+  const Selection preselected = preselect ? tools_->preselector->select(input.matches) : Selection{};
+  run.select_seconds += preselected.seconds;
+  const bool usable = preselected.status != Status::kUnsupportedInput;
+  if (!usable) notice({pair.id.dataset, "", "preselection by " + cell.preselection, preselected.message});
+  const Putative putative = preselect && usable ? input.survivors(preselected.mask) : input;
+  if (run.saved) run.saved->writePutative(cell, putative.matches);
+  for (std::size_t k = 0; k < tools_->selectors.size(); ++k) {
+    const std::string& spec = tools_->selectors[k].spec;
+    if (preselect && isNnsr(spec)) continue;
+    for (int repetition = 0; repetition < config_.repetitions; ++repetition) {
+      if (stop_) return false;
+      Selection selection = usable ? selectorFor(pair, k, repetition).select(putative.matches) : preselected;
+      run.select_seconds += selection.seconds;
+      if (selection.status == Status::kUnsupportedInput && usable)
+        notice({pair.id.dataset, "", spec, selection.message});
+      addConfidence(putative.matches, selection);
+      run.rows.push_back(resultRow(pair, putative, cell, spec, repetition, selection));
+      run.addPose([&] { return poseRow(pair, putative, cell, spec, repetition, selection); });
+      observer_.evaluated(run.rows.back());
+      if (run.saved) run.saved->write(putative.matches, spec, config_.seed + repetition, selection);
+    }
+  }
+  run.addPose([&] { return groundTruthPose(pair, putative, cell); });
+  return true;
+}
+
+void BenchmarkRunner::runPair(const ImagePair& pair, std::size_t number, double read_seconds) {
+  PairRun run(pair, config_, folder_.path());
   for (const std::string& features :
        pair.given ? std::vector<std::string>{kGivenFeatures} : config_.features) {
     Putative input = putativeMatches(pair, features);
-    extract_seconds += input.extract_wall_seconds;
-    match_seconds += std::isnan(input.match_seconds) ? 0 : input.match_seconds;
+    run.extract_seconds += input.extract_wall_seconds;
+    run.match_seconds += std::isnan(input.match_seconds) ? 0 : input.match_seconds;
     input.errors = groundTruthErrors(pair.truth, input.matches);
     // The readings differ in the truth and not in the features, so those of the first features suffice.
-    if (checks.empty()) {
-      checks = checkTruth(pair.truth, pair.other_readings, input.matches);
-      for (TruthCheck& check : checks) {
+    if (run.checks.empty()) {
+      run.checks = checkTruth(pair.truth, pair.other_readings, input.matches);
+      for (TruthCheck& check : run.checks) {
         check.id = pair.id;
         check.features = features;
       }
     }
     for (const std::string& preselection : config_.preselectionsOf(features)) {
-      const Cell cell{features, preselection};
-      const bool preselect = preselection == "nnsr";
-      const Selection preselected = preselect ? tools_->preselector->select(input.matches) : Selection{};
-      select_seconds += preselected.seconds;
-      const bool usable = preselected.status != Status::kUnsupportedInput;
-      if (!usable) notice({pair.id.dataset, "", "preselection by " + preselection, preselected.message});
-      const Putative putative = preselect && usable ? input.survivors(preselected.mask) : input;
-      if (saved) saved->writePutative(cell, putative.matches);
-      for (std::size_t k = 0; k < tools_->selectors.size(); ++k) {
-        const std::string& spec = tools_->selectors[k].spec;
-        if (preselect && isNnsr(spec)) continue;
-        for (int repetition = 0; repetition < config_.repetitions; ++repetition) {
-          if (stop_) return;
-          Selection selection =
-              usable ? selectorFor(pair, k, repetition).select(putative.matches) : preselected;
-          select_seconds += selection.seconds;
-          if (selection.status == Status::kUnsupportedInput && usable)
-            notice({pair.id.dataset, "", spec, selection.message});
-          addConfidence(putative.matches, selection);
-          rows.push_back(resultRow(pair, putative, cell, spec, repetition, selection));
-          addPose([&] { return poseRow(pair, putative, cell, spec, repetition, selection); });
-          observer_.evaluated(rows.back());
-          if (saved) saved->write(putative.matches, spec, config_.seed + repetition, selection);
-        }
-      }
-      addPose([&] { return groundTruthPose(pair, putative, cell); });
+      if (!runCell({features, preselection}, input, run)) return;
     }
   }
-  const double evaluate_seconds =
-      total.seconds() - extract_seconds - match_seconds - select_seconds - pose_seconds;
-  std::vector<StageTime> stages = {{"read", read_seconds},
-                                   {"features", extract_seconds},
-                                   {"match", match_seconds},
-                                   {"select", select_seconds},
-                                   {"evaluate", evaluate_seconds}};
-  if (with_poses) stages.push_back({kPoseStage, pose_seconds});
-  folder_.appendPair(rows, number, stages, checks, poses,
-                     saved ? saved->selections() : std::vector<SavedSelection>());
-  sequence_checks_.insert(sequence_checks_.end(), checks.begin(), checks.end());
-  if (!checks.empty()) ++sequence_pairs_;
+  folder_.appendPair(run.rows, number, run.stages(read_seconds), run.checks, run.poses,
+                     run.saved ? run.saved->selections() : std::vector<SavedSelection>());
+  sequence_checks_.insert(sequence_checks_.end(), run.checks.begin(), run.checks.end());
+  if (!run.checks.empty()) ++sequence_pairs_;
 }
 
 void BenchmarkRunner::timeSelectors() {

@@ -1,75 +1,42 @@
 #include "datasets/dataset_report.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
+#include <sstream>
 
 #include "base/text.h"
 
 namespace corrsel::core {
 namespace {
 
+/// A published dataset and the names of its sequences, separated by blanks.
+struct Published {
+  const char *dataset, *sequences;
+};
+
+constexpr Published kPublished[] = {
+    {"vgg", "bark bikes boat graf leuven trees ubc wall"},
+    {"symbench",
+     "arch arch_easy bank bdom cars chinesebuilding eiffel essighaus graffiti londonbridge madrid metz "
+     "miduomo01 miduomo02 montreal neubrandenburg notredame notredame12 notredame13 notredame14 "
+     "notredame15 notredame16 paintedladies paintedladies12 paintedladies13 paintedladies14 "
+     "paintedladies15 paintedladies16 paintedladies17 paintedladies18 pantheon pantheon02 portcullis "
+     "postoffice riga sanmarco sanmarco2 stargarder stargarder3 synagogue taj tavern townsquare "
+     "trevi02 vatican worldbuilding"},
+    {"adelaidermf",
+     "barrsmith biscuit biscuitbook biscuitbookbox boardgame bonhall bonython book breadcartoychips "
+     "breadcube breadcubechips breadtoy breadtoycar carchipscube cube cubebreadtoychips cubechips "
+     "cubetoy dinobooks elderhalla elderhallb game gamebiscuit hartley johnsona johnsonb ladysymon "
+     "library napiera napierb neem nese oldclassicswing physics sene toycubecar unihouse unionhouse"},
+};
+
 /// The sequences of the published dataset; none where they are not known.
 std::vector<std::string> publishedSequences(const std::string& dataset) {
-  if (dataset == "vgg") return {"bark", "bikes", "boat", "graf", "leuven", "trees", "ubc", "wall"};
-  if (dataset == "symbench") {
-    return {"arch",
-            "arch_easy",
-            "bank",
-            "bdom",
-            "cars",
-            "chinesebuilding",
-            "eiffel",
-            "essighaus",
-            "graffiti",
-            "londonbridge",
-            "madrid",
-            "metz",
-            "miduomo01",
-            "miduomo02",
-            "montreal",
-            "neubrandenburg",
-            "notredame",
-            "notredame12",
-            "notredame13",
-            "notredame14",
-            "notredame15",
-            "notredame16",
-            "paintedladies",
-            "paintedladies12",
-            "paintedladies13",
-            "paintedladies14",
-            "paintedladies15",
-            "paintedladies16",
-            "paintedladies17",
-            "paintedladies18",
-            "pantheon",
-            "pantheon02",
-            "portcullis",
-            "postoffice",
-            "riga",
-            "sanmarco",
-            "sanmarco2",
-            "stargarder",
-            "stargarder3",
-            "synagogue",
-            "taj",
-            "tavern",
-            "townsquare",
-            "trevi02",
-            "vatican",
-            "worldbuilding"};
-  }
-  if (dataset == "adelaidermf") {
-    return {"barrsmith",        "biscuit",      "biscuitbook",    "biscuitbookbox",
-            "boardgame",        "bonhall",      "bonython",       "book",
-            "breadcartoychips", "breadcube",    "breadcubechips", "breadtoy",
-            "breadtoycar",      "carchipscube", "cube",           "cubebreadtoychips",
-            "cubechips",        "cubetoy",      "dinobooks",      "elderhalla",
-            "elderhallb",       "game",         "gamebiscuit",    "hartley",
-            "johnsona",         "johnsonb",     "ladysymon",      "library",
-            "napiera",          "napierb",      "neem",           "nese",
-            "oldclassicswing",  "physics",      "sene",           "toycubecar",
-            "unihouse",         "unionhouse"};
+  for (const Published& published : kPublished) {
+    if (dataset != published.dataset) continue;
+    std::istringstream words(published.sequences);
+    return {std::istream_iterator<std::string>(words), std::istream_iterator<std::string>()};
   }
   return {};
 }

@@ -486,6 +486,25 @@ inline void limitTrains(const NearestBlock<std::int32_t>& block, double scale, d
   }
 }
 
+/// What the second smallest distance of a query is below. The distances of the two trains with the largest
+/// sums limit it. Trains that are near others do not count.
+inline std::int32_t limitOfSecond(const NearestBlock<std::int32_t>& block, std::size_t query,
+                                  const std::int16_t* sums) {
+  const std::int32_t limit = block.second[query];
+  if (block.near != nullptr || block.groups <= 1) return limit;
+  const std::int32_t first = exactDistance(block, query, largestSum(sums, 0, block.groups));
+  const std::int32_t second = exactDistance(block, query, largestSum(sums, 1, block.groups));
+  const std::int32_t larger = (first > second ? first : second) + 1;
+  return larger < limit ? larger : limit;
+}
+
+/// One bit for each lane of two groups that is not excluded; lanes of ones are.
+inline unsigned notExcluded(__m256i first, __m256i second) {
+  const unsigned mixed = ~static_cast<unsigned>(_mm256_movemask_epi8(_mm256_packs_epi16(first, second)));
+  // packs interleaves them: 8 trains of the first group, 8 of the second, and so on.
+  return (mixed & 0xff0000ffU) | (mixed >> 8 & 0xff00U) | (mixed & 0xff00U) << 8;
+}
+
 /// Compares a query with the trains that its coarse sums do not exclude.
 /// @param sums   of the query
 /// @param bias, scale, error  as in filteredKernel()
@@ -503,14 +522,7 @@ __attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& blo
     return _mm256_set1_epi16(fits ? toShort(offset - coarseLimit(distance, scale, own_error) + bias)
                                   : static_cast<std::int16_t>(-0x8000));
   };
-  std::int32_t limit = block.second[query];
-  // The distances of two trains limit the second smallest one. Trains that are near others do not count.
-  if (block.near == nullptr && block.groups > 1) {
-    const std::int32_t first = exactDistance(block, query, largestSum(sums, 0, block.groups));
-    const std::int32_t second = exactDistance(block, query, largestSum(sums, 1, block.groups));
-    const std::int32_t larger = (first > second ? first : second) + 1;
-    limit = larger < limit ? larger : limit;
-  }
+  std::int32_t limit = limitOfSecond(block, query, sums);
   __m256i lowest = lowestSum(limit);
   const __m256i lowest_of_trains =
       _mm256_set1_epi16(fits ? toShort(offset + bias) : static_cast<std::int16_t>(-0x8000));
@@ -542,11 +554,7 @@ __attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& blo
   };
   const std::size_t trains = block.groups * kLanes;
   for (std::size_t first = 0; first < trains; first += 2 * kLanes) {
-    const __m256i both = _mm256_packs_epi16(excluded(first), excluded(first + kLanes));
-    const unsigned mixed = ~static_cast<unsigned>(_mm256_movemask_epi8(both));
-    if (mixed == 0) continue;
-    // packs interleaves them: 8 trains of the first group, 8 of the second, and so on.
-    unsigned bits = (mixed & 0xff0000ffU) | (mixed >> 8 & 0xff00U) | (mixed & 0xff00U) << 8;
+    unsigned bits = notExcluded(excluded(first), excluded(first + kLanes));
     if (first + kLanes == trains) bits &= 0xffffU;
     for (; bits != 0; bits &= bits - 1) {
       const std::size_t train = first + static_cast<std::size_t>(__builtin_ctz(bits));

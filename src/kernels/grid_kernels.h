@@ -73,12 +73,81 @@ inline bool hasAllNeighbours(std::int32_t column, std::int32_t row, std::int32_t
   return column > 0 && row > 0 && column < side - 1 && row < side - 1;
 }
 
+// The ring of neighbours clockwise from the upper left, twice over, so that rotation r starts at r.
+constexpr std::int32_t kRingColumn[15] = {-1, 0, 1, 1, 1, 0, -1, -1, -1, 0, 1, 1, 1, 0, -1};
+constexpr std::int32_t kRingRow[15] = {-1, -1, -1, 0, 1, 1, 1, 0, -1, -1, -1, 0, 1, 1, 1};
+
+/// A cell with its partner, and what its neighbours are compared by.
+struct RingOfCell {
+  const CellStatistics& s;
+  std::int32_t cell, column_of_cell, partner;
+  std::size_t right_cells;
+  std::uint32_t own;           ///< matches of the cell in the partner
+  const std::int64_t* offset;  ///< of the ring in the right grid
+
+  const std::uint32_t* counts(int k) const {
+    const auto place = static_cast<std::size_t>(column_of_cell + kRingColumn[k]);
+    return s.neighbours[cell].cell[k] == s.no_cell ? s.zeros
+                                                   : s.rows[kRingRow[k] + 1].counts + place * right_cells;
+  }
+};
+
+/// The rotations that are accepted, one bit each, where all neighbours of the partner are inside: the same
+/// cells take part under every rotation.
+template <int kRotations>
+inline std::uint32_t acceptedInside(const RingOfCell& ring) {
+  const CellStatistics& s = ring.s;
+  const LeftNeighbours& near = s.neighbours[ring.cell];
+  std::uint32_t scores[8] = {};
+  std::uint64_t in_cells = s.in_cell[ring.cell];
+  for (int k = 0; k < 8; ++k) {
+    in_cells += s.in_cell[near.cell[k]];
+    const std::uint32_t base = s.rows[kRingRow[k] + 1].base;
+    const std::uint32_t* const counts = ring.counts(k) + ring.partner;
+    for (int rotation = 0; rotation < kRotations; ++rotation) {
+      const std::uint32_t entry = counts[ring.offset[k + rotation]];
+      scores[rotation] += (entry > base ? entry : base) - base;
+    }
+  }
+  const double threshold =
+      s.alpha * __builtin_sqrt(static_cast<double>(in_cells) / static_cast<double>(near.inside + 1));
+  std::uint32_t accepted = 0;
+  for (int rotation = 0; rotation < kRotations; ++rotation) {
+    const double score = scores[rotation] + static_cast<double>(ring.own);
+    accepted |= (score >= threshold ? 1U : 0U) << rotation;
+  }
+  return accepted;
+}
+
+/// The same where some neighbours of the partner are outside.
+template <int kRotations>
+inline std::uint32_t acceptedAtBorder(const RingOfCell& ring) {
+  const CellStatistics& s = ring.s;
+  const LeftNeighbours& near = s.neighbours[ring.cell];
+  const std::int32_t row = ring.partner / s.right_side, column = ring.partner - row * s.right_side;
+  std::uint32_t accepted = 0;
+  for (int rotation = 0; rotation < kRotations; ++rotation) {
+    std::uint64_t in_cells = s.in_cell[ring.cell], score = ring.own;
+    std::int32_t taking_part = 1;
+    for (int k = 0; k < 8; ++k) {
+      const std::int32_t c = column + kRingColumn[k + rotation], r = row + kRingRow[k + rotation];
+      if (near.cell[k] == s.no_cell || c < 0 || r < 0 || c >= s.right_side || r >= s.right_side) continue;
+      ++taking_part;
+      in_cells += s.in_cell[near.cell[k]];
+      const std::uint32_t base = s.rows[kRingRow[k] + 1].base;
+      const std::uint32_t entry = ring.counts(k)[ring.partner + ring.offset[k + rotation]];
+      score += (entry > base ? entry : base) - base;
+    }
+    const double threshold =
+        s.alpha * __builtin_sqrt(static_cast<double>(in_cells) / static_cast<double>(taking_part));
+    accepted |= (static_cast<double>(score) >= threshold ? 1U : 0U) << rotation;
+  }
+  return accepted;
+}
+
 template <int kRotations>
 void verifyKernel(const CellStatistics& s, std::uint32_t* decisions) {
   const std::uint32_t own_base = s.rows[1].base;
-  // The ring of neighbours clockwise from the upper left, twice over, so that rotation r starts at r.
-  constexpr std::int32_t kRingColumn[15] = {-1, 0, 1, 1, 1, 0, -1, -1, -1, 0, 1, 1, 1, 0, -1};
-  constexpr std::int32_t kRingRow[15] = {-1, -1, -1, 0, 1, 1, 1, 0, -1, -1, -1, 0, 1, 1, 1};
   std::int64_t offset[15];
   for (int k = 0; k < 15; ++k) offset[k] = kRingRow[k] * s.right_side + kRingColumn[k];
   const std::size_t right_cells =
@@ -91,49 +160,10 @@ void verifyKernel(const CellStatistics& s, std::uint32_t* decisions) {
     if (top <= own_base) continue;
     const auto partner = static_cast<std::int32_t>(0xFFFF - (rank & 0xFFFF));
     const std::int32_t row = partner / s.right_side, column = partner - row * s.right_side;
-    const LeftNeighbours& near = s.neighbours[cell];
-    const auto neighbourCounts = [&](int k) {
-      const auto place = static_cast<std::size_t>(cell - first + kRingColumn[k]);
-      return near.cell[k] == s.no_cell ? s.zeros : s.rows[kRingRow[k] + 1].counts + place * right_cells;
-    };
-    std::uint32_t accepted = 0;
-    if (hasAllNeighbours(column, row, s.right_side)) {
-      // The same cells take part under every rotation.
-      std::uint32_t scores[8] = {};
-      std::uint64_t in_cells = s.in_cell[cell];
-      for (int k = 0; k < 8; ++k) {
-        in_cells += s.in_cell[near.cell[k]];
-        const std::uint32_t base = s.rows[kRingRow[k] + 1].base;
-        const std::uint32_t* const counts = neighbourCounts(k) + partner;
-        for (int rotation = 0; rotation < kRotations; ++rotation) {
-          const std::uint32_t entry = counts[offset[k + rotation]];
-          scores[rotation] += (entry > base ? entry : base) - base;
-        }
-      }
-      const double threshold =
-          s.alpha * __builtin_sqrt(static_cast<double>(in_cells) / static_cast<double>(near.inside + 1));
-      for (int rotation = 0; rotation < kRotations; ++rotation) {
-        const double score = scores[rotation] + static_cast<double>(top - own_base);
-        accepted |= (score >= threshold ? 1U : 0U) << rotation;
-      }
-    } else {
-      for (int rotation = 0; rotation < kRotations; ++rotation) {
-        std::uint64_t in_cells = s.in_cell[cell], score = top - own_base;
-        std::int32_t taking_part = 1;
-        for (int k = 0; k < 8; ++k) {
-          const std::int32_t c = column + kRingColumn[k + rotation], r = row + kRingRow[k + rotation];
-          if (near.cell[k] == s.no_cell || c < 0 || r < 0 || c >= s.right_side || r >= s.right_side) continue;
-          ++taking_part;
-          in_cells += s.in_cell[near.cell[k]];
-          const std::uint32_t base = s.rows[kRingRow[k] + 1].base;
-          const std::uint32_t entry = neighbourCounts(k)[partner + offset[k + rotation]];
-          score += (entry > base ? entry : base) - base;
-        }
-        const double threshold =
-            s.alpha * __builtin_sqrt(static_cast<double>(in_cells) / static_cast<double>(taking_part));
-        accepted |= (static_cast<double>(score) >= threshold ? 1U : 0U) << rotation;
-      }
-    }
+    const RingOfCell ring = {s, cell, cell - first, partner, right_cells, top - own_base, offset};
+    const std::uint32_t accepted = hasAllNeighbours(column, row, s.right_side)
+                                       ? acceptedInside<kRotations>(ring)
+                                       : acceptedAtBorder<kRotations>(ring);
     decisions[cell] = static_cast<std::uint32_t>(partner) << 8 | accepted;
   }
 }

@@ -356,6 +356,29 @@ struct Nearest {
   std::vector<std::uint32_t> best_train, second_train;
 };
 
+/// A block of `count` queries from `begin` on, and where their neighbours are written.
+template <class Metric>
+NearestBlock<typename Metric::Distance> blockOf(const PackedQueries<Metric>& queries,
+                                                const PackedTrains<Metric>& trains, std::size_t begin,
+                                                std::size_t count,
+                                                Nearest<typename Metric::Distance>& nearest) {
+  using Block = NearestBlock<typename Metric::Distance>;
+  Block block{};
+  block.words = trains.word_count;
+  block.queries = queries.words.data();
+  block.query_offset = queries.offsets.data();
+  block.query_count = roundedUp(count, Block::kQueries);
+  block.trains = trains.words.data();
+  block.train_offset = trains.offsets.data();
+  block.groups = trains.groups;
+  block.best = nearest.best.data() + begin;
+  block.second = nearest.second.data() + begin;
+  block.best_train = nearest.best_train.data() + begin;
+  block.second_train = nearest.second_train.data() + begin;
+  block.first_query = static_cast<std::uint32_t>(begin);
+  return block;
+}
+
 /// Compares the queries `rows` with all trains.
 /// @param coarse   of the trains, or null
 /// @param nearest  one entry per row, padded to whole groups
@@ -379,19 +402,7 @@ void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric
     for (std::size_t begin; (begin = kBlock * next++) < rows.size();) {
       const std::size_t end = std::min(begin + kBlock, rows.size());
       packed.pack(queries, rows, begin, end);
-      NearestBlock<Distance> block{};
-      block.words = trains.word_count;
-      block.queries = packed.words.data();
-      block.query_offset = packed.offsets.data();
-      block.query_count = roundedUp(end - begin, NearestBlock<Distance>::kQueries);
-      block.trains = trains.words.data();
-      block.train_offset = trains.offsets.data();
-      block.groups = trains.groups;
-      block.best = nearest.best.data() + begin;
-      block.second = nearest.second.data() + begin;
-      block.best_train = nearest.best_train.data() + begin;
-      block.second_train = nearest.second_train.data() + begin;
-      block.first_query = static_cast<std::uint32_t>(begin);
+      NearestBlock<Distance> block = blockOf(packed, trains, begin, end - begin, nearest);
       if (minima) {
         block.train_best = own.best.data();
         block.train_best_query = own.query.data();

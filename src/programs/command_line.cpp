@@ -49,6 +49,12 @@ UsageError givenTwice(const Argument& argument, const std::string& first, const 
                     "; give it once");
 }
 
+void requirePositional(const CommandLineTable& table, std::size_t given) {
+  if (given == table.positional.size()) return;
+  throw UsageError(core::joinList(table.positional) + ": " + std::to_string(table.positional.size()) +
+                   " arguments without a name are needed, " + std::to_string(given) + " given");
+}
+
 /// Runs a parser of base/text.h, whose errors are errors of usage here.
 template <class Parse>
 auto parsed(const Parse& parse) {
@@ -176,10 +182,7 @@ ArgumentValues parseCommandLine(const CommandLineTable& table, const std::vector
     }
     if (twice) throw givenTwice(*argument, before, value);
   }
-  if (positional.size() != table.positional.size()) {
-    throw UsageError(core::joinList(table.positional) + ": " + std::to_string(table.positional.size()) +
-                     " arguments without a name are needed, " + std::to_string(positional.size()) + " given");
-  }
+  requirePositional(table, positional.size());
   for (std::size_t i = 0; i < positional.size(); ++i) result.values_[table.positional[i]] = positional[i];
   return result;
 }

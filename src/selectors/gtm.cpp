@@ -191,6 +191,38 @@ class Game {
   std::vector<float> row_;
 };
 
+/// Writes the score of each match, its share of the population relative to the largest, and selects by it.
+void writeSelection(const GtmOptions& options, const std::vector<std::uint32_t>& rows,
+                    const DistinctMatches& distinct, const Population& population, Selection& result) {
+  const bool replicator = options.dynamics == GtmOptions::Dynamics::kReplicator;
+  Vector value = population.share;
+  double sum_of_squares = 0;
+  for (std::size_t i = 0; i < distinct.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double count = static_cast<double>(distinct.multiplicity(i));
+    // At an equilibrium of a one-to-one game equal matches share what one of them would have.
+    if (replicator || !options.one_to_one) value[k] /= count;
+    sum_of_squares += population.share[k] * population.share[k] / count;
+  }
+  value /= value.maxCoeff();
+  double threshold = options.min_share;
+  if (replicator && value.minCoeff() >= 1 - kEqualPopulations * population.steps) {
+    threshold = population.mean_payoff > kMinPayoff * (1 - sum_of_squares) ? 0 : 1;
+    if (result.message.empty()) result.message = "no match stands out";
+  } else if (replicator) {
+    std::vector<double> values;
+    values.reserve(rows.size());
+    for (const std::uint32_t row : rows) values.push_back(value[distinct.ofRow(row)]);
+    threshold = otsuThreshold(values, value.minCoeff(), 1, kOtsuBins).value_or(0);
+  }
+  result.score.assign(result.mask.size(), std::numeric_limits<float>::quiet_NaN());
+  for (const std::uint32_t row : rows) {
+    const double v = value[distinct.ofRow(row)];
+    result.score[row] = static_cast<float>(v);
+    result.mask[row] = v > threshold ? 1 : 0;
+  }
+}
+
 }  // namespace
 
 void GtmOptions::visit(OptionVisitor& visitor) const {
@@ -273,34 +305,7 @@ void GtmSelector::run(const Correspondences& matches, Workspace& workspace, Sele
     if (result.message.empty()) result.message = "no two matches agree";
     return;
   }
-
-  // Per match, relative to the largest.
-  Vector value = population.share;
-  double sum_of_squares = 0;
-  for (std::size_t i = 0; i < space.distinct.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    const double count = static_cast<double>(space.distinct.multiplicity(i));
-    // At an equilibrium of a one-to-one game equal matches share what one of them would have.
-    if (replicator || !options_.one_to_one) value[k] /= count;
-    sum_of_squares += population.share[k] * population.share[k] / count;
-  }
-  value /= value.maxCoeff();
-  double threshold = options_.min_share;
-  if (replicator && value.minCoeff() >= 1 - kEqualPopulations * population.steps) {
-    threshold = population.mean_payoff > kMinPayoff * (1 - sum_of_squares) ? 0 : 1;
-    if (result.message.empty()) result.message = "no match stands out";
-  } else if (replicator) {
-    std::vector<double> values;
-    values.reserve(rows.size());
-    for (const std::uint32_t row : rows) values.push_back(value[space.distinct.ofRow(row)]);
-    threshold = otsuThreshold(values, value.minCoeff(), 1, kOtsuBins).value_or(0);
-  }
-  result.score.assign(n, std::numeric_limits<float>::quiet_NaN());
-  for (const std::uint32_t row : rows) {
-    const double v = value[space.distinct.ofRow(row)];
-    result.score[row] = static_cast<float>(v);
-    result.mask[row] = v > threshold ? 1 : 0;
-  }
+  writeSelection(options_, rows, space.distinct, population, result);
 }
 
 }  // namespace corrsel::core

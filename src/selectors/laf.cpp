@@ -270,6 +270,37 @@ std::size_t activate(std::size_t n, double limit, LafMemory& work) {
   return active;
 }
 
+/// Iterates between the motion field and the matches that agree with it.
+/// @param rule  receives that of the last round
+/// @return false if no match agrees with the field of some round
+bool iterate(const LafOptions& options, std::size_t n, double min_variance, LafMemory& work,
+             FieldPosteriorRule& rule, Selection& result) {
+  for (int k = 0; k < options.rounds; ++k) {
+    work.field.clear();
+    for (std::size_t i = 0; i < n; ++i)
+      work.field.add(work.slot[i], work.active[i], work.motion_x[i], work.motion_y[i]);
+    work.field.filter();
+    const double largest =
+        -kDeviation *
+        std::log1p(-kDeviations[std::min<std::size_t>(static_cast<std::size_t>(k), kDeviations.size() - 1)]);
+    const auto [close, sum] = compare(n, largest, work);
+    if (close == 0) {
+      result.message = "no match agrees with the field of round " + std::to_string(k + 1);
+      return false;
+    }
+    const double variance = std::max(sum / close / 2, min_variance), share = close / static_cast<double>(n);
+    rule.exponent = -0.5 / variance;
+    rule.outlier = 2 * kPi * variance * (1 - share) / (options.outlier_area * share);
+    rule.threshold = options.accept;
+    ++result.iterations;
+    const double odds = options.accept / (1 - options.accept) * rule.outlier;
+    const double limit = odds > 0 ? std::log(odds) / rule.exponent : 1e300;
+    const std::size_t active = activate(n, limit, work);
+    if (active > 0) work.active.swap(work.next);
+  }
+  return true;
+}
+
 }  // namespace
 
 void LafOptions::visit(OptionVisitor& visitor) const {
@@ -337,29 +368,7 @@ void LafSelector::run(const Correspondences& matches, Workspace& workspace, Sele
     work.cell[i] = work.field.cell(work.x[i], work.y[i]);
     work.slot[i] = work.field.slot(work.cell[i]);
   }
-  for (int k = 0; k < options_.rounds; ++k) {
-    work.field.clear();
-    for (std::size_t i = 0; i < n; ++i)
-      work.field.add(work.slot[i], work.active[i], work.motion_x[i], work.motion_y[i]);
-    work.field.filter();
-    const double largest =
-        -kDeviation *
-        std::log1p(-kDeviations[std::min<std::size_t>(static_cast<std::size_t>(k), kDeviations.size() - 1)]);
-    const auto [close, sum] = compare(n, largest, work);
-    if (close == 0) {
-      result.message = "no match agrees with the field of round " + std::to_string(k + 1);
-      return;
-    }
-    const double variance = std::max(sum / close / 2, min_variance), share = close / static_cast<double>(n);
-    rule.exponent = -0.5 / variance;
-    rule.outlier = 2 * kPi * variance * (1 - share) / (options_.outlier_area * share);
-    rule.threshold = options_.accept;
-    ++result.iterations;
-    const double odds = options_.accept / (1 - options_.accept) * rule.outlier;
-    const double limit = odds > 0 ? std::log(odds) / rule.exponent : 1e300;
-    const std::size_t active = activate(n, limit, work);
-    if (active > 0) work.active.swap(work.next);
-  }
+  if (!iterate(options_, n, min_variance, work, rule, result)) return;
   kernels().field.posteriors(rule, work.squared.data(), n, work.posterior.data());
   result.score.resize(n);
   for (std::size_t i = 0; i < n; ++i) {

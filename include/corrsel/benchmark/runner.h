@@ -57,6 +57,7 @@ class BenchmarkRunner {
  private:
   struct Tools;
   struct Putative;
+  struct PairRun;
   template <class Use>
   std::size_t eachPair(const std::vector<std::unique_ptr<PairSource>>& sources, const Use& use);
   Putative putativeMatches(const ImagePair& pair, const std::string& features) const;
@@ -68,6 +69,7 @@ class BenchmarkRunner {
   PoseRow groundTruthPose(const ImagePair& pair, const Putative& putative, const Cell& cell) const;
   void drawExample(const ImagePair& pair, const Putative& putative, const Cell& cell,
                    const std::string& selector, const Selection& selection);
+  bool runCell(const Cell& cell, const Putative& input, PairRun& run);
   void runPair(const ImagePair& pair, std::size_t number, double read_seconds);
   void warmUp() const;
   void notice(const Remark& remark);

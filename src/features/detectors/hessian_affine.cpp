@@ -437,6 +437,44 @@ std::vector<T> inOrder(std::size_t n, int threads, const Item& items) {
   return all;
 }
 
+/// Candidates at the scales that suit them, from extrema in the order of places.
+std::vector<Candidate> scaledCandidates(const HessianAffineOptions& options,
+                                        const std::vector<ScaleLevel>& levels, const Candidate* extrema,
+                                        std::size_t n, int threads) {
+  static const ScaleSelection scale_selection;
+  return inOrder<Candidate>(
+      n, threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& results) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto& [frame, strength, order] = extrema[i];
+          for (const double scale : scale_selection(levels, frame, options.scale_threshold)) {
+            const auto sigma = static_cast<float>(scale * frame[0]);
+            results.push_back({{sigma, 0, frame[2], 0, sigma, frame[5]}, strength, order});
+          }
+        }
+      });
+}
+
+/// Candidates with their affine shapes and directions, as far as their frames lie inside the image.
+std::vector<Candidate> orientedCandidates(const HessianAffineOptions& options,
+                                          const std::vector<ScaleLevel>& levels,
+                                          const std::vector<Candidate>& candidates, const cv::Size& image,
+                                          int threads) {
+  return inOrder<Candidate>(
+      candidates.size(), threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& results) {
+        FrameEstimator estimator(levels);
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto& [start, strength, order] = candidates[i];
+          const AffineFrame frame = options.adapt ? estimator.adapted(start) : start;
+          std::vector<double> directions = estimator.directions(frame);
+          directions.resize(std::min(directions.size(), static_cast<std::size_t>(options.max_orientations)));
+          for (const double direction : directions) {
+            const AffineFrame result = turned(frame, direction);
+            if (insideImage(result, options.margin, image)) results.push_back({result, strength, order});
+          }
+        }
+      });
+}
+
 }  // namespace
 
 void HessianAffineOptions::visit(OptionVisitor& visitor) const {
@@ -484,7 +522,6 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
   const std::vector<ScaleLevel> levels = space.levels();
   if (request.levels != nullptr) *request.levels = levels;
 
-  static const ScaleSelection scale_selection;
   const auto overlap = static_cast<float>(options_.overlap);
   std::vector<Candidate> found = HessianExtrema(levels, options_).find(threads);
   std::sort(found.begin(), found.end(), Candidate::isStronger);
@@ -501,16 +538,7 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
     Candidate* const extrema = found.data() + first;
     const std::size_t n = std::min(batch, found.size() - first);
     std::sort(extrema, extrema + n, Candidate::isEarlier);
-    std::vector<Candidate> candidates = inOrder<Candidate>(
-        n, threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& scaled) {
-          for (std::size_t i = begin; i < end; ++i) {
-            const auto& [frame, strength, order] = extrema[i];
-            for (const double scale : scale_selection(levels, frame, options_.scale_threshold)) {
-              const auto sigma = static_cast<float>(scale * frame[0]);
-              scaled.push_back({{sigma, 0, frame[2], 0, sigma, frame[5]}, strength, order});
-            }
-          }
-        });
+    std::vector<Candidate> candidates = scaledCandidates(options_, levels, extrema, n, threads);
     std::stable_sort(candidates.begin(), candidates.end(), Candidate::isStronger);
     // Neither shape nor direction moves a feature, so those of masked features need not be found.
     const auto dropped = [&](const Candidate& candidate) {
@@ -519,25 +547,9 @@ void HessianAffineDetector::detect(const DetectionRequest& request, Features& fe
     };
     candidates.erase(std::remove_if(candidates.begin(), candidates.end(), dropped), candidates.end());
     std::stable_sort(candidates.begin(), candidates.end(), Candidate::isEarlier);
-    std::vector<Candidate> oriented = inOrder<Candidate>(
-        candidates.size(), threads, [&](std::size_t begin, std::size_t end, std::vector<Candidate>& results) {
-          FrameEstimator estimator(levels);
-          for (std::size_t i = begin; i < end; ++i) {
-            const auto& [start, strength, order] = candidates[i];
-            const AffineFrame frame = options_.adapt ? estimator.adapted(start) : start;
-            std::vector<double> directions = estimator.directions(frame);
-            directions.resize(
-                std::min(directions.size(), static_cast<std::size_t>(options_.max_orientations)));
-            for (const double direction : directions) {
-              const AffineFrame result = turned(frame, direction);
-              if (insideImage(result, options_.margin, grey.size())) {
-                results.push_back({result, strength, order});
-              }
-            }
-          }
-        });
-    std::stable_sort(oriented.begin(), oriented.end(), Candidate::isStronger);
-    all.insert(all.end(), oriented.begin(), oriented.end());
+    std::vector<Candidate> results = orientedCandidates(options_, levels, candidates, grey.size(), threads);
+    std::stable_sort(results.begin(), results.end(), Candidate::isStronger);
+    all.insert(all.end(), results.begin(), results.end());
   }
   for (const Candidate& candidate : all) {
     features.keypoints.push_back(keypointOf(candidate.frame, candidate.strength));
