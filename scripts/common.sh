@@ -27,7 +27,7 @@ performance_packages=(libbenchmark-dev libnanoflann-dev)
 test_packages=(
   libgtest-dev librostest-dev python3-opencv python3-rosdep2 python3-rostest sqlite3
 )
-sanitizer_packages=(clang libclang-rt-14-dev)
+sanitizer_packages=(clang libclang-rt-14-dev lld)
 
 say() { printf '\n== %s\n' "$*"; }
 
@@ -160,11 +160,12 @@ train_table() {
 # build_sanitized TARGET...: builds without ROS, by clang, under AddressSanitizer and UndefinedBehaviorSanitizer. The
 # libraries also count which code has run, for the fuzzer: one build serves the tests and scripts/maintenance/fuzz.sh. Comparisons
 # are not traced, because that takes twice as long as all the rest and the fuzzer's bytes are seldom compared.
-# -O1 and -g1 halve the compile time of -O2 and -g; so does -O0 for the tests.
+# -O1 and -g1 halve the compile time of -O2 and -g; so does -O0 for the tests. lld links each test in a fifth of the time.
 build_sanitized() {
   build "$@" -- -Dcorrsel_ROS=OFF -Dcorrsel_TESTS=ON -Dcorrsel_FUZZ=ON -DCMAKE_CXX_COMPILER=clang++ \
     -DCMAKE_BUILD_TYPE=None -Dcorrsel_SANITIZE=fuzzer-no-link,address,undefined \
-    -DCMAKE_CXX_FLAGS="-O1 -g1 -fno-sanitize-coverage=trace-cmp" -Dcorrsel_TEST_FLAGS=-O0
+    -DCMAKE_CXX_FLAGS="-O1 -g1 -fno-sanitize-coverage=trace-cmp" -Dcorrsel_TEST_FLAGS=-O0 \
+    -DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=lld -DCMAKE_SHARED_LINKER_FLAGS=-fuse-ld=lld
 }
 
 # use_workspace: sets the environment in which ROS finds the package that build() has built.
