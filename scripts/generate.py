@@ -445,10 +445,17 @@ def report_groups(catalogue):
     for selector in catalogue["selectors"]:
         if not selector["main_parameter"]:
             continue
-        lines.append('    "%s": {' % selector["name"])
-        for option, values in selector["main_parameter"].items():
-            lines.append('        "%s": [%s],' % (option, ", ".join(map(number, values))))
-        lines.append("    },")
+        parts = [
+            '"%s": [%s]' % (option, ", ".join(map(number, values)))
+            for option, values in selector["main_parameter"].items()
+        ]
+        line = '    "%s": {%s},' % (selector["name"], ", ".join(parts))
+        if len(line) <= WIDTH:
+            lines.append(line)
+        else:
+            lines += (
+                ['    "%s": {' % selector["name"]] + ["        %s," % part for part in parts] + ["    },"]
+            )
     return "\n".join(lines + ["}"]) + "\n"
 
 

@@ -558,7 +558,7 @@ class RobustnessTest(RunTest):
     def test_reason_names_what_changed(self):
         levels = {"usac": 0.8, "nnsr": [0.71, 0.72, 0, 0.72, 0.73], "st": 0.1, "keep_all": 0.3}
         run = self.run_of(self.rows(levels))
-        cases = {r.case.name: r for r in robustness.results(run, robustness.group_for(run, "vgg"))}
+        cases = {r.case.name: r for r in robustness.results(run, robustness.unselected_group(run, "vgg"))}
         self.assertEqual(robustness.why_html(cases["case1"]), "")
         text = re.sub("<[^>]*>", "", robustness.why_html(cases["case2"]))
         self.assertIn("case2 (bikes, blur): usac has the highest F here, nnsr in the paper", text)
@@ -573,7 +573,7 @@ class RobustnessTest(RunTest):
     def test_reason_says_when_pairs_do_not_separate(self):
         levels = {"usac": [0.9, 0.5, 0.9, 0.5, 0.8], "nnsr": [0.6, 0.8, 0.6, 0.8, 0.7]}
         run = self.run_of(self.rows(levels))
-        cases = robustness.results(run, robustness.group_for(run, "vgg"))
+        cases = robustness.results(run, robustness.unselected_group(run, "vgg"))
         self.assertIn("does not separate them with 5 pairs", robustness.why_html(cases[1]))
 
     def test_recall_of_whole_pairs(self):
@@ -585,7 +585,7 @@ class RobustnessTest(RunTest):
         case = paper.ROBUSTNESS["case1"]
         levels = {s: [f / 100] * 5 for s, f in case.f.items()}
         run = self.run_of(pair_rows("vgg", "bark", levels))
-        (result,) = robustness.results(run, robustness.group_for(run, "vgg"))
+        (result,) = robustness.results(run, robustness.unselected_group(run, "vgg"))
         self.assertAlmostEqual(robustness.correlation(result), 1, 12)
         self.assertEqual(robustness.why_html(result), "")
 

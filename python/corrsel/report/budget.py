@@ -1,7 +1,7 @@
 """Experiment budget: what every selector reaches in a limited time, and which one to use with how many milliseconds."""
 from collections import namedtuple
 
-from .figures import draw_part, format_time_axis, line_figures, line_style, marked, new_axes, part_ending
+from .figures import draw_part, edge_of, format_time_axis, line_figures, marked, new_axes, part_ending
 from .figures import plot_text
 from .inference import is_separate, mean_interval
 from .markup import DASH, article, bold, group_heading, joined, paragraph, sources, table, text_cell
@@ -158,7 +158,7 @@ def time_panel(run, figures, group, lines, part, values, title, prefix):
         x, y = [1e3 * max(t.median, 1e-6) for t in line], [values[t.selector] for t in line]
         whisker = dict(linewidth=0.7, alpha=0.6, zorder=0.9)
         for at, f, t in zip(x, y, line) if named else ():
-            edge = line_style(run.styles[name])["markeredgecolor"]
+            edge = edge_of(run.styles[name])
             axes.plot([at, max(at, 1e3 * t.p95)], [f, f], color=edge, **whisker)
         return (x, y) if line else None
 

@@ -6,7 +6,7 @@ from markupsafe import Markup
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from . import paper
-from .figures import draw_part, line_figures, line_style, new_axes, part_ending
+from .figures import draw_part, edge_of, line_figures, new_axes, part_ending
 from .markup import DASH, LOWEST, bold, compared_cell, findings, group_heading, heading, joined, panels
 from .markup import paragraph, row_class, selector_name, small, table, with_headings
 from .selectors import is_baseline, selector_key, selector_styles
@@ -117,7 +117,7 @@ def scaling_panel(run, figures, threads, selectors, part):
         quartiles = np.array([np.percentile(selectors[selector][n], [25, 50, 75]) for n in ns]) * 1e3
         quartiles = np.maximum(quartiles, 1e-6)  # a time of 0 has no place on the axis
         if named:
-            edge = line_style(run.styles[selector])["markeredgecolor"]
+            edge = edge_of(run.styles[selector])
             axes.vlines(ns, quartiles[:, 0], quartiles[:, 2], color=edge, linewidth=1.2)
         return ns, quartiles[:, 1]
 
@@ -215,7 +215,7 @@ def scaling_html(run, figures):
         run.styles.setdefault(name, selector_styles([name])[name])
     caption = (
         "Median time of select() over the rounds, bars from the lower to the upper quartile; generated matches, half of"
-        " them right. The time axis is logarithmic."
+        " them inliers. The time axis is logarithmic."
     )
     out.append(
         line_figures(

@@ -217,6 +217,11 @@ def visible(x, y):
     return np.append(moves, True) | np.insert(moves, 0, True)
 
 
+def edge_of(style):
+    """Return the colour of a selector's thin lines and edges: yellow is too pale on white."""
+    return DARK if style["colour"] == YELLOW else style["colour"]
+
+
 def line_style(style):
     """Return the matplotlib options of a selector's line and markers."""
     colour = style["colour"]
@@ -225,7 +230,7 @@ def line_style(style):
         "marker": style["marker"],
         "linestyle": style["line"],
         "markerfacecolor": "white" if style["hollow"] else colour,
-        "markeredgecolor": DARK if colour == YELLOW else colour,
+        "markeredgecolor": edge_of(style),
         "markeredgewidth": 1.0,
     }
 

@@ -13,6 +13,7 @@ from .markup import DASH, LOWEST, Cell, below, best_cell, bold, details, finding
 from .markup import small, table, text_cell, transposed, with_headings
 from .reading import Group, at_tolerance
 from .robustness import SAMPLE_SEQUENCES
+from .scopes import unselected_group
 from .selectors import BASELINE, are_many, is_baseline, selector_key
 from .words import fraction, group_text, milliseconds, plural, span
 
@@ -29,13 +30,8 @@ Row = namedtuple("Row", "key advice measured verdict agreement remarks")
 Agreement = namedtuple("Agreement", "superior inferior also_superior also_inferior")
 
 # What became of an entry of the paper's table, with its sign in the plain text.
-CONFIRMED, CONTRADICTED, UNCONFIRMED, OPEN, UNMEASURED = (
-    "confirmed",
-    "contradicted",
-    "not confirmed",
-    "not separable",
-    "not measured",
-)
+CONFIRMED, CONTRADICTED, UNCONFIRMED = "confirmed", "contradicted", "not confirmed"
+OPEN, UNMEASURED = "not separable", "not measured"
 SIGNS = {CONFIRMED: "+", CONTRADICTED: "-", UNCONFIRMED: "~", OPEN: "?", UNMEASURED: "."}
 MEANINGS = {
     CONFIRMED: "the measured set has it too",
@@ -181,7 +177,7 @@ def measure_time(run):
             return speed(
                 columns, "round", "N = %d, %s, %s" % (n, threads_text(threads), plural(rounds, "round"))
             )
-    group = time_group(run)
+    group = unselected_group(run)
     if group is None:
         return None
     columns = {}
@@ -194,13 +190,6 @@ def measure_time(run):
         columns[selector][rows.pairs()[timed], rows["seed"][timed]] = rows["select_s"][timed]
     note = "select_s of the pairs of %s, %s: no scaling.csv" % (group.dataset, group.features)
     return speed(columns, "pair", note)
-
-
-def time_group(run):
-    """Return the group whose times replace scaling.csv: unselected matches, the paper's features first."""
-    groups = [g for g in run.pairs.groups if g.preselection == "none"]
-    default = [g for g in groups if g.features == paper.FEATURES_DEFAULT]
-    return (default or groups or [None])[0]
 
 
 # ------------------------------------------------------------------------------------------------- verdicts
@@ -311,14 +300,8 @@ def choices(run):
     return out
 
 
-CHOICE_HEAD = (
-    "Dataset",
-    "Pairs",
-    "Highest mean F",
-    "Not separable from it",
-    "Fastest of these",
-    "Faster, with less F",
-)
+CHOICE_HEAD = ["Dataset", "Pairs", "Highest mean F", "Not separable from it", "Fastest of these"]
+CHOICE_HEAD += ["Faster, with less F"]
 
 
 def choice_cells(choice):
@@ -357,7 +340,7 @@ def choices_markdown(run):
 
 def choice_table(run):
     """Return the choices as an HTML table; '' where no pairs separate selectors."""
-    rows = [("", [cell for cell in choice_cells(choice)]) for choice in choices(run)]
+    rows = [("", choice_cells(choice)) for choice in choices(run)]
     if not rows:
         return ""
     caption = (
@@ -365,7 +348,7 @@ def choice_table(run):
         " highest mean F contains 0. Faster: each has a higher mean F than every selector that is faster still, and a"
         " significantly higher one than keep_all. Times are medians of one selection."
     )
-    return table(caption, list(CHOICE_HEAD), rows, "texts", long=True)
+    return table(caption, CHOICE_HEAD, rows, "texts", long=True)
 
 
 def counts(rows, side, generated):
@@ -485,14 +468,7 @@ def text(run, rows):
             notes.append("[%d] %s: %s." % (len(notes) + 1, row_title(row), "; ".join(row.remarks)))
             number = " [%d]" % len(notes)
         if not row.measured:
-            cells = (
-                name,
-                "",
-                "not measured",
-                "",
-                " ".join(row.advice.superior),
-                " ".join(row.advice.inferior),
-            )
+            cells = (name, "", UNMEASURED, "", *map(" ".join, (row.advice.superior, row.advice.inferior)))
         else:
             name += " (generated)" if row.measured.generated else ""
             cells = (name, "%d%s" % (row.measured.count, number), set_text(row.verdict.superior, row.verdict))

@@ -2,11 +2,11 @@
 from . import paper, results
 from .compared import Block, comparison_table, dataset_notes, group_label, interval_text, measured
 from .compared import paper_dataset, paper_label, printed_f
-from .figures import line_style, marked, new_axes, plot_text, selector_rows
+from .figures import edge_of, line_style, marked, new_axes, plot_text, selector_rows
 from .markup import joined, panels, paragraph, sources
 from .reading import Group
 from .scopes import groups_of
-from .selectors import DARK, YELLOW, is_baseline
+from .selectors import is_baseline
 from .words import group_text, preselection_text
 
 
@@ -27,8 +27,7 @@ def arrow_panel(run, figures, group):
     axes.grid(True, axis="x")
     for y, selector in enumerate(selectors):
         with marked(axes, selector):
-            style = line_style(run.styles[selector])
-            colour = DARK if style["color"] == YELLOW else style["color"]
+            style, colour = line_style(run.styles[selector]), edge_of(run.styles[selector])
             style.update(linestyle="none", markersize=7)
             x0, x1 = before[selector][0], after[selector][0]
             axes.plot([x0, x1], [y, y], color=colour, linewidth=1.4)

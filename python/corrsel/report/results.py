@@ -2,14 +2,14 @@
 import numpy as np
 from matplotlib.ticker import FuncFormatter
 
-from .figures import draw_part, line_figures, marked, new_axes, part_ending, selector_rows
+from .figures import draw_part, edge_of, line_figures, marked, new_axes, part_ending, selector_rows
 from .markup import HIGHEST, LOWEST, Cell, article, compared_cell, contents, group_heading, joined, panels
 from .markup import paragraph, row_class, selector_name, sources, table, with_headings
 from .left_out import left_out_sentence
 from .overview import findings_in_place, sentence
 from .reading import REFERENCE_TAU
 from .scopes import figure_name, other_groups
-from .selectors import DARK, YELLOW, is_baseline
+from .selectors import is_baseline
 from .words import STATUSES, at_tau, fraction, group_text, interval, milliseconds, number, statuses_text
 from .words import tenths
 
@@ -51,7 +51,7 @@ def bar_panel(run, figures, group, title, column, name):
                 continue
             value = row[column]
             hollow = style["hollow"] or is_baseline(selector)
-            edge = DARK if style["colour"] == YELLOW else style["colour"]
+            edge = edge_of(style)
             face, hatch = ("white", "////") if hollow else (style["colour"], None)
             axes.barh(y, value, height=0.62, color=face, edgecolor=edge, hatch=hatch, linewidth=0.9)
             end = value

@@ -5,24 +5,21 @@ import numpy as np
 from markupsafe import Markup
 
 from . import paper
-from .figures import marked, new_axes, plot_text, selector_rows
+from .figures import edge_of, marked, new_axes, plot_text, selector_rows
 from .inference import average_ranks, is_separate, mean_interval, paired_difference, spearman
 from .markup import DASH, Cell, article, below, bold, compared_cell, findings, group_heading, heading, joined
 from .markup import lines, panels, paragraph, row_class, selector_name, table, with_headings
 from .reading import Group, average_by_pair
-from .selectors import DARK, YELLOW, is_baseline
+from .scopes import unselected_group
+from .selectors import is_baseline
 from .words import at_tau, features_text, fraction, group_text, plural, span
 
-SAMPLE_SEQUENCES = {
-    "case1": "zoom_rotation_1",
-    "case2": "blur_1",
-    "case3": "zoom_rotation_2",
-    "case4": "viewpoint_1",
-    "case5": "light",
-    "case6": "blur_2",
-    "case7": "jpeg",
-    "case8": "viewpoint_2",
-}
+SAMPLE_SEQUENCES = dict(
+    zip(
+        paper.ROBUSTNESS,
+        "zoom_rotation_1 blur_1 zoom_rotation_2 viewpoint_1 light blur_2 jpeg viewpoint_2".split(),
+    )
+)
 VGG_SEQUENCES = {name: case.scene for name, case in paper.ROBUSTNESS.items()}
 SEQUENCES = {"vgg": VGG_SEQUENCES, "sample": SAMPLE_SEQUENCES}
 
@@ -65,7 +62,7 @@ def percent(share):
 
 def inlier_ratio_html(run):
     """Return the sentence on SymBench's inlier ratio beside the paper's; '' without that dataset."""
-    group = group_for(run, "symbench")
+    group = unselected_group(run, "symbench")
     ratio = mean_inlier_ratio(run, group.dataset, group.features) if group else None
     if ratio is None:
         return ""
@@ -86,13 +83,6 @@ def inlier_ratio_html(run):
     if all(v >= bound for v in values):
         return text + "; the measured ratio is above that: this run starts from better matches."
     return text + "; the measured ratio is below that at 5 px only."
-
-
-def group_for(run, dataset):
-    """Return the group of a dataset without preselection, with the paper's features if the run has them."""
-    groups = [g for g in run.pairs.groups if g.dataset == dataset and g.preselection == "none"]
-    default = [g for g in groups if g.features == paper.FEATURES_DEFAULT]
-    return (default or groups or [None])[0]
 
 
 def score(run, group, sequence, selector):
@@ -362,15 +352,8 @@ def overview_table(group, cases):
             cells.append("yes" if winner == names[0] else "no")
             cells.append(DASH if rho is None else "%.2f" % rho)
         rows.append(("", cells))
-    head = [
-        "Case",
-        "Pairs",
-        "Matches",
-        lines(["Within 10 px", "Within 5 px"]),
-        "Highest F",
-        "Runner-up",
-        "Separate",
-    ]
+    head = ["Case", "Pairs", "Matches", lines(["Within 10 px", "Within 5 px"])]
+    head += ["Highest F", "Runner-up", "Separate"]
     caption = (
         "The cases of %s. Matches: median number of putative matches; within 10 and 5 px: mean share of them so near the"
         " truth. Separate: the 95 %% interval of the difference in F between the first two, pair by pair, does not contain"
@@ -393,7 +376,7 @@ def dot_panel(run, figures, group, result):
     for y, selector in enumerate(names):
         with marked(axes, selector):
             value, style = result.scores[selector], run.styles[selector]
-            edge = DARK if style["colour"] == YELLOW else style["colour"]
+            edge = edge_of(style)
             face = "white" if style["hollow"] else style["colour"]
             axes.plot([value.f.low, value.f.high], [y, y], color=edge, linewidth=1.4, solid_capstyle="butt")
             axes.plot([value.f.mean], [y], "o", color=face, markeredgecolor=edge, markersize=6)
@@ -476,7 +459,7 @@ def group_html(run, figures, group):
 
 def html(run, figures):
     """Return the body of the section on robustness."""
-    groups = [g for g in (group_for(run, dataset) for dataset in SEQUENCES) if g]
+    groups = [g for g in (unselected_group(run, dataset) for dataset in SEQUENCES) if g]
     parts = [group_html(run, figures, g) for g in groups]
     ratio = inlier_ratio_html(run)
     if not any(parts):

@@ -1,4 +1,5 @@
 """Which results belong to which experiment of a preset."""
+from .paper import FEATURES_DEFAULT
 from .selectors import SHARED_NAMES, selector_key
 from .words import GIVEN
 
@@ -11,6 +12,13 @@ def main_features(run):
     for cell in run.list_setting("cells"):
         return cell.split("/")[0]
     return next((group.features for group in run.groups if group.features != GIVEN), GIVEN)
+
+
+def unselected_group(run, dataset=None):
+    """Return the first group (of a dataset) without preselection, with the paper's features if it has them, or None."""
+    groups = [g for g in run.pairs.groups if g.preselection == "none" and dataset in (None, g.dataset)]
+    default = [g for g in groups if g.features == FEATURES_DEFAULT]
+    return (default or groups or [None])[0]
 
 
 def is_main(run, group):

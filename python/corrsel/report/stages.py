@@ -4,18 +4,10 @@ import numpy as np
 from .figures import name_rows, new_axes, plot_text
 from .markup import DASH, Cell, bold, dataset_html, joined, panels, paragraph, sources, table
 
-STAGES = (
-    "bag",
-    "read",
-    "features",
-    "match",
-    "select",
-    "evaluate",
-    "pose",
-)  # of a dataset; others are of the whole run
+# Of a dataset; others are of the whole run.
+STAGES = ("read", "features", "match", "select", "evaluate", "pose")
 # Okabe-Ito colours and hatches, distinguishable in grey as well.
 STYLES = (
-    ("#999999", ""),
     ("#56B4E9", ""),
     ("#0072B2", ""),
     ("#009E73", "///"),

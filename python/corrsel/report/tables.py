@@ -10,18 +10,10 @@ import numpy as np
 
 from .words import plural
 
-TEXT_COLUMNS = {
-    "dataset",
-    "sequence",
-    "pair",
-    "features",
-    "preselection",
-    "selector",
-    "status",
-    "scene",
-    "seed",
-}
-TEXT_COLUMNS |= {"truth", "stage", "error", "file", "threads", "remark", "model"}
+TEXT_COLUMNS = set(
+    "dataset sequence pair features preselection selector status scene seed truth stage error file threads remark"
+    " model".split()
+)
 BLOCK = 1000  # rows that are converted at a time; as many stay in the processor's cache
 NAMED_LINES = 10  # of those that cannot be read
 LINE_BREAK = re.compile("\r\n|\r|\n")
@@ -118,10 +110,7 @@ class Blocks:
         """Remember the file, the header that it must have, the list that receives the notes, and the lines before the header."""
         self.path, self.header, self.notes, self.skipped = path, header, notes, skipped
         self.block, self.lines_before, self.rejected = [], 0, []
-        self.count, self.named = (
-            0,
-            [],
-        )  # rejected rows of the blocks before, and the lines of the first of them
+        self.count, self.named = 0, []  # rejected rows of the blocks before, and the lines of the first ones
 
     def reject(self, place):
         """Count the row at a place of the block as one that cannot be read."""

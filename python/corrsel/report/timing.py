@@ -143,17 +143,8 @@ def stage_table(run):
                 values = values[np.isfinite(values)]
                 cells.append(show(float(np.median(values))) if len(values) else DASH)
         rows.append(("", cells))
-    head = [
-        "Dataset",
-        "Features",
-        "Pairs",
-        "Left",
-        "Right",
-        "Matches",
-        "Detect (ms)",
-        "Describe (ms)",
-        "Match (ms)",
-    ]
+    head = ["Dataset", "Features", "Pairs", "Left", "Right", "Matches"]
+    head += [stage + " (ms)" for stage in ("Detect", "Describe", "Match")]
     caption = (
         "What comes before selection: medians over the pairs of the number of features and putative matches,"
         " and of the time of each stage. None of it is part of the selection time. \u2013 = not measured."
