@@ -170,70 +170,22 @@ class ScaleSpace::Band {
 
   Band(const Plan& plan, int number, int begin, int end, Workspace& workspace)
       : plan_(plan), memory_(workspace.part<Memory>()), begin_(begin), end_(end) {
-    const ScaleOctave& octave = *plan.octave;
-    const std::size_t levels = octave.levels.size();
-    ScaleRows& tables = memory_.tables;
-    tables.band_ = number;
-    tables.tables_.resize(levels);
-    tables.first_rows_.resize(levels);
-    last_.resize(levels);
-    done_.resize(levels);
-    // The rows of every level: those of the band, one more on each side, and those that the next level needs.
-    int first = std::max(0, begin - 1), last = std::min(octave.height, end + 1);
-    std::size_t own = 0;
-    for (std::size_t l = levels; l-- > 0;) {
-      if (plan.filters[l].doubles) {
-        first &= ~1;
-        last = std::min(octave.height, (last + 1) & ~1);
-      }
-      tables.first_rows_[l] = done_[l] = first;
-      last_[l] = last;
-      own += static_cast<std::size_t>(begin - first + last - end);
-      if (l == 0) break;
-      const int radius = plan.filters[l].radius;
-      first = std::max(0, first - radius);
-      last = std::min(octave.height, last + radius);
-    }
+    memory_.tables.band_ = number;
+    const std::size_t own = chooseRows();
     // The source's rows are kept as long as a filter needs them.
     const Filter& start = plan.filters[0];
     int kept = 1;
     while (kept < 2 * start.radius + 4) kept *= 2;
-    const std::size_t stride = static_cast<std::size_t>(plan.octave->levels[0].stride);
-    const auto source_stride = static_cast<std::size_t>(padded(plan.source_size.width));
-    const std::size_t total =
-        (own + 1) * stride + static_cast<std::size_t>(kept) * source_stride + std::size_t{kSlack};
-    if (memory_.rows.size() < total) {
-      memory_.rows.clear();
-      memory_.rows.resize(total);
-    }
-    std::int16_t* next = aligned(memory_.rows.data());
-    unused_ = next;
-    next += stride;
-    for (std::size_t l = 0; l < levels; ++l) {
-      const ScaleLevel& level = octave.levels[l];
-      std::vector<std::int16_t*>& table = tables.tables_[l];
-      table.clear();
-      for (int y = tables.first_rows_[l]; y < last_[l]; ++y) {
-        if (y >= begin && y < end) {
-          table.push_back(const_cast<std::int16_t*>(level.pixels) + std::ptrdiff_t{y} * level.stride);
-        } else {
-          table.push_back(next);
-          next += stride;
-        }
-      }
-    }
-    source_ring_ = next;
-    source_stride_ = static_cast<std::ptrdiff_t>(source_stride);
     source_mask_ = kept - 1;
+    source_stride_ = padded(plan.source_size.width);
     const int from = start.doubles ? done_[0] / 2 : done_[0];
     source_done_ = std::max(0, from - start.radius);
-    int widest = plan.source_size.width;
+    placeRows(own, static_cast<std::size_t>(kept));
     int reach = start.radius;
     for (const Filter& filter : plan.filters) reach = std::max(reach, filter.radius);
-    widest = std::max(widest, octave.width);
-    const std::size_t line = static_cast<std::size_t>(widest + 2 * reach + 2 + 3 * kSlack);
-    if (memory_.line.size() < 2 * line) memory_.line.resize(2 * line);
-    line_stride_ = line;
+    const int widest = std::max(plan.source_size.width, plan.octave->width);
+    line_stride_ = static_cast<std::size_t>(widest + 2 * reach + 2 + 3 * kSlack);
+    if (memory_.line.size() < 2 * line_stride_) memory_.line.resize(2 * line_stride_);
   }
 
   void run(ScaleRowVisitor* visitor) {
@@ -248,6 +200,65 @@ class ScaleSpace::Band {
   static std::int16_t* aligned(std::int16_t* p) {
     const auto address = reinterpret_cast<std::uintptr_t>(p);
     return p + (address % 64 == 0 ? 0 : (64 - address % 64) / sizeof(std::int16_t));
+  }
+
+  /// Sets the rows of every level: those of the band, one more on each side, and those that the next level
+  /// needs.
+  /// @return number of rows outside of the band
+  std::size_t chooseRows() {
+    const int height = plan_.octave->height;
+    const std::size_t levels = plan_.octave->levels.size();
+    ScaleRows& tables = memory_.tables;
+    tables.tables_.resize(levels);
+    tables.first_rows_.resize(levels);
+    last_.resize(levels);
+    done_.resize(levels);
+    int first = std::max(0, begin_ - 1), last = std::min(height, end_ + 1);
+    std::size_t own = 0;
+    for (std::size_t l = levels; l-- > 0;) {
+      if (plan_.filters[l].doubles) {
+        first &= ~1;
+        last = std::min(height, (last + 1) & ~1);
+      }
+      tables.first_rows_[l] = done_[l] = first;
+      last_[l] = last;
+      own += static_cast<std::size_t>(begin_ - first + last - end_);
+      const int radius = plan_.filters[l].radius;
+      first = std::max(0, first - radius);
+      last = std::min(height, last + radius);
+    }
+    return own;
+  }
+
+  /// Sets the pointers to all rows. Those of the band are rows of the octave, the others lie in the memory.
+  /// @param own   number of rows outside of the band
+  /// @param kept  number of rows of the source
+  void placeRows(std::size_t own, std::size_t kept) {
+    const auto stride = static_cast<std::size_t>(plan_.octave->levels[0].stride);
+    const std::size_t total =
+        (own + 1) * stride + kept * static_cast<std::size_t>(source_stride_) + std::size_t{kSlack};
+    if (memory_.rows.size() < total) {
+      memory_.rows.clear();
+      memory_.rows.resize(total);
+    }
+    std::int16_t* next = aligned(memory_.rows.data());
+    unused_ = next;
+    next += stride;
+    ScaleRows& tables = memory_.tables;
+    for (std::size_t l = 0; l < plan_.octave->levels.size(); ++l) {
+      const ScaleLevel& level = plan_.octave->levels[l];
+      std::vector<std::int16_t*>& table = tables.tables_[l];
+      table.clear();
+      for (int y = tables.first_rows_[l]; y < last_[l]; ++y) {
+        if (y >= begin_ && y < end_) {
+          table.push_back(const_cast<std::int16_t*>(level.pixels) + std::ptrdiff_t{y} * level.stride);
+        } else {
+          table.push_back(next);
+          next += stride;
+        }
+      }
+    }
+    source_ring_ = next;
   }
 
   std::int16_t* rowOf(std::size_t level, int y) const {
