@@ -51,15 +51,11 @@ class Search {
 
   SearchOutcome run() {
     Proposal& proposal = parts_.proposal;
-    // Samples of crowded matches that the check refuses count as hypotheses.
-    const double max_samples =
-        traits_.crowded ? max_iterations_
-                        : samplesForMinSignificance(matches_, parts_.model, parameters_.confidence);
     Hypotheses hypotheses;
     Candidate& best = outcome_.best;
     for (; outcome_.iterations < max_iterations_; ++outcome_.iterations) {
       if (proposal.isFinished(best) || stopping_.enough(proposal.drawn())) break;
-      if (static_cast<double>(proposal.drawn()) >= max_samples || isTimeOver()) break;
+      if (nothingLeftToFind(proposal.drawn()) || isTimeOver()) break;
       const Proposed proposed = proposal.propose(hypotheses);
       outcome_.no_valid_sample = proposed == Proposed::kNoValidSample;
       outcome_.timed_out = proposed == Proposed::kTimeLimit;
@@ -96,6 +92,19 @@ class Search {
                             : minTestedRatio(max_iterations_, ordered, model_.sample_size);
     sprt_.emplace(constants, model_.sample_size / static_cast<double>(matches_.size()));
     stopping_.setLoss(sprt_->loss(), 0);
+  }
+
+  /// Whether more samples cannot gain anything. Most searches end before this takes the time to find out.
+  /// Samples of crowded matches that the check refuses count as hypotheses.
+  bool nothingLeftToFind(std::uint64_t drawn) {
+    if (static_cast<double>(drawn) < (traits_.crowded ? max_iterations_ : kMinSignificanceSamples))
+      return false;
+    if (!max_samples_) {
+      max_samples_ = traits_.crowded
+                         ? max_iterations_
+                         : samplesForMinSignificance(matches_, parts_.model, parameters_.confidence);
+    }
+    return static_cast<double>(drawn) >= *max_samples_;
   }
 
   /// Reads the clock once in kSamplesPerLook samples, which take well below a millisecond, and after each new
@@ -177,6 +186,7 @@ class Search {
   Verifier verifier_;
   StoppingRule stopping_;
   std::optional<Sprt> sprt_;
+  std::optional<double> max_samples_;
   SearchOutcome outcome_;
   std::uint64_t next_look_ = 0;  // at the clock, samples
   bool optimized_ = false;       // the best model

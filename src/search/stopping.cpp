@@ -89,7 +89,7 @@ MatchShare bestPrefix(const std::vector<std::uint32_t>& best_first, const std::v
 
 double samplesForMinSignificance(const NormalizedMatches& matches, const Model& model, double confidence) {
   constexpr double kTests = 8e4;  // hypotheses times thresholds, as in SignificanceTest
-  constexpr double kMinSamples = 1e4, kMaxLoss = 1.0 / 8;
+  constexpr double kMaxLoss = 1.0 / 8;
   if (confidence >= 1) return std::numeric_limits<double>::infinity();
   const std::size_t n = matches.size(), m = static_cast<std::size_t>(model.traits.sample_size);
   const auto [width, height] = rightExtent(matches);
@@ -100,7 +100,8 @@ double samplesForMinSignificance(const NormalizedMatches& matches, const Model& 
   double all_inliers = 1;
   for (std::size_t k = 0; k < m; ++k)
     all_inliers *= static_cast<double>(support - k) / static_cast<double>(n - k);
-  return std::max(kMinSamples, std::log1p(-confidence) / std::log1p(-all_inliers * (1 - kMaxLoss)));
+  return std::max(kMinSignificanceSamples,
+                  std::log1p(-confidence) / std::log1p(-all_inliers * (1 - kMaxLoss)));
 }
 
 double minTestedRatio(int max_iterations, bool ordered, int sample_size) {

@@ -45,8 +45,8 @@ std::string NnsrSelector::missingInput(const Correspondences& matches) const {
 void NnsrSelector::run(const Correspondences& matches, Workspace&, Selection& result) const {
   const std::size_t n = matches.size();
   result.score.assign(n, 0.0F);
-  std::vector<double> ratios(n, std::numeric_limits<double>::quiet_NaN()), defined;
-  defined.reserve(n);
+  std::vector<double> ratios(n, std::numeric_limits<double>::quiet_NaN()), defined(n);
+  std::size_t n_defined = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const double first = matches.distance[i], second = matches.second_distance[i];
     if (!(second > 0 && std::isfinite(second)) || !(first >= 0)) continue;
@@ -54,9 +54,10 @@ void NnsrSelector::run(const Correspondences& matches, Workspace&, Selection& re
     // A first neighbour farther than the second is no nearest neighbour.
     if (!(ratio <= 1)) continue;
     ratios[i] = ratio;
-    defined.push_back(ratio);
+    defined[n_defined++] = ratio;
     result.score[i] = static_cast<float>(1.0 - ratio);
   }
+  defined.resize(n_defined);
   const std::optional<double> otsu = otsuThreshold(defined, 0.0, 1.0, kOtsuBins);
   double threshold = options_.fallback;
   if (otsu) {
