@@ -147,7 +147,7 @@ say "as a user without rights, in another folder, without a network"
 in_root "$root" --no-network <<'COMMANDS'
 useradd --create-home tester
 mkdir -p /home/tester/.cache/corrsel "/home/tester/some folder"
-cp -r /root/.cache/corrsel/sample /home/tester/.cache/corrsel/
+cp -r ~/.cache/corrsel/sample /home/tester/.cache/corrsel/
 chown -R tester: /home/tester
 runuser --login --shell /bin/bash tester <<'AS_TESTER'
 set -euo pipefail
@@ -164,7 +164,7 @@ COMMANDS
 say "the Python example, which needs OpenCV's module"
 install_in_package python3-opencv
 in_root "$root" --no-network <<'COMMANDS'
-cd /root/.cache/corrsel/sample
+cd ~/.cache/corrsel/sample
 python3 /srv/examples/03_camera_pipeline.py aloeL.jpg aloeR.jpg graf1.png graf3.png
 COMMANDS
 
