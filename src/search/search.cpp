@@ -97,14 +97,12 @@ class Search {
   /// Whether more samples cannot gain anything. Most searches end before this takes the time to find out.
   /// Samples of crowded matches that the check refuses count as hypotheses.
   bool nothingLeftToFind(std::uint64_t drawn) {
-    if (static_cast<double>(drawn) < (traits_.crowded ? max_iterations_ : kMinSignificanceSamples))
-      return false;
-    if (!max_samples_) {
-      max_samples_ = traits_.crowded
-                         ? max_iterations_
-                         : samplesForMinSignificance(matches_, parts_.model, parameters_.confidence);
-    }
-    return static_cast<double>(drawn) >= *max_samples_;
+    const auto samples = static_cast<double>(drawn);
+    if (traits_.crowded) return samples >= max_iterations_;
+    if (samples < kMinSignificanceSamples) return false;
+    if (!max_samples_)
+      max_samples_ = samplesForMinSignificance(matches_, parts_.model, parameters_.confidence);
+    return samples >= *max_samples_;
   }
 
   /// Reads the clock once in kSamplesPerLook samples, which take well below a millisecond, and after each new

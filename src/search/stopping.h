@@ -71,8 +71,8 @@ MatchShare bestPrefix(const std::vector<std::uint32_t>& best_first, const std::v
                       float squared_threshold, const std::vector<std::uint8_t>& counts,
                       const ModelTraits& model, std::uint32_t pool_of_all);
 
-inline constexpr double kMinSignificanceSamples =
-    1e4;  ///< the least that samplesForMinSignificance() returns
+/// The smallest number that samplesForMinSignificance() returns.
+inline constexpr double kMinSignificanceSamples = 1e4;
 
 /// Number of samples after which a further search cannot gain anything: the smallest support that chance
 /// does not explain, if all its matches lay within a pixel of the model, would have been drawn. Matters
