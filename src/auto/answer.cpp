@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kPlaneHypotheses = 300;
 constexpr double kTwoTier = 2;      // local support allows this many times the error of F
-constexpr double kRoughScene = 20;  // times what chance gives: as many inliers of F without local support
+constexpr double kRoughScene = 5;   // times what chance gives: as many inliers of F without local support
                                     // mean that depth jumps
 
 /// Writes the mask of what agrees with the fundamental matrix and its surroundings.
@@ -35,6 +35,24 @@ void takeFundamentalInliers(const AutoOptions& options, AutoMemory& memory) {
   const double chance = 2 * std::sqrt(2.0) * options.fundamental_threshold / std::sqrt(memory.support.area());
   if (static_cast<double>(unsupported) < kRoughScene * chance * static_cast<double>(n - inliers))
     memory.plausibility.filter(memory.matches, memory.support.maps(), memory.core, memory.answer);
+}
+
+/// Adds the inliers of the homography to the mask of a rigid scene, if the plane is a part of it: half of the
+/// inliers must agree with the fundamental matrix. Two coordinates that agree with the plane are more evidence
+/// than one that agrees with an epipolar line, so the error of the latter may be larger.
+void addPlaneOfScene(const AutoOptions& options, AutoMemory& memory) {
+  const AutoMemory::Mask& inliers = memory.homography_inliers;
+  const std::vector<double>& errors = memory.fundamental_errors;
+  const double squared = options.fundamental_threshold * options.fundamental_threshold;
+  std::size_t on = 0, agreeing = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (inliers[i] == 0) continue;
+    ++on;
+    agreeing += errors[i] <= kTwoTier * kTwoTier * squared ? 1 : 0;
+  }
+  if (2 * agreeing < on) return;
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    if (inliers[i] != 0 && errors[i] <= options.threshold * options.threshold) memory.answer[i] = 1;
 }
 
 /// Adds to the mask, which so far holds what agrees with the model, the planes of other motions and the
@@ -94,6 +112,7 @@ void writeAnswer(const Decision& decision, const Evidence& evidence, const AutoO
     case Answer::kFundamental:
     case Answer::kFundamentalAndMore:
       takeFundamentalInliers(options, memory);
+      if (isSignificant(evidence.homography.confidence)) addPlaneOfScene(options, memory);
       setModel(ModelKind::kFundamental, evidence.fundamental->model, evidence.fundamental->confidence,
                result);
   }

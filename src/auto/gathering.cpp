@@ -32,7 +32,8 @@ void AutoMemory::assign(const Correspondences& input, std::uint64_t seed) {
   identity.resize(size());
   std::iota(identity.begin(), identity.end(), 0U);
   normalizeMatches(matches, identity, normalized);
-  if (!ordering.byQuality(matches, identity, best_first)) best_first = identity;
+  ranked = ordering.byQuality(matches, identity, best_first);
+  if (!ranked) best_first = identity;
   distinct.group(normalized, normalized.scale);
   significance.assign(matches);
   leftover.assign(matches);
@@ -120,9 +121,10 @@ void Gathering::addHomographyLeftover() {
 
 void Gathering::addParallax() {
   evidence_.parallax = memory_.parallax.find(
-      memory_.matches, memory_.normalized, memory_.best_first, normalized_homography_,
-      memory_.homography_errors, memory_.support.area(), {options_.threshold, options_.fundamental_threshold},
-      static_cast<std::uint64_t>(options_.seed), parallax_fundamental_);
+      {memory_.matches, memory_.normalized, memory_.best_first, memory_.ranked, normalized_homography_,
+       memory_.homography_errors, memory_.support.area(), options_.threshold, options_.fundamental_threshold,
+       static_cast<std::uint64_t>(options_.seed)},
+      parallax_fundamental_);
 }
 
 /// Searches on the local set.

@@ -35,6 +35,7 @@ struct AutoMemory {
   Correspondences matches;  // in this order
   NormalizedMatches normalized;
   Rows identity, best_first;  // all matches in this order, and by quality
+  bool ranked = false;        // whether the quality is known
   Rows by_support;            // all matches by falling local support, then by quality
   DistinctSupport distinct;
   LocalSupport support;
