@@ -12,9 +12,9 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kPlaneHypotheses = 300;
-constexpr double kTwoTier = 2;      // local support allows this many times the error of F
-constexpr double kRoughScene = 5;   // times what chance gives: as many inliers of F without local support
-                                    // mean that depth jumps
+constexpr double kTwoTier = 2;     // local support allows this many times the error of F
+constexpr double kRoughScene = 5;  // times what chance gives: as many inliers of F without local support
+                                   // mean that depth jumps
 
 /// Writes the mask of what agrees with the fundamental matrix and its surroundings.
 void takeFundamentalInliers(const AutoOptions& options, AutoMemory& memory) {
@@ -38,8 +38,8 @@ void takeFundamentalInliers(const AutoOptions& options, AutoMemory& memory) {
 }
 
 /// Adds the inliers of the homography to the mask of a rigid scene, if the plane is a part of it: half of the
-/// inliers must agree with the fundamental matrix. Two coordinates that agree with the plane are more evidence
-/// than one that agrees with an epipolar line, so the error of the latter may be larger.
+/// inliers must agree with the fundamental matrix. Two coordinates that agree with the plane are more
+/// evidence than one that agrees with an epipolar line, so the error of the latter may be larger.
 void addPlaneOfScene(const AutoOptions& options, AutoMemory& memory) {
   const AutoMemory::Mask& inliers = memory.homography_inliers;
   const std::vector<double>& errors = memory.fundamental_errors;

@@ -120,11 +120,12 @@ void Gathering::addHomographyLeftover() {
 }
 
 void Gathering::addParallax() {
-  evidence_.parallax = memory_.parallax.find(
-      {memory_.matches, memory_.normalized, memory_.best_first, memory_.ranked, normalized_homography_,
-       memory_.homography_errors, memory_.support.area(), options_.threshold, options_.fundamental_threshold,
-       static_cast<std::uint64_t>(options_.seed)},
-      parallax_fundamental_);
+  const PlaneOfMatches plane = {memory_.matches,   memory_.normalized,     memory_.best_first,
+                                memory_.ranked,    normalized_homography_, memory_.homography_errors,
+                                options_.threshold};
+  evidence_.parallax =
+      memory_.parallax.find(plane, memory_.support.area(), options_.fundamental_threshold,
+                            static_cast<std::uint64_t>(options_.seed), parallax_fundamental_);
 }
 
 /// Searches on the local set.
