@@ -15,10 +15,18 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kFundamentalHypotheses = 300;
-constexpr std::size_t kMinLocal = 12;  // members of the local set that F is estimated from
-constexpr double kLooseShare = 0.08;   // of the matches off the homography: a loose leftover
+constexpr std::size_t kMinMatches = 12;  // that F is estimated from
+constexpr std::size_t kFewMatches = 100;
+constexpr double kLooseShare = 0.08;  // of the matches off the homography: a loose leftover
 constexpr double kNearFundamental =
     3;  // times the threshold: a member of the local set is not left over by F
+
+/// Hypotheses of a search among all matches: as many as the option allows for a few matches, and fewer for
+/// more, of which each takes longer.
+int hardHypotheses(int option, std::size_t matches) {
+  return static_cast<int>(option *
+                          std::min(1.0, static_cast<double>(kFewMatches) / static_cast<double>(matches)));
+}
 
 std::size_t count(const AutoMemory::Mask& mask) {
   return static_cast<std::size_t>(std::accumulate(mask.begin(), mask.end(), 0));
@@ -128,23 +136,19 @@ void Gathering::addParallax() {
                             static_cast<std::uint64_t>(options_.seed), parallax_fundamental_);
 }
 
-/// Searches on the local set.
-bool Gathering::searchFundamental(cv::Matx33d& model) {
-  if (memory_.support.localSize() < kMinLocal || effort_.timed_out) return false;
-  const AutoMemory::Mask& local = memory_.support.local();
-  memory_.searched.clear();
-  for (std::uint32_t i = 0; i < local.size(); ++i)
-    if (local[i] != 0) memory_.searched.push_back(i);
+/// Searches among some matches, and refines on all.
+bool Gathering::searchFundamental(const AutoMemory::Rows& rows, int hypotheses, cv::Matx33d& model) {
+  if (rows.size() < kMinMatches || effort_.timed_out) return false;
   const FundamentalModel kind;
   SearchParameters parameters;
   parameters.threshold = options_.fundamental_threshold;
-  parameters.max_iterations = kFundamentalHypotheses;
+  parameters.max_iterations = hypotheses;
   parameters.confidence = 1;  // all of them: the first good model is often good in a part of the scene only
   parameters.seed = static_cast<std::uint64_t>(options_.seed);
   // Uniform samples: in the order of support, the best matches lie on one surface.
   const SearchParts parts = {kind, effort_.workspace.part<UniformProposal>()};
   const SearchOutcome outcome =
-      search(memory_.normalized, parts, parameters, &memory_.searched, effort_.deadline, effort_.workspace);
+      search(memory_.normalized, parts, parameters, &rows, effort_.deadline, effort_.workspace);
   effort_.add(outcome);
   if (!outcome.best.exists()) return false;
   const Verifier verifier(memory_.normalized, Residual::kSampson,
@@ -156,18 +160,34 @@ bool Gathering::searchFundamental(cv::Matx33d& model) {
   return true;
 }
 
+/// Keeps a fundamental matrix if it is more significant than the one so far.
+void Gathering::takeFundamental(const cv::Matx33d& model) {
+  FundamentalEvidence& found = *evidence_.fundamental;
+  const double confidence = memory_.significance.fundamental(model, effort_.hypotheses).confidence;
+  if (found.found && confidence <= found.confidence) return;
+  found.found = true;
+  found.model = model;
+  found.confidence = confidence;
+}
+
 void Gathering::addFundamental() {
   FundamentalEvidence& found = evidence_.fundamental.emplace();
-  if (evidence_.parallax.value_or(false)) {
-    found.model = parallax_fundamental_;
-  } else if (!searchFundamental(found.model)) {
-    return;
+  cv::Matx33d model;
+  if (evidence_.parallax.value_or(false)) takeFundamental(parallax_fundamental_);
+  memory_.searched.clear();
+  for (std::uint32_t i = 0; i < memory_.size(); ++i)
+    if (memory_.support.local()[i] != 0) memory_.searched.push_back(i);
+  if (!found.found && searchFundamental(memory_.searched, kFundamentalHypotheses, model))
+    takeFundamental(model);
+  // Few matches have few neighbours, and where depth jumps, neighbours do not agree.
+  if (!isSignificant(found.confidence) &&
+      searchFundamental(memory_.by_support, hardHypotheses(options_.hard_search, memory_.size()), model)) {
+    takeFundamental(model);
   }
-  found.found = true;
+  if (!found.found) return;
   std::vector<double>& errors = memory_.fundamental_errors;
   errors.resize(memory_.size());
   pixelErrors(Residual::kSampson, found.model, memory_.matches, errors.data());
-  found.confidence = memory_.significance.fundamental(found.model, effort_.hypotheses).confidence;
   if (!evidence_.homography_leftover) return;
   const double squared = options_.fundamental_threshold * options_.fundamental_threshold;
   std::size_t loose = 0, explained = 0;

@@ -29,7 +29,8 @@ class Gathering {
   void findHomography();
   void addHomographyLeftover();
   void addParallax();
-  bool searchFundamental(cv::Matx33d& model);
+  bool searchFundamental(const AutoMemory::Rows& rows, int hypotheses, cv::Matx33d& model);
+  void takeFundamental(const cv::Matx33d& model);
   void addFundamental();
   void addFundamentalLeftover();
 

@@ -5,23 +5,25 @@
 #include <numeric>
 
 #include "base/gather.h"
+#include "corrsel/random.h"
+#include "geometry/fundamental.h"
 #include "geometry/residual.h"
 #include "search/degensac.h"
 #include "search/fundamental_model.h"
 #include "search/local_optimization.h"
+#include "search/significance.h"
 
 namespace corrsel::core {
 namespace {
 
 constexpr int kPairs = 300;
+constexpr double kTests = 24e4;  // as SignificanceTest::fundamental() counts them at least
 // Near the plane.
-constexpr std::size_t kMinBand = 6;
 constexpr double kDirectionWidth = 2.0 / 3;  // of the threshold of the fundamental matrix
-constexpr double kTests = 24e4;              // as SignificanceTest::fundamental() counts them at least
-constexpr double kCoherent = 0.3, kMostOfBand = 0.75, kMinShareOfPlane = 0.01;
+constexpr double kCoherent = 0.3, kMostOfBand = 2.0 / 3, kMinShareOfPlane = 0.01;
 // Far from the plane.
 constexpr double kOffPlane = 3;  // times the threshold of the plane
-constexpr std::size_t kMinGood = 100, kGoodShare = 8;
+constexpr std::size_t kMinGood = 100, kGoodShare = 8, kMinRepaired = 2000;
 constexpr double kShareOfPlane = 0.5, kShareOfOff = 0.1, kOutnumbers = 1.25, kMinTimesChance = 8;
 
 double squaredFar(const PlaneOfMatches& plane) {
@@ -32,10 +34,87 @@ double squaredFar(const PlaneOfMatches& plane) {
 
 bool ParallaxTest::find(const PlaneOfMatches& plane, double area, double threshold, std::uint64_t seed,
                         cv::Matx33d& fundamental) {
-  const Verifier verifier(plane.matches, Residual::kSampson, threshold * plane.matches.scale, true);
-  const double chance = 2 * std::sqrt(2.0) * threshold / std::sqrt(area);
-  return findNear(plane, verifier, threshold, Random(seed), fundamental) ||
-         findFar(plane, verifier, kMinTimesChance * chance, Random(seed), fundamental);
+  const NormalizedMatches& m = plane.matches;
+  const std::size_t n = m.size();
+  const Verifier verifier(m, Residual::kSampson, threshold * m.scale, true);
+  uniform_chance_ = 2 * std::sqrt(2.0) * threshold / std::sqrt(area);
+  band_.gather(plane);
+  gatherBand(m);
+  const std::size_t good = std::min(n, std::max(kMinGood, n / kGoodShare));
+  good_off_.clear();
+  for (std::size_t rank = 0; rank < good; ++rank)
+    if (plane.errors[plane.best_first[rank]] > squaredFar(plane)) good_off_.push_back(plane.best_first[rank]);
+  // Pairs of the band are scored by the band alone.
+  const Verifier of_band(band_matches_, Residual::kSampson, threshold * m.scale, true);
+  for (const bool near : {true, false}) {
+    const std::vector<std::uint32_t>& pool = near ? positions_ : good_off_;
+    if (pool.size() < 2) continue;
+    Random random(seed);
+    Candidate found, candidate;
+    if (!improveByParallax(near ? of_band : verifier, plane.homography, pool, kPairs, random, found))
+      continue;
+    if (!verifier.improve(found.model, candidate) || !test(plane, verifier, threshold, candidate)) continue;
+    fundamental = m.fundamentalToPixels(candidate.model);
+    return true;
+  }
+  return false;
+}
+
+/// Copies the members of the band.
+void ParallaxTest::gatherBand(const NormalizedMatches& m) {
+  const std::vector<std::uint32_t>& members = band_.members();
+  gather(m.left_x, members, band_matches_.left_x);
+  gather(m.left_y, members, band_matches_.left_y);
+  gather(m.right_x, members, band_matches_.right_x);
+  gather(m.right_y, members, band_matches_.right_y);
+  positions_.resize(members.size());
+  std::iota(positions_.begin(), positions_.end(), 0U);
+}
+
+/// Refines a candidate and tests whether it shows parallax.
+bool ParallaxTest::test(const PlaneOfMatches& plane, const Verifier& verifier, double threshold,
+                        Candidate& candidate) {
+  optimizeLocally(FundamentalModel(), verifier, candidate);
+  const Counts counts = count(plane, verifier, candidate.model);
+  if (2 * counts.agreeing_on < counts.on) return false;
+  return isSignificant(nearEvidence(plane, candidate.model, threshold, counts.on) +
+                       farEvidence(plane, verifier, candidate.model, counts) - std::log10(kTests));
+}
+
+double ParallaxTest::nearEvidence(const PlaneOfMatches& plane, const cv::Matx33d& fundamental,
+                                  double threshold, double on) {
+  const PlaneBand::Direction found = band_.direction(fundamental, kDirectionWidth * threshold);
+  const bool counts =
+      !plane.ranked || (found.share * static_cast<double>(band_.members().size()) >= kMinShareOfPlane * on &&
+                        (found.share >= kMostOfBand || band_.coherence() >= kCoherent));
+  return counts ? found.log_ratio / std::log(10.0) : 0;
+}
+
+double ParallaxTest::farEvidence(const PlaneOfMatches& plane, const Verifier& verifier,
+                                 const cv::Matx33d& fundamental, const Counts& counts) {
+  const double agreeing = counts.agreeing_off;
+  if (plane.ranked && !(agreeing >= kShareOfPlane * counts.on && agreeing >= kShareOfOff * counts.off) &&
+      !(agreeing >= kOutnumbers * counts.on && agreeing >= kMinTimesChance * uniform_chance_ * counts.off)) {
+    return 0;
+  }
+  if (agreeing <= 2) return 0;
+  const NormalizedMatches& m = plane.matches;
+  off_.clear();
+  for (std::uint32_t i = 0; i < m.size(); ++i)
+    if (plane.errors[i] > squaredFar(plane)) off_.push_back(i);
+  Random random(0);
+  const std::size_t drawn = std::max(kMinRepaired, off_.size());
+  std::size_t repaired = 0;
+  for (std::size_t k = 0; k < drawn; ++k) {
+    const std::uint32_t left = off_[k % off_.size()];
+    const std::uint32_t right = off_[random.index(static_cast<std::uint32_t>(off_.size()))];
+    if (left == right) continue;
+    const double error =
+        sampsonError(fundamental, m.left_x[left], m.left_y[left], m.right_x[right], m.right_y[right]);
+    repaired += error <= verifier.squaredThreshold() ? 1 : 0;
+  }
+  const double chance = std::max(uniform_chance_, static_cast<double>(repaired) / static_cast<double>(drawn));
+  return -log10BinomialTail(off_.size() - 2, static_cast<std::size_t>(agreeing) - 2, std::min(1.0, chance));
 }
 
 /// Counts the matches on the plane and those far off it.
@@ -64,59 +143,6 @@ ParallaxTest::Counts ParallaxTest::count(const PlaneOfMatches& plane, const Veri
   counts.on = static_cast<double>(cells_.count(plane.pixels, on_));
   counts.agreeing_on = static_cast<double>(cells_.count(plane.pixels, on_agreeing_));
   return counts;
-}
-
-bool ParallaxTest::findNear(const PlaneOfMatches& plane, const Verifier& verifier, double threshold,
-                            Random random, cv::Matx33d& fundamental) {
-  band_.gather(plane);
-  const std::vector<std::uint32_t>& members = band_.members();
-  if (members.size() < kMinBand) return false;
-  // Pairs are drawn from the band alone, and scored by it.
-  const NormalizedMatches& m = plane.matches;
-  gather(m.left_x, members, band_matches_.left_x);
-  gather(m.left_y, members, band_matches_.left_y);
-  gather(m.right_x, members, band_matches_.right_x);
-  gather(m.right_y, members, band_matches_.right_y);
-  positions_.resize(members.size());
-  std::iota(positions_.begin(), positions_.end(), 0U);
-  const Verifier of_band(band_matches_, Residual::kSampson, threshold * m.scale, true);
-  Candidate in_band, best;
-  if (!improveByParallax(of_band, plane.homography, positions_, kPairs, random, in_band)) return false;
-  if (!verifier.improve(in_band.model, best)) return false;
-  optimizeLocally(FundamentalModel(), verifier, best);
-  const PlaneBand::Direction found = band_.direction(best.model, kDirectionWidth * threshold);
-  if (!isSignificant((found.log_ratio - std::log(kTests)) / std::log(10.0))) return false;
-  if (found.share < kMostOfBand && band_.coherence() < kCoherent) return false;
-  const Counts counts = count(plane, verifier, best.model);
-  if (found.share * static_cast<double>(members.size()) < kMinShareOfPlane * counts.on) return false;
-  fundamental = m.fundamentalToPixels(best.model);
-  return 2 * counts.agreeing_on >= counts.on;
-}
-
-bool ParallaxTest::findFar(const PlaneOfMatches& plane, const Verifier& verifier, double min_agreeing_share,
-                           Random random, cv::Matx33d& fundamental) {
-  const std::size_t n = plane.matches.size();
-  const std::size_t good = std::min(n, std::max(kMinGood, n / kGoodShare));
-  off_plane_.clear();
-  for (std::size_t rank = 0; rank < good; ++rank)
-    if (plane.errors[plane.best_first[rank]] > squaredFar(plane))
-      off_plane_.push_back(plane.best_first[rank]);
-  if (off_plane_.size() < 2) return false;
-  Candidate best;
-  if (!improveByParallax(verifier, plane.homography, off_plane_, kPairs, random, best)) return false;
-  optimizeLocally(FundamentalModel(), verifier, best);
-  const Counts counts = count(plane, verifier, best.model);
-  const bool many =
-      counts.agreeing_off >= kShareOfPlane * counts.on && counts.agreeing_off >= kShareOfOff * counts.off;
-  const bool most = counts.agreeing_off >= kOutnumbers * counts.on &&
-                    counts.agreeing_off >= min_agreeing_share * counts.off;
-  if (2 * counts.agreeing_on < counts.on || !(many || most)) return false;
-  off_plane_.clear();
-  for (std::uint32_t i = 0; i < n; ++i)
-    if (plane.errors[i] > squaredFar(plane)) off_plane_.push_back(i);
-  significance_.assign(plane.pixels.subset(off_plane_));
-  fundamental = plane.matches.fundamentalToPixels(best.model);
-  return isSignificant(significance_.fundamental(fundamental, kPairs).confidence);
 }
 
 }  // namespace corrsel::core

@@ -5,37 +5,37 @@
 #include <vector>
 
 #include "auto/plane_band.h"
-#include "corrsel/random.h"
 #include "geometry/normalization.h"
 #include "points/occupied_cells.h"
-#include "search/significance.h"
 #include "search/verifier.h"
 
 namespace corrsel::core {
 
 /// Tests whether the matches off a plane show the parallax of a rigid scene.
 ///
-/// Algorithm: two tests, the first one of which decides where it finds parallax.
-///  1. Near the plane (plane_band.h). Pairs of the band give fundamental matrices (improveByParallax()), and
-///     the best one is refined on all matches. The tolerance is two thirds of the threshold of F. There is
-///     parallax if
-///      - chance explains the directions of the band as little as a significant fundamental matrix:
-///        log_ratio - ln(24 * 10^4) is at least 4 decades,
-///      - the displacements of the band are coherent (0.3), or three quarters of it agree: where depth jumps
-///        from point to point, neighbours are not alike, and
-///      - the agreeing share of the band is a hundredth of the places on the plane. Less is an object, not
-///        the scene.
-///  2. Far from the plane. Pairs among the good matches that are farther than 3 times the threshold from the
-///     plane give fundamental matrices in the same way. There is parallax if the agreement of the matches off
-///     the plane is significant (significance.h), and if they are at distinct places
-///      - half as many as the matches on the plane, and a tenth of all matches off the plane, or
-///      - 1.25 times as many as those on the plane, and 8 times as many as chance gives.
-///     Repeated structure makes up to 6 % of the matches off a plane agree, and some of it is significant.
-/// In both tests, half of the matches on the plane must agree with the fundamental matrix, too.
+/// Algorithm: Pairs of matches near the plane (plane_band.h), and then pairs of good matches that are farther
+/// than 3 times the threshold from the plane, give fundamental matrices (improveByParallax()). The best one
+/// of each kind is refined on all matches. There is parallax if chance explains what agrees with one of them
+/// as little as a significant fundamental matrix, where half of the matches on the plane must agree with it,
+/// too. The evidence, in decades, is the sum of
+///  - the log likelihood ratio of the directions in the band, for a tolerance of two thirds of the threshold,
+///  - -log10 P(Bin(n - 2, p) >= k - 2), where k of the n matches far from the plane agree, at distinct
+///  places,
+///    and p is the share of re-paired matches that agree, or 2 sqrt(2) t / sqrt(area) if this is larger,
+///  - and -log10(24 * 10^4), the number of tests that SignificanceTest counts for a fundamental matrix.
 ///
-/// Cost: O(N) and that of at most 300 pairs for each test; memory is kept between calls.
+/// Descriptors confuse repeated structure, which makes up to 6 % of the matches off a plane agree. Where
+/// descriptors are known, each part of the evidence therefore counts only under a condition:
+///  - The displacements in the band are coherent (0.3), or two thirds of it agree. Where depth jumps from
+///    point to point, neighbours are not alike. The agreeing ones are a hundredth of the matches on the
+///    plane. Less is an object, not the scene.
+///  - Those far from the plane are half as many as the matches on it, and a tenth of all that are far,
+///  or 1.25
+///    times as many as those on the plane, and 8 times as many as chance gives.
 ///
-/// Source: plane and parallax: Chum, Werner and Matas, CVPR 2005. The tests are this package's own.
+/// Cost: O(N) and that of at most 600 pairs; memory is kept between calls.
+///
+/// Source: plane and parallax: Chum, Werner and Matas, CVPR 2005. The test is this package's own.
 class ParallaxTest {
  public:
   /// @param area         of the right image, px^2
@@ -51,19 +51,21 @@ class ParallaxTest {
     double on = 0, agreeing_on = 0;    // distinct places
   };
 
-  bool findNear(const PlaneOfMatches& plane, const Verifier& verifier, double threshold, Random random,
-                cv::Matx33d& fundamental);
-  bool findFar(const PlaneOfMatches& plane, const Verifier& verifier, double min_agreeing_share,
-               Random random, cv::Matx33d& fundamental);
+  bool test(const PlaneOfMatches& plane, const Verifier& verifier, double threshold, Candidate& candidate);
+  double nearEvidence(const PlaneOfMatches& plane, const cv::Matx33d& fundamental, double threshold,
+                      double on);
+  double farEvidence(const PlaneOfMatches& plane, const Verifier& verifier, const cv::Matx33d& fundamental,
+                     const Counts& counts);
   Counts count(const PlaneOfMatches& plane, const Verifier& verifier, const cv::Matx33d& fundamental);
+  void gatherBand(const NormalizedMatches& matches);
 
   PlaneBand band_;
   NormalizedMatches band_matches_;
-  std::vector<std::uint32_t> positions_, off_plane_;
+  double uniform_chance_ = 0;
+  std::vector<std::uint32_t> positions_, good_off_, off_;
   std::vector<float> errors_;
   std::vector<std::uint8_t> off_agreeing_, on_, on_agreeing_;
   OccupiedCells cells_;
-  SignificanceTest significance_;
 };
 
 }  // namespace corrsel::core
