@@ -7,6 +7,7 @@
 #include "auto/homography_search.h"
 #include "base/gather.h"
 #include "geometry/residual.h"
+#include "search/degensac.h"
 #include "search/fundamental_model.h"
 #include "search/local_optimization.h"
 #include "search/uniform_proposal.h"
@@ -16,16 +17,15 @@ namespace {
 
 constexpr int kFundamentalHypotheses = 300;
 constexpr std::size_t kMinMatches = 12;  // that F is estimated from
-constexpr std::size_t kFewMatches = 100;
-constexpr double kLooseShare = 0.08;  // of the matches off the homography: a loose leftover
+constexpr double kLooseShare = 0.08;     // of the matches off the homography: a loose leftover
 constexpr double kNearFundamental =
     3;  // times the threshold: a member of the local set is not left over by F
 
-/// Hypotheses of a search among all matches: as many as the option allows for a few matches, and fewer for
-/// more, of which each takes longer.
+/// Hypotheses of a search among all matches: three times as many as the option allows for a few matches, and
+/// fewer for more, of which each takes longer.
 int hardHypotheses(int option, std::size_t matches) {
-  return static_cast<int>(option *
-                          std::min(1.0, static_cast<double>(kFewMatches) / static_cast<double>(matches)));
+  constexpr double kMostForFew = 3, kMatchesForOption = 150;
+  return static_cast<int>(option * std::min(kMostForFew, kMatchesForOption / static_cast<double>(matches)));
 }
 
 std::size_t count(const AutoMemory::Mask& mask) {
@@ -137,13 +137,14 @@ void Gathering::addParallax() {
 }
 
 /// Searches among some matches, and refines on all.
-bool Gathering::searchFundamental(const AutoMemory::Rows& rows, int hypotheses, cv::Matx33d& model) {
+bool Gathering::searchFundamental(const AutoMemory::Rows& rows, int hypotheses, double confidence,
+                                  cv::Matx33d& model) {
   if (rows.size() < kMinMatches || effort_.timed_out) return false;
   const FundamentalModel kind;
   SearchParameters parameters;
   parameters.threshold = options_.fundamental_threshold;
   parameters.max_iterations = hypotheses;
-  parameters.confidence = 1;  // all of them: the first good model is often good in a part of the scene only
+  parameters.confidence = confidence;
   parameters.seed = static_cast<std::uint64_t>(options_.seed);
   // Uniform samples: in the order of support, the best matches lie on one surface.
   const SearchParts parts = {kind, effort_.workspace.part<UniformProposal>()};
@@ -170,20 +171,51 @@ void Gathering::takeFundamental(const cv::Matx33d& model) {
   found.confidence = confidence;
 }
 
+/// Makes fundamental matrices from the homography and pairs of other matches. It need not be significant:
+/// where depth jumps from point to point, it holds for a few matches that lie on a plane by chance.
+bool Gathering::searchBesideHomography(cv::Matx33d& model) {
+  constexpr int kPairs = 1000;
+  if (!evidence_.homography.found) return false;
+  memory_.rest.clear();
+  for (std::uint32_t i = 0; i < memory_.size(); ++i)
+    if (memory_.homography_inliers[i] == 0) memory_.rest.push_back(i);
+  if (memory_.rest.size() < 2) return false;
+  const Verifier verifier(memory_.normalized, Residual::kSampson,
+                          options_.fundamental_threshold * memory_.normalized.scale, true);
+  Random random(static_cast<std::uint64_t>(options_.seed));
+  Candidate best;
+  if (!improveByParallax(verifier, normalized_homography_, memory_.rest, kPairs, random, best)) return false;
+  optimizeLocally(FundamentalModel(), verifier, best);
+  effort_.hypotheses += kPairs;
+  model = memory_.normalized.fundamentalToPixels(best.model);
+  return true;
+}
+
+/// Collects fundamental matrices from the cheapest source to the dearest one, and keeps the most significant.
+void Gathering::searchFundamental() {
+  FundamentalEvidence& found = *evidence_.fundamental;
+  cv::Matx33d model;
+  const bool parallax = evidence_.parallax.value_or(false);
+  if (parallax) takeFundamental(parallax_fundamental_);
+  if (!parallax || !memory_.ranked) {
+    memory_.searched.clear();
+    for (std::uint32_t i = 0; i < memory_.size(); ++i)
+      if (memory_.support.local()[i] != 0) memory_.searched.push_back(i);
+    // All hypotheses are drawn: the first good model is often good in a part of the scene only.
+    if (searchFundamental(memory_.searched, kFundamentalHypotheses, 1, model)) takeFundamental(model);
+  }
+  // Few matches have few neighbours, and where depth jumps, neighbours do not agree.
+  if (isSignificant(found.confidence) && 2 * memory_.support.localSize() >= count(memory_.homography_inliers))
+    return;
+  if (searchBesideHomography(model)) takeFundamental(model);
+  if (searchFundamental(memory_.by_support, hardHypotheses(options_.hard_search, memory_.size()), 0.999,
+                        model))
+    takeFundamental(model);
+}
+
 void Gathering::addFundamental() {
   FundamentalEvidence& found = evidence_.fundamental.emplace();
-  cv::Matx33d model;
-  if (evidence_.parallax.value_or(false)) takeFundamental(parallax_fundamental_);
-  memory_.searched.clear();
-  for (std::uint32_t i = 0; i < memory_.size(); ++i)
-    if (memory_.support.local()[i] != 0) memory_.searched.push_back(i);
-  if (!found.found && searchFundamental(memory_.searched, kFundamentalHypotheses, model))
-    takeFundamental(model);
-  // Few matches have few neighbours, and where depth jumps, neighbours do not agree.
-  if (!isSignificant(found.confidence) &&
-      searchFundamental(memory_.by_support, hardHypotheses(options_.hard_search, memory_.size()), model)) {
-    takeFundamental(model);
-  }
+  searchFundamental();
   if (!found.found) return;
   std::vector<double>& errors = memory_.fundamental_errors;
   errors.resize(memory_.size());

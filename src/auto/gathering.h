@@ -29,7 +29,9 @@ class Gathering {
   void findHomography();
   void addHomographyLeftover();
   void addParallax();
-  bool searchFundamental(const AutoMemory::Rows& rows, int hypotheses, cv::Matx33d& model);
+  bool searchFundamental(const AutoMemory::Rows& rows, int hypotheses, double confidence, cv::Matx33d& model);
+  bool searchBesideHomography(cv::Matx33d& model);
+  void searchFundamental();
   void takeFundamental(const cv::Matx33d& model);
   void addFundamental();
   void addFundamentalLeftover();

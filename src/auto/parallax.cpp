@@ -17,7 +17,8 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kPairs = 300;
-constexpr double kTests = 24e4;  // as SignificanceTest::fundamental() counts them at least
+constexpr double kMinEvidence = 2;  // decades
+constexpr double kTests = 2e4;      // two tests of at least 10^4 hypotheses, as SignificanceTest counts them
 // Near the plane.
 constexpr double kDirectionWidth = 2.0 / 3;  // of the threshold of the fundamental matrix
 constexpr double kCoherent = 0.3, kMostOfBand = 2.0 / 3, kMinShareOfPlane = 0.01;
@@ -77,8 +78,8 @@ bool ParallaxTest::test(const PlaneOfMatches& plane, const Verifier& verifier, d
   optimizeLocally(FundamentalModel(), verifier, candidate);
   const Counts counts = count(plane, verifier, candidate.model);
   if (2 * counts.agreeing_on < counts.on) return false;
-  return isSignificant(nearEvidence(plane, candidate.model, threshold, counts.on) +
-                       farEvidence(plane, verifier, candidate.model, counts) - std::log10(kTests));
+  return kMinEvidence <= (nearEvidence(plane, candidate.model, threshold, counts.on) +
+                          farEvidence(plane, verifier, candidate.model, counts) - std::log10(kTests));
 }
 
 double ParallaxTest::nearEvidence(const PlaneOfMatches& plane, const cv::Matx33d& fundamental,
