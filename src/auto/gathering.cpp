@@ -17,7 +17,10 @@ namespace {
 
 constexpr int kFundamentalHypotheses = 300;
 constexpr std::size_t kMinMatches = 12;  // that F is estimated from
-constexpr double kLooseShare = 0.08;     // of the matches off the homography: a loose leftover
+constexpr double kExplained = 0.95;      // of the local set: no better fundamental matrix is searched
+constexpr double kMinShareOfOffPlane =
+    0.25;  // of the matches off a plane: as many agree with the scene rather than with repeated structure
+constexpr double kLooseShare = 0.08;  // of the matches off the homography: a loose leftover
 constexpr double kNearFundamental =
     3;  // times the threshold: a member of the local set is not left over by F
 
@@ -191,18 +194,48 @@ bool Gathering::searchBesideHomography(cv::Matx33d& model) {
   return true;
 }
 
+/// The share of the local set that agrees with a fundamental matrix.
+double Gathering::shareOfLocal(const cv::Matx33d& model) {
+  const AutoMemory::Mask& local = memory_.support.local();
+  std::vector<double>& errors = memory_.fundamental_errors;
+  errors.resize(memory_.size());
+  pixelErrors(Residual::kSampson, model, memory_.matches, errors.data());
+  const double squared = options_.fundamental_threshold * options_.fundamental_threshold;
+  std::size_t agreeing = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) agreeing += local[i] != 0 && errors[i] <= squared ? 1 : 0;
+  return static_cast<double>(agreeing) /
+         static_cast<double>(std::max<std::size_t>(1, memory_.support.localSize()));
+}
+
+/// The share of the matches off the homography that agrees with a fundamental matrix.
+double Gathering::shareOfOffPlane(const cv::Matx33d& model) {
+  std::vector<double>& errors = memory_.fundamental_errors;
+  errors.resize(memory_.size());
+  pixelErrors(Residual::kSampson, model, memory_.matches, errors.data());
+  const double squared = options_.fundamental_threshold * options_.fundamental_threshold;
+  std::size_t agreeing = 0, off = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (memory_.homography_inliers[i] != 0) continue;
+    ++off;
+    agreeing += errors[i] <= squared ? 1 : 0;
+  }
+  return static_cast<double>(agreeing) / static_cast<double>(std::max<std::size_t>(1, off));
+}
+
 /// Collects fundamental matrices from the cheapest source to the dearest one, and keeps the most significant.
 void Gathering::searchFundamental() {
   FundamentalEvidence& found = *evidence_.fundamental;
   cv::Matx33d model;
-  const bool parallax = evidence_.parallax.value_or(false);
-  if (parallax) takeFundamental(parallax_fundamental_);
-  if (!parallax || !memory_.ranked) {
+  if (evidence_.parallax.value_or(false)) takeFundamental(parallax_fundamental_);
+  if (!found.found || !memory_.ranked || shareOfLocal(found.model) < kExplained) {
     memory_.searched.clear();
     for (std::uint32_t i = 0; i < memory_.size(); ++i)
       if (memory_.support.local()[i] != 0) memory_.searched.push_back(i);
     // All hypotheses are drawn: the first good model is often good in a part of the scene only.
-    if (searchFundamental(memory_.searched, kFundamentalHypotheses, 1, model)) takeFundamental(model);
+    if (searchFundamental(memory_.searched, kFundamentalHypotheses, 1, model) &&
+        (!found.found || !memory_.ranked || shareOfOffPlane(model) >= kMinShareOfOffPlane)) {
+      takeFundamental(model);
+    }
   }
   // Few matches have few neighbours, and where depth jumps, neighbours do not agree.
   if (isSignificant(found.confidence) && 2 * memory_.support.localSize() >= count(memory_.homography_inliers))

@@ -17,7 +17,7 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kPairs = 300;
-constexpr double kMinEvidence = 2;  // decades
+constexpr double kMinEvidence = 3;  // decades
 constexpr double kTests = 2e4;      // two tests of at least 10^4 hypotheses, as SignificanceTest counts them
 // Near the plane.
 constexpr double kDirectionWidth = 2.0 / 3;  // of the threshold of the fundamental matrix

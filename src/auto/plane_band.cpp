@@ -6,13 +6,14 @@
 #include <limits>
 
 #include "geometry/fundamental.h"
+#include "points/length_unit.h"
 
 namespace corrsel::core {
 namespace {
 
 constexpr double kBegin = 0.6, kEnd = 5;  // times the threshold of the plane
 constexpr double kTrustedShare = 0.75;    // of the matches on the plane
-constexpr float kPlace = 4.0F;            // px
+constexpr double kPlace = 4;              // units of the image
 constexpr std::size_t kMaxDisplaced = 200, kNearest = 4;
 constexpr double kAlike = 0.4, kAlikeShare = 0.25;  // times the threshold of the plane; of the smaller one
 
@@ -26,9 +27,10 @@ void PlaneBand::gather(const PlaneOfMatches& plane) {
   const double trusted = (plane.ranked ? kTrustedShare : 1) * static_cast<double>(on);
   double seen_on = 0;
   members_.clear();
-  left_places_.clear(64, kPlace);
-  right_places_.clear(64, kPlace);
   const Correspondences& m = plane.pixels;
+  const LengthUnits units = LengthUnits::of(m);
+  left_places_.clear(64, static_cast<float>(kPlace * units.left));
+  right_places_.clear(64, static_cast<float>(kPlace * units.right));
   for (const std::uint32_t i : plane.best_first) {
     if (plane.ranked && seen_on >= trusted) break;
     const double error = plane.errors[i];

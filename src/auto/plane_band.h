@@ -30,8 +30,8 @@ struct PlaneOfMatches {
 /// displaced by little, so a few right ones stand out here, however many wrong ones there are elsewhere.
 ///
 /// Algorithm: the band are the matches that the plane misses by 0.6 to 5 times its threshold, at places that
-/// are 4 px apart in both images. Where descriptors are known, only those take part that are as good as the
-/// better three quarters of the matches on the plane.
+/// are 4 units (length_unit.h) apart in both images. Where descriptors are known, only those take part that
+/// are as good as the better three quarters of the matches on the plane.
 ///
 /// Cost: O(N) for gather(), O(band) for direction(), O(band), at most 40000 steps, for coherence(). Memory is
 /// kept between calls.
