@@ -56,10 +56,13 @@ void DistinctSupport::group(const NormalizedMatches& m, double cell) {
 }
 
 void DistinctSupport::markFirst(const std::vector<std::uint32_t>& order, std::vector<std::uint8_t>& first) {
-  constexpr std::uint8_t kLeft = 1, kRight = 2;
-  first.assign(matches_, 0);
+  constexpr std::uint8_t kLeft = 1, kRight = 2, kUndecided = 2;
+  first.assign(matches_, 1);
+  for (const std::uint32_t i : shared_) first[i] = kUndecided;
   seen_.assign(matches_, 0);  // by group; there are at most as many groups as matches
   for (const std::uint32_t i : order) {
+    if (first[i] != kUndecided) continue;
+    first[i] = 0;
     std::uint8_t &left = seen_[left_.of[i]], &right = seen_[right_.of[i]];
     if ((left & kLeft) != 0 || (right & kRight) != 0) continue;
     left |= kLeft;
