@@ -25,35 +25,31 @@ struct AnsweredMatches {
 ///
 /// Idea: What is known about a match is how near it is to the model, whether other matches support it
 /// locally, and how much better it is than the second-best match. How much these count depends on the answer:
-/// on its confidence, on how many locally supported matches the model leaves over, and on how many matches
-/// without support agree with it beyond chance.
+/// on its confidence, on how many locally supported matches around it the model leaves over, and on how many
+/// matches without support agree with the model beyond chance.
 ///
 /// Algorithm: The log odds of a match are a sum of terms, whose weights are constants
 /// (match_probability.cpp):
 /// - d = (t^2 - r^2) / (t^2 + r^2), from 1 on the model to -1 far from it. r is the residual: the smaller
-///   transfer error of a homography, the Sampson distance of a fundamental matrix. t is the residual at which
-///   a match is as often right as wrong, apart from all other terms: 5 px and 2.5 px.
+///   transfer error of a homography, the Sampson distance of a fundamental matrix. t is 5 px and 2.5 px;
 /// - e = 1 for members of the extended local set (local_support.h), and d e;
 /// - l = 10 / (10 + confidence), and d l;
-/// - the ratio of the descriptor distances, where it is known, otherwise 0.8;
-/// - off the model, (1 - d) / 2 times the share of the extended local set that is farther than t from it, for
-///   members of that set, because the scene then has more than this model;
-/// - off the model, (1 - d) / 2 for selected matches, which belong to another motion;
-/// - for matches outside of the extended local set, ln((k + 1) / (c + 1)), at most 2 and at least -2. k is
-/// the
-///   number of those within t, and c the number that chance explains, if those farther away are spread evenly
-///   over the image.
+/// - the ratio of the descriptor distances, from 0.5 to 1, and 0.8 where it is not known;
+/// - for members of that set, (1 - d)^2 / 4 times the share of its members around the match, in one of 8 x 8
+///   cells of the left image, that are farther than t from the model: the scene then has more than this model
+///   there;
+/// - for selected matches, (1 - d)^2 / 4: those off the model belong to another motion;
+/// - for matches outside of that set, ln((k + 1) / (c + 1)), from -2 to 2. k is the number of those within t,
+///   and c the number that chance explains, if those farther away are spread evenly over the image.
 /// Without a model, e, l and the ratio count, with weights of their own.
 ///
-/// A match is right if its error is at most 5 px under a homography, and if its distance from the epipolar
-/// line is at most some px: docs/selectors.md states how the weights were found and what they give.
+/// docs/selectors.md states which matches count as right, and how well the probabilities are calibrated.
 ///
 /// Failure: where nothing is selected, every probability is 0 and sigma is NaN.
 ///
 /// Cost: O(N), 0.1 ms for 2000 matches. The memory is kept. Nothing depends on the order of the matches.
 ///
-/// Source: own work; logistic regression. A mixture of inliers and outliers whose shares are learnt for each
-/// pair by EM predicts worse, because most matches within t are right whatever the density of outliers.
+/// Source: own work; logistic regression.
 class MatchProbability {
  public:
   void compute(const AnsweredMatches& answered);
