@@ -389,6 +389,8 @@ def tables(catalogue):
     selectors["selectors"] = selector_table(catalogue, document)
     text = (PACKAGE / "docs/data/reference_options.md").read_text(encoding="utf-8")
     reference = {name: selectors.pop(name) for _, name, _ in MARKED.findall(text) if name in selectors}
+    measured = measured_tables(PACKAGE)
+    selectors.update(measured.pop("docs/selectors.md"))
     return {
         "docs/selectors.md": selectors,
         "docs/data/reference_options.md": reference,
@@ -396,7 +398,7 @@ def tables(catalogue):
         "docs/data/nodelet_parameters.md": nodelet_tables(catalogue),
         "docs/data/special_cases.md": {"special-cases": special_cases_table(catalogue)},
         "docs/data/main_parameters.md": {"main-parameters": main_parameter_table(catalogue)},
-        **measured_tables(PACKAGE),
+        **measured,
     }
 
 

@@ -95,11 +95,32 @@ def source(rows):
     )
 
 
+def calibration(rows):
+    """Return the table of the share of right matches by probability, for all datasets together and for each."""
+    shares = OrderedDict()
+    for row in rows:
+        shares.setdefault((row["low"], row["high"]), {})[row["dataset"]] = row
+    names = [name for name in OrderedDict.fromkeys(row["dataset"] for row in rows) if name != "all"]
+    body = [
+        [
+            "%s to %s" % interval,
+            by_name["all"]["matches"],
+            by_name["all"]["mean_probability"],
+            "**%s**" % by_name["all"]["share_right"],
+        ]
+        + [by_name[name]["share_right"] or "-" for name in names]
+        for interval, by_name in shares.items()
+    ]
+    return table(["probability", "matches", "mean", "right"] + names, body)
+
+
 def measured_tables(package):
     """Return the measured tables of every document: {document: {name of the marker: text}}."""
     results = json.loads((package / "docs/data/results.json").read_text(encoding="utf-8"))
     with (package / "docs/data/performance.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
+    with (package / "docs/data/probability.csv").open(encoding="utf-8", newline="") as file:
+        probabilities = list(csv.DictReader(file))
     return {
         "README.md": {"results": chosen(results)},
         "docs/results.md": {"commands": commands(results), "main-selectors": all_selectors(results, MAIN)},
@@ -107,6 +128,7 @@ def measured_tables(package):
             "all-selectors": all_selectors(results, results["f_percent"]),
             "all-growth": growth(rows, [row["selector"] for row in rows]),
         },
+        "docs/selectors.md": {"probability": calibration(probabilities)},
         "docs/performance.md": {
             "machine": source(rows),
             "growth": growth(rows, MAIN),

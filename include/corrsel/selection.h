@@ -69,6 +69,14 @@ struct Selection {
   /// least 0. It is 0 where chance explains the agreement, and NaN where nobody has computed it, see
   /// addConfidence().
   double confidence = std::numeric_limits<double>::quiet_NaN();
+  /// Noise of the inliers of the model: the standard deviation of each coordinate of their residual (the
+  /// smaller transfer error of a homography, the Sampson distance of a fundamental matrix), px. NaN where
+  /// there is no model, and where nobody has computed it, see addProbability().
+  double sigma = std::numeric_limits<double>::quiet_NaN();
+  /// Optional, per match: the probability that the match is right, from 0 to 1, whether it is selected or
+  /// not. 0 for all where nothing was found, and for matches that were ignored. Empty where nobody has
+  /// computed it, see addProbability().
+  std::vector<float> probability;
   std::string message;        ///< one sentence for people; empty if there is nothing to report
   std::size_t n_input = 0;    ///< matches given
   std::size_t n_ignored = 0;  ///< matches dropped beforehand because a coordinate was NaN, infinite or absurd

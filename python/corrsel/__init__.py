@@ -7,6 +7,7 @@
 Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 480), right_size=(640, 480)).
 
     select, Selector, Selection        decide which matches are inliers
+    add_probability                    how probably each match is right, for any selection
     selector_names, selector_groups, selector_presets   what there is to choose from
     options, Option                    options of selectors, features and matching, with ranges and meanings
     Matches                            putative matches with all their columns
@@ -32,6 +33,7 @@ _HOMES = {
         "Matches",
         "Selection",
         "Selector",
+        "add_probability",
         "select",
         "selector_groups",
         "selector_names",

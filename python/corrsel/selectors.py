@@ -134,6 +134,11 @@ class Selection:
                  "several_motions"
     confidence   -log10 of the number of agreements as good as this one that are expected by chance; nan where it could
                  not be computed (status "failed" or "unsupported_input")
+    sigma        noise of the inliers of the model: standard deviation of each coordinate of their residual, px; nan where
+                 there is no model, and where nobody has computed it
+    probability  per match, selected or not, the probability that it is right: N, float32; 0 where nothing was found, and
+                 for matches that were ignored. None where nobody has computed it: "auto" does, add_probability() does
+                 for the others
     message      one sentence that explains the status; may be empty
     seconds      wall time, s
     iterations   hypotheses, EM steps or passes: the selector's own count
@@ -150,6 +155,8 @@ class Selection:
         "status",
         "scene",
         "confidence",
+        "sigma",
+        "probability",
         "message",
         "seconds",
         "iterations",
@@ -269,6 +276,28 @@ def select(
         left_size=left_size,
         right_size=right_size,
     ).select(selector, **options)
+
+
+def add_probability(matches, selection):
+    """Compute sigma and probability of a Selection, by the same definition for every selector, and store them in it.
+
+    matches     those that the selector was given
+    selection   of these matches; one that has a probability already stays as it is, and so does one with the status
+                "failed" or "unsupported_input"
+    """
+    if not isinstance(matches, Matches):
+        raise TypeError("matches is %s; needed: corrsel.Matches" % type(matches).__name__)
+    if not isinstance(selection, Selection):
+        raise TypeError("selection is %s; needed: corrsel.Selection" % type(selection).__name__)
+    if len(selection.mask) != len(matches):
+        raise ValueError(
+            "the selection is of %d matches, but there are %d; give the matches that the selector was given"
+            % (len(selection.mask), len(matches))
+        )
+    if selection.probability is None:
+        selection.confidence, selection.sigma, selection.probability = _core.probability_of(
+            matches, selection
+        )
 
 
 def selector_names():

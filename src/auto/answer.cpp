@@ -123,9 +123,13 @@ void writeAnswer(const Decision& decision, const Evidence& evidence, const AutoO
     addMotions(options, memory.near_fundamental, memory, effort, result);
     result.confidence = std::max(result.confidence, memory.significance.local(memory.answer).confidence);
   }
+  memory.probability.compute(
+      {memory.matches, memory.support, memory.answer, result.model_kind, result.model, result.confidence});
+  result.sigma = memory.probability.sigma();
   result.score.resize(memory.size());
   for (std::size_t i = 0; i < memory.size(); ++i) {
     result.mask[memory.rows[i]] = memory.answer[i];
+    result.probability[memory.rows[i]] = memory.probability.probability()[i];
     result.score[memory.rows[i]] = memory.support.support()[i];
   }
   result.iterations =

@@ -49,6 +49,7 @@ void reportTimeLimit(const Effort& effort, double max_seconds, Selection& result
     const std::size_t n = result.mask.size();
     result = Selection{};
     result.mask.assign(n, 0);
+    result.probability.assign(n, 0);
   }
   result.status = effort.hypotheses == 0 ? Status::kTooLarge : Status::kTimeLimit;
   result.scene = SceneKind::kUnknown;  // a part of the evidence is missing
@@ -60,6 +61,7 @@ void reportTimeLimit(const Effort& effort, double max_seconds, Selection& result
 }  // namespace
 
 void AutoSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
+  result.probability.assign(matches.size(), 0);
   if (matches.size() < kMinMatches) {
     result.status = Status::kTooFew;
     result.message = std::to_string(matches.size()) + " matches, auto needs " + std::to_string(kMinMatches);

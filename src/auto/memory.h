@@ -10,6 +10,7 @@
 #include "base/deadline.h"
 #include "corrsel/correspondences.h"
 #include "geometry/normalization.h"
+#include "posterior/match_probability.h"
 #include "search/frame_proposal.h"
 #include "search/ordering.h"
 #include "search/search.h"
@@ -64,6 +65,7 @@ struct AutoMemory {
   SequentialPlanes planes;
   Rows rest;
   Mask answer, core;
+  MatchProbability probability;
 };
 
 /// What the searches of a call may use, and what they have cost so far.

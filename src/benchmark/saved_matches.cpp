@@ -161,6 +161,7 @@ void SavedMatches::write(const Correspondences& putative, const std::string& sel
   columns.insert(columns.begin(), {"row", [](std::size_t row) { return std::to_string(row); }});
   addFloats(columns, "score", selection.score);
   addNumbers(columns, "group", selection.group);
+  addFloats(columns, "probability", selection.probability);
   writeFile((fs::path(root_) / saved.file).string(), tableOf(columns, selectedRows(selection.mask)));
   selections_.push_back(saved);
 }

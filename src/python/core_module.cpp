@@ -65,6 +65,9 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
   result["status"] = core::toString(selection.status);
   result["scene"] = core::toString(selection.scene);
   result["confidence"] = selection.confidence;
+  result["sigma"] = selection.sigma;
+  const bool rated = !selection.probability.empty();
+  result["probability"] = rated ? py::object(arrayFrom(std::move(selection.probability))) : py::none();
   result["message"] = selection.message;
   result["seconds"] = selection.seconds;
   result["iterations"] = selection.iterations;
@@ -72,6 +75,33 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
   result["n_ignored"] = selection.n_ignored;
   result["n_selected"] = selection.n_selected;
   return result;
+}
+
+core::ModelKind modelKindFrom(const std::string& text) {
+  for (const core::ModelKind kind :
+       {core::ModelKind::kNone, core::ModelKind::kHomography, core::ModelKind::kFundamental}) {
+    if (core::toString(kind) == text) return kind;
+  }
+  throw std::invalid_argument("unknown model kind '" + text + "'");
+}
+
+/// Confidence, sigma, and probability (or None) of a corrsel.Selection.
+py::tuple probabilityOf(const py::object& matches, const py::object& of) {
+  const core::Correspondences input = correspondencesFrom(matches);
+  core::Selection selection;
+  selection.mask = vectorFrom<std::uint8_t>(of.attr("mask"));
+  selection.model_kind = modelKindFrom(of.attr("model_kind").cast<std::string>());
+  if (selection.model_kind != core::ModelKind::kNone) selection.model = matrixFrom(of.attr("model"));
+  selection.status = core::statusFromString(of.attr("status").cast<std::string>());
+  selection.confidence = of.attr("confidence").cast<double>();
+  selection.iterations = of.attr("iterations").cast<int>();
+  {
+    const py::gil_scoped_release released;
+    core::addProbability(input, selection);
+  }
+  const bool rated = !selection.probability.empty();
+  return py::make_tuple(selection.confidence, selection.sigma,
+                        rated ? py::object(arrayFrom(std::move(selection.probability))) : py::none());
 }
 
 core::TruthKind kindFrom(const std::string& text) {
@@ -200,6 +230,7 @@ PYBIND11_MODULE(_core, module) {
   });
   module.def("selector_list", &selectorList);
   module.def("selector_presets", &core::selectorPresets);
+  module.def("probability_of", &probabilityOf);
   module.def("ground_truth_errors", &groundTruthErrors);
   module.def("evaluate", &evaluate);
   module.def("pose_errors", &poseErrors);

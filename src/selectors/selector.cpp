@@ -9,6 +9,7 @@
 
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "posterior/posterior.h"
 #include "search/significance.h"
 
 namespace corrsel::core {
@@ -50,6 +51,8 @@ void fail(Selection& result, std::size_t n, Status status, const std::string& me
   result.model_kind = ModelKind::kNone;
   result.scene = SceneKind::kUnknown;
   result.confidence = std::numeric_limits<double>::quiet_NaN();
+  result.sigma = std::numeric_limits<double>::quiet_NaN();
+  result.probability.clear();
   result.status = status;
   result.message = message;
 }
@@ -95,6 +98,46 @@ void requireSense(const Selection& result, std::size_t n) {
     throw std::domain_error("the selector returned a confidence of " + formatNumber(result.confidence) +
                             "; allowed are finite numbers from 0, and NaN where it is not computed");
   }
+  if (result.sigma < 0 || std::isinf(result.sigma)) {
+    throw std::domain_error("the selector returned a sigma of " + formatNumber(result.sigma) +
+                            "; allowed are finite numbers from 0, and NaN where it is not computed");
+  }
+  if (!result.probability.empty() && result.probability.size() != n) {
+    throw std::length_error("the selector returned " + std::to_string(result.probability.size()) +
+                            " probabilities for " + std::to_string(n) + " matches");
+  }
+  for (const float probability : result.probability) {
+    if (!(probability >= 0 && probability <= 1)) {
+      throw std::domain_error("the selector returned the probability " + std::to_string(probability) +
+                              "; allowed are 0 to 1");
+    }
+  }
+}
+
+/// Whether the selection is a result for these matches.
+bool isResultOf(const Correspondences& matches, const Selection& selection) {
+  const bool fits = selection.mask.size() == matches.size() && matches.inconsistency().empty();
+  return fits && selection.status != Status::kFailed && selection.status != Status::kUnsupportedInput;
+}
+
+/// What confidence and probability depend on, for some of the matches.
+Selection restricted(const Selection& selection, const std::vector<std::uint32_t>& rows) {
+  Selection result;
+  for (const std::uint32_t row : rows) result.mask.push_back(selection.mask[row]);
+  result.model_kind = selection.model_kind;
+  result.model = selection.model;
+  result.iterations = selection.iterations;
+  result.confidence = selection.confidence;
+  return result;
+}
+
+/// The values of some rows as values of all n rows.
+template <class Value>
+std::vector<Value> spread(const std::vector<Value>& values, const std::vector<std::uint32_t>& rows,
+                          std::size_t n, Value of_others) {
+  std::vector<Value> result(n, of_others);
+  for (std::size_t i = 0; i < rows.size(); ++i) result[rows[i]] = values[i];
+  return result;
 }
 
 /// @pre finite coordinates
@@ -120,20 +163,28 @@ void requireConfidence(const Correspondences& matches, Selection& result, double
 }  // namespace
 
 void addConfidence(const Correspondences& matches, Selection& selection) {
-  const bool fits = selection.mask.size() == matches.size() && matches.inconsistency().empty();
-  const bool failed = selection.status == Status::kFailed || selection.status == Status::kUnsupportedInput;
-  if (!std::isnan(selection.confidence) || failed || !fits) return;
+  if (!std::isnan(selection.confidence) || !isResultOf(matches, selection)) return;
   if (allUsable(matches)) {
     selection.confidence = confidenceIn(matches, selection, Workspace::ofThread());
     return;
   }
   const std::vector<std::uint32_t> rows = usableRows(matches);
-  Selection inner;
-  for (const std::uint32_t row : rows) inner.mask.push_back(selection.mask[row]);
-  inner.model_kind = selection.model_kind;
-  inner.model = selection.model;
-  inner.iterations = selection.iterations;
-  selection.confidence = confidenceIn(matches.subset(rows), inner, Workspace::ofThread());
+  selection.confidence =
+      confidenceIn(matches.subset(rows), restricted(selection, rows), Workspace::ofThread());
+}
+
+void addProbability(const Correspondences& matches, Selection& selection) {
+  if (!selection.probability.empty() || !isResultOf(matches, selection)) return;
+  addConfidence(matches, selection);
+  if (allUsable(matches)) {
+    computePosterior(matches, selection, Workspace::ofThread());
+    return;
+  }
+  const std::vector<std::uint32_t> rows = usableRows(matches);
+  Selection inner = restricted(selection, rows);
+  computePosterior(matches.subset(rows), inner, Workspace::ofThread());
+  selection.sigma = inner.sigma;
+  selection.probability = spread(inner.probability, rows, matches.size(), 0.0F);
 }
 
 void Selector::configure(const OptionMap& options) {
@@ -173,20 +224,17 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
       requireSense(inner, rows.size());
       requireConfidence(kept, inner, minConfidence(), workspace);
       for (std::size_t i = 0; i < rows.size(); ++i) result.mask[rows[i]] = inner.mask[i];
-      if (!inner.score.empty()) {
-        result.score.assign(n, std::numeric_limits<float>::quiet_NaN());
-        for (std::size_t i = 0; i < rows.size(); ++i) result.score[rows[i]] = inner.score[i];
-      }
-      if (!inner.group.empty()) {
-        result.group.assign(n, -1);
-        for (std::size_t i = 0; i < rows.size(); ++i) result.group[rows[i]] = inner.group[i];
-      }
+      constexpr float kNoScore = std::numeric_limits<float>::quiet_NaN();
+      if (!inner.score.empty()) result.score = spread(inner.score, rows, n, kNoScore);
+      if (!inner.group.empty()) result.group = spread(inner.group, rows, n, -1);
       result.model_kind = inner.model_kind;
       result.model = inner.model;
       result.status = inner.status;
       result.message = inner.message;
       result.scene = inner.scene;
       result.confidence = inner.confidence;
+      result.sigma = inner.sigma;
+      if (!inner.probability.empty()) result.probability = spread(inner.probability, rows, n, 0.0F);
       result.iterations = inner.iterations;
     }
   } catch (const std::bad_alloc&) {

@@ -303,6 +303,8 @@ inline std::string difference(const Selection& a, const Selection& b) {
   if (a.message != b.message) return "message '" + a.message + "' and '" + b.message + "'";
   if (toString(a.scene) != toString(b.scene)) return "scenes differ";
   if (std::memcmp(&a.confidence, &b.confidence, sizeof a.confidence) != 0) return "confidences differ";
+  if (std::memcmp(&a.sigma, &b.sigma, sizeof a.sigma) != 0) return "sigmas differ";
+  if (!sameBits(a.probability, b.probability)) return "probabilities differ";
   if (a.mask != b.mask) return "masks differ";
   if (!sameBits(a.score, b.score)) return "scores differ";
   if (a.model_kind != b.model_kind) return "model kinds differ";
@@ -332,6 +334,8 @@ inline std::string contractViolation(const Correspondences& m, const Selection& 
     ++ignored;
     if (s.mask[i] != 0) return "row " + std::to_string(i) + " is selected and not usable";
     if (!s.score.empty() && !std::isnan(s.score[i])) return "row " + std::to_string(i) + " has a score";
+    if (!s.probability.empty() && s.probability[i] != 0)
+      return "row " + std::to_string(i) + " has a probability";
   }
   if (s.n_selected != selected) return "n_selected is " + std::to_string(s.n_selected);
   if (!consistent && s.status != Status::kUnsupportedInput) return "columns of different length pass";
@@ -349,6 +353,11 @@ inline std::string contractViolation(const Correspondences& m, const Selection& 
     if (!(std::isfinite(sum) && sum > 0)) return "the model is zero or not finite";
   }
   if (s.confidence < 0 || std::isinf(s.confidence)) return "the confidence is negative or infinite";
+  if (s.sigma < 0 || std::isinf(s.sigma)) return "sigma is negative or infinite";
+  if (!s.probability.empty() && s.probability.size() != n)
+    return "there are " + std::to_string(s.probability.size()) + " probabilities";
+  for (const float probability : s.probability)
+    if (!(probability >= 0 && probability <= 1)) return "a probability is " + std::to_string(probability);
   if (s.iterations < 0 || !(s.seconds >= 0)) return "iterations or seconds are negative";
   return "";
 }

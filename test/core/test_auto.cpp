@@ -65,6 +65,45 @@ TEST(Auto, FindsThreePercentOfInliersOnAPlane) {
   EXPECT_GT(fMeasure(scene, selection), 0.9);
 }
 
+TEST(Auto, TellsHowProbablyEachMatchIsRight) {
+  for (const bool rigid : {false, true}) {
+    const SceneOptions options{1000, 0.5, 0.5, 1};
+    const Scene scene = rigid ? stereoScene(options) : homographyScene(options);
+    Selection selection = selectWith(scene.matches);
+    ASSERT_EQ(selection.probability.size(), scene.matches.size());
+    double right = 0, wrong = 0;
+    for (std::size_t i = 0; i < scene.inlier.size(); ++i)
+      (scene.inlier[i] != 0 ? right : wrong) += selection.probability[i] / 500;
+    EXPECT_GT(right, 0.93);
+    EXPECT_LT(wrong, 0.05);
+    // Only the right points have noise, and the Sampson distance shares it among four coordinates.
+    EXPECT_NEAR(selection.sigma, rigid ? 0.5 / std::sqrt(2.0) : 0.5, 0.08);
+
+    const std::vector<float> own = selection.probability;
+    const double sigma = selection.sigma;
+    selection.probability.clear();
+    selection.sigma = std::numeric_limits<double>::quiet_NaN();
+    addProbability(scene.matches, selection);
+    EXPECT_EQ(selection.probability, own) << "the definition is that of all selectors";
+    EXPECT_EQ(selection.sigma, sigma);
+  }
+}
+
+TEST(Auto, TakesNoMatchForRightWhereNothingIsFound) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const Selection selection = selectWith(noiseScene(500, seed).matches);
+    ASSERT_EQ(selection.probability.size(), 500u);
+    EXPECT_LT(*std::max_element(selection.probability.begin(), selection.probability.end()), 0.5F);
+    EXPECT_LT(std::accumulate(selection.probability.begin(), selection.probability.end(), 0.0), 5);
+  }
+  Correspondences few = noiseScene(4, 1).matches;
+  EXPECT_EQ(selectWith(few).probability, std::vector<float>(4, 0));
+  EXPECT_TRUE(std::isnan(selectWith(few).sigma));
+  few = Correspondences();
+  for (int i = 0; i < 20; ++i) few.add({5, 5}, {7, 7});
+  EXPECT_EQ(selectWith(few).probability, std::vector<float>(20, 0));
+}
+
 TEST(Auto, IsUncertainWhereAllAreOutliers) {
   int significant = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {

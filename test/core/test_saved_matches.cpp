@@ -80,6 +80,7 @@ TEST_F(SavedMatchFiles, EveryColumn) {
   matches_.right_frame = {{}, {}, {-1, 0.5F, 0, 0, 1e-20F, 0}};
   selection_.score = {0.5F, 1, nan};
   selection_.group = {0, -1, 2};
+  selection_.probability = {0.875F, 0, 1};
   selection_.model_kind = ModelKind::kHomography;
   selection_.model = cv::Matx33d(1, 0, 0.25, 0, 1, 0, 0, 0, 1);
   pair_.left_name = "db/1.jpg";
@@ -90,8 +91,9 @@ TEST_F(SavedMatchFiles, EveryColumn) {
       "x_left,y_left,x_right,y_right,distance,second_distance,index_left,index_right,"
       "a11_left,a12_left,a21_left,a22_left,a11_right,a12_right,a21_right,a22_right";
   EXPECT_EQ(text(std::string(kFolder) + "usac%3Ah@12.csv"),
-            "row," + columns + ",score,group\n0,0.1,2,3,4.25,1,4,7,0,1,2,3,4,0,0,0,0,0.5,0\n" +
-                "2,1023.7,10,11,12,3,nan,4000000000,2,5,6,7,8,-1,0.5,0,1e-20,nan,2\n");
+            "row," + columns +
+                ",score,group,probability\n0,0.1,2,3,4.25,1,4,7,0,1,2,3,4,0,0,0,0,0.5,0,0.875\n" +
+                "2,1023.7,10,11,12,3,nan,4000000000,2,5,6,7,8,-1,0.5,0,1e-20,nan,2,1\n");
   EXPECT_EQ(completeLines(text(std::string(kFolder) + "putative.csv")).front(), columns);
   const SavedSelection& row = saved.selections().front();
   EXPECT_EQ(row.model_kind, "homography");

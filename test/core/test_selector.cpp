@@ -63,6 +63,8 @@ void selectEven(const Correspondences& m, Selection& result) {
   result.message = "half";
   result.iterations = 5;
   result.confidence = 2.5;
+  result.sigma = 0.75;
+  for (const float x : m.left_x) result.probability.push_back((x + 1) / 16);
   result.model_kind = ModelKind::kHomography;
   result.model(0, 2) = 7;
 }
@@ -75,6 +77,8 @@ TEST(Selector, HandsOverTheAnswer) {
   EXPECT_EQ(s.message, "half");
   EXPECT_EQ(s.iterations, 5);
   EXPECT_EQ(s.confidence, 2.5);
+  EXPECT_EQ(s.sigma, 0.75);
+  EXPECT_EQ(s.probability, (std::vector<float>{1 / 16.0F, 2 / 16.0F, 3 / 16.0F, 4 / 16.0F, 5 / 16.0F}));
   EXPECT_EQ(s.model_kind, ModelKind::kHomography);
   EXPECT_EQ(s.model(0, 2), 7);
   EXPECT_EQ(s.n_input, 5u);
@@ -104,6 +108,8 @@ TEST(Selector, SetsUnusableRowsAside) {
       EXPECT_EQ(s.message, "half");
       EXPECT_EQ(s.iterations, 5);
       EXPECT_EQ(s.confidence, 2.5);
+      EXPECT_EQ(s.sigma, 0.75);
+      EXPECT_EQ(s.probability, (std::vector<float>{0, 2 / 16.0F, 3 / 16.0F, 4 / 16.0F, 0, 6 / 16.0F}));
       EXPECT_EQ(s.model_kind, ModelKind::kHomography);
       EXPECT_EQ(s.model(0, 2), 7);
     }
@@ -231,6 +237,13 @@ TEST(Selector, RefusesNonsense) {
       {[](const Correspondences&, Selection& r) { r.confidence = std::numeric_limits<double>::infinity(); },
        "the selector returned a confidence of inf; allowed are finite numbers from 0, and NaN where it is "
        "not computed"},
+      {[](const Correspondences&, Selection& r) { r.sigma = -1; },
+       "the selector returned a sigma of -1; allowed are finite numbers from 0, and NaN where it is not "
+       "computed"},
+      {[](const Correspondences&, Selection& r) { r.probability.assign(r.mask.size(), 1.5F); },
+       "the selector returned the probability 1.500000; allowed are 0 to 1"},
+      {[](const Correspondences&, Selection& r) { r.probability.assign(r.mask.size(), kNaN); },
+       "the selector returned the probability nan; allowed are 0 to 1"},
       {[](const Correspondences&, Selection& r) { r.group.assign(r.mask.size(), -2); },
        "the selector returned the group number -2 for a match with mask 0; allowed are numbers from 0 for "
        "selected matches, and -1"},
@@ -383,6 +396,54 @@ TEST(Selector, ComputesTheConfidenceOnlyWhereItDecides) {
   s.mask.pop_back();
   addConfidence(m, s);
   EXPECT_TRUE(std::isnan(s.confidence)) << "another number of matches";
+}
+
+TEST(Selector, ComputesProbabilitiesOnDemand) {
+  const Scene scene = homographyScene({400, 0.5, 0.5, 1});
+  Correspondences m = scene.matches;
+  const auto run = [&scene](const Correspondences& kept, Selection& result) {
+    for (std::size_t i = 0; i < kept.size(); ++i) result.mask[i] = scene.inlier[i];
+    result.model_kind = ModelKind::kHomography;
+    result.model = scene.model;
+  };
+  Selection s = Stub(run).select(m);
+  EXPECT_TRUE(s.probability.empty());
+  EXPECT_TRUE(std::isnan(s.sigma));
+  addProbability(m, s);
+  ASSERT_EQ(s.probability.size(), m.size());
+  EXPECT_GT(s.confidence, 100) << "it is computed, too";
+  EXPECT_NEAR(s.sigma, 0.5, 0.1);
+  for (std::size_t i = 0; i < m.size(); ++i) {
+    if (scene.inlier[i] != 0)
+      EXPECT_GT(s.probability[i], 0.9) << i;
+    else
+      EXPECT_LT(s.probability[i], 0.1) << i;
+  }
+  const Selection first = s;
+
+  m.add({kNaN, 1}, {2, 3});
+  m.distance.push_back(1);
+  m.second_distance.push_back(2);
+  s = Stub(run).select(m);
+  addProbability(m, s);
+  EXPECT_EQ(s.probability.back(), 0) << "rows that are not usable";
+  s.probability.pop_back();
+  EXPECT_EQ(s.probability, first.probability);
+  EXPECT_EQ(s.sigma, first.sigma);
+
+  s.probability.assign(m.size(), 0.25F);
+  addProbability(m, s);
+  EXPECT_EQ(s.probability, std::vector<float>(m.size(), 0.25F)) << "what is there is kept";
+  for (const Status failed : {Status::kFailed, Status::kUnsupportedInput}) {
+    s.probability.clear();
+    s.status = failed;
+    addProbability(m, s);
+    EXPECT_TRUE(s.probability.empty()) << toString(failed);
+  }
+  s.status = Status::kOk;
+  s.mask.pop_back();
+  addProbability(m, s);
+  EXPECT_TRUE(s.probability.empty()) << "another number of matches";
 }
 
 TEST(Selector, TakesNoOptionsUnlessItSaysSo) {

@@ -422,6 +422,9 @@ void expectSame(const Selection& a, const Selection& b) {
   EXPECT_EQ(a.scene, b.scene);
   EXPECT_TRUE(a.confidence == b.confidence || (std::isnan(a.confidence) && std::isnan(b.confidence)))
       << a.confidence << ", " << b.confidence;
+  EXPECT_TRUE(a.sigma == b.sigma || (std::isnan(a.sigma) && std::isnan(b.sigma)))
+      << a.sigma << ", " << b.sigma;
+  EXPECT_EQ(a.probability, b.probability);
 }
 
 TEST_P(ListedSelector, AnswersEveryNumberOfMatches) {

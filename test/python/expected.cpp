@@ -49,6 +49,8 @@ json toJson(const Selection& selection) {
           {"status", toString(selection.status)},
           {"scene", toString(selection.scene)},
           {"confidence", selection.confidence},
+          {"sigma", selection.sigma},
+          {"probability", selection.probability},
           {"message", selection.message},
           {"iterations", selection.iterations},
           {"n_input", selection.n_input},
@@ -80,7 +82,7 @@ json selections(const Correspondences& matches) {
     for (const std::string& preset : selectorPresets(name)) specs.push_back(name + ":" + preset);
     for (const std::string& spec : specs) {
       Selection selection = createSelector(spec)->select(matches);
-      addConfidence(matches, selection);
+      addProbability(matches, selection);
       result[spec] = toJson(selection);
     }
   }

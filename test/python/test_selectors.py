@@ -15,7 +15,7 @@ def same(first, second):
     """Whether two selections agree in everything but the time."""
     return all(
         np.array_equal(first_value, second_value, equal_nan=True)
-        if isinstance(first_value, np.ndarray) and first_value.dtype.kind == "f"
+        if np.asarray(first_value).dtype.kind == "f"
         else np.array_equal(first_value, second_value)
         for first_value, second_value in (
             (getattr(first, name), getattr(second, name))
@@ -54,6 +54,11 @@ class Results(unittest.TestCase):
                         name
                     ) in "model_kind status scene confidence message iterations n_input n_ignored n_selected".split():
                         self.assertEqual(getattr(selection, name), result[name], name)
+                    self.assertEqual(selection.probability is None, not spec.startswith("auto"), spec)
+                    corrsel.add_probability(matches, selection)
+                    np.testing.assert_array_equal(floats([selection.sigma]), floats([result["sigma"]]))
+                    self.assertEqual(selection.probability.dtype, np.float32)
+                    np.testing.assert_array_equal(selection.probability, floats(result["probability"]))
                     self.assertGreaterEqual(selection.seconds, 0)
 
     def test_the_names_are_those_of_the_factory(self):
@@ -188,6 +193,22 @@ class Extremes(unittest.TestCase):
         self.assertIn("below min_confidence", uncertain.message)
         self.assertEqual(uncertain.confidence, selection.confidence)
         np.testing.assert_array_equal(uncertain.mask, selection.mask)
+
+    def test_probabilities_are_added_on_demand(self):
+        matches = scene()
+        selection = matches.select("usac:h")
+        self.assertIsNone(selection.probability)
+        self.assertTrue(np.isnan(selection.sigma))
+        corrsel.add_probability(matches, selection)
+        self.assertGreater(selection.probability[selection.mask].mean(), 0.9)
+        self.assertLess(selection.probability[~selection.mask].mean(), 0.1)
+        self.assertTrue(0.3 < selection.sigma < 3, selection.sigma)
+        with self.assertRaisesRegex(ValueError, "of %d matches, but there are 7" % len(matches)):
+            corrsel.add_probability(matches[:7], selection)
+        with self.assertRaisesRegex(TypeError, "matches is None"):
+            corrsel.add_probability(None, selection)
+        with self.assertRaisesRegex(TypeError, "selection is None"):
+            corrsel.add_probability(matches, None)
 
     def test_coordinates_that_are_not_finite_are_ignored(self):
         random = np.random.RandomState(0)

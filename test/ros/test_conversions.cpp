@@ -149,6 +149,8 @@ core::Selection exampleSelection() {
   selection.status = core::Status::kTimeLimit;
   selection.scene = core::SceneKind::kSeveralMotions;
   selection.confidence = 12.5;
+  selection.sigma = 0.75;
+  selection.probability = {0.875F, 0.0F, 1.0F};
   selection.message = "stopped";
   selection.n_input = 3;
   selection.n_ignored = 1;
@@ -171,6 +173,8 @@ TEST(SelectionMessage, RoundTripKeepsEverything) {
   EXPECT_EQ(back.status, selection.status);
   EXPECT_EQ(back.scene, selection.scene);
   EXPECT_EQ(back.confidence, selection.confidence);
+  EXPECT_EQ(back.sigma, selection.sigma);
+  EXPECT_EQ(back.probability, selection.probability);
   EXPECT_EQ(back.message, selection.message);
   EXPECT_EQ(back.n_input, selection.n_input);
   EXPECT_EQ(back.n_ignored, selection.n_ignored);
@@ -190,6 +194,8 @@ TEST(SelectionMessage, WithoutModelItIsNaN) {
   EXPECT_EQ(back.model_kind, core::ModelKind::kNone);
   EXPECT_TRUE(back.mask.empty());
   EXPECT_TRUE(std::isnan(back.confidence)) << "nobody has computed it";
+  EXPECT_TRUE(std::isnan(back.sigma));
+  EXPECT_TRUE(back.probability.empty());
 }
 
 TEST(SelectionMessage, NonsenseIsNamed) {
@@ -200,6 +206,11 @@ TEST(SelectionMessage, NonsenseIsNamed) {
   };
   expectRefused(with([](Selection& m) { m.status = 9; }), "status");
   expectRefused(with([](Selection& m) { m.confidence = -1; }), "confidence");
+  expectRefused(with([](Selection& m) { m.sigma = -1; }), "sigma");
+  expectRefused(with([](Selection& m) { m.sigma = std::numeric_limits<double>::infinity(); }), "sigma");
+  expectRefused(with([](Selection& m) { m.probability.pop_back(); }), "probability");
+  expectRefused(with([](Selection& m) { m.probability[1] = 1.5F; }), "probability");
+  expectRefused(with([](Selection& m) { m.probability[1] = kNaN; }), "probability");
   expectRefused(with([](Selection& m) { m.scene = 6; }), "scene");
   expectRefused(with([](Selection& m) { m.model_kind = 3; }), "model_kind");
   expectRefused(with([](Selection& m) { m.mask[1] = 2; }), "mask");

@@ -77,6 +77,16 @@ class Selector {
 /// Does nothing where the selection is not of these matches or their columns are inconsistent. O(N log N).
 void addConfidence(const Correspondences& matches, Selection& selection);
 
+/// Computes the noise of a selection's model and the probability that each match is right, by the same
+/// definition for every selector (docs/selectors.md). `auto` computes them by itself; the others leave them
+/// to this function, because it takes longer than a fast selector (docs/selectors.md has the times). It also
+/// computes the confidence, as addConfidence() does. A probability that the selection has already is kept. It
+/// stays empty where the status is `failed` or `unsupported_input`.
+/// @param matches    those that the selector was given
+/// @param selection  of select(), for these matches
+/// Does nothing where the selection is not of these matches or their columns are inconsistent. O(N log N).
+void addProbability(const Correspondences& matches, Selection& selection);
+
 /// Base of selectors with options: it stores and checks them.
 /// @tparam Options  an option struct, or NoOptions; derived from ConfidenceOptions if it has min_confidence
 template <class Options>

@@ -14,7 +14,7 @@ SHAPES = tuple(
 KEYPOINTS = ("size_left", "angle_left", "size_right", "angle_right")
 INDICES = ("index_left", "index_right")
 #: What a selection adds; these columns are no input of a selector.
-OF_SELECTION = ("row", "score", "group")
+OF_SELECTION = ("row", "score", "group", "probability")
 COLUMNS = COORDINATES + ("distance", "second_distance", "ratio") + KEYPOINTS + INDICES + ("label",) + SHAPES
 COLUMNS += OF_SELECTION
 NAN_COLUMNS = ("second_distance", "score") + COORDINATES  # a selector leaves out matches without a position

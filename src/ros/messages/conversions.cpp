@@ -189,6 +189,55 @@ cv::Mat decoded(const sensor_msgs::CompressedImage& msg, int flags) {
   return image;
 }
 
+const std::string kSelectionName = "Selection";
+
+/// Throws std::invalid_argument that names a field which holds nonsense.
+void requireSense(const Selection& msg) {
+  if (msg.status > Selection::STATUS_UNCERTAIN) {
+    refuse(kSelectionName, "status", "is " + std::to_string(msg.status) + ", which is unknown");
+  }
+  if (msg.model_kind > Selection::MODEL_FUNDAMENTAL) {
+    refuse(kSelectionName, "model_kind", "is " + std::to_string(msg.model_kind) + ", which is unknown");
+  }
+  if (msg.scene > Selection::SCENE_SEVERAL_MOTIONS) {
+    refuse(kSelectionName, "scene", "is " + std::to_string(msg.scene) + ", which is unknown");
+  }
+  if (msg.confidence < 0 || std::isinf(msg.confidence)) {
+    refuse(kSelectionName, "confidence",
+           "is " + core::formatNumber(msg.confidence) + ", expected a number from 0, or NaN");
+  }
+  if (msg.sigma < 0 || std::isinf(msg.sigma)) {
+    refuse(kSelectionName, "sigma",
+           "is " + core::formatNumber(msg.sigma) + ", expected a number from 0, or NaN");
+  }
+  std::size_t n_selected = 0;
+  for (const std::uint8_t value : msg.mask) {
+    if (value > 1) refuse(kSelectionName, "mask", "holds " + std::to_string(value) + ", expected 0 or 1");
+    n_selected += value;
+  }
+  requireLength(kSelectionName, "score", msg.score.size(), msg.mask.size(), true);
+  requireLength(kSelectionName, "group", msg.group.size(), msg.mask.size(), true);
+  for (const std::int32_t number : msg.group) {
+    if (number < -1)
+      refuse(kSelectionName, "group", "holds " + std::to_string(number) + ", expected -1 or more");
+  }
+  requireLength(kSelectionName, "probability", msg.probability.size(), msg.mask.size(), true);
+  for (const float value : msg.probability) {
+    if (!(value >= 0 && value <= 1)) {
+      refuse(kSelectionName, "probability", "holds " + std::to_string(value) + ", expected 0 to 1");
+    }
+  }
+  if (msg.n_input != msg.mask.size()) {
+    refuse(kSelectionName, "n_input",
+           "is " + std::to_string(msg.n_input) + ", the mask has " + std::to_string(msg.mask.size()) +
+               " elements");
+  }
+  if (msg.n_selected != n_selected) {
+    refuse(kSelectionName, "n_selected",
+           "is " + std::to_string(msg.n_selected) + ", the mask has " + std::to_string(n_selected) + " ones");
+  }
+}
+
 }  // namespace
 
 Correspondences toMsg(core::Correspondences matches, const PairInfo& info) {
@@ -268,10 +317,12 @@ Selection toMsg(const core::Selection& selection, const PairInfo& info, const st
   msg.status = static_cast<std::uint8_t>(selection.status);
   msg.scene = static_cast<std::uint8_t>(selection.scene);
   msg.confidence = selection.confidence;
+  msg.sigma = selection.sigma;
   msg.message = selection.message;
   msg.mask = selection.mask;
   msg.score = selection.score;
   msg.group = selection.group;
+  msg.probability = selection.probability;
   msg.model_kind = static_cast<std::uint8_t>(selection.model_kind);
   writeMatrix(selection.model, selection.model_kind != core::ModelKind::kNone, msg.model);
   msg.n_input = static_cast<std::uint32_t>(selection.n_input);
@@ -284,49 +335,19 @@ Selection toMsg(const core::Selection& selection, const PairInfo& info, const st
 }
 
 core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selector) {
-  static const std::string kName = "Selection";
-  if (msg.status > Selection::STATUS_UNCERTAIN) {
-    refuse(kName, "status", "is " + std::to_string(msg.status) + ", which is unknown");
-  }
-  if (msg.model_kind > Selection::MODEL_FUNDAMENTAL) {
-    refuse(kName, "model_kind", "is " + std::to_string(msg.model_kind) + ", which is unknown");
-  }
-  if (msg.scene > Selection::SCENE_SEVERAL_MOTIONS) {
-    refuse(kName, "scene", "is " + std::to_string(msg.scene) + ", which is unknown");
-  }
-  if (msg.confidence < 0 || std::isinf(msg.confidence)) {
-    refuse(kName, "confidence",
-           "is " + core::formatNumber(msg.confidence) + ", expected a number from 0, or NaN");
-  }
-  std::size_t n_selected = 0;
-  for (const std::uint8_t value : msg.mask) {
-    if (value > 1) refuse(kName, "mask", "holds " + std::to_string(value) + ", expected 0 or 1");
-    n_selected += value;
-  }
-  requireLength(kName, "score", msg.score.size(), msg.mask.size(), true);
-  requireLength(kName, "group", msg.group.size(), msg.mask.size(), true);
-  for (const std::int32_t number : msg.group) {
-    if (number < -1) refuse(kName, "group", "holds " + std::to_string(number) + ", expected -1 or more");
-  }
-  if (msg.n_input != msg.mask.size()) {
-    refuse(kName, "n_input",
-           "is " + std::to_string(msg.n_input) + ", the mask has " + std::to_string(msg.mask.size()) +
-               " elements");
-  }
-  if (msg.n_selected != n_selected) {
-    refuse(kName, "n_selected",
-           "is " + std::to_string(msg.n_selected) + ", the mask has " + std::to_string(n_selected) + " ones");
-  }
-
+  requireSense(msg);
   core::Selection selection;
   selection.mask = msg.mask;
   selection.score = msg.score;
   selection.group = msg.group;
+  selection.probability = msg.probability;
   selection.model_kind = static_cast<core::ModelKind>(msg.model_kind);
-  if (selection.model_kind != core::ModelKind::kNone) selection.model = readMatrix(kName, "model", msg.model);
+  if (selection.model_kind != core::ModelKind::kNone)
+    selection.model = readMatrix(kSelectionName, "model", msg.model);
   selection.status = static_cast<core::Status>(msg.status);
   selection.scene = static_cast<core::SceneKind>(msg.scene);
   selection.confidence = msg.confidence;
+  selection.sigma = msg.sigma;
   selection.message = msg.message;
   selection.n_input = msg.n_input;
   selection.n_ignored = msg.n_ignored;
