@@ -37,8 +37,9 @@ std::size_t count(const AutoMemory::Mask& mask) {
 
 }  // namespace
 
-void AutoMemory::assign(const Correspondences& input, std::uint64_t seed) {
-  ordering.shuffle(input, seed, rows);
+void AutoMemory::assign(const Correspondences& input, const AutoOptions& options) {
+  thresholds = Thresholds(options);
+  ordering.shuffle(input, static_cast<std::uint64_t>(options.seed), rows);
   gather(input, rows, matches);
   identity.resize(size());
   std::iota(identity.begin(), identity.end(), 0U);
@@ -94,6 +95,8 @@ void Gathering::findHomography() {
   HomographySearch search(options_, memory_, effort_);
   search.run();
   if (!search.found()) return;
+  memory_.thresholds.adaptHomography(memory_.homography_errors);
+  selectWithin(memory_.homography_errors, memory_.thresholds.homography, memory_.homography_inliers);
   normalized_homography_ = search.normalizedModel();
   evidence_.homography.found = true;
   evidence_.homography.model = search.model();
@@ -117,7 +120,8 @@ void Gathering::addHomographyLeftover() {
   AutoMemory::Mask &near = memory_.near_homography, &loose = memory_.loose;
   near.resize(errors.size());
   loose.resize(errors.size());
-  const double squared = kNearHomography * kNearHomography * options_.threshold * options_.threshold;
+  const double squared =
+      kNearHomography * kNearHomography * memory_.thresholds.homography * memory_.thresholds.homography;
   for (std::size_t i = 0; i < errors.size(); ++i) {
     near[i] = errors[i] <= squared ? 1 : 0;
     loose[i] = local[i] != 0 && inliers[i] == 0 ? 1 : 0;
@@ -131,11 +135,11 @@ void Gathering::addHomographyLeftover() {
 }
 
 void Gathering::addParallax() {
-  const PlaneOfMatches plane = {memory_.matches,   memory_.normalized,     memory_.best_first,
-                                memory_.ranked,    normalized_homography_, memory_.homography_errors,
-                                options_.threshold};
+  const PlaneOfMatches plane = {
+      memory_.matches,        memory_.normalized,        memory_.best_first,           memory_.ranked,
+      normalized_homography_, memory_.homography_errors, memory_.thresholds.homography};
   evidence_.parallax =
-      memory_.parallax.find(plane, memory_.support.area(), options_.fundamental_threshold,
+      memory_.parallax.find(plane, memory_.support.area(), memory_.thresholds.fundamental,
                             static_cast<std::uint64_t>(options_.seed), parallax_fundamental_);
 }
 
@@ -145,7 +149,7 @@ bool Gathering::searchFundamental(const AutoMemory::Rows& rows, int hypotheses, 
   if (rows.size() < kMinMatches || effort_.timed_out) return false;
   const FundamentalModel kind;
   SearchParameters parameters;
-  parameters.threshold = options_.fundamental_threshold;
+  parameters.threshold = memory_.thresholds.fundamental;
   parameters.max_iterations = hypotheses;
   parameters.confidence = confidence;
   parameters.seed = static_cast<std::uint64_t>(options_.seed);
@@ -156,7 +160,7 @@ bool Gathering::searchFundamental(const AutoMemory::Rows& rows, int hypotheses, 
   effort_.add(outcome);
   if (!outcome.best.exists()) return false;
   const Verifier verifier(memory_.normalized, Residual::kSampson,
-                          options_.fundamental_threshold * memory_.normalized.scale, true);
+                          memory_.thresholds.fundamental * memory_.normalized.scale, true);
   Candidate candidate;
   if (!verifier.improve(outcome.best.model, candidate)) return false;
   optimizeLocally(kind, verifier, candidate);
@@ -184,7 +188,7 @@ bool Gathering::searchBesideHomography(cv::Matx33d& model) {
     if (memory_.homography_inliers[i] == 0) memory_.rest.push_back(i);
   if (memory_.rest.size() < 2) return false;
   const Verifier verifier(memory_.normalized, Residual::kSampson,
-                          options_.fundamental_threshold * memory_.normalized.scale, true);
+                          memory_.thresholds.fundamental * memory_.normalized.scale, true);
   Random random(static_cast<std::uint64_t>(options_.seed));
   Candidate best;
   if (!improveByParallax(verifier, normalized_homography_, memory_.rest, kPairs, random, best)) return false;
@@ -200,7 +204,7 @@ double Gathering::shareOfLocal(const cv::Matx33d& model) {
   std::vector<double>& errors = memory_.fundamental_errors;
   errors.resize(memory_.size());
   pixelErrors(Residual::kSampson, model, memory_.matches, errors.data());
-  const double squared = options_.fundamental_threshold * options_.fundamental_threshold;
+  const double squared = memory_.thresholds.fundamental * memory_.thresholds.fundamental;
   std::size_t agreeing = 0;
   for (std::size_t i = 0; i < errors.size(); ++i) agreeing += local[i] != 0 && errors[i] <= squared ? 1 : 0;
   return static_cast<double>(agreeing) /
@@ -212,7 +216,7 @@ double Gathering::shareOfOffPlane(const cv::Matx33d& model) {
   std::vector<double>& errors = memory_.fundamental_errors;
   errors.resize(memory_.size());
   pixelErrors(Residual::kSampson, model, memory_.matches, errors.data());
-  const double squared = options_.fundamental_threshold * options_.fundamental_threshold;
+  const double squared = memory_.thresholds.fundamental * memory_.thresholds.fundamental;
   std::size_t agreeing = 0, off = 0;
   for (std::size_t i = 0; i < errors.size(); ++i) {
     if (memory_.homography_inliers[i] != 0) continue;
@@ -253,8 +257,9 @@ void Gathering::addFundamental() {
   std::vector<double>& errors = memory_.fundamental_errors;
   errors.resize(memory_.size());
   pixelErrors(Residual::kSampson, found.model, memory_.matches, errors.data());
+  memory_.thresholds.adaptFundamental(errors);
   if (!evidence_.homography_leftover) return;
-  const double squared = options_.fundamental_threshold * options_.fundamental_threshold;
+  const double squared = memory_.thresholds.fundamental * memory_.thresholds.fundamental;
   std::size_t loose = 0, explained = 0;
   for (std::size_t i = 0; i < errors.size(); ++i) {
     if (memory_.loose[i] == 0) continue;
@@ -267,7 +272,7 @@ void Gathering::addFundamental() {
 void Gathering::addFundamentalLeftover() {
   const AutoMemory::Mask& local = memory_.support.local();
   const std::vector<double>& errors = memory_.fundamental_errors;
-  const double squared = options_.fundamental_threshold * options_.fundamental_threshold;
+  const double squared = memory_.thresholds.fundamental * memory_.thresholds.fundamental;
   AutoMemory::Mask& near = memory_.near_fundamental;
   near.resize(errors.size());
   for (std::size_t i = 0; i < errors.size(); ++i) {

@@ -7,6 +7,7 @@
 #include "auto/local_support.h"
 #include "auto/parallax.h"
 #include "auto/plausibility.h"
+#include "auto/thresholds.h"
 #include "base/deadline.h"
 #include "corrsel/correspondences.h"
 #include "geometry/normalization.h"
@@ -27,10 +28,11 @@ struct AutoMemory {
   using Mask = std::vector<std::uint8_t>;
 
   /// Takes the matches of a call, in a random order that is independent of the order of the input.
-  void assign(const Correspondences& input, std::uint64_t seed);
+  void assign(const Correspondences& input, const AutoOptions& options);
 
   std::size_t size() const { return rows.size(); }
 
+  Thresholds thresholds;
   Ordering ordering;
   Rows rows;                // of the input, in random order: the order of everything below
   Correspondences matches;  // in this order
