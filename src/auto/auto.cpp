@@ -30,7 +30,8 @@ void AutoOptions::visit(OptionVisitor& visitor) const {
        "noise of the inliers is larger"},
       &AutoOptions::fundamental_threshold);
   visitor.integer({"hard_search", 0, 10000000, "-",
-                   "Hypotheses that are drawn where nothing else has found a model; 0 = none"},
+                   "Hypotheses that are drawn where nothing else has found a model, more of them for few "
+                   "matches; 0 = none"},
                   &AutoOptions::hard_search);
   visitConfidence(visitor);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the samplers"}, &AutoOptions::seed);

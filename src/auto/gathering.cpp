@@ -24,13 +24,6 @@ constexpr double kLooseShare = 0.08;  // of the matches off the homography: a lo
 constexpr double kNearFundamental =
     3;  // times the threshold: a member of the local set is not left over by F
 
-/// Hypotheses of a search among all matches: three times as many as the option allows for a few matches, and
-/// fewer for more, of which each takes longer.
-int hardHypotheses(int option, std::size_t matches) {
-  constexpr double kMostForFew = 3, kMatchesForOption = 150;
-  return static_cast<int>(option * std::min(kMostForFew, kMatchesForOption / static_cast<double>(matches)));
-}
-
 std::size_t count(const AutoMemory::Mask& mask) {
   return static_cast<std::size_t>(std::accumulate(mask.begin(), mask.end(), 0));
 }
@@ -245,8 +238,11 @@ void Gathering::searchFundamental() {
   if (isSignificant(found.confidence) && 2 * memory_.support.localSize() >= count(memory_.homography_inliers))
     return;
   if (searchBesideHomography(model)) takeFundamental(model);
-  if (searchFundamental(memory_.by_support, hardHypotheses(options_.hard_search, memory_.size()), 0.999,
-                        model))
+  if (options_.hard_search == 0) return;
+  // A search that finds a model ends early.
+  constexpr double kEarly = 0.999, kMaxFactor = 30;
+  if (searchFundamental(memory_.by_support, hardHypotheses(options_.hard_search, memory_.size(), kMaxFactor),
+                        kEarly, model))
     takeFundamental(model);
 }
 

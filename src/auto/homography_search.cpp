@@ -26,6 +26,11 @@ constexpr double kExplained = 0.9;        // share of the local set that makes a
 
 }  // namespace
 
+int hardHypotheses(int option, std::size_t matches, double max_factor) {
+  constexpr double kMatches = 3000;
+  return static_cast<int>(option * std::clamp(kMatches / static_cast<double>(matches), 1.0, max_factor));
+}
+
 HomographySearch::HomographySearch(const AutoOptions& options, AutoMemory& memory, Effort& effort)
     : options_(options),
       memory_(memory),
@@ -54,7 +59,7 @@ void HomographySearch::run() {
   search(memory_.by_support, kSecondHypotheses);
   evaluate();
   if (isSignificant(confidence_) || options_.hard_search == 0 || effort_.timed_out) return;
-  search(memory_.best_first, options_.hard_search);
+  search(memory_.best_first, hardHypotheses(options_.hard_search, memory_.size(), 10));
   evaluate();
 }
 

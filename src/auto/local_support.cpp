@@ -157,10 +157,9 @@ void LocalSupport::verifyBatch(const Correspondences& matches, bool frames, std:
       Place of_map;
       LinearMap map;
       if (frames && frameMap(matches, i, map)) verify(i, map, nullptr, of_map);
-      if (best_[i] > kSure * significant_support_) continue;
       std::uint32_t found[kMaxPartners];
       const int count = partners(i, wanted, found);
-      for (int p = 0; p < count; ++p) {
+      for (int p = 0; p < count && best_[i] <= kSure * significant_support_; ++p) {
         const std::uint32_t j = found[p];
         verify(i,
                similarity(left_x_[j] - left_x_[i], left_y_[j] - left_y_[i], right_x_[j] - right_x_[i],

@@ -40,20 +40,19 @@ bool ParallaxTest::find(const PlaneOfMatches& plane, double area, double thresho
   const Verifier verifier(m, Residual::kSampson, threshold * m.scale, true);
   uniform_chance_ = 2 * std::sqrt(2.0) * threshold / std::sqrt(area);
   band_.gather(plane);
-  gatherBand(m);
   const std::size_t good = std::min(n, std::max(kMinGood, n / kGoodShare));
   good_off_.clear();
   for (std::size_t rank = 0; rank < good; ++rank)
     if (plane.errors[plane.best_first[rank]] > squaredFar(plane)) good_off_.push_back(plane.best_first[rank]);
-  // Pairs of the band are scored by the band alone.
-  const Verifier of_band(band_matches_, Residual::kSampson, threshold * m.scale, true);
-  for (const bool near : {true, false}) {
-    const std::vector<std::uint32_t>& pool = near ? positions_ : good_off_;
-    if (pool.size() < 2) continue;
+  const std::vector<std::uint32_t>* const pools[] = {&band_.members(), &good_off_};
+  for (const std::vector<std::uint32_t>* const pool : pools) {
+    if (pool->size() < 2) continue;
+    // Pairs are drawn from the pool, and scored by it alone.
+    gatherPool(m, *pool);
+    const Verifier of_pool(pool_, Residual::kSampson, threshold * m.scale, true);
     Random random(seed);
     Candidate found, candidate;
-    if (!improveByParallax(near ? of_band : verifier, plane.homography, pool, kPairs, random, found))
-      continue;
+    if (!improveByParallax(of_pool, plane.homography, positions_, kPairs, random, found)) continue;
     if (!verifier.improve(found.model, candidate) || !test(plane, verifier, threshold, candidate)) continue;
     fundamental = m.fundamentalToPixels(candidate.model);
     return true;
@@ -61,14 +60,12 @@ bool ParallaxTest::find(const PlaneOfMatches& plane, double area, double thresho
   return false;
 }
 
-/// Copies the members of the band.
-void ParallaxTest::gatherBand(const NormalizedMatches& m) {
-  const std::vector<std::uint32_t>& members = band_.members();
-  gather(m.left_x, members, band_matches_.left_x);
-  gather(m.left_y, members, band_matches_.left_y);
-  gather(m.right_x, members, band_matches_.right_x);
-  gather(m.right_y, members, band_matches_.right_y);
-  positions_.resize(members.size());
+void ParallaxTest::gatherPool(const NormalizedMatches& m, const std::vector<std::uint32_t>& pool) {
+  gather(m.left_x, pool, pool_.left_x);
+  gather(m.left_y, pool, pool_.left_y);
+  gather(m.right_x, pool, pool_.right_x);
+  gather(m.right_y, pool, pool_.right_y);
+  positions_.resize(pool.size());
   std::iota(positions_.begin(), positions_.end(), 0U);
 }
 

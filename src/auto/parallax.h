@@ -57,10 +57,10 @@ class ParallaxTest {
   double farEvidence(const PlaneOfMatches& plane, const Verifier& verifier, const cv::Matx33d& fundamental,
                      const Counts& counts);
   Counts count(const PlaneOfMatches& plane, const Verifier& verifier, const cv::Matx33d& fundamental);
-  void gatherBand(const NormalizedMatches& matches);
+  void gatherPool(const NormalizedMatches& matches, const std::vector<std::uint32_t>& pool);
 
   PlaneBand band_;
-  NormalizedMatches band_matches_;
+  NormalizedMatches pool_;
   double uniform_chance_ = 0;
   std::vector<std::uint32_t> positions_, good_off_, off_;
   std::vector<float> errors_;

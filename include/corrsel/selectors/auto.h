@@ -16,7 +16,7 @@ struct AutoOptions : ConfidenceOptions {
   Model model = Model::kAuto;        ///< model to which the answer is restricted
   double threshold = 0;              ///< inlier threshold of a homography, px; 0 = by the noise
   double fundamental_threshold = 0;  ///< inlier threshold of a fundamental matrix, px; 0 = by the noise
-  int hard_search = 20000;           ///< hypotheses where nothing else has found a model; 0 = none
+  int hard_search = 2000;           ///< hypotheses where nothing else has found a model; 0 = none
   int seed = 0;                      ///< of the samplers
   int threads = 1;                   ///< that may be used
   double max_seconds = 0;            ///< time limit, s; 0 = none
