@@ -19,7 +19,7 @@ constexpr int kMaxSeeds = 60;           // that are grown
 constexpr int kMaxFruitlessSeeds = 3;   // in a row, after which a model with many inliers is kept
 constexpr double kWorthRefining = 0.7;  // gain of a candidate at the wide threshold, relative to the best
 constexpr std::size_t kBestSupported = 200;  // matches that join the first search
-constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000;
+constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 2000;
 constexpr std::size_t kManyInliers = 40;  // which make the second search unnecessary, with
 constexpr double kShareOfLocal = 0.6;     // this share of the local set
 constexpr double kExplained = 0.9;        // share of the local set that makes all further search unnecessary
@@ -27,7 +27,7 @@ constexpr double kExplained = 0.9;        // share of the local set that makes a
 }  // namespace
 
 int hardHypotheses(int option, std::size_t matches, double max_factor) {
-  constexpr double kMatches = 3000;
+  constexpr double kMatches = 1500;
   return static_cast<int>(option * std::clamp(kMatches / static_cast<double>(matches), 1.0, max_factor));
 }
 

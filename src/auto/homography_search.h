@@ -13,7 +13,7 @@ namespace corrsel::core {
 inline constexpr double kNearHomography = 2;
 
 /// Hypotheses of a search where nothing else has found a model: as many as the option states, and more for
-/// fewer than 3000 matches, of which each takes less time.
+/// fewer than 1500 matches, of which each takes less time.
 /// @param max_factor  times the option, at most
 int hardHypotheses(int option, std::size_t matches, double max_factor);
 

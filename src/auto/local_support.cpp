@@ -27,7 +27,7 @@ constexpr float kMinLeft = 8, kMinRight = 3, kMaxScale = 6;  // of two matches t
 
 /// The number of matches that hypotheses are made for: up to `max_hypotheses`, fewer where many survive.
 struct Budget {
-  static constexpr std::size_t kBatch = 128;      // matches verified before the survivors are counted again
+  static constexpr std::size_t kBatch = 64;       // matches verified before the survivors are counted again
   static constexpr std::size_t kSurvivors = 200;  // more hypotheses are not needed
   static constexpr double kApart = 0.25;  // of `max_hypotheses`: matches outside of the local set, afterwards
 
@@ -274,6 +274,17 @@ void LocalSupport::sortPool(std::size_t verified) {
   for (std::size_t i = 0; i < pool_.size(); ++i)
     pool_[i] = {sortKey(left_x_[i]), static_cast<std::uint32_t>(i)};
   radixSort(pool_, scratch_);
+  pool_left_x_.resize(pool_.size());
+  pool_left_y_.resize(pool_.size());
+  pool_right_x_.resize(pool_.size());
+  pool_right_y_.resize(pool_.size());
+  for (std::size_t i = 0; i < pool_.size(); ++i) {
+    const std::uint32_t rank = pool_[i].row;
+    pool_left_x_[i] = left_x_[rank];
+    pool_left_y_[i] = left_y_[rank];
+    pool_right_x_[i] = right_x_[rank];
+    pool_right_y_[i] = right_y_[rank];
+  }
 }
 
 int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) const {
@@ -281,15 +292,17 @@ int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) con
   int found = 0;
   const float x = left_x_[rank], y = left_y_[rank], u = right_x_[rank], v = right_y_[rank];
   /// @return false where no match further along x can be nearer than those found
-  const auto visit = [&](std::uint32_t j) {
-    const float dx = left_x_[j] - x, dy = left_y_[j] - y;
+  const auto visit = [&](std::size_t slot) {
+    const float dx = pool_left_x_[slot] - x, dy = pool_left_y_[slot] - y;
     if (found == wanted && dx * dx > distances[found - 1]) return false;
     const float left = dx * dx + dy * dy;
+    if (left < kMinLeft * kMinLeft || (found == wanted && left > distances[found - 1])) return true;
+    const std::uint32_t j = pool_[slot].row;
     const auto isNearer = [&](int place) {
       return left < distances[place] || (left == distances[place] && j < out[place]);
     };
-    if (left < kMinLeft * kMinLeft || (found == wanted && !isNearer(found - 1))) return true;
-    const float vx = right_x_[j] - u, vy = right_y_[j] - v;
+    if (found == wanted && !isNearer(found - 1)) return true;
+    const float vx = pool_right_x_[slot] - u, vy = pool_right_y_[slot] - v;
     const float right = vx * vx + vy * vy;
     if (right < kMinRight * kMinRight || right > kMaxScale * kMaxScale * left ||
         left > kMaxScale * kMaxScale * right) {
@@ -309,8 +322,8 @@ int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) con
   const auto start = static_cast<std::size_t>(place - pool_.begin());
   bool before = true, behind = true;
   for (std::size_t step = 0; before || behind; ++step) {
-    before = before && step < start && visit(pool_[start - 1 - step].row);
-    behind = behind && start + step < pool_.size() && visit(pool_[start + step].row);
+    before = before && step < start && visit(start - 1 - step);
+    behind = behind && start + step < pool_.size() && visit(start + step);
   }
   return found;
 }

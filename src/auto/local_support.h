@@ -158,9 +158,10 @@ class LocalSupport {
   std::vector<std::int32_t> weight_;                        // by rank
   PointCells left_cells_, right_cells_;
   Columns by_left_, by_right_;
-  std::vector<float> best_;                // S by rank
-  std::vector<LinearMap> best_map_;        // by rank
-  std::vector<KeyedRow> pool_;             // matches that may be partners, by left x
+  std::vector<float> best_;          // S by rank
+  std::vector<LinearMap> best_map_;  // by rank
+  std::vector<KeyedRow> pool_;       // matches that may be partners, by left x
+  std::vector<float> pool_left_x_, pool_left_y_, pool_right_x_, pool_right_y_;  // in this order
   std::vector<std::uint32_t> candidates_;  // ranks that hypotheses are made for
   std::vector<std::uint32_t> members_, near_;
   std::vector<KeyedRow> scratch_;
