@@ -78,15 +78,14 @@ void AutoSelector::run(const Correspondences& matches, Workspace& workspace, Sel
     return;
   }
   AutoMemory& memory = workspace.part<AutoMemory>();
-  Effort effort(options_.max_seconds, workspace);
+  Effort effort(options_.max_seconds, matches.size(), workspace);
   memory.assign(matches, options_);
   Gathering gathering(options_, memory, effort);
-  if (gathering.start()) {
-    Decision decision = decide(gathering.evidence(), options_.model);
-    for (; decision.need != Need::kNone; decision = decide(gathering.evidence(), options_.model))
-      gathering.gather(decision.need);
-    writeAnswer(decision, gathering.evidence(), options_, memory, effort, result);
-  }
+  gathering.start();
+  Decision decision = decide(gathering.evidence(), options_.model);
+  for (; decision.need != Need::kNone; decision = decide(gathering.evidence(), options_.model))
+    gathering.gather(decision.need);
+  writeAnswer(decision, gathering.evidence(), options_, memory, effort, result);
   if (effort.timed_out) reportTimeLimit(effort, options_.max_seconds, result);
 }
 

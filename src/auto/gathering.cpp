@@ -44,14 +44,13 @@ void AutoMemory::assign(const Correspondences& input, const AutoOptions& options
   leftover.assign(matches);
 }
 
-bool Gathering::start() {
-  memory_.support.compute(memory_.matches, memory_.best_first, options_.threads);
+void Gathering::start() {
+  const bool complete = memory_.support.compute(memory_.matches, memory_.best_first, options_.threads,
+                                                effort_.support_deadline);
   evidence_.local_support = !memory_.support.survivors().empty();
-  effort_.timed_out = effort_.deadline.passed();
-  if (effort_.timed_out) return false;
   sortBySupport();
   if (options_.model != AutoOptions::Model::kFundamental) findHomography();
-  return true;
+  effort_.timed_out |= !complete;
 }
 
 void Gathering::gather(Need need) {
@@ -128,6 +127,10 @@ void Gathering::addHomographyLeftover() {
 }
 
 void Gathering::addParallax() {
+  if (effort_.timed_out) {
+    evidence_.parallax = false;
+    return;
+  }
   const PlaneOfMatches plane = {
       memory_.matches,        memory_.normalized,        memory_.best_first,           memory_.ranked,
       normalized_homography_, memory_.homography_errors, memory_.thresholds.homography};

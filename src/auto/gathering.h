@@ -17,8 +17,7 @@ class Gathering {
 
   /// Gathers what every decision needs: local support, and the best homography unless the answer is
   /// restricted to a fundamental matrix.
-  /// @return false if the time was over before the search for models could begin
-  bool start();
+  void start();
 
   void gather(Need need);
 

@@ -29,6 +29,9 @@ constexpr float kMinLeft = 8, kMinRight = 3, kMaxScale = 6;  // of two matches t
 struct Budget {
   static constexpr std::size_t kBatch = 64;       // matches verified before the survivors are counted again
   static constexpr std::size_t kSurvivors = 200;  // more hypotheses are not needed
+  // Where many of those verified survive, fewer are enough.
+  static constexpr std::size_t kSurvivorsWhereEasy = 64;
+  static constexpr double kEasy = 0.3;
   static constexpr double kApart = 0.25;  // of `max_hypotheses`: matches outside of the local set, afterwards
 
   std::size_t max_hypotheses;
@@ -39,7 +42,9 @@ struct Budget {
 
   /// The end of the batch that begins with match `start`; `start` itself where no more matches are verified.
   std::size_t batchEnd(std::size_t start, std::size_t survivors) const {
-    return survivors >= kSurvivors ? start : std::min(max_hypotheses, start + kBatch);
+    const bool easy = survivors >= kSurvivorsWhereEasy &&
+                      static_cast<double>(survivors) >= kEasy * static_cast<double>(start);
+    return easy || survivors >= kSurvivors ? start : std::min(max_hypotheses, start + kBatch);
   }
 };
 
@@ -102,8 +107,8 @@ float squaredLength(float x, float y) { return x * x + y * y; }
 
 }  // namespace
 
-void LocalSupport::compute(const Correspondences& matches, const std::vector<std::uint32_t>& order,
-                           int threads) {
+bool LocalSupport::compute(const Correspondences& matches, const std::vector<std::uint32_t>& order,
+                           int threads, const Deadline& deadline) {
   n_ = order.size();
   row_ = order;
   support_.assign(n_, 0);
@@ -113,7 +118,7 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   extended_.assign(n_, 0);
   survivors_.clear();
   local_size_ = 0;
-  if (n_ == 0) return;
+  if (n_ == 0) return true;
   layOut(matches);
 
   const bool frames = !matches.left_frame.empty() && !matches.right_frame.empty();
@@ -126,14 +131,18 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   candidates_.resize(budget.max_hypotheses);
   std::iota(candidates_.begin(), candidates_.end(), 0U);
   std::size_t verified = 0;
-  for (std::size_t end = 0; (end = budget.batchEnd(verified, members_.size())) > verified; verified = end)
+  bool cut = false;
+  for (std::size_t end = 0; !cut && (end = budget.batchEnd(verified, members_.size())) > verified;
+       verified = end) {
     verifyBatch(matches, frames, verified, end, threads);
+    cut = deadline.passed();
+  }
   extendLocalSets();
   // Small groups that move by themselves have few of the best matches, or none. They stand out among those
   // that the survivors do not predict.
   const auto apart = static_cast<std::size_t>(Budget::kApart * static_cast<double>(budget.max_hypotheses));
   candidates_.clear();
-  for (std::size_t i = verified; i < n_ && candidates_.size() < apart; ++i) {
+  for (std::size_t i = verified; !cut && i < n_ && candidates_.size() < apart; ++i) {
     if (extended_[row_[i]] == 0) candidates_.push_back(static_cast<std::uint32_t>(i));
   }
   const std::size_t before = members_.size();
@@ -145,6 +154,7 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   });
   for (const std::uint32_t i : members_) survivors_.push_back(row_[i]);
   local_size_ = static_cast<std::size_t>(std::count(local_.begin(), local_.end(), 1));
+  return !cut;
 }
 
 void LocalSupport::verifyBatch(const Correspondences& matches, bool frames, std::size_t first,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -72,15 +73,22 @@ struct AutoMemory {
 
 /// What the searches of a call may use, and what they have cost so far.
 struct Effort {
-  Effort(double max_seconds, Workspace& workspace_of_call)
-      : deadline(max_seconds), workspace(workspace_of_call) {}
+  /// Some of the time is kept for the answer, which takes longer for more matches, and local support gets
+  /// half of the rest, so that some time remains for the search.
+  Effort(double max_seconds, std::size_t matches, Workspace& workspace_of_call)
+      : deadline(max_seconds), support_deadline(max_seconds), workspace(workspace_of_call) {
+    constexpr double kSecondsPerMatch = 2e-7, kMaxShare = 0.3, kSupportShare = 0.5;
+    const double answer = std::min(kMaxShare * max_seconds, kSecondsPerMatch * static_cast<double>(matches));
+    deadline.reserve(answer);
+    support_deadline.reserve(answer + kSupportShare * (max_seconds - answer));
+  }
 
   void add(const SearchOutcome& outcome) {
     hypotheses += static_cast<std::uint64_t>(outcome.iterations);
     timed_out = timed_out || outcome.timed_out;
   }
 
-  const Deadline deadline;
+  Deadline deadline, support_deadline;
   Workspace& workspace;
   std::uint64_t hypotheses = 0;
   bool timed_out = false;
