@@ -5,6 +5,8 @@
 #include <cstring>
 #include <limits>
 
+#include "base/largest_magnitude.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -12,17 +14,6 @@ std::uint32_t bitsOf(float value) {
   std::uint32_t bits = 0;
   std::memcpy(&bits, &value, sizeof bits);
   return bits;
-}
-
-/// The largest magnitude in a column of finite numbers.
-float largestOf(const std::vector<float>& values) {
-  // The bits of positive numbers have the order of the numbers, and the compiler uses vectors for integers.
-  std::int32_t largest = 0;
-  for (const float value : values)
-    largest = std::max(largest, static_cast<std::int32_t>(bitsOf(std::abs(value))));
-  float result = 0;
-  std::memcpy(&result, &largest, sizeof result);
-  return result;
 }
 
 constexpr std::size_t kBlock = 64;
@@ -49,7 +40,7 @@ void cellsOf(const float* values, std::size_t count, float inverse_cell, float s
 void PointGroups::number(const std::vector<float>& x, const std::vector<float>& y, double cell,
                          Rounding rounding) {
   constexpr double kMaxCells = 1e9;
-  const double largest = std::max(largestOf(x), largestOf(y));
+  const double largest = std::max(largestMagnitude(x), largestMagnitude(y));
   const auto inverse = static_cast<float>(1.0 / cell);
   const float shift = rounding == Rounding::kNearest ? 0.5F : 0.0F;
   if (largest / cell < kMaxCells) {
