@@ -92,7 +92,8 @@ TEST_P(KeptMemory, BelongsToTheWorkspaceThatIsGiven) {
   const Selection selection = selector->select(matches, workspace);
   const std::ptrdiff_t of_selection = static_cast<std::ptrdiff_t>(
       selection.mask.capacity() + selection.score.capacity() * sizeof(float) +
-      selection.group.capacity() * sizeof(std::int32_t) + selection.message.capacity());
+      selection.group.capacity() * sizeof(std::int32_t) + selection.probability.capacity() * sizeof(float) +
+      selection.message.capacity());
   EXPECT_GT(live_bytes, before + of_selection + 10 * 3000);
   workspace.release();
   EXPECT_LE(live_bytes, before + of_selection + 256) << "not given back, or given to the thread";

@@ -226,8 +226,12 @@ TEST(Auto, DoesNotDependOnTheOrderOfTheInput) {
   std::vector<std::uint32_t> rows(scene.matches.size());
   std::iota(rows.rbegin(), rows.rend(), 0U);
   const Selection backward = selectWith(scene.matches.subset(rows));
-  for (std::size_t i = 0; i < rows.size(); ++i) ASSERT_EQ(backward.mask[i], forward.mask[rows[i]]) << i;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    ASSERT_EQ(backward.mask[i], forward.mask[rows[i]]) << i;
+    ASSERT_EQ(backward.probability[i], forward.probability[rows[i]]) << i;
+  }
   EXPECT_EQ(backward.model, forward.model);
+  EXPECT_EQ(backward.sigma, forward.sigma);
 }
 
 TEST(Auto, DoesNotDependOnTheNumberOfThreads) {
@@ -235,6 +239,8 @@ TEST(Auto, DoesNotDependOnTheNumberOfThreads) {
   const Selection one = selectWith(scene.matches), three = selectWith(scene.matches, {{"threads", "3"}});
   EXPECT_EQ(one.mask, three.mask);
   EXPECT_EQ(one.model, three.model);
+  EXPECT_EQ(one.probability, three.probability);
+  EXPECT_EQ(one.sigma, three.sigma);
 }
 
 TEST(Auto, WorksOnCoordinatesAlone) {

@@ -70,9 +70,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Correspondences matches = arbitraryMatches(source);
 
   const Selection first = selector->select(matches);
-  Selection scored = first;
-  addConfidence(matches, scored);
-  for (const Selection& selection : {first, scored}) {
+  Selection rated = first;
+  addProbability(matches, rated);
+  for (const Selection& selection : {first, rated}) {
     const std::string fault = contractViolation(matches, selection);
     if (!fault.empty()) fail(spec, options, matches, fault);
   }

@@ -53,7 +53,8 @@ struct AutoOptions : ConfidenceOptions {
 /// Output: where there are several motions, `group` is 0 for the matches that agree with the returned model,
 /// 1 and up for those of the planes that move in another way, and -1 for selected matches that only agree
 /// with their surroundings. The score is the local support, the log likelihood ratio of a Poisson count. The
-/// iterations are hypotheses. `scene` holds what was found, and the message says it in words.
+/// iterations are hypotheses. `scene` holds what was found, and the message says it in words. `sigma` and
+/// `probability` are filled as addProbability() does.
 ///
 /// Presets: `h` and `f` restrict the answer to that model; `fast` does without the hard search.
 ///
