@@ -20,7 +20,7 @@ constexpr std::size_t kMinMatches = 12;  // that F is estimated from
 constexpr double kExplained = 0.95;      // of the local set: no better fundamental matrix is searched
 constexpr double kMinShareOfOffPlane =
     0.25;  // of the matches off a plane: as many agree with the scene rather than with repeated structure
-constexpr double kLooseShare = 0.08;  // of the matches off the homography: a loose leftover
+constexpr double kLooseShare = 0.07;  // of the matches off the homography: a loose leftover
 constexpr double kNearFundamental =
     3;  // times the threshold: a member of the local set is not left over by F
 

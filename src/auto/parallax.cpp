@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/gather.h"
@@ -17,11 +18,13 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kPairs = 300;
+constexpr double kPeriodic = 0.5;   // of the displacements: they come from repeated structure
 constexpr double kMinEvidence = 3;  // decades
 constexpr double kTests = 2e4;      // two tests of at least 10^4 hypotheses, as SignificanceTest counts them
 // Near the plane.
-constexpr double kDirectionWidth = 2.0 / 3;  // of the threshold of the fundamental matrix
-constexpr double kCoherent = 0.3, kMostOfBand = 2.0 / 3, kMinShareOfPlane = 0.01;
+constexpr double kNearBegin = 0.6, kNearEnd = 5;  // times the threshold of the plane
+constexpr double kDirectionWidth = 2.0 / 3;       // of the threshold of the fundamental matrix
+constexpr double kCoherent = 0.3, kMostOfBand = 0.625, kMinShareOfPlane = 0.01;
 // Far from the plane.
 constexpr double kOffPlane = 3;  // times the threshold of the plane
 constexpr std::size_t kMinGood = 100, kGoodShare = 8, kMinRepaired = 2000;
@@ -39,12 +42,13 @@ bool ParallaxTest::find(const PlaneOfMatches& plane, double area, double thresho
   const std::size_t n = m.size();
   const Verifier verifier(m, Residual::kSampson, threshold * m.scale, true);
   uniform_chance_ = 2 * std::sqrt(2.0) * threshold / std::sqrt(area);
-  band_.gather(plane);
+  near_.gather(plane, kNearBegin, kNearEnd);
+  far_.gather(plane, kOffPlane, std::numeric_limits<double>::infinity());
   const std::size_t good = std::min(n, std::max(kMinGood, n / kGoodShare));
   good_off_.clear();
   for (std::size_t rank = 0; rank < good; ++rank)
     if (plane.errors[plane.best_first[rank]] > squaredFar(plane)) good_off_.push_back(plane.best_first[rank]);
-  const std::vector<std::uint32_t>* const pools[] = {&band_.members(), &good_off_};
+  const std::vector<std::uint32_t>* const pools[] = {&near_.members(), &good_off_};
   for (const std::vector<std::uint32_t>* const pool : pools) {
     if (pool->size() < 2) continue;
     // Pairs are drawn from the pool, and scored by it alone.
@@ -75,25 +79,30 @@ bool ParallaxTest::test(const PlaneOfMatches& plane, const Verifier& verifier, d
   optimizeLocally(FundamentalModel(), verifier, candidate);
   const Counts counts = count(plane, verifier, candidate.model);
   if (2 * counts.agreeing_on < counts.on) return false;
-  return kMinEvidence <= (nearEvidence(plane, candidate.model, threshold, counts.on) +
-                          farEvidence(plane, verifier, candidate.model, counts) - std::log10(kTests));
+  return kMinEvidence <=
+         (nearEvidence(plane, candidate.model, threshold, counts.on) +
+          farEvidence(plane, verifier, candidate.model, threshold, counts) - std::log10(kTests));
 }
 
 double ParallaxTest::nearEvidence(const PlaneOfMatches& plane, const cv::Matx33d& fundamental,
                                   double threshold, double on) {
-  const PlaneBand::Direction found = band_.direction(fundamental, kDirectionWidth * threshold);
+  const PlaneBand::Direction found = near_.direction(fundamental, kDirectionWidth * threshold);
   const bool counts =
-      !plane.ranked || (found.share * static_cast<double>(band_.members().size()) >= kMinShareOfPlane * on &&
-                        (found.share >= kMostOfBand || band_.coherence() >= kCoherent));
+      !plane.ranked || (found.share * static_cast<double>(near_.members().size()) >= kMinShareOfPlane * on &&
+                        (found.share >= kMostOfBand || near_.coherence() >= kCoherent));
   return counts ? found.log_ratio / std::log(10.0) : 0;
 }
 
 double ParallaxTest::farEvidence(const PlaneOfMatches& plane, const Verifier& verifier,
-                                 const cv::Matx33d& fundamental, const Counts& counts) {
+                                 const cv::Matx33d& fundamental, double threshold, const Counts& counts) {
   const double agreeing = counts.agreeing_off;
-  if (plane.ranked && !(agreeing >= kShareOfPlane * counts.on && agreeing >= kShareOfOff * counts.off) &&
-      !(agreeing >= kOutnumbers * counts.on && agreeing >= kMinTimesChance * uniform_chance_ * counts.off)) {
-    return 0;
+  if (plane.ranked) {
+    if (!(agreeing >= kShareOfPlane * counts.on && agreeing >= kShareOfOff * counts.off) &&
+        !(agreeing >= kOutnumbers * counts.on && agreeing >= kMinTimesChance * uniform_chance_ * counts.off))
+      return 0;
+  } else {
+    far_.direction(fundamental, kDirectionWidth * threshold);
+    if (far_.periodicity() >= kPeriodic) return 0;
   }
   if (agreeing <= 2) return 0;
   const NormalizedMatches& m = plane.matches;

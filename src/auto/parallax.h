@@ -13,25 +13,27 @@ namespace corrsel::core {
 
 /// Tests whether the matches off a plane show the parallax of a rigid scene.
 ///
-/// Algorithm: Pairs of matches near the plane (plane_band.h), and then pairs of good matches that are farther
-/// than 3 times the threshold from the plane, give fundamental matrices (improveByParallax()). The best one
-/// of each kind is refined on all matches. There is parallax if chance explains what agrees with one of them
-/// as little as a significant fundamental matrix, where half of the matches on the plane must agree with it,
-/// too. The evidence, in decades, is the sum of
+/// Algorithm: Pairs of matches near the plane, 0.6 to 5 times its threshold (plane_band.h), and then pairs of
+/// good matches that are farther than 3 times the threshold from the plane, give fundamental matrices
+/// (improveByParallax()). The best one of each kind is refined on all matches. There is parallax if chance
+/// explains what agrees with one of them as little as a significant fundamental matrix, where half of the
+/// matches on the plane must agree with it, too. The evidence, in decades, is the sum of
 ///  - the log likelihood ratio of the directions in the band, for a tolerance of two thirds of the threshold,
 ///  - -log10 P(Bin(n - 2, p) >= k - 2), where k of the n matches far from the plane agree, at distinct
 ///  places,
 ///    and p is the share of re-paired matches that agree, or 2 sqrt(2) t / sqrt(area) if this is larger,
 ///  - and -log10(24 * 10^4), the number of tests that SignificanceTest counts for a fundamental matrix.
 ///
-/// Descriptors confuse repeated structure, which makes up to 6 % of the matches off a plane agree. Where
-/// descriptors are known, each part of the evidence therefore counts only under a condition:
-///  - The displacements in the band are coherent (0.3), or two thirds of it agree. Where depth jumps from
+/// Descriptors confuse repeated structure, which makes up to 6 % of the matches off a plane agree. Each part
+/// of the evidence therefore counts only under a condition. Where descriptors are known:
+///  - The displacements in the band are coherent (0.3), or five eighths of it agree. Where depth jumps from
 ///    point to point, neighbours are not alike. The agreeing ones are a hundredth of the matches on the
 ///    plane. Less is an object, not the scene.
 ///  - Those far from the plane are half as many as the matches on it, and a tenth of all that are far,
 ///  or 1.25
 ///    times as many as those on the plane, and 8 times as many as chance gives.
+/// Where they are not known, the displacements far from the plane are not periodic (below 0.5). Two parallel
+/// planes, one seen through the other, then look like repeated structure.
 ///
 /// Cost: O(N) and that of at most 600 pairs; memory is kept between calls.
 ///
@@ -55,11 +57,11 @@ class ParallaxTest {
   double nearEvidence(const PlaneOfMatches& plane, const cv::Matx33d& fundamental, double threshold,
                       double on);
   double farEvidence(const PlaneOfMatches& plane, const Verifier& verifier, const cv::Matx33d& fundamental,
-                     const Counts& counts);
+                     double threshold, const Counts& counts);
   Counts count(const PlaneOfMatches& plane, const Verifier& verifier, const cv::Matx33d& fundamental);
   void gatherPool(const NormalizedMatches& matches, const std::vector<std::uint32_t>& pool);
 
-  PlaneBand band_;
+  PlaneBand near_, far_;
   NormalizedMatches pool_;
   double uniform_chance_ = 0;
   std::vector<std::uint32_t> positions_, good_off_, off_;

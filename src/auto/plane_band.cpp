@@ -6,21 +6,23 @@
 #include <limits>
 
 #include "geometry/fundamental.h"
+#include "geometry/homography.h"
 #include "points/length_unit.h"
 
 namespace corrsel::core {
 namespace {
 
-constexpr double kBegin = 0.6, kEnd = 5;  // times the threshold of the plane
-constexpr double kTrustedShare = 0.75;    // of the matches on the plane
-constexpr double kPlace = 4;              // units of the image
-constexpr std::size_t kMaxDisplaced = 200, kNearest = 4;
+constexpr double kTrustedShare = 0.75;  // of the matches on the plane
+constexpr double kPlace = 4;            // units of the image
+constexpr std::size_t kMaxDisplaced = 200, kNearest = 4, kMinPeriodic = 20;
+constexpr double kClose = 0.4, kWide = 1.6;         // times the threshold of the plane
 constexpr double kAlike = 0.4, kAlikeShare = 0.25;  // times the threshold of the plane; of the smaller one
 
 }  // namespace
 
-void PlaneBand::gather(const PlaneOfMatches& plane) {
+void PlaneBand::gather(const PlaneOfMatches& plane, double begin, double end) {
   plane_ = &plane;
+  backward_ = adjugateOf(plane.homography);
   const double squared = plane.threshold * plane.threshold;
   const auto on = std::count_if(plane.errors.begin(), plane.errors.end(),
                                 [squared](double error) { return error <= squared; });
@@ -35,7 +37,7 @@ void PlaneBand::gather(const PlaneOfMatches& plane) {
     if (plane.ranked && seen_on >= trusted) break;
     const double error = plane.errors[i];
     seen_on += error <= squared ? 1 : 0;
-    if (!(error > kBegin * kBegin * squared && error <= kEnd * kEnd * squared)) continue;
+    if (!(error > begin * begin * squared && error <= end * end * squared)) continue;
     if (left_places_.isTaken(m.left_x[i], m.left_y[i]) || right_places_.isTaken(m.right_x[i], m.right_y[i]))
       continue;
     left_places_.add(m.left_x[i], m.left_y[i]);
@@ -68,7 +70,10 @@ PlaneBand::Direction PlaneBand::direction(const cv::Matx33d& fundamental, double
     chances_.push_back(2 / CV_PI * std::asin(sine));
     // Away from the epipole, wherever it lies.
     const double away = dx * (x * epipole[2] - epipole[0]) + dy * (y * epipole[2] - epipole[1]);
-    displaced_.push_back({left[0] / m.scale, left[1] / m.scale, (away < 0 ? -r : r) / m.scale});
+    const cv::Vec3d back = backward_ * right;
+    const double left_length = std::hypot(back[0] / back[2] - left[0], back[1] / back[2] - left[1]);
+    displaced_.push_back(
+        {left[0] / m.scale, left[1] / m.scale, (away < 0 ? -r : r) / m.scale, left_length / m.scale});
   }
   Direction best;
   for (int step = 1; step < 20; ++step) {
@@ -109,6 +114,20 @@ double PlaneBand::coherence() const {
   const double by_chance = static_cast<double>(alike) / static_cast<double>(n * (n - 1));
   const double near = static_cast<double>(alike_near) / static_cast<double>(n * kNearest);
   return by_chance < 1 ? (near - by_chance) / (1 - by_chance) : 1;
+}
+
+double PlaneBand::periodicity() const {
+  const std::size_t n = std::min(displaced_.size(), kMaxDisplaced);
+  std::size_t close = 0, wide = 0;
+  if (n < kMinPeriodic) return 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double difference = std::abs(displaced_[i].left_length - displaced_[j].left_length);
+      close += difference <= kClose * plane_->threshold ? 1 : 0;
+      wide += difference <= kWide * plane_->threshold ? 1 : 0;
+    }
+  }
+  return wide > 0 ? static_cast<double>(close) / static_cast<double>(wide) : 0;
 }
 
 }  // namespace corrsel::core

@@ -61,7 +61,10 @@ constexpr char kPlaneFound[] = "a plane or a camera that only turns";
 constexpr char kSurroundings[] = "matches that agree with their surroundings";
 
 std::vector<Case> cases() {
-  const auto loose = [](Evidence& e) { e.homography_leftover = HomographyLeftover{false, true}; };
+  const auto loose = [](Evidence& e) {
+    e.homography_leftover = HomographyLeftover{false, true};
+    e.parallax = false;
+  };
   const auto noSpace = [](Evidence& e) { e.fundamental = FundamentalEvidence{}; };
   return {
       {"a plane", plane(), Model::kAuto, Answer::kHomography, SceneKind::kPlaneOrRotation, kPlaneFound},
@@ -81,6 +84,16 @@ std::vector<Case> cases() {
       {"loose matches, explained",
        with(with(space(), loose), [](Evidence& e) { e.fundamental->explains_loose = true; }), Model::kAuto,
        Answer::kFundamental, SceneKind::kRigid, "epipolar geometry of a rigid scene"},
+      {"loose matches, parallax explains them",
+       with(with(space(), loose), [](Evidence& e) { e.parallax = true; }), Model::kAuto, Answer::kFundamental,
+       SceneKind::kRigid, "epipolar geometry of a rigid scene"},
+      {"parallax at rest",
+       with(with(space(), loose),
+            [](Evidence& e) {
+              e.parallax = true;
+              e.homography.displacement = 0.5;
+            }),
+       Model::kAuto, Answer::kHomography, SceneKind::kAtRest, "a plane; local matches are imprecise"},
       {"depth", space(), Model::kAuto, Answer::kFundamental, SceneKind::kRigid,
        "epipolar geometry of a rigid scene"},
       {"parallax",

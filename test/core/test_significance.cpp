@@ -90,7 +90,7 @@ TEST(SignificanceTest, CountsEveryPlaceOnce) {
   const Correspondences once = identityMatches(300, 20, 0.99F);
   Correspondences repeated = once;
   for (std::size_t i = 0; i < 20; ++i)  // another scale at nearly the same places
-    repeated.add({once.left_x[i] + 5, once.left_y[i] - 3}, {once.right_x[i] + 5, once.right_y[i] - 3});
+    repeated.add({once.left_x[i] + 4, once.left_y[i] - 2}, {once.right_x[i] + 4, once.right_y[i] - 2});
   EXPECT_EQ(ofIdentity(repeated).agreements, 20u);
   EXPECT_LE(ofIdentity(repeated).confidence, ofIdentity(once).confidence);
 }
