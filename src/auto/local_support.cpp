@@ -169,7 +169,8 @@ void LocalSupport::verifyBatch(const Correspondences& matches, bool frames, std:
       if (frames && frameMap(matches, i, map)) verify(i, map, nullptr, of_map);
       std::uint32_t found[kMaxPartners];
       const int count = partners(i, wanted, found);
-      for (int p = 0; p < count && best_[i] <= kSure * significant_support_; ++p) {
+      // The farthest one first: its map is the most precise.
+      for (int p = count - 1; p >= 0 && best_[i] <= kSure * significant_support_; --p) {
         const std::uint32_t j = found[p];
         verify(i,
                similarity(left_x_[j] - left_x_[i], left_y_[j] - left_y_[i], right_x_[j] - right_x_[i],

@@ -44,9 +44,10 @@ namespace corrsel::core {
 /// 40 matches. Maps of inliers are sure, and those of outliers hopeless, mostly after D/8.
 ///
 /// Hypotheses are made for the M = min(N, max(100, 10^6 / N)) best matches, without frames five for each of M
-/// = min(N, max(60, 8 * 10^5 / N)), but for no more once 200 have survived. The M / 4 best other matches
-/// outside of the extended local set are tried as well, so that small groups with a motion of their own are
-/// found; the matches that these predict join the local sets.
+/// = min(N, max(60, 8 * 10^5 / N)), but for no more once 200 have survived, or 64 if these are 30 % of those
+/// tried. Of the five, no more are tried once one is sure (S more than twice what makes a survivor). The M /
+/// 4 best other matches outside of the extended local set are tried as well, so that small groups with a
+/// motion of their own are found; the matches that these predict join the local sets.
 ///
 /// Survivors have S_i > ln(6 N T) + 4, where T is 1 with frames and 5 without: 6 tests per hypothesis, and an
 /// expected number of e^-4 survivors by chance. A match is in the local set if at least 5 of its 8 nearest
