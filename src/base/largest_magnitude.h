@@ -9,7 +9,7 @@ namespace corrsel::core {
 
 /// The largest magnitude in a column; 0 if it is empty. @pre no NaN
 inline float largestMagnitude(const std::vector<float>& column) {
-  // Several maxima, so that the comparisons do not wait for one another and the compiler uses vectors.
+  // Several maxima, so that the comparisons do not wait for one another.
   constexpr std::size_t kLanes = 16;
   float largest[kLanes] = {};
   const float* const values = column.data();

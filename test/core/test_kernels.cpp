@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "corrsel/random.h"
+#include "geometry/homography.h"
 #include "geometry/residual.h"
 #include "kernels/kernels.h"
 #include "test_support.h"
@@ -98,6 +99,27 @@ TEST_F(Kernels, ErrorsAndScoresAreTheSameAtEveryLevel) {
             }
           }
         }
+      }
+    }
+  }
+}
+
+TEST_F(Kernels, PixelErrorsAreThoseOfTheHomographyAtEveryLevel) {
+  const Scene plane = homographyScene({103, 0.5, 2.0, 5});
+  const cv::Matx33d in_front = plane.model, behind = plane.model * -1.0;
+  for (const cv::Matx33d& model : {in_front, behind}) {
+    for (const std::size_t begin : {0, 1, 100}) {
+      std::vector<double> expected;
+      for (std::size_t i = begin; i < plane.matches.size(); ++i) {
+        expected.push_back(homographyError(model, plane.matches.left_x[i], plane.matches.left_y[i],
+                                           plane.matches.right_x[i], plane.matches.right_y[i]));
+      }
+      for (const KernelLevel level : supportedKernelLevels()) {
+        setKernelLevel(level);
+        std::vector<double> errors(expected.size());
+        kernels().residuals.pixels(model.val, columns(plane.matches, plane.matches.size()), begin,
+                                   plane.matches.size(), errors.data());
+        EXPECT_EQ(errors, expected) << toString(level);
       }
     }
   }
