@@ -29,6 +29,9 @@ struct Comparison {
   std::vector<std::function<Verdict(const Measurements&)>> targets;
   ComparisonKind kind = ComparisonKind::kSelectors;
   cv::Size image_size = {};  ///< of photographs, px
+  /// Whether the yardstick is timed with the methods. Targets find its measurement behind theirs, the tables
+  /// do not show it.
+  bool with_yardstick = false;
 };
 
 /// @param all  the full grid of sizes and inlier ratios, otherwise the comparisons that have targets

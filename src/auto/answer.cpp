@@ -12,16 +12,16 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kPlaneHypotheses = 300;
-constexpr double kTwoTier = 2;      // local support allows this many times the error of F
-constexpr double kRoughScene = 20;  // times what chance gives: as many inliers of F without local support
-                                    // mean that depth jumps
+constexpr double kTwoTier = 2;     // local support allows this many times the error of F
+constexpr double kRoughScene = 5;  // times what chance gives: as many inliers of F without local support
+                                   // mean that depth jumps
 
 /// Writes the mask of what agrees with the fundamental matrix and its surroundings.
-void takeFundamentalInliers(const AutoOptions& options, AutoMemory& memory) {
+void takeFundamentalInliers(AutoMemory& memory) {
   const AutoMemory::Mask &local = memory.support.local(), &extended = memory.support.extended();
   const std::vector<double>& errors = memory.fundamental_errors;
   const std::size_t n = memory.size();
-  const double squared = options.fundamental_threshold * options.fundamental_threshold;
+  const double squared = memory.thresholds.fundamental * memory.thresholds.fundamental;
   memory.answer.assign(n, 0);
   memory.core.assign(n, 0);
   std::size_t unsupported = 0, inliers = 0;
@@ -32,9 +32,28 @@ void takeFundamentalInliers(const AutoOptions& options, AutoMemory& memory) {
     unsupported += inlier && extended[i] == 0 ? 1 : 0;
     inliers += inlier ? 1 : 0;
   }
-  const double chance = 2 * std::sqrt(2.0) * options.fundamental_threshold / std::sqrt(memory.support.area());
+  const double chance = 2 * std::sqrt(2.0) * memory.thresholds.fundamental / std::sqrt(memory.support.area());
   if (static_cast<double>(unsupported) < kRoughScene * chance * static_cast<double>(n - inliers))
     memory.plausibility.filter(memory.matches, memory.support.maps(), memory.core, memory.answer);
+}
+
+/// Adds the inliers of the homography to the mask of a rigid scene, if the plane is a part of it: half of the
+/// inliers must agree with the fundamental matrix. Two coordinates that agree with the plane are more
+/// evidence than one that agrees with an epipolar line, so the error of the latter may be larger.
+void addPlaneOfScene(AutoMemory& memory) {
+  const AutoMemory::Mask& inliers = memory.homography_inliers;
+  const std::vector<double>& errors = memory.fundamental_errors;
+  const double squared = memory.thresholds.fundamental * memory.thresholds.fundamental;
+  std::size_t on = 0, agreeing = 0;
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (inliers[i] == 0) continue;
+    ++on;
+    agreeing += errors[i] <= kTwoTier * kTwoTier * squared ? 1 : 0;
+  }
+  if (2 * agreeing < on) return;
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    if (inliers[i] != 0 && errors[i] <= memory.thresholds.homography * memory.thresholds.homography)
+      memory.answer[i] = 1;
 }
 
 /// Adds to the mask, which so far holds what agrees with the model, the planes of other motions and the
@@ -93,7 +112,8 @@ void writeAnswer(const Decision& decision, const Evidence& evidence, const AutoO
       break;
     case Answer::kFundamental:
     case Answer::kFundamentalAndMore:
-      takeFundamentalInliers(options, memory);
+      takeFundamentalInliers(memory);
+      if (isSignificant(evidence.homography.confidence)) addPlaneOfScene(memory);
       setModel(ModelKind::kFundamental, evidence.fundamental->model, evidence.fundamental->confidence,
                result);
   }

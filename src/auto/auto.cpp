@@ -19,14 +19,19 @@ void AutoOptions::visit(OptionVisitor& visitor) const {
                   {Model::kHomography, "homography", "Planes, or cameras that only turn"},
                   {Model::kFundamental, "fundamental", "Epipolar geometry of rigid scenes"}},
                  "Model to which the answer is restricted", &AutoOptions::model);
-  visitor.number({"threshold", 0.01, 1000, "px",
-                  "Inlier threshold of a homography: the smaller one of the transfer errors in both images"},
-                 &AutoOptions::threshold);
-  visitor.number({"fundamental_threshold", 0.01, 1000, "px",
-                  "Inlier threshold of a fundamental matrix: Sampson distance"},
-                 &AutoOptions::fundamental_threshold);
+  visitor.number(
+      {"threshold", 0, 1000, "px",
+       "Inlier threshold of a homography: the smaller one of the transfer errors in both images; 0 = "
+       "5 px, and more where the noise of the inliers is larger"},
+      &AutoOptions::threshold);
+  visitor.number(
+      {"fundamental_threshold", 0, 1000, "px",
+       "Inlier threshold of a fundamental matrix: Sampson distance; 0 = 1.5 px, and more where the "
+       "noise of the inliers is larger"},
+      &AutoOptions::fundamental_threshold);
   visitor.integer({"hard_search", 0, 10000000, "-",
-                   "Hypotheses that are drawn where nothing else has found a model; 0 = none"},
+                   "Hypotheses that are drawn where nothing else has found a model, more of them for few "
+                   "matches; 0 = none"},
                   &AutoOptions::hard_search);
   visitConfidence(visitor);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the samplers"}, &AutoOptions::seed);
@@ -73,15 +78,14 @@ void AutoSelector::run(const Correspondences& matches, Workspace& workspace, Sel
     return;
   }
   AutoMemory& memory = workspace.part<AutoMemory>();
-  Effort effort(options_.max_seconds, workspace);
-  memory.assign(matches, static_cast<std::uint64_t>(options_.seed));
+  Effort effort(options_.max_seconds, matches.size(), workspace);
+  memory.assign(matches, options_);
   Gathering gathering(options_, memory, effort);
-  if (gathering.start()) {
-    Decision decision = decide(gathering.evidence(), options_.model);
-    for (; decision.need != Need::kNone; decision = decide(gathering.evidence(), options_.model))
-      gathering.gather(decision.need);
-    writeAnswer(decision, gathering.evidence(), options_, memory, effort, result);
-  }
+  gathering.start();
+  Decision decision = decide(gathering.evidence(), options_.model);
+  for (; decision.need != Need::kNone; decision = decide(gathering.evidence(), options_.model))
+    gathering.gather(decision.need);
+  writeAnswer(decision, gathering.evidence(), options_, memory, effort, result);
   if (effort.timed_out) reportTimeLimit(effort, options_.max_seconds, result);
 }
 

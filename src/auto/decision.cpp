@@ -30,7 +30,7 @@ constexpr char kSurroundings[] = "matches that agree with their surroundings";
 // Local support: significant, more than the homography, any.
 constexpr Row kAnyModel[] = {
     {".ynnn .... ...", Answer::kHomography, SceneKind::kPlaneOrRotation, kPlane},
-    {".yny. ..n. ...", Answer::kHomography, SceneKind::kPlaneOrRotation,
+    {".ynyn ..n. ...", Answer::kHomography, SceneKind::kPlaneOrRotation,
      "a plane; local matches are imprecise"},
     {"..... .y.n ...", Answer::kFundamental, SceneKind::kRigid, "epipolar geometry of a rigid scene"},
     {"..... .y.y ...", Answer::kFundamentalAndMore, SceneKind::kSeveralMotions,
@@ -69,6 +69,8 @@ constexpr Need kNeeds[kConditions] = {Need::kNone,
 
 using Facts = std::array<std::optional<bool>, kConditions>;
 
+bool isAtRest(const Evidence& e) { return e.homography.displacement <= kMaxDisplacementAtRest; }
+
 /// The facts in the order of the conditions; those that are not known yet are empty.
 Facts factsOf(const Evidence& e) {
   Facts facts;
@@ -78,7 +80,7 @@ Facts factsOf(const Evidence& e) {
     facts[2] = e.homography_leftover->coherent;
     facts[3] = e.homography_leftover->loose;
   }
-  facts[4] = e.parallax;
+  facts[4] = isAtRest(e) ? std::optional(false) : e.parallax;
   if (e.fundamental) {
     facts[5] = e.fundamental->found;
     facts[6] = isSignificant(e.fundamental->confidence);
@@ -123,9 +125,7 @@ Decision decideBy(const Row (&rows)[N], const Evidence& evidence) {
     decision.status = row.status;
     decision.scene = row.scene;
     decision.message = row.message;
-    if (row.scene == SceneKind::kPlaneOrRotation &&
-        evidence.homography.displacement <= kMaxDisplacementAtRest)
-      decision.scene = SceneKind::kAtRest;
+    if (row.scene == SceneKind::kPlaneOrRotation && isAtRest(evidence)) decision.scene = SceneKind::kAtRest;
     break;
   }
   return decision;

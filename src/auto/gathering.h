@@ -17,8 +17,7 @@ class Gathering {
 
   /// Gathers what every decision needs: local support, and the best homography unless the answer is
   /// restricted to a fundamental matrix.
-  /// @return false if the time was over before the search for models could begin
-  bool start();
+  void start();
 
   void gather(Need need);
 
@@ -29,7 +28,12 @@ class Gathering {
   void findHomography();
   void addHomographyLeftover();
   void addParallax();
-  bool searchFundamental(cv::Matx33d& model);
+  bool searchFundamental(const AutoMemory::Rows& rows, int hypotheses, double confidence, cv::Matx33d& model);
+  bool searchBesideHomography(cv::Matx33d& model);
+  double shareOfLocal(const cv::Matx33d& model);
+  double shareOfOffPlane(const cv::Matx33d& model);
+  void searchFundamental();
+  void takeFundamental(const cv::Matx33d& model);
   void addFundamental();
   void addFundamentalLeftover();
 

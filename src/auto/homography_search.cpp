@@ -19,21 +19,27 @@ constexpr int kMaxSeeds = 60;           // that are grown
 constexpr int kMaxFruitlessSeeds = 3;   // in a row, after which a model with many inliers is kept
 constexpr double kWorthRefining = 0.7;  // gain of a candidate at the wide threshold, relative to the best
 constexpr std::size_t kBestSupported = 200;  // matches that join the first search
-constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 5000;
+constexpr int kFirstHypotheses = 2000, kSecondHypotheses = 2000;
 constexpr std::size_t kManyInliers = 40;  // which make the second search unnecessary, with
 constexpr double kShareOfLocal = 0.6;     // this share of the local set
 constexpr double kExplained = 0.9;        // share of the local set that makes all further search unnecessary
 
 }  // namespace
 
+int hardHypotheses(int option, std::size_t matches, double max_factor) {
+  constexpr double kMatches = 1500;
+  return static_cast<int>(option * std::clamp(kMatches / static_cast<double>(matches), 1.0, max_factor));
+}
+
 HomographySearch::HomographySearch(const AutoOptions& options, AutoMemory& memory, Effort& effort)
     : options_(options),
       memory_(memory),
       effort_(effort),
-      wide_(memory.normalized, Residual::kSymmetricTransfer, 2 * options.threshold * memory.normalized.scale,
-            true, &memory.distinct),
+      wide_(memory.normalized, Residual::kSymmetricTransfer,
+            2 * memory.thresholds.homography * memory.normalized.scale, true, &memory.distinct),
       narrow_(memory.normalized, Residual::kSymmetricTransfer,
-              std::sqrt(2.0) * options.threshold * memory.normalized.scale, true, &memory.distinct) {}
+              std::sqrt(2.0) * memory.thresholds.homography * memory.normalized.scale, true,
+              &memory.distinct) {}
 
 void HomographySearch::run() {
   memory_.homography_errors.resize(memory_.size());
@@ -53,7 +59,7 @@ void HomographySearch::run() {
   search(memory_.by_support, kSecondHypotheses);
   evaluate();
   if (isSignificant(confidence_) || options_.hard_search == 0 || effort_.timed_out) return;
-  search(memory_.best_first, options_.hard_search);
+  search(memory_.best_first, hardHypotheses(options_.hard_search, memory_.size(), 10));
   evaluate();
 }
 
@@ -102,7 +108,7 @@ void HomographySearch::search(const AutoMemory::Rows& order, int hypotheses) {
   const HomographyModel model;
   if (effort_.timed_out || order.size() < static_cast<std::size_t>(model.traits.sample_size)) return;
   SearchParameters parameters;
-  parameters.threshold = options_.threshold;
+  parameters.threshold = memory_.thresholds.homography;
   parameters.max_iterations = hypotheses;
   parameters.seed = static_cast<std::uint64_t>(options_.seed);
   addBest(core::search(memory_.normalized, {model, effort_.workspace.part<ProsacProposal>()}, parameters,
@@ -114,7 +120,7 @@ void HomographySearch::searchFrames() {
   const Correspondences& matches = memory_.matches;
   if (effort_.timed_out || matches.left_frame.empty() || matches.right_frame.empty()) return;
   SearchParameters parameters;
-  parameters.threshold = options_.threshold;
+  parameters.threshold = memory_.thresholds.homography;
   memory_.frames.read(matches, memory_.identity, &memory_.by_support);
   addBest(core::search(memory_.normalized, {HomographyModel(), memory_.frames}, parameters, nullptr,
                        effort_.deadline, effort_.workspace));
@@ -151,9 +157,7 @@ void HomographySearch::evaluate() {
   }
   model_ = memory_.normalized.homographyToPixels(best_.model);
   pixelErrors(Residual::kSmallerTransfer, model_, memory_.matches, errors.data());
-  const double squared = options_.threshold * options_.threshold;
-  for (std::size_t i = 0; i < errors.size(); ++i)
-    memory_.homography_inliers[i] = errors[i] <= squared ? 1 : 0;
+  selectWithin(errors, memory_.thresholds.homography, memory_.homography_inliers);
   confidence_ = memory_.significance.homography(model_, effort_.hypotheses).confidence;
 }
 
@@ -162,7 +166,8 @@ bool HomographySearch::explainsLocalSet() const {
   std::vector<double>& errors = memory_.homography_errors;
   const cv::Matx33d model = memory_.normalized.homographyToPixels(best_.model);
   pixelErrors(Residual::kSmallerTransfer, model, memory_.matches, errors.data());
-  const double squared = kNearHomography * kNearHomography * options_.threshold * options_.threshold;
+  const double squared =
+      kNearHomography * kNearHomography * memory_.thresholds.homography * memory_.thresholds.homography;
   std::size_t explained = 0;
   for (std::size_t i = 0; i < errors.size(); ++i)
     explained += memory_.support.local()[i] != 0 && errors[i] <= squared ? 1 : 0;

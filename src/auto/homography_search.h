@@ -12,6 +12,11 @@ namespace corrsel::core {
 /// A match is near the homography, and not left over by it, within this many times the threshold.
 inline constexpr double kNearHomography = 2;
 
+/// Hypotheses of a search where nothing else has found a model: as many as the option states, and more for
+/// fewer than 1500 matches, of which each takes less time.
+/// @param max_factor  times the option, at most
+int hardHypotheses(int option, std::size_t matches, double max_factor);
+
 /// Finds the homography that most matches agree with, where every point counts once.
 ///
 /// Algorithm: candidates come from cheap sources first, and the search ends as soon as the best one is good

@@ -5,7 +5,7 @@
 namespace corrsel::core {
 namespace {
 
-constexpr float kSamePlace = 4.0F;  // px
+constexpr double kSamePlace = 4;  // units of the image
 constexpr std::size_t kMinPlaces = 6;
 constexpr double kShareOfExplained = 0.04, kShareOfOthers = 0.02;
 
@@ -21,14 +21,14 @@ int Leftover::countOutside(const PlanarNeighbours& neighbours, const float* x, c
                            std::size_t member, const std::vector<std::uint8_t>& explained, int& seen) const {
   std::uint32_t list[kListed];
   const int found = neighbours.nearest(x[member], y[member], kListed, list);
-  const auto isNear = [](float ax, float ay, float bx, float by) {
-    return (ax - bx) * (ax - bx) + (ay - by) * (ay - by) <= kSamePlace * kSamePlace;
+  const auto isNear = [](float ax, float ay, float bx, float by, double unit) {
+    return (ax - bx) * (ax - bx) + (ay - by) * (ay - by) <= kSamePlace * kSamePlace * unit * unit;
   };
   int outside = 0, used = 0;
   for (int i = 0; i < found && used < kNearest; ++i) {
     const std::uint32_t other = list[i];
-    if (isNear(left_x_[member], left_y_[member], left_x_[other], left_y_[other]) &&
-        isNear(right_x_[member], right_y_[member], right_x_[other], right_y_[other])) {
+    if (isNear(left_x_[member], left_y_[member], left_x_[other], left_y_[other], units_.left) &&
+        isNear(right_x_[member], right_y_[member], right_x_[other], right_y_[other], units_.right)) {
       continue;
     }
     ++used;

@@ -6,6 +6,7 @@
 
 #include "corrsel/correspondences.h"
 #include "corrsel/neighbours.h"
+#include "points/length_unit.h"
 #include "points/occupied_cells.h"
 
 namespace corrsel::core {
@@ -19,9 +20,9 @@ namespace corrsel::core {
 ///
 /// Algorithm: the leftover of a model are the members of the local set outside the model. The coherent
 /// leftover are those of them for which more than half of the nearest matches, 8 in each image, among the
-/// local set and the matches that the model explains, are outside the model, too. Neighbours within 4 px in
-/// both images are the same match again and do not count. Matches are counted at distinct places
-/// (occupied_cells.h).
+/// local set and the matches that the model explains, are outside the model, too. Neighbours within 4 units
+/// (length_unit.h) in both images are the same match again and do not count. Matches are counted at distinct
+/// places (occupied_cells.h).
 ///
 /// A leftover of c places is sizable if c >= 6, c > 0.04 (c + m) and c > 0.02 (N - m), where the model
 /// explains m of the N matches. The last condition is there because chance and repeated structure make 0.3 to
@@ -31,7 +32,10 @@ namespace corrsel::core {
 class Leftover {
  public:
   /// @param matches  the memory must outlive the calls
-  void assign(const Correspondences& matches) { matches_ = &matches; }
+  void assign(const Correspondences& matches) {
+    matches_ = &matches;
+    units_ = LengthUnits::of(matches);
+  }
 
   /// Coherent leftover, in distinct places.
   /// @param local      per match: 1 = has local support
@@ -52,6 +56,7 @@ class Leftover {
                    const std::vector<std::uint8_t>& explained, int& seen) const;
 
   const Correspondences* matches_ = nullptr;
+  LengthUnits units_;
   std::vector<std::uint32_t> members_;
   std::vector<float> left_x_, left_y_, right_x_, right_y_;  // of the members
   std::vector<std::uint8_t> coherent_;

@@ -27,8 +27,11 @@ constexpr float kMinLeft = 8, kMinRight = 3, kMaxScale = 6;  // of two matches t
 
 /// The number of matches that hypotheses are made for: up to `max_hypotheses`, fewer where many survive.
 struct Budget {
-  static constexpr std::size_t kBatch = 128;      // matches verified before the survivors are counted again
+  static constexpr std::size_t kBatch = 64;       // matches verified before the survivors are counted again
   static constexpr std::size_t kSurvivors = 200;  // more hypotheses are not needed
+  // Where many of those verified survive, fewer are enough.
+  static constexpr std::size_t kSurvivorsWhereEasy = 64;
+  static constexpr double kEasy = 0.3;
   static constexpr double kApart = 0.25;  // of `max_hypotheses`: matches outside of the local set, afterwards
 
   std::size_t max_hypotheses;
@@ -39,7 +42,9 @@ struct Budget {
 
   /// The end of the batch that begins with match `start`; `start` itself where no more matches are verified.
   std::size_t batchEnd(std::size_t start, std::size_t survivors) const {
-    return survivors >= kSurvivors ? start : std::min(max_hypotheses, start + kBatch);
+    const bool easy = survivors >= kSurvivorsWhereEasy &&
+                      static_cast<double>(survivors) >= kEasy * static_cast<double>(start);
+    return easy || survivors >= kSurvivors ? start : std::min(max_hypotheses, start + kBatch);
   }
 };
 
@@ -102,8 +107,8 @@ float squaredLength(float x, float y) { return x * x + y * y; }
 
 }  // namespace
 
-void LocalSupport::compute(const Correspondences& matches, const std::vector<std::uint32_t>& order,
-                           int threads) {
+bool LocalSupport::compute(const Correspondences& matches, const std::vector<std::uint32_t>& order,
+                           int threads, const Deadline& deadline) {
   n_ = order.size();
   row_ = order;
   support_.assign(n_, 0);
@@ -113,7 +118,7 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   extended_.assign(n_, 0);
   survivors_.clear();
   local_size_ = 0;
-  if (n_ == 0) return;
+  if (n_ == 0) return true;
   layOut(matches);
 
   const bool frames = !matches.left_frame.empty() && !matches.right_frame.empty();
@@ -126,14 +131,18 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   candidates_.resize(budget.max_hypotheses);
   std::iota(candidates_.begin(), candidates_.end(), 0U);
   std::size_t verified = 0;
-  for (std::size_t end = 0; (end = budget.batchEnd(verified, members_.size())) > verified; verified = end)
+  bool cut = false;
+  for (std::size_t end = 0; !cut && (end = budget.batchEnd(verified, members_.size())) > verified;
+       verified = end) {
     verifyBatch(matches, frames, verified, end, threads);
+    cut = deadline.passed();
+  }
   extendLocalSets();
   // Small groups that move by themselves have few of the best matches, or none. They stand out among those
   // that the survivors do not predict.
   const auto apart = static_cast<std::size_t>(Budget::kApart * static_cast<double>(budget.max_hypotheses));
   candidates_.clear();
-  for (std::size_t i = verified; i < n_ && candidates_.size() < apart; ++i) {
+  for (std::size_t i = verified; !cut && i < n_ && candidates_.size() < apart; ++i) {
     if (extended_[row_[i]] == 0) candidates_.push_back(static_cast<std::uint32_t>(i));
   }
   const std::size_t before = members_.size();
@@ -145,6 +154,7 @@ void LocalSupport::compute(const Correspondences& matches, const std::vector<std
   });
   for (const std::uint32_t i : members_) survivors_.push_back(row_[i]);
   local_size_ = static_cast<std::size_t>(std::count(local_.begin(), local_.end(), 1));
+  return !cut;
 }
 
 void LocalSupport::verifyBatch(const Correspondences& matches, bool frames, std::size_t first,
@@ -157,10 +167,9 @@ void LocalSupport::verifyBatch(const Correspondences& matches, bool frames, std:
       Place of_map;
       LinearMap map;
       if (frames && frameMap(matches, i, map)) verify(i, map, nullptr, of_map);
-      if (best_[i] > kSure * significant_support_) continue;
       std::uint32_t found[kMaxPartners];
       const int count = partners(i, wanted, found);
-      for (int p = 0; p < count; ++p) {
+      for (int p = 0; p < count && best_[i] <= kSure * significant_support_; ++p) {
         const std::uint32_t j = found[p];
         verify(i,
                similarity(left_x_[j] - left_x_[i], left_y_[j] - left_y_[i], right_x_[j] - right_x_[i],
@@ -275,6 +284,17 @@ void LocalSupport::sortPool(std::size_t verified) {
   for (std::size_t i = 0; i < pool_.size(); ++i)
     pool_[i] = {sortKey(left_x_[i]), static_cast<std::uint32_t>(i)};
   radixSort(pool_, scratch_);
+  pool_left_x_.resize(pool_.size());
+  pool_left_y_.resize(pool_.size());
+  pool_right_x_.resize(pool_.size());
+  pool_right_y_.resize(pool_.size());
+  for (std::size_t i = 0; i < pool_.size(); ++i) {
+    const std::uint32_t rank = pool_[i].row;
+    pool_left_x_[i] = left_x_[rank];
+    pool_left_y_[i] = left_y_[rank];
+    pool_right_x_[i] = right_x_[rank];
+    pool_right_y_[i] = right_y_[rank];
+  }
 }
 
 int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) const {
@@ -282,15 +302,17 @@ int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) con
   int found = 0;
   const float x = left_x_[rank], y = left_y_[rank], u = right_x_[rank], v = right_y_[rank];
   /// @return false where no match further along x can be nearer than those found
-  const auto visit = [&](std::uint32_t j) {
-    const float dx = left_x_[j] - x, dy = left_y_[j] - y;
+  const auto visit = [&](std::size_t slot) {
+    const float dx = pool_left_x_[slot] - x, dy = pool_left_y_[slot] - y;
     if (found == wanted && dx * dx > distances[found - 1]) return false;
     const float left = dx * dx + dy * dy;
+    if (left < kMinLeft * kMinLeft || (found == wanted && left > distances[found - 1])) return true;
+    const std::uint32_t j = pool_[slot].row;
     const auto isNearer = [&](int place) {
       return left < distances[place] || (left == distances[place] && j < out[place]);
     };
-    if (left < kMinLeft * kMinLeft || (found == wanted && !isNearer(found - 1))) return true;
-    const float vx = right_x_[j] - u, vy = right_y_[j] - v;
+    if (found == wanted && !isNearer(found - 1)) return true;
+    const float vx = pool_right_x_[slot] - u, vy = pool_right_y_[slot] - v;
     const float right = vx * vx + vy * vy;
     if (right < kMinRight * kMinRight || right > kMaxScale * kMaxScale * left ||
         left > kMaxScale * kMaxScale * right) {
@@ -310,8 +332,8 @@ int LocalSupport::partners(std::size_t rank, int wanted, std::uint32_t* out) con
   const auto start = static_cast<std::size_t>(place - pool_.begin());
   bool before = true, behind = true;
   for (std::size_t step = 0; before || behind; ++step) {
-    before = before && step < start && visit(pool_[start - 1 - step].row);
-    behind = behind && start + step < pool_.size() && visit(pool_[start + step].row);
+    before = before && step < start && visit(start - 1 - step);
+    behind = behind && start + step < pool_.size() && visit(start + step);
   }
   return found;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/coordinate_order.h"
+#include "base/deadline.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/neighbours.h"
 #include "geometry/frame_map.h"
@@ -75,8 +76,11 @@ class LocalSupport {
  public:
   /// @param order    every row of `matches` once, best first; ties must not depend on the order of the input
   /// @param threads  that may be used, the caller's included; the results are the same for any number
+  /// @param deadline after which no more hypotheses are verified
+  /// @return false if the deadline has cut the work
   /// @pre all coordinates are finite
-  void compute(const Correspondences& matches, const std::vector<std::uint32_t>& order, int threads = 1);
+  bool compute(const Correspondences& matches, const std::vector<std::uint32_t>& order, int threads = 1,
+               const Deadline& deadline = Deadline(0));
 
   /// S per row of the input; 0 where a match has no hypothesis or no support beyond chance.
   const std::vector<float>& support() const { return support_; }
@@ -158,9 +162,10 @@ class LocalSupport {
   std::vector<std::int32_t> weight_;                        // by rank
   PointCells left_cells_, right_cells_;
   Columns by_left_, by_right_;
-  std::vector<float> best_;                // S by rank
-  std::vector<LinearMap> best_map_;        // by rank
-  std::vector<KeyedRow> pool_;             // matches that may be partners, by left x
+  std::vector<float> best_;          // S by rank
+  std::vector<LinearMap> best_map_;  // by rank
+  std::vector<KeyedRow> pool_;       // matches that may be partners, by left x
+  std::vector<float> pool_left_x_, pool_left_y_, pool_right_x_, pool_right_y_;  // in this order
   std::vector<std::uint32_t> candidates_;  // ranks that hypotheses are made for
   std::vector<std::uint32_t> members_, near_;
   std::vector<KeyedRow> scratch_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -7,6 +8,7 @@
 #include "auto/local_support.h"
 #include "auto/parallax.h"
 #include "auto/plausibility.h"
+#include "auto/thresholds.h"
 #include "base/deadline.h"
 #include "corrsel/correspondences.h"
 #include "geometry/normalization.h"
@@ -27,15 +29,17 @@ struct AutoMemory {
   using Mask = std::vector<std::uint8_t>;
 
   /// Takes the matches of a call, in a random order that is independent of the order of the input.
-  void assign(const Correspondences& input, std::uint64_t seed);
+  void assign(const Correspondences& input, const AutoOptions& options);
 
   std::size_t size() const { return rows.size(); }
 
+  Thresholds thresholds;
   Ordering ordering;
   Rows rows;                // of the input, in random order: the order of everything below
   Correspondences matches;  // in this order
   NormalizedMatches normalized;
   Rows identity, best_first;  // all matches in this order, and by quality
+  bool ranked = false;        // whether the quality is known
   Rows by_support;            // all matches by falling local support, then by quality
   DistinctSupport distinct;
   LocalSupport support;
@@ -69,15 +73,22 @@ struct AutoMemory {
 
 /// What the searches of a call may use, and what they have cost so far.
 struct Effort {
-  Effort(double max_seconds, Workspace& workspace_of_call)
-      : deadline(max_seconds), workspace(workspace_of_call) {}
+  /// Some of the time is kept for the answer, which takes longer for more matches, and local support gets
+  /// half of the rest, so that some time remains for the search.
+  Effort(double max_seconds, std::size_t matches, Workspace& workspace_of_call)
+      : deadline(max_seconds), support_deadline(max_seconds), workspace(workspace_of_call) {
+    constexpr double kSecondsPerMatch = 2e-7, kMaxShare = 0.3, kSupportShare = 0.5;
+    const double answer = std::min(kMaxShare * max_seconds, kSecondsPerMatch * static_cast<double>(matches));
+    deadline.reserve(answer);
+    support_deadline.reserve(answer + kSupportShare * (max_seconds - answer));
+  }
 
   void add(const SearchOutcome& outcome) {
     hypotheses += static_cast<std::uint64_t>(outcome.iterations);
     timed_out = timed_out || outcome.timed_out;
   }
 
-  const Deadline deadline;
+  Deadline deadline, support_deadline;
   Workspace& workspace;
   std::uint64_t hypotheses = 0;
   bool timed_out = false;

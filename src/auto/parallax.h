@@ -4,57 +4,68 @@
 #include <opencv2/core/matx.hpp>
 #include <vector>
 
-#include "corrsel/correspondences.h"
+#include "auto/plane_band.h"
 #include "geometry/normalization.h"
 #include "points/occupied_cells.h"
-#include "search/significance.h"
+#include "search/verifier.h"
 
 namespace corrsel::core {
 
 /// Tests whether the matches off a plane show the parallax of a rigid scene.
 ///
-/// Idea: where the depth jumps from point to point, hardly any match has local support, and a plane leaves
-/// nothing coherent over. But a plane and two matches off it determine the epipolar geometry, and many other
-/// matches off the plane then agree with it.
+/// Algorithm: Pairs of matches near the plane (plane_band.h), and then pairs of good matches that are farther
+/// than 3 times the threshold from the plane, give fundamental matrices (improveByParallax()). The best one
+/// of each kind is refined on all matches. There is parallax if chance explains what agrees with one of them
+/// as little as a significant fundamental matrix, where half of the matches on the plane must agree with it,
+/// too. The evidence, in decades, is the sum of
+///  - the log likelihood ratio of the directions in the band, for a tolerance of two thirds of the threshold,
+///  - -log10 P(Bin(n - 2, p) >= k - 2), where k of the n matches far from the plane agree, at distinct
+///  places,
+///    and p is the share of re-paired matches that agree, or 2 sqrt(2) t / sqrt(area) if this is larger,
+///  - and -log10(24 * 10^4), the number of tests that SignificanceTest counts for a fundamental matrix.
 ///
-/// Algorithm: pairs among the good matches that are farther than 15 px from the plane give fundamental
-/// matrices (improveByParallax()), and the best one is refined on all matches. Of all matches farther than
-/// 15 px from the plane, those are counted that agree with it, at distinct places (occupied_cells.h). There
-/// is parallax if half of the matches on the plane agree with it, too, and if the count
-///  - is at least 40 times the one expected by chance, and half the number of matches on the plane, or
-///  - is significant among the matches off the plane (significance.h), and 1.25 times the number on the
-///  plane.
-/// Repeated structure makes 4 to 12 times as many matches agree as chance does, and some of it is
-/// significant, but it does not outnumber a plane. The share of matches that agree by chance is 2 sqrt(2) t /
-/// sqrt(area) for a threshold t.
+/// Descriptors confuse repeated structure, which makes up to 6 % of the matches off a plane agree. Where
+/// descriptors are known, each part of the evidence therefore counts only under a condition:
+///  - The displacements in the band are coherent (0.3), or two thirds of it agree. Where depth jumps from
+///    point to point, neighbours are not alike. The agreeing ones are a hundredth of the matches on the
+///    plane. Less is an object, not the scene.
+///  - Those far from the plane are half as many as the matches on it, and a tenth of all that are far,
+///  or 1.25
+///    times as many as those on the plane, and 8 times as many as chance gives.
 ///
-/// Cost: that of improveByParallax() with 300 pairs, and O(N); memory is kept between calls.
+/// Cost: O(N) and that of at most 600 pairs; memory is kept between calls.
+///
+/// Source: plane and parallax: Chum, Werner and Matas, CVPR 2005. The test is this package's own.
 class ParallaxTest {
  public:
-  struct Thresholds {
-    double homography, fundamental;  // px
-  };
-
-  /// @param pixels      the matches, in random order
-  /// @param matches     the same, normalised
-  /// @param best_first  positions in `matches`, best first; pairs come from the best max(100, N / 8)
-  /// @param plane       its homography, normalised like the matches
-  /// @param errors      squared errors of all matches under the plane, px^2
-  /// @param area        of the right image, px^2
-  /// @param fundamental receives the matrix, px
+  /// @param area         of the right image, px^2
+  /// @param threshold    of the fundamental matrix, px
+  /// @param fundamental  receives the matrix, px, where there is parallax
   /// @return whether there is parallax
-  bool find(const Correspondences& pixels, const NormalizedMatches& matches,
-            const std::vector<std::uint32_t>& best_first, const cv::Matx33d& plane,
-            const std::vector<double>& errors, double area, const Thresholds& thresholds, std::uint64_t seed,
+  bool find(const PlaneOfMatches& plane, double area, double threshold, std::uint64_t seed,
             cv::Matx33d& fundamental);
 
  private:
-  std::vector<std::uint32_t> off_plane_;
+  struct Counts {
+    double off = 0, agreeing_off = 0;  // matches; distinct places
+    double on = 0, agreeing_on = 0;    // distinct places
+  };
+
+  bool test(const PlaneOfMatches& plane, const Verifier& verifier, double threshold, Candidate& candidate);
+  double nearEvidence(const PlaneOfMatches& plane, const cv::Matx33d& fundamental, double threshold,
+                      double on);
+  double farEvidence(const PlaneOfMatches& plane, const Verifier& verifier, const cv::Matx33d& fundamental,
+                     const Counts& counts);
+  Counts count(const PlaneOfMatches& plane, const Verifier& verifier, const cv::Matx33d& fundamental);
+  void gatherPool(const NormalizedMatches& matches, const std::vector<std::uint32_t>& pool);
+
+  PlaneBand band_;
+  NormalizedMatches pool_;
+  double uniform_chance_ = 0;
+  std::vector<std::uint32_t> positions_, good_off_, off_;
   std::vector<float> errors_;
   std::vector<std::uint8_t> off_agreeing_, on_, on_agreeing_;
   OccupiedCells cells_;
-  std::vector<std::uint32_t> far_;
-  SignificanceTest significance_;
 };
 
 }  // namespace corrsel::core

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "points/length_unit.h"
+
 namespace corrsel::core {
 namespace {
 
 constexpr int kNearest = 8, kEnough = 2;
-constexpr float kTolerance = 10.0F, kRelativeTolerance = 0.6F;  // px, -
+constexpr float kTolerance = 10.0F, kRelativeTolerance = 0.6F;  // units of the image, -
 
 }  // namespace
 
@@ -17,6 +19,7 @@ void Plausibility::filter(const Correspondences& matches, const std::vector<Line
     if (core[i] != 0) members_.push_back(i);
   if (members_.size() < kEnough) return;
   neighbours_.build(matches.left_x.data(), matches.left_y.data(), members_.size(), kNearest, members_.data());
+  const auto tolerance = kTolerance * static_cast<float>(LengthUnits::of(matches).right);
   std::uint32_t list[kNearest];
   for (std::uint32_t j = 0; j < matches.size(); ++j) {
     if (mask[j] == 0 || core[j] != 0) continue;
@@ -30,7 +33,7 @@ void Plausibility::filter(const Correspondences& matches, const std::vector<Line
       const float ex = matches.right_x[j] - matches.right_x[i] - ux;
       const float ey = matches.right_y[j] - matches.right_y[i] - uy;
       const float squared_tolerance =
-          std::max(kTolerance * kTolerance, kRelativeTolerance * kRelativeTolerance * (ux * ux + uy * uy));
+          std::max(tolerance * tolerance, kRelativeTolerance * kRelativeTolerance * (ux * ux + uy * uy));
       votes += ex * ex + ey * ey <= squared_tolerance ? 1 : 0;
     }
     if (votes < kEnough) mask[j] = 0;

@@ -16,8 +16,8 @@ namespace corrsel::core {
 /// line, anywhere along it. The local maps of inliers nearby tell roughly where on the line it belongs.
 ///
 /// Algorithm: a match outside the core stays if at least 2 of its 8 nearest core matches in the left image
-/// predict its right point within max(10 px, 0.6 |A dx|), where A is the linear part of the local map of the
-/// core match and dx the displacement from it.
+/// predict its right point within max(10 units (length_unit.h), 0.6 |A dx|), where A is the linear part of
+/// the local map of the core match and dx the displacement from it.
 ///
 /// Cost: O(N) time, memory is kept between calls.
 class Plausibility {

@@ -19,19 +19,30 @@ int compareOptional(const std::vector<float>& column, std::uint32_t a, std::uint
 }  // namespace
 
 void radixSort(std::vector<KeyedRow>& rows, std::vector<KeyedRow>& scratch) {
-  constexpr unsigned kBits = 11, kRounds = 3;
-  constexpr std::uint32_t kBuckets = 1U << kBits;
-  std::array<std::array<std::uint32_t, kBuckets>, kRounds> starts{};
-  const auto digit = [](std::uint32_t key, unsigned round) {
-    return key >> (round * kBits) & (kBuckets - 1);
+  constexpr unsigned kMaxBits = 11, kRounds = 3;
+  if (rows.empty()) return;
+  std::uint32_t lowest = rows.front().key, highest = lowest;
+  for (const KeyedRow& row : rows) {
+    lowest = std::min(lowest, row.key);
+    highest = std::max(highest, row.key);
+  }
+  // Only the bits in which the keys differ are sorted. Few buckets stay in the cache.
+  unsigned bits = 1;
+  while (bits < kMaxBits && (highest - lowest) >> (kRounds * bits) != 0) ++bits;
+  const std::uint32_t buckets = 1U << bits;
+  const auto digit = [lowest, bits, buckets](std::uint32_t key, unsigned round) {
+    return (key - lowest) >> (round * bits) & (buckets - 1);
   };
+  std::array<std::array<std::uint32_t, 1U << kMaxBits>, kRounds> starts;
+  for (auto& of_round : starts) std::fill_n(of_round.begin(), buckets, 0U);
   for (const KeyedRow& row : rows) {
     for (unsigned round = 0; round < kRounds; ++round) ++starts[round][digit(row.key, round)];
   }
   scratch.resize(rows.size());
   for (unsigned round = 0; round < kRounds; ++round) {
     std::uint32_t total = 0;
-    for (std::uint32_t& start : starts[round]) total += std::exchange(start, total);
+    for (std::uint32_t bucket = 0; bucket < buckets; ++bucket)
+      total += std::exchange(starts[round][bucket], total);
     for (const KeyedRow& row : rows) scratch[starts[round][digit(row.key, round)]++] = row;
     rows.swap(scratch);
   }
@@ -64,12 +75,12 @@ void sortByCoordinates(const Correspondences& matches, std::vector<KeyedRow>& ro
     if (order == 0) order = compareOptional(matches.second_distance, a.row, b.row);
     return order != 0 ? order < 0 : a.row < b.row;
   };
-  for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
+  for (std::size_t end = 1; end < n; ++end) {
+    if (rows[end].key != rows[end - 1].key) continue;
+    const std::size_t begin = end - 1;
     while (end < n && rows[end].key == rows[begin].key) ++end;
-    if (end - begin > 1) {
-      std::sort(rows.begin() + static_cast<std::ptrdiff_t>(begin),
-                rows.begin() + static_cast<std::ptrdiff_t>(end), less);
-    }
+    std::sort(rows.begin() + static_cast<std::ptrdiff_t>(begin),
+              rows.begin() + static_cast<std::ptrdiff_t>(end), less);
   }
 }
 

@@ -6,29 +6,10 @@
 #include <limits>
 #include <numeric>
 
+#include "base/gather.h"
+#include "base/largest_magnitude.h"
+
 namespace corrsel::core {
-namespace {
-
-/// Gathers a column. @return its largest magnitude
-float gather(const std::vector<float>& column, const std::vector<std::uint32_t>& rows,
-             std::vector<float>& out) {
-  const std::size_t n = rows.size();
-  out.resize(n);
-  for (std::size_t i = 0; i < n; ++i) out[i] = column[rows[i]];
-  // Compared as integers, which gives the same order faster.
-  std::int32_t max_bits = 0;
-  for (const float value : out) {
-    const float magnitude = std::abs(value);
-    std::int32_t bits = 0;
-    std::memcpy(&bits, &magnitude, sizeof bits);
-    max_bits = std::max(max_bits, bits);
-  }
-  float largest = 0;
-  std::memcpy(&largest, &max_bits, sizeof largest);
-  return largest;
-}
-
-}  // namespace
 
 void normalizeMatches(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
                       NormalizedMatches& result) {
@@ -36,7 +17,10 @@ void normalizeMatches(const Correspondences& matches, const std::vector<std::uin
   const std::vector<float>* const from[4] = {&matches.left_x, &matches.left_y, &matches.right_x,
                                              &matches.right_y};
   double largest = 0;
-  for (int c = 0; c < 4; ++c) largest = std::max<double>(largest, gather(*from[c], rows, *columns[c]));
+  for (int c = 0; c < 4; ++c) {
+    gather(*from[c], rows, *columns[c]);
+    largest = std::max<double>(largest, largestMagnitude(*columns[c]));
+  }
   const std::size_t n = rows.size();
   double mean[4] = {0, 0, 0, 0}, spread = 0;
   // The four columns are summed together, so that the additions do not wait for one another.

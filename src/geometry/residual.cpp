@@ -40,30 +40,31 @@ void modelErrors(Residual residual, const cv::Matx33d& model, const NormalizedMa
 }
 
 void pixelErrors(Residual residual, const cv::Matx33d& model, const Correspondences& m, double* out) {
+  const std::size_t n = m.size();
   const float *const x = m.left_x.data(), *const y = m.left_y.data();
   const float *const u = m.right_x.data(), *const v = m.right_y.data();
-  const std::size_t n = m.size();
-  // `out` cannot point into these copies, so the compiler can vectorise the loops.
-  const cv::Matx33d forward = model, backward = inverseHomography(model);
-  switch (residual) {
-    case Residual::kTransfer:
-      for (std::size_t i = 0; i < n; ++i) out[i] = homographyError(forward, x[i], y[i], u[i], v[i]);
-      break;
-    case Residual::kSymmetricTransfer:
-      for (std::size_t i = 0; i < n; ++i) out[i] = homographyError(forward, x[i], y[i], u[i], v[i]);
-      for (std::size_t i = 0; i < n; ++i) out[i] += homographyError(backward, u[i], v[i], x[i], y[i]);
-      break;
-    case Residual::kSmallerTransfer:
-      for (std::size_t i = 0; i < n; ++i) out[i] = homographyError(forward, x[i], y[i], u[i], v[i]);
-      for (std::size_t i = 0; i < n; ++i) {
-        const double back = homographyError(backward, u[i], v[i], x[i], y[i]);
-        const bool exists = std::isfinite(out[i]) && std::isfinite(back);
-        out[i] = exists ? std::min(out[i], back) : std::numeric_limits<double>::infinity();
+  if (residual == Residual::kSampson) {
+    for (std::size_t i = 0; i < n; ++i) out[i] = sampsonError(model, x[i], y[i], u[i], v[i]);
+    return;
+  }
+  const auto errors = kernels().residuals.pixels;
+  errors(model.val, {x, y, u, v, n}, 0, n, out);
+  if (residual == Residual::kTransfer) return;
+  const cv::Matx33d inverse = inverseHomography(model);
+  constexpr std::size_t kBlock = 256;
+  double backward[kBlock];
+  for (std::size_t begin = 0; begin < n; begin += kBlock) {
+    const std::size_t count = std::min(kBlock, n - begin);
+    double* const error = out + begin;
+    errors(inverse.val, {u, v, x, y, n}, begin, begin + count, backward);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (residual == Residual::kSymmetricTransfer) {
+        error[i] += backward[i];
+      } else {
+        const bool exists = std::isfinite(error[i]) && std::isfinite(backward[i]);
+        error[i] = exists ? std::min(error[i], backward[i]) : std::numeric_limits<double>::infinity();
       }
-      break;
-    case Residual::kSampson:
-      for (std::size_t i = 0; i < n; ++i) out[i] = sampsonError(forward, x[i], y[i], u[i], v[i]);
-      break;
+    }
   }
 }
 

@@ -44,71 +44,127 @@ inline void products(const FloatV (&p)[3], FloatV (&out)[6]) {
   }
 }
 
-struct TransferTerms {
-  static constexpr int kCount = static_cast<int>(kHomographySums);
+// Terms of the sums of a model: what is computed of a match once (kValues), and the sums in groups that fit
+// into the registers of a processor, each with the number of its first sum.
 
-  static inline void add(const ResidualModel& model, IntV inlier, FloatV x, FloatV y, FloatV u, FloatV v,
-                         FloatV (&sums)[kCount][kParts], int part) {
+struct TransferTerms {
+  static constexpr int kCount = static_cast<int>(kHomographySums), kValues = 9, kGroups = 3;
+  static constexpr int kBegins[kGroups + 1] = {0, 12, 24, kCount};
+
+  static inline void prepare(const ResidualModel& model, IntV inlier, FloatV x, FloatV y, FloatV u, FloatV v,
+                             FloatV (&values)[kValues]) {
     const float(&h)[9] = model.forward;
     const FloatV inverse = 1.0F / (h[6] * x + h[7] * y + h[8]);
     const FloatV px = (h[0] * x + h[1] * y + h[2]) * inverse, py = (h[3] * x + h[4] * y + h[5]) * inverse;
-    const FloatV a[3] = {keep(inlier, x * inverse), keep(inlier, y * inverse), keep(inlier, inverse)};
     const FloatV hx = keep(inlier, px), hy = keep(inlier, py);
     const FloatV dx = keep(inlier, u - px), dy = keep(inlier, v - py);
-    const FloatV squared = hx * hx + hy * hy, turned = hx * dx + hy * dy;
-    FloatV aa[6];
-    products(a, aa);
-    for (int k = 0; k < 6; ++k) {
-      sums[k][part] += aa[k];
-      sums[6 + k][part] += hx * aa[k];
-      sums[12 + k][part] += hy * aa[k];
-      sums[18 + k][part] += squared * aa[k];
-    }
-    for (int k = 0; k < 3; ++k) {
-      sums[24 + k][part] += dx * a[k];
-      sums[27 + k][part] += dy * a[k];
-      sums[30 + k][part] += turned * a[k];
+    values[0] = keep(inlier, x * inverse);
+    values[1] = keep(inlier, y * inverse);
+    values[2] = keep(inlier, inverse);
+    values[3] = hx;
+    values[4] = hy;
+    values[5] = hx * hx + hy * hy;
+    values[6] = dx;
+    values[7] = dy;
+    values[8] = hx * dx + hy * dy;
+  }
+
+  template <int group>
+  static inline void add(const FloatV (&values)[kValues], FloatV* sums) {
+    const FloatV a[3] = {values[0], values[1], values[2]};
+    if constexpr (group == 2) {
+      for (int k = 0; k < 3; ++k) {
+        sums[k] += values[6] * a[k];
+        sums[3 + k] += values[7] * a[k];
+        sums[6 + k] += values[8] * a[k];
+      }
+    } else {
+      FloatV aa[6];
+      products(a, aa);
+      for (int k = 0; k < 6; ++k) {
+        sums[k] += group == 0 ? aa[k] : values[4] * aa[k];
+        sums[6 + k] += values[group == 0 ? 3 : 5] * aa[k];
+      }
     }
   }
 };
 
 struct SampsonTerms {
-  static constexpr int kCount = static_cast<int>(kFundamentalSums);
+  static constexpr int kCount = static_cast<int>(kFundamentalSums), kValues = 5, kGroups = 3;
+  static constexpr int kBegins[kGroups + 1] = {0, 12, 24, kCount};
 
-  static inline void add(const ResidualModel& model, IntV inlier, FloatV x, FloatV y, FloatV u, FloatV v,
-                         FloatV (&sums)[kCount][kParts], int part) {
+  static inline void prepare(const ResidualModel& model, IntV inlier, FloatV x, FloatV y, FloatV u, FloatV v,
+                             FloatV (&values)[kValues]) {
     const float(&f)[9] = model.forward;
     const FloatV a = f[0] * x + f[1] * y + f[2], b = f[3] * x + f[4] * y + f[5];
     const FloatV c = f[0] * u + f[3] * v + f[6], d = f[1] * u + f[4] * v + f[7];
-    const FloatV weight = keep(inlier, 1.0F / (a * a + b * b + c * c + d * d + __FLT_MIN__));
+    values[0] = keep(inlier, 1.0F / (a * a + b * b + c * c + d * d + __FLT_MIN__));
+    values[1] = keep(inlier, x);
+    values[2] = keep(inlier, y);
+    values[3] = keep(inlier, u);
+    values[4] = keep(inlier, v);
+  }
+
+  template <int group>
+  static inline void add(const FloatV (&values)[kValues], FloatV* sums) {
     const FloatV one = splat(1.0F);
-    const FloatV left[3] = {keep(inlier, x), keep(inlier, y), one};
-    const FloatV right[3] = {keep(inlier, u), keep(inlier, v), one};
+    const FloatV left[3] = {values[1], values[2], one}, right[3] = {values[3], values[4], one};
     FloatV ll[6], rr[6];
     products(left, ll);
     products(right, rr);
-    for (int i = 0; i < 6; ++i) {
-      const FloatV weighted = weight * rr[i];
-      for (int k = 0; k < 6; ++k) sums[6 * i + k][part] += weighted * ll[k];
+    for (int i = 0; i < 2; ++i) {
+      const FloatV weighted = values[0] * rr[2 * group + i];
+      for (int k = 0; k < 6; ++k) sums[6 * i + k] += weighted * ll[k];
     }
   }
 };
 
+/// Adds one group of sums of some vectors of matches.
+template <class Terms, int group>
+inline void addGroup(const FloatV (*values)[Terms::kValues], std::size_t vectors, FloatV (*sums)[kParts],
+                     int part) {
+  constexpr int kBegin = Terms::kBegins[group], kCount = Terms::kBegins[group + 1] - kBegin;
+  FloatV local[kCount];
+  for (int k = 0; k < kCount; ++k) local[k] = sums[kBegin + k][part];
+  for (std::size_t i = 0; i < vectors; ++i) Terms::template add<group>(values[i], local);
+  for (int k = 0; k < kCount; ++k) sums[kBegin + k][part] = local[k];
+}
+
+/// Writes what the sums need of up to kVectors rows of lanes, from match `begin` to `end`.
+/// @return the number of rows
+template <class R, class Terms, std::size_t kVectors>
+inline std::size_t prepareRows(const ResidualModel& model, const MatchColumns& m, std::size_t begin,
+                               std::size_t end, float squared_threshold,
+                               FloatV (&values)[kParts][kVectors][Terms::kValues]) {
+  std::size_t row = 0;
+  for (std::size_t i = begin; i < end && row < kVectors; i += kLanes, ++row) {
+    MatchLanes lanes;
+    loadLanes(m, i, lanes);
+    for (int p = 0; p < kParts; ++p) {
+      const Fraction<FloatV> error =
+          R::template error<FloatV>(model, lanes.x[p], lanes.y[p], lanes.u[p], lanes.v[p]);
+      const IntV inlier = error.below(squared_threshold);
+      Terms::prepare(model, inlier, lanes.x[p], lanes.y[p], lanes.u[p], lanes.v[p], values[p][row]);
+    }
+  }
+  return row;
+}
+
 template <class R, class Terms>
 void normalKernel(const ResidualModel& model, const MatchColumns& m, float squared_threshold, double* out) {
   constexpr std::size_t kBlock = 1024;  // then the single precision sums are added to double precision ones
+  constexpr std::size_t kStep = 256, kVectors = kStep / kLanes;  // matches whose values are kept at a time
   for (int k = 0; k < Terms::kCount; ++k) out[k] = 0;
   for (std::size_t begin = 0; begin < m.size; begin += kBlock) {
     FloatV sums[Terms::kCount][kParts] = {};
     const std::size_t end = begin + kBlock < m.size ? begin + kBlock : m.size;
-    for (std::size_t i = begin; i < end; i += kLanes) {
-      MatchLanes lanes;
-      loadLanes(m, i, lanes);
+    for (std::size_t step = begin; step < end; step += kStep) {
+      FloatV values[kParts][kVectors][Terms::kValues];
+      const std::size_t vectors = prepareRows<R, Terms>(model, m, step, end, squared_threshold, values);
       for (int p = 0; p < kParts; ++p) {
-        const Fraction<FloatV> error =
-            R::template error<FloatV>(model, lanes.x[p], lanes.y[p], lanes.u[p], lanes.v[p]);
-        const IntV inlier = error.below(squared_threshold);
-        Terms::add(model, inlier, lanes.x[p], lanes.y[p], lanes.u[p], lanes.v[p], sums, p);
+        addGroup<Terms, 0>(values[p], vectors, sums, p);
+        addGroup<Terms, 1>(values[p], vectors, sums, p);
+        addGroup<Terms, 2>(values[p], vectors, sums, p);
       }
     }
     for (int k = 0; k < Terms::kCount; ++k) {

@@ -77,6 +77,12 @@ struct ResidualKernels {
   /// Parts of the normal equations over the matches with error <= squared_threshold; which sums, see above.
   void (*normal[kResiduals])(const ResidualModel& model, const MatchColumns& matches, float squared_threshold,
                              double* sums);
+
+  /// Squared transfer errors of matches [begin, end) in double precision, written to out[0 .. end - begin).
+  /// +Inf where the third coordinate is not positive.
+  /// @param homography  3x3, row-major, from left to right
+  void (*pixels)(const double* homography, const MatchColumns& matches, std::size_t begin, std::size_t end,
+                 double* out);
 };
 
 }  // namespace corrsel::core

@@ -15,6 +15,7 @@
 #include "kernels/orientation_kernels.h"
 #include "kernels/pair_kernels.h"
 #include "kernels/patch_kernels.h"
+#include "kernels/pixel_kernels.h"
 #include "kernels/residual_kernels.h"
 #include "kernels/scale_space_kernels.h"
 #include "kernels/shrink_kernels.h"
@@ -33,7 +34,8 @@ constexpr Kernels kTable = {
      {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>,
       scoreKernel<SmallerTransfer>},
      {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
-      normalKernel<Sampson, SampsonTerms>, normalKernel<SmallerTransfer, TransferTerms>}},
+      normalKernel<Sampson, SampsonTerms>, normalKernel<SmallerTransfer, TransferTerms>},
+     pixelErrorsKernel},
     {factorKernel, gramKernel, fieldResidualsKernel, posteriorsKernel},
     {imageCellsKernel, countPairsKernel, verifyKernel<1>, verifyKernel<8>, voteKernel, countVotesKernel},
     {pointCellsKernel, anyNearestKernel, commonKernel},

@@ -12,7 +12,8 @@ namespace corrsel::core {
 /// Counts the distinct places of matches, because matches that repeat one another agree with a bad model
 /// all at once.
 ///
-/// Algorithm: the number of cells of 8 px that hold a match, the smaller one of both images.
+/// Algorithm: the number of cells of 8 units of the image (length_unit.h) that hold a match, the smaller one
+/// of both images.
 ///
 /// Cost: O(N) for a mask of N matches; memory is kept between calls.
 class OccupiedCells {
@@ -21,7 +22,7 @@ class OccupiedCells {
   std::size_t count(const Correspondences& matches, const std::vector<std::uint8_t>& mask);
 
  private:
-  std::size_t count(const std::vector<float>& x, const std::vector<float>& y,
+  std::size_t count(const std::vector<float>& x, const std::vector<float>& y, double unit,
                     const std::vector<std::uint8_t>& mask);
 
   std::vector<float> x_, y_;  // of the matches to count

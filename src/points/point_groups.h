@@ -33,6 +33,12 @@ class PointGroups {
   template <bool exact>
   void numberCells(const std::vector<float>& x, const std::vector<float>& y, float inverse_cell, float shift);
 
+  template <bool exact, class Slot>
+  void numberWith(const std::vector<float>& x, const std::vector<float>& y, float inverse_cell, float shift,
+                  std::vector<Slot>& table);
+
+  // The table of few points is half as large, so that a cache holds it.
+  std::vector<std::uint16_t> short_slots_;
   std::vector<std::uint32_t> slots_;
   std::vector<std::uint64_t> keys_;
 };

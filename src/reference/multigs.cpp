@@ -11,7 +11,7 @@ ProposalTraits multigsTraits() {
   ProposalTraits traits{"Multi-GS"};
   traits.crowded = traits.slow = true;
   // Each of them takes O(N).
-  traits.ordered_iterations = traits.unordered_iterations = 5000;
+  traits.iterations = 5000;
   return traits;
 }
 

@@ -12,10 +12,12 @@ ModelTraits fundamentalTraits() {
   ModelTraits traits;
   traits.kind = ModelKind::kFundamental;
   traits.sample_size = 7;
+  traits.iterations = 40000;
   traits.maps_points = false;
   traits.residual = traits.mask_residual = Residual::kSampson;
   traits.search_width = traits.final_width = 1;
   traits.sprt = {0, 0.05, 2500, 2.38};
+  traits.tests_impure_samples = true;
   // The best matches of a scene with several motions may all lie on one, or in one corner, which determines
   // the epipolar geometry poorly. The prefix that ends the search must therefore hold half of all matches,
   // and PROSAC is followed by samples from all of them.

@@ -10,6 +10,7 @@ ModelTraits traitsOf(Residual residual) {
   ModelTraits traits;
   traits.kind = ModelKind::kHomography;
   traits.sample_size = 4;
+  traits.iterations = 60000;
   traits.maps_points = true;
   traits.residual = smaller ? Residual::kSymmetricTransfer : residual;
   traits.search_width = smaller ? 2.0 : 1.0;
@@ -17,6 +18,8 @@ ModelTraits traitsOf(Residual residual) {
   traits.final_width = smaller ? 1.4142135623730951 : 1.0;
   // Drawing until a sample passes the check and solving it takes about as long as verifying 2000 matches.
   traits.sprt = {0, 0.0008, 2000, 1};
+  // Four matches of which one is wrong rarely agree with more than themselves.
+  traits.tests_impure_samples = false;
   // Four matches among a few good ones are enough to find a plane, so samples come from short prefixes too.
   traits.prosac = {2000, 8};
   // The twenty best matches may lie in one corner (VGG, trees 1-2), where many bad homographies fit within a

@@ -12,6 +12,7 @@ ProposalTraits localTraits() {
   ProposalTraits traits{"samples of neighbours"};
   traits.uses_quality = true;
   traits.crowded = true;
+  traits.iterations = 30000;  // samples, which take longer than others
   return traits;
 }
 

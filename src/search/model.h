@@ -24,13 +24,15 @@ struct ProsacSchedule {
 /// The numbers of a kind of model.
 struct ModelTraits {
   ModelKind kind;
-  int sample_size;         ///< matches of a minimal sample, at most Model::kMaxSample
-  bool maps_points;        ///< whether a point has one image, so that every point may count once
-  Residual residual;       ///< by which hypotheses are compared
-  double search_width;     ///< inlier threshold of the search, in units of the threshold
-  Residual mask_residual;  ///< decides with the threshold itself which matches are selected
-  double final_width;      ///< like search_width, for the last fit
-  SprtConstants sprt;      ///< the search chooses epsilon
+  int sample_size;  ///< matches of a minimal sample, at most Model::kMaxSample
+  int iterations;   ///< hypotheses where the user gives no number; so many of random matches take 20 to 70 ms
+  bool maps_points;           ///< whether a point has one image, so that every point may count once
+  Residual residual;          ///< by which hypotheses are compared
+  double search_width;        ///< inlier threshold of the search, in units of the threshold
+  Residual mask_residual;     ///< decides with the threshold itself which matches are selected
+  double final_width;         ///< like search_width, for the last fit
+  SprtConstants sprt;         ///< the search chooses epsilon
+  bool tests_impure_samples;  ///< whether the SPRT lets the hypotheses of samples with an outlier or two pass
   ProsacSchedule prosac;
   double min_prefix;  ///< share of the matches that a prefix needs before PROSAC may stop because of it
 };

@@ -55,7 +55,8 @@ void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) co
                  &ConsensusOptions::sprt_inlier_ratio);
   visitor.flag("degensac", "Fundamental matrix: look for a dominant plane and get off it",
                &ConsensusOptions::degensac);
-  visitor.flag("local_optimization", "Refine every new best model, not only the last one",
+  visitor.flag("local_optimization",
+               "Refine every new best model, not only the last one, and draw inner samples in long searches",
                &ConsensusOptions::local_optimization);
   visitor.flag("refine", "Least squares on the inliers of the best model", &ConsensusOptions::refine);
   visitSeedAndTime(visitor);

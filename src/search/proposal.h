@@ -40,9 +40,7 @@ struct ProposalTraits {
   bool rough = false;    ///< hypotheses must be refined before they are compared
   bool crowded = false;  ///< most samples among outliers are refused, so that they count as hypotheses
   bool slow = false;     ///< a proposal takes O(N) or more, so that the clock is read for each
-  /// Hypotheses where the user gives no number, with and without an order by quality. With the order, fewer
-  /// samples find as much as uniform samples do.
-  int ordered_iterations = 100000, unordered_iterations = 850000;
+  int iterations = 0;    ///< hypotheses where the user gives no number; 0 = those of the model
   int max_iterations = 10000000;  ///< even where the user allows more
 };
 

@@ -5,6 +5,7 @@
 
 #include "base/gather.h"
 #include "geometry/residual.h"
+#include "search/inner_sampling.h"
 #include "search/local_optimization.h"
 #include "search/sprt.h"
 #include "search/stopping.h"
@@ -13,11 +14,15 @@
 namespace corrsel::core {
 namespace {
 
+/// Iterations before the first inner samples. Most searches end earlier.
+constexpr int kFirstInner = 2000;
+
 /// Memory of a search that is kept between calls.
 struct SearchMemory {
   std::vector<float> errors;
   DegeneracyMemory degeneracy;
   DistinctSupport distinct;
+  InnerSampling inner;
   std::vector<std::uint8_t> counts;  // whether a match is the best one of its points by quality
   // The matches that take part, where they are not all.
   NormalizedMatches subset;
@@ -36,7 +41,7 @@ class Search {
         model_(parts.model.traits),
         traits_(parts.proposal.traits),
         one_to_one_(parameters.one_to_one && model_.maps_points),
-        max_iterations_(maxIterations(best_first != nullptr)),
+        max_iterations_(maxIterations()),
         verifier_(matches, model_.residual, model_.search_width * parameters.threshold * matches.scale,
                   parameters.msac, one_to_one_ ? &memory.distinct : nullptr),
         stopping_(parameters.confidence, countDistinct(), model_.sample_size) {
@@ -47,6 +52,7 @@ class Search {
       memory_.distinct.markFirst(*parts_.proposal.prefixes(), memory_.counts);
     if (parts_.second_score != nullptr) parts_.second_score->start(parts_.model, verifier_);
     if (parameters.sprt && !traits_.rough) startSprt(best_first != nullptr);
+    memory_.inner.start(parts_.model, verifier_, parameters.seed + 2);
   }
 
   SearchOutcome run() {
@@ -65,14 +71,16 @@ class Search {
         if (traits_.rough ? isBetterRefined(model) : isBetter(model)) adopt(hypotheses.sample);
         proposal.learn(model);
       }
+      if (takesInnerSamples() && memory_.inner.endsRun() && memory_.inner.improve(best))
+        adopt(memory_.inner.sample());
     }
     if (best.exists() && parameters_.refine && !optimized_) optimizeLocally(parts_.model, verifier_, best);
     return outcome_;
   }
 
  private:
-  int maxIterations(bool ordered) const {
-    const int by_default = ordered ? traits_.ordered_iterations : traits_.unordered_iterations;
+  int maxIterations() const {
+    const int by_default = traits_.iterations > 0 ? traits_.iterations : model_.iterations;
     return std::min(parameters_.max_iterations > 0 ? parameters_.max_iterations : by_default,
                     traits_.max_iterations);
   }
@@ -87,9 +95,11 @@ class Search {
 
   void startSprt(bool ordered) {
     SprtConstants constants = model_.sprt;
+    // An order by quality finds rarer models, and so do inner samples.
+    const bool finds_rarer = ordered || (model_.tests_impure_samples && max_iterations_ > kFirstInner);
     constants.epsilon = parameters_.sprt_inlier_ratio > 0
                             ? parameters_.sprt_inlier_ratio
-                            : minTestedRatio(max_iterations_, ordered, model_.sample_size);
+                            : minTestedRatio(max_iterations_, finds_rarer, model_.sample_size);
     sprt_.emplace(constants, model_.sample_size / static_cast<double>(matches_.size()));
     stopping_.setLoss(sprt_->loss(), 0);
   }
@@ -116,16 +126,27 @@ class Search {
     return outcome_.timed_out;
   }
 
+  bool takesInnerSamples() const {
+    return outcome_.iterations >= kFirstInner && parameters_.local_optimization && !traits_.rough &&
+           parts_.second_score == nullptr;
+  }
+
   /// Scores a hypothesis and keeps it if it is the best one so far.
   bool isBetter(const cv::Matx33d& model) {
     Candidate& best = outcome_.best;
     SecondScore* const second = parts_.second_score;
-    const std::int64_t limit = second != nullptr ? second->limit(best) : best.cost;
+    const bool inner = takesInnerSamples();
+    const std::int64_t limit = second != nullptr ? second->limit(best)
+                               : inner           ? std::max(best.cost, memory_.inner.limit())
+                                                 : best.cost;
     const ModelScore score = sprt_ ? verifier_.test(model, limit, *sprt_) : verifier_.score(model, limit);
     if (score.rejected_by_sprt && sprt_->addRejected(score))
       stopping_.setLoss(sprt_->loss(), parts_.proposal.drawn());
     if (score.rejected || (second != nullptr && !second->isBest(model))) return false;
-    best = {model, score.cost, score.inliers, score.inliers - score.surplus};
+    const Candidate scored = {model, score.cost, score.inliers, score.inliers - score.surplus};
+    if (inner && score.cost < memory_.inner.limit()) memory_.inner.offer(scored);
+    if (second == nullptr && score.cost >= best.cost) return false;
+    best = scored;
     optimized_ = false;
     return true;
   }

@@ -18,13 +18,14 @@ constexpr double kThreshold[kThresholds] = {1, 1.5, 2, 3, 4, 5, 7, 10};  // px
 constexpr double kMaxThreshold = kThreshold[kThresholds - 1];
 constexpr std::uint64_t kMinTests = 10000;   // hypotheses that count at least, because models are refined
 constexpr std::size_t kMinRepaired = 20000;  // re-paired matches that are drawn at least
-constexpr float kPlaceRadius = 8.0F;         // px: nearer points are the same place
-constexpr float kLinePlaceRadius = 2.0F;     // px: the same for epipolar lines
-constexpr double kDensityRadius = 20;  // px: half the side of the square in which the density is measured
-constexpr double kMinCell = 5;         // px: side of a cell of the density
-constexpr double kCellsPerMatch = 8;   // cells of the density per match, at most
-constexpr double kMinSpread = 1e-3;    // smallest product of principal variances over the squared sum
-constexpr int kPredictors = 6;         // nearest selected matches from which a match is predicted
+// In units of the image (length_unit.h).
+constexpr double kPlaceRadius = 8;      // nearer points are the same place
+constexpr double kLinePlaceRadius = 2;  // the same for epipolar lines
+constexpr double kDensityRadius = 20;   // half the side of the square in which the density is measured
+constexpr double kMinCell = 5;          // side of a cell of the density
+constexpr double kCellsPerMatch = 8;    // cells of the density per match, at most
+constexpr double kMinSpread = 1e-3;     // smallest product of principal variances over the squared sum
+constexpr int kPredictors = 6;          // nearest selected matches from which a match is predicted
 
 double logFactorial(double n) {
   if (n < 16) {
@@ -83,15 +84,17 @@ void SignificanceTest::assign(const Correspondences& matches) {
   width = std::max(width, 1.0);
   height = std::max(height, 1.0);
   right_area_ = width * height;
-  density_.build(right_x_, right_y_, left, top, width, height);
+  units_ = LengthUnits::of(matches);
+  density_.build(right_x_, right_y_, {left, top, width, height}, units_.right);
 }
 
-void SignificanceTest::Density::build(const std::vector<float>& x, const std::vector<float>& y, double left,
-                                      double top, double width, double height) {
+void SignificanceTest::Density::build(const std::vector<float>& x, const std::vector<float>& y,
+                                      const cv::Rect2d& area, double unit) {
+  radius_ = kDensityRadius * unit;
   const double max_cells = kCellsPerMatch * static_cast<double>(x.size());
-  const double cell =
-      std::max({kMinCell, std::sqrt(width * height / max_cells), width / max_cells, height / max_cells});
-  grid_ = CellGrid::covering(left, top, width, height, cell);
+  const double cell = std::max(
+      {kMinCell * unit, std::sqrt(area.area() / max_cells), area.width / max_cells, area.height / max_cells});
+  grid_ = CellGrid::covering(area.x, area.y, area.width, area.height, cell);
   const auto stride = static_cast<std::size_t>(grid_.columns) + 1,
              rows = static_cast<std::size_t>(grid_.rows);
   sums_.assign(stride * (rows + 1), 0);
@@ -111,10 +114,8 @@ void SignificanceTest::Density::build(const std::vector<float>& x, const std::ve
 
 double SignificanceTest::Density::others(double x, double y, double own_x, double own_y) const {
   const double cell = grid_.cell_width;
-  const double low_x = (x - grid_.left - kDensityRadius) / cell,
-               high_x = (x - grid_.left + kDensityRadius) / cell;
-  const double low_y = (y - grid_.top - kDensityRadius) / cell,
-               high_y = (y - grid_.top + kDensityRadius) / cell;
+  const double low_x = (x - grid_.left - radius_) / cell, high_x = (x - grid_.left + radius_) / cell;
+  const double low_y = (y - grid_.top - radius_) / cell, high_y = (y - grid_.top + radius_) / cell;
   // One of the cells, or the end behind the last one.
   const auto border = [](double position, int count) { return CellGrid::clamped(position, count + 1); };
   const int first_column = border(low_x, grid_.columns),
@@ -139,12 +140,12 @@ void SignificanceTest::addCandidate(double squared_error, std::size_t match) {
 }
 
 /// Takes the candidates by rising error and counts those that begin and end where none taken before does.
-void SignificanceTest::countDistinct(float place_radius) {
+void SignificanceTest::countDistinct(double place_radius) {
   std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
     return a.key != b.key ? a.key < b.key : a.match < b.match;
   });
-  left_places_.clear(candidates_.size(), place_radius);
-  right_places_.clear(candidates_.size(), place_radius);
+  left_places_.clear(candidates_.size(), static_cast<float>(place_radius * units_.left));
+  right_places_.clear(candidates_.size(), static_cast<float>(place_radius * units_.right));
   std::size_t count = 0, next = 0;
   for (std::size_t threshold = 0; threshold < kThresholds; ++threshold) {
     const std::uint32_t limit = sortKey(static_cast<float>(kThreshold[threshold] * kThreshold[threshold]));
@@ -260,7 +261,7 @@ void SignificanceTest::drawHalves() {
   half_of_place_.clear();
   predictors_[0].clear();
   predictors_[1].clear();
-  left_places_.clear(selected_.size(), kPlaceRadius);
+  left_places_.clear(selected_.size(), static_cast<float>(kPlaceRadius * units_.left));
   for (std::size_t i = 0; i < selected_.size(); ++i) {
     std::uint32_t place = left_places_.findWithin(selected_x_[i], selected_y_[i]);
     if (place == PlaceIndex::kNone) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core/matx.hpp>
+#include <opencv2/core/types.hpp>
 #include <vector>
 
 #include "base/coordinate_order.h"
@@ -11,6 +12,7 @@
 #include "corrsel/selection.h"
 #include "corrsel/workspace.h"
 #include "points/cell_grid.h"
+#include "points/length_unit.h"
 #include "points/place_index.h"
 
 namespace corrsel::core {
@@ -41,16 +43,16 @@ double log10BinomialTail(std::size_t n, std::size_t k, double p);
 /// alarms (NFA) is computed in the same way for homographies, fundamental matrices and masks, so the
 /// confidences of all selectors can be compared.
 ///
-/// Algorithm: Matches count by rising error. A match counts if no match that counts already lies within 8 px
-/// (fundamental matrix: 2 px) of it, neither in the left nor in the right image. k(t) is the number of these
-/// with an error of at most t = 1, 1.5, 2, 3, 4, 5, 7 or 10 px, and
+/// Algorithm: Matches count by rising error. A match counts if no match that counts already lies within
+/// 8 units of the image (length_unit.h; fundamental matrix: 2) of it, neither in the left nor in the right.
+/// k(t) is the number of these with an error of at most t = 1, 1.5, 2, 3, 4, 5, 7 or 10 px, and
 ///   NFA = 8 m T * min over t of P(Bin(n - s, a(t)) >= k(t) - s),   confidence = -log10(1 - exp(-NFA))
 /// for n matches, samples of s matches that give at most m models each, and T = max(10^4, hypotheses). The
 /// confidence is -log10 NFA where this is more than 1. a(t) is the mean over the matches of the probability
 /// that a match agrees by chance:
 /// - homography (s = 4, m = 1): The error is the smaller one of the two transfer errors. Its probability is
 ///   pi t^2 d max(1, |det J|) with the Jacobian J of the homography. d is the share of right points per px^2
-///   in the square of 40 px around the predicted point, or that of evenly spread points if this is larger.
+///   in the square of 40 units around the predicted point, or that of evenly spread points if this is larger.
 ///   The match's own right point is left out.
 /// - fundamental matrix (s = 7, m = 3): The error is the Sampson distance. Its probability is the share of
 ///   re-paired matches (the left point of one match, the right point of another) with an error of at most t,
@@ -102,12 +104,14 @@ class SignificanceTest {
   /// Number of right points in squares of the image, from a summed-area table.
   class Density {
    public:
-    void build(const std::vector<float>& x, const std::vector<float>& y, double left, double top,
-               double width, double height);
+    /// @param area  of the image, px
+    /// @param unit  of its lengths, px
+    void build(const std::vector<float>& x, const std::vector<float>& y, const cv::Rect2d& area, double unit);
     /// Points per px^2 in the square around (x, y), without the point (own_x, own_y) itself.
     double others(double x, double y, double own_x, double own_y) const;
 
    private:
+    double radius_ = 0;  // px
     CellGrid grid_;
     std::vector<std::uint32_t> sums_;
   };
@@ -117,11 +121,12 @@ class SignificanceTest {
   bool predict(std::uint32_t match, const std::uint32_t* predictors, double& x, double& y) const;
   void addCandidate(double squared_error, std::size_t match);
   void addChance(double x, double y, std::uint32_t match, double area, double* chance) const;
-  void countDistinct(float place_radius);
+  void countDistinct(double place_radius);
   Significance evaluate(std::size_t trials, std::size_t sample_size, double log10_tests,
                         const double* chance) const;
 
-  double right_area_ = 1;                                   // px^2
+  double right_area_ = 1;  // px^2
+  LengthUnits units_;
   std::vector<KeyedRow> order_, scratch_;                   // rows by coordinates
   std::vector<float> left_x_, left_y_, right_x_, right_y_;  // in this order
   std::vector<Candidate> candidates_;                       // matches with an error of at most 10 px

@@ -104,9 +104,9 @@ double samplesForMinSignificance(const NormalizedMatches& matches, const Model& 
                   std::log1p(-confidence) / std::log1p(-all_inliers * (1 - kMaxLoss)));
 }
 
-double minTestedRatio(int max_iterations, bool ordered, int sample_size) {
-  constexpr double kLogMissed = -6.9078, kOrderedSamples = 1e6, kAgreeing = 0.3;
-  const double samples = ordered ? std::max<double>(max_iterations, kOrderedSamples) : max_iterations;
+double minTestedRatio(int max_iterations, bool finds_rarer, int sample_size) {
+  constexpr double kLogMissed = -6.9078, kSamplesOfRarer = 1e6, kAgreeing = 0.3;
+  const double samples = finds_rarer ? std::max<double>(max_iterations, kSamplesOfRarer) : max_iterations;
   const double all_inliers = -std::expm1(kLogMissed / samples);
   return kAgreeing * std::pow(all_inliers, 1.0 / sample_size);
 }

@@ -81,8 +81,8 @@ double samplesForMinSignificance(const NormalizedMatches& matches, const Model& 
 
 /// Inlier ratio for which the SPRT is designed. The search can find models down to the inlier ratio at which
 /// as many uniform samples as it may draw contain one without an outlier with a probability of 99.9 %. The
-/// model of a noisy sample agrees with about three of ten inliers. With an order by quality, rarer models are
-/// found, as if a million samples were drawn at least.
-double minTestedRatio(int max_iterations, bool ordered, int sample_size);
+/// model of a noisy sample agrees with about three of ten inliers.
+/// @param finds_rarer  whether rarer models are found, as if a million samples were drawn at least
+double minTestedRatio(int max_iterations, bool finds_rarer, int sample_size);
 
 }  // namespace corrsel::core

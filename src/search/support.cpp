@@ -18,20 +18,16 @@ void DistinctSupport::group(const NormalizedMatches& m, double cell) {
   right_.number(m.right_x, m.right_y, cell);
   // The shared matches in the order of their right points: a counting sort.
   begins_.assign(right_.sizes.size() + 1, 0);
-  const auto isShared = [this](std::uint32_t i) {
-    return left_.sizes[left_.of[i]] > 1 || right_.sizes[right_.of[i]] > 1;
-  };
-  std::uint32_t shared = 0;
+  unsorted_.clear();
   for (std::uint32_t i = 0; i < matches_; ++i) {
-    if (!isShared(i)) continue;
+    if (left_.sizes[left_.of[i]] == 1 && right_.sizes[right_.of[i]] == 1) continue;
     ++begins_[right_.of[i] + 1];
-    ++shared;
+    unsorted_.push_back(i);
   }
   for (std::size_t g = 1; g < begins_.size(); ++g) begins_[g] += begins_[g - 1];
+  const auto shared = static_cast<std::uint32_t>(unsorted_.size());
   shared_.resize(shared);
-  for (std::uint32_t i = 0; i < matches_; ++i) {
-    if (isShared(i)) shared_[begins_[right_.of[i]]++] = i;
-  }
+  for (const std::uint32_t i : unsorted_) shared_[begins_[right_.of[i]]++] = i;
   for (auto* column : {&left_x_, &left_y_, &right_x_, &right_y_, &errors_}) column->resize(shared);
   left_group_.resize(shared);
   values_.resize(shared);
@@ -56,10 +52,13 @@ void DistinctSupport::group(const NormalizedMatches& m, double cell) {
 }
 
 void DistinctSupport::markFirst(const std::vector<std::uint32_t>& order, std::vector<std::uint8_t>& first) {
-  constexpr std::uint8_t kLeft = 1, kRight = 2;
-  first.assign(matches_, 0);
+  constexpr std::uint8_t kLeft = 1, kRight = 2, kUndecided = 2;
+  first.assign(matches_, 1);
+  for (const std::uint32_t i : shared_) first[i] = kUndecided;
   seen_.assign(matches_, 0);  // by group; there are at most as many groups as matches
   for (const std::uint32_t i : order) {
+    if (first[i] != kUndecided) continue;
+    first[i] = 0;
     std::uint8_t &left = seen_[left_.of[i]], &right = seen_[right_.of[i]];
     if ((left & kLeft) != 0 || (right & kRight) != 0) continue;
     left |= kLeft;

@@ -68,7 +68,7 @@ class DistinctSupport {
   std::size_t matches_ = 0, distinct_ = 0;
   // Memory of group().
   PointGroups left_, right_;
-  std::vector<std::uint32_t> begins_;
+  std::vector<std::uint32_t> begins_, unsorted_;
   std::vector<std::uint8_t> seen_;
 };
 

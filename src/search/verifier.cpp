@@ -57,7 +57,12 @@ ModelScore Verifier::test(const cv::Matx33d& model, std::int64_t limit, const Sp
   start_ += (tested.seen + ScoreRule::kBlock - 1) / ScoreRule::kBlock * ScoreRule::kBlock;
   if (start_ >= matches_.size()) start_ = 0;
   if (tested.rejected) return tested;
-  return quick == residual_ ? countOnce(model, limit, tested) : score(model, limit);
+  if (quick == residual_) return countOnce(model, limit, tested);
+  // The errors in both directions cost at least as much.
+  if (tested.cost < limit) return score(model, limit);
+  ModelScore given_up = tested;
+  given_up.rejected = true;
+  return given_up;
 }
 
 bool Verifier::improve(const cv::Matx33d& model, Candidate& best) const {

@@ -16,7 +16,7 @@ void AcransacOptions::visit(OptionVisitor& visitor) const {
   visitModel(visitor, &AcransacOptions::model);
   visitSampler(visitor);
   visitor.integer({"max_iterations", 0, 10000000, "-",
-                   "Hypotheses at most; 0 = 100000, or 850000 without descriptor distances"},
+                   "Hypotheses at most; 0 = 60000 for a homography, 40000 for a fundamental matrix"},
                   &AcransacOptions::max_iterations);
   visitor.number({"widen", 1, 10, "-",
                   "Inlier threshold, in units of the threshold at which the model is the most significant"},

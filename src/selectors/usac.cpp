@@ -16,7 +16,7 @@ void UsacOptions::visit(OptionVisitor& visitor) const {
              {0,
               "Inlier threshold; 0 = 5 for a homography (10 unless error is smaller_transfer), 1.5 for a "
               "fundamental matrix",
-              0, "Hypotheses at most; 0 = 100000, or 850000 without descriptor distances"});
+              0, "Hypotheses at most; 0 = 60000 for a homography, 40000 for a fundamental matrix"});
 }
 
 Presets UsacSelector::presets() const {

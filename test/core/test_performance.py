@@ -2,6 +2,7 @@
 """Runs the performance program on a few comparisons: python3 test_performance.py"""
 import csv
 import os
+import re
 import subprocess
 import tempfile
 import unittest
@@ -84,6 +85,19 @@ class Performance(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn("/nonexistent/aloeL.jpg", done.stdout)
         self.assertIn("fetch_samples.sh", done.stdout)
+
+    def test_selectors_without_a_counterpart_have_the_yardstick(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = Path(folder, "a.csv")
+            done = run("--filter", "^nnsr/N:5000", "--csv", str(table))
+            self.assertIn(done.returncode, (0, 1), done.stderr)
+            rows = list(csv.DictReader(table.read_text().splitlines()))
+        # It stands for the machine and is no alternative, so the tables leave it out.
+        self.assertEqual([(row["comparison"], row["against"]) for row in rows], [("nnsr/N:5000/eps:0.5", "")])
+        verdict = re.search(r"nnsr: (\S+)x the time of the yardstick \((\S+) and (\S+) ms", done.stdout)
+        self.assertIsNotNone(verdict, done.stdout)
+        ratio, ours, yardstick = map(float, verdict.groups())
+        self.assertAlmostEqual(ratio, ours / yardstick, delta=0.05 * ratio)
 
     def test_says_what_it_cannot_do(self):
         self.assertEqual(run("--nonsense").returncode, 2)

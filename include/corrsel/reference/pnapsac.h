@@ -16,7 +16,7 @@ namespace corrsel::core {
 /// and the message reports it.
 ///
 /// Options: `threshold` 0 means 5 px (homography) or 1.5 px (fundamental matrix), and `max_iterations` 0
-/// means 100000, or 850000 if samples are uniform.
+/// means 60000 (homography) or 40000 (fundamental matrix).
 ///
 /// Failure: statuses and score as for RansacSelector.
 ///

@@ -13,13 +13,13 @@ struct AutoOptions : ConfidenceOptions {
 
   AutoOptions();
 
-  Model model = Model::kAuto;          ///< model to which the answer is restricted
-  double threshold = 5;                ///< inlier threshold of a homography, px
-  double fundamental_threshold = 1.5;  ///< inlier threshold of a fundamental matrix, px
-  int hard_search = 20000;             ///< hypotheses where nothing else has found a model; 0 = none
-  int seed = 0;                        ///< of the samplers
-  int threads = 1;                     ///< that may be used
-  double max_seconds = 0;              ///< time limit, s; 0 = none
+  Model model = Model::kAuto;        ///< model to which the answer is restricted
+  double threshold = 0;              ///< inlier threshold of a homography, px; 0 = by the noise
+  double fundamental_threshold = 0;  ///< inlier threshold of a fundamental matrix, px; 0 = by the noise
+  int hard_search = 2000;           ///< hypotheses where nothing else has found a model; 0 = none
+  int seed = 0;                      ///< of the samplers
+  int threads = 1;                   ///< that may be used
+  double max_seconds = 0;            ///< time limit, s; 0 = none
   void visit(OptionVisitor& visitor) const override;
 };
 
@@ -45,7 +45,8 @@ struct AutoOptions : ConfidenceOptions {
 ///
 /// Input: coordinates. Image sizes, descriptor distances and frames are used where they exist.
 ///
-/// Options: `threshold` is the error that the user allows, px. Below `min_confidence`, the best guess is
+/// Options: `threshold` and `fundamental_threshold` are the errors that the user allows, px. Where they are
+/// 0, they follow the noise of the inliers (src/auto/thresholds.h). Below `min_confidence`, the best guess is
 /// returned with the status `uncertain`. The decision takes a model for real from a confidence of 4. With
 /// `max_seconds` the hard search is cut first. Local support uses `threads`.
 ///

@@ -29,8 +29,8 @@ struct UsacOptions : ConsensusOptions {
 /// uniform and the message reports it; with `sampler` = `frames` the local affine frames.
 ///
 /// Options: `threshold` 0 means 5 px (homography; the paper's 10 px with another `error`) and the paper's
-/// 1.5 px (fundamental matrix). `max_iterations` 0 means 100000, or 850000 if samples are
-/// uniform. There is no option `threads`, because each hypothesis is compared with the best one so far.
+/// 1.5 px (fundamental matrix). `max_iterations` 0 means 60000 (homography) or 40000 (fundamental
+/// matrix), so that random matches, where nothing ends the search before, take less than 0.1 s. There is no option `threads`, because each hypothesis is compared with the best one so far.
 ///
 /// Presets: `h` and `f` choose the model; `uniform` samples uniformly; `frames` takes homographies from
 /// single matches in place of samples; `paper` has the paper's error, threshold and number of hypotheses, and
@@ -46,6 +46,7 @@ struct UsacOptions : ConsensusOptions {
 ///    implementation, and never loses more than one good model in eight (search/sprt.h).
 ///  - PROSAC for a homography soon reaches all matches; samples from short and long prefixes then take turns
 ///    (search/prosac_proposal.h).
+///  - From the 2000th hypothesis on, the best of every 100 gets inner samples (search/inner_sampling.h).
 ///  - The search ends once every support that chance does not explain would have been drawn.
 ///  - Models from local optimisation are scored in full.
 ///  - Degenerate samples are recognised by sqrt(3) times the user's threshold.

@@ -1,0 +1,44 @@
+#include "auto/thresholds.h"
+
+#include <algorithm>
+
+#include "posterior/noise_scale.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr double kHomography = 5, kFundamental = 1.5;  // px
+constexpr double kCut = 3, kMaxGrowth = 3;             // times the threshold
+// The lengths of 97 % of residuals with a standard deviation of 1 in each coordinate.
+constexpr double kQuantile2 = 2.6482, kQuantile1 = 2.1701;
+
+void adapt(const std::vector<double>& errors, int dimensions, int parameters, double& threshold) {
+  const NoiseScale noise = estimateNoiseScale(errors, {dimensions, parameters, kCut * threshold});
+  const double needed = (dimensions == 2 ? kQuantile2 : kQuantile1) * noise.sigma;
+  // Not for NaN.
+  if (needed > threshold) threshold = std::min(needed, kMaxGrowth * threshold);
+}
+
+}  // namespace
+
+Thresholds::Thresholds(const AutoOptions& options)
+    : homography(options.threshold > 0 ? options.threshold : kHomography),
+      fundamental(options.fundamental_threshold > 0 ? options.fundamental_threshold : kFundamental),
+      adapts_homography_(options.threshold <= 0),
+      adapts_fundamental_(options.fundamental_threshold <= 0) {}
+
+void Thresholds::adaptHomography(const std::vector<double>& errors) {
+  if (adapts_homography_) adapt(errors, 2, 8, homography);
+}
+
+void Thresholds::adaptFundamental(const std::vector<double>& errors) {
+  if (adapts_fundamental_) adapt(errors, 1, 7, fundamental);
+}
+
+void selectWithin(const std::vector<double>& errors, double threshold, std::vector<std::uint8_t>& mask) {
+  mask.resize(errors.size());
+  const double squared = threshold * threshold;
+  for (std::size_t i = 0; i < errors.size(); ++i) mask[i] = errors[i] <= squared ? 1 : 0;
+}
+
+}  // namespace corrsel::core
