@@ -5,8 +5,8 @@
 namespace corrsel::core {
 
 // clang-format off
-const ProbabilityTerms kWeightsWithModel = {-1.82, -0.78, 3.41, 1.71, 2.82, -5.03, -2.71, -2.35, 0.73, 5.69, 2.91};
-const ProbabilityTerms kWeightsWithoutModel = {-2.55, 0, 0, 5.01, 0, -5.21, 0, -7.98, 0, 0, 0};
+const ProbabilityTerms kWeightsWithModel = {-2.88, -0.31, 3.09, 2.02, 3.39, -4.03, -2.23, -1.81, 0.97, 6.41, 3.8};
+const ProbabilityTerms kWeightsWithoutModel = {-2.67, 0, 0, 4.94, 0, -4.42, 0, -8.42, 0, 0, 0};
 // clang-format on
 
 }  // namespace corrsel::core
