@@ -5,8 +5,8 @@
 namespace corrsel::core {
 
 // clang-format off
-const ProbabilityTerms kWeightsWithModel = {-2.88, -0.31, 3.09, 2.02, 3.39, -4.03, -2.23, -1.81, 0.97, 6.41, 3.8};
-const ProbabilityTerms kWeightsWithoutModel = {-2.67, 0, 0, 4.94, 0, -4.42, 0, -8.42, 0, 0, 0};
+const ProbabilityTerms kWeightsWithModel = {-2.89, -0.3, 3.09, 2.03, 3.38, -4.02, -2.22, -1.81, 0.98, 6.38, 3.75};
+const ProbabilityTerms kWeightsWithoutModel = {-2.67, 0, 0, 4.94, 0, -4.41, 0, -8.42, 0, 0, 0};
 // clang-format on
 
 }  // namespace corrsel::core
