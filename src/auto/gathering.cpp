@@ -4,22 +4,14 @@
 #include <cmath>
 #include <numeric>
 
+#include "auto/fundamental_search.h"
 #include "auto/homography_search.h"
 #include "base/gather.h"
 #include "geometry/residual.h"
-#include "search/degensac.h"
-#include "search/fundamental_model.h"
-#include "search/local_optimization.h"
-#include "search/uniform_proposal.h"
 
 namespace corrsel::core {
 namespace {
 
-constexpr int kFundamentalHypotheses = 300;
-constexpr std::size_t kMinMatches = 12;  // that F is estimated from
-constexpr double kExplained = 0.95;      // of the local set: no better fundamental matrix is searched
-constexpr double kMinShareOfOffPlane =
-    0.25;  // of the matches off a plane: as many agree with the scene rather than with repeated structure
 constexpr double kLooseShare = 0.07;  // of the matches off the homography: a loose leftover
 constexpr double kNearFundamental =
     3;  // times the threshold: a member of the local set is not left over by F
@@ -39,6 +31,7 @@ void AutoMemory::assign(const Correspondences& input, const AutoOptions& options
   normalizeMatches(matches, identity, normalized);
   ranked = ordering.byQuality(matches, identity, best_first);
   if (!ranked) best_first = identity;
+  homography_inliers.assign(size(), 0);
   distinct.group(normalized, normalized.scale);
   significance.assign(matches);
   leftover.assign(matches);
@@ -139,119 +132,11 @@ void Gathering::addParallax() {
                             static_cast<std::uint64_t>(options_.seed), parallax_fundamental_);
 }
 
-/// Searches among some matches, and refines on all.
-bool Gathering::searchFundamental(const AutoMemory::Rows& rows, int hypotheses, double confidence,
-                                  cv::Matx33d& model) {
-  if (rows.size() < kMinMatches || effort_.timed_out) return false;
-  const FundamentalModel kind;
-  SearchParameters parameters;
-  parameters.threshold = memory_.thresholds.fundamental;
-  parameters.max_iterations = hypotheses;
-  parameters.confidence = confidence;
-  parameters.seed = static_cast<std::uint64_t>(options_.seed);
-  // Uniform samples: in the order of support, the best matches lie on one surface.
-  const SearchParts parts = {kind, effort_.workspace.part<UniformProposal>()};
-  const SearchOutcome outcome =
-      search(memory_.normalized, parts, parameters, &rows, effort_.deadline, effort_.workspace);
-  effort_.add(outcome);
-  if (!outcome.best.exists()) return false;
-  const Verifier verifier(memory_.normalized, Residual::kSampson,
-                          memory_.thresholds.fundamental * memory_.normalized.scale, true);
-  Candidate candidate;
-  if (!verifier.improve(outcome.best.model, candidate)) return false;
-  optimizeLocally(kind, verifier, candidate);
-  model = memory_.normalized.fundamentalToPixels(candidate.model);
-  return true;
-}
-
-/// Keeps a fundamental matrix if it is more significant than the one so far.
-void Gathering::takeFundamental(const cv::Matx33d& model) {
-  FundamentalEvidence& found = *evidence_.fundamental;
-  const double confidence = memory_.significance.fundamental(model, effort_.hypotheses).confidence;
-  if (found.found && confidence <= found.confidence) return;
-  found.found = true;
-  found.model = model;
-  found.confidence = confidence;
-}
-
-/// Makes fundamental matrices from the homography and pairs of other matches. It need not be significant:
-/// where depth jumps from point to point, it holds for a few matches that lie on a plane by chance.
-bool Gathering::searchBesideHomography(cv::Matx33d& model) {
-  constexpr int kPairs = 1000;
-  if (!evidence_.homography.found) return false;
-  memory_.rest.clear();
-  for (std::uint32_t i = 0; i < memory_.size(); ++i)
-    if (memory_.homography_inliers[i] == 0) memory_.rest.push_back(i);
-  if (memory_.rest.size() < 2) return false;
-  const Verifier verifier(memory_.normalized, Residual::kSampson,
-                          memory_.thresholds.fundamental * memory_.normalized.scale, true);
-  Random random(static_cast<std::uint64_t>(options_.seed));
-  Candidate best;
-  if (!improveByParallax(verifier, normalized_homography_, memory_.rest, kPairs, random, best)) return false;
-  optimizeLocally(FundamentalModel(), verifier, best);
-  effort_.hypotheses += kPairs;
-  model = memory_.normalized.fundamentalToPixels(best.model);
-  return true;
-}
-
-/// The share of the local set that agrees with a fundamental matrix.
-double Gathering::shareOfLocal(const cv::Matx33d& model) {
-  const AutoMemory::Mask& local = memory_.support.local();
-  std::vector<double>& errors = memory_.fundamental_errors;
-  errors.resize(memory_.size());
-  pixelErrors(Residual::kSampson, model, memory_.matches, errors.data());
-  const double squared = memory_.thresholds.fundamental * memory_.thresholds.fundamental;
-  std::size_t agreeing = 0;
-  for (std::size_t i = 0; i < errors.size(); ++i) agreeing += local[i] != 0 && errors[i] <= squared ? 1 : 0;
-  return static_cast<double>(agreeing) /
-         static_cast<double>(std::max<std::size_t>(1, memory_.support.localSize()));
-}
-
-/// The share of the matches off the homography that agrees with a fundamental matrix.
-double Gathering::shareOfOffPlane(const cv::Matx33d& model) {
-  std::vector<double>& errors = memory_.fundamental_errors;
-  errors.resize(memory_.size());
-  pixelErrors(Residual::kSampson, model, memory_.matches, errors.data());
-  const double squared = memory_.thresholds.fundamental * memory_.thresholds.fundamental;
-  std::size_t agreeing = 0, off = 0;
-  for (std::size_t i = 0; i < errors.size(); ++i) {
-    if (memory_.homography_inliers[i] != 0) continue;
-    ++off;
-    agreeing += errors[i] <= squared ? 1 : 0;
-  }
-  return static_cast<double>(agreeing) / static_cast<double>(std::max<std::size_t>(1, off));
-}
-
-/// Collects fundamental matrices from the cheapest source to the dearest one, and keeps the most significant.
-void Gathering::searchFundamental() {
-  FundamentalEvidence& found = *evidence_.fundamental;
-  cv::Matx33d model;
-  if (evidence_.parallax.value_or(false)) takeFundamental(parallax_fundamental_);
-  if (!found.found || !memory_.ranked || shareOfLocal(found.model) < kExplained) {
-    memory_.searched.clear();
-    for (std::uint32_t i = 0; i < memory_.size(); ++i)
-      if (memory_.support.local()[i] != 0) memory_.searched.push_back(i);
-    // All hypotheses are drawn: the first good model is often good in a part of the scene only.
-    if (searchFundamental(memory_.searched, kFundamentalHypotheses, 1, model) &&
-        (!found.found || !memory_.ranked || shareOfOffPlane(model) >= kMinShareOfOffPlane)) {
-      takeFundamental(model);
-    }
-  }
-  // Few matches have few neighbours, and where depth jumps, neighbours do not agree.
-  if (isSignificant(found.confidence) && 2 * memory_.support.localSize() >= count(memory_.homography_inliers))
-    return;
-  if (searchBesideHomography(model)) takeFundamental(model);
-  if (options_.hard_search == 0) return;
-  // A search that finds a model ends early.
-  constexpr double kEarly = 0.999, kMaxFactor = 30;
-  if (searchFundamental(memory_.by_support, hardHypotheses(options_.hard_search, memory_.size(), kMaxFactor),
-                        kEarly, model))
-    takeFundamental(model);
-}
-
 void Gathering::addFundamental() {
-  FundamentalEvidence& found = evidence_.fundamental.emplace();
-  searchFundamental();
+  FundamentalSearch search(options_, memory_, effort_,
+                           evidence_.homography.found ? &normalized_homography_ : nullptr);
+  search.run(evidence_.parallax.value_or(false) ? &parallax_fundamental_ : nullptr);
+  FundamentalEvidence& found = evidence_.fundamental.emplace(search.best());
   if (!found.found) return;
   std::vector<double>& errors = memory_.fundamental_errors;
   errors.resize(memory_.size());

@@ -28,12 +28,6 @@ class Gathering {
   void findHomography();
   void addHomographyLeftover();
   void addParallax();
-  bool searchFundamental(const AutoMemory::Rows& rows, int hypotheses, double confidence, cv::Matx33d& model);
-  bool searchBesideHomography(cv::Matx33d& model);
-  double shareOfLocal(const cv::Matx33d& model);
-  double shareOfOffPlane(const cv::Matx33d& model);
-  void searchFundamental();
-  void takeFundamental(const cv::Matx33d& model);
   void addFundamental();
   void addFundamentalLeftover();
 
