@@ -18,7 +18,8 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kPairs = 300;
-constexpr double kPeriodic = 0.5;   // of the displacements: they come from repeated structure
+// Of the displacements: they come from repeated structure. Those of a narrow band differ little anyway.
+constexpr double kPeriodicNear = 0.65, kPeriodicFar = 0.6;
 constexpr double kMinEvidence = 3;  // decades
 constexpr double kTests = 2e4;      // two tests of at least 10^4 hypotheses, as SignificanceTest counts them
 // Near the plane.
@@ -28,7 +29,7 @@ constexpr double kCoherent = 0.3, kMostOfBand = 0.625, kMinShareOfPlane = 0.01;
 // Far from the plane.
 constexpr double kOffPlane = 3;  // times the threshold of the plane
 constexpr std::size_t kMinGood = 100, kGoodShare = 8, kMinRepaired = 2000;
-constexpr double kShareOfPlane = 0.5, kShareOfOff = 0.1, kOutnumbers = 1.25, kMinTimesChance = 8;
+constexpr double kShareOfPlane = 0.5, kShareOfOff = 0.3, kOutnumbers = 1.25, kMinTimesChance = 8;
 
 double squaredFar(const PlaneOfMatches& plane) {
   return kOffPlane * kOffPlane * plane.threshold * plane.threshold;
@@ -87,24 +88,22 @@ bool ParallaxTest::test(const PlaneOfMatches& plane, const Verifier& verifier, d
 double ParallaxTest::nearEvidence(const PlaneOfMatches& plane, const cv::Matx33d& fundamental,
                                   double threshold, double on) {
   const PlaneBand::Direction found = near_.direction(fundamental, kDirectionWidth * threshold);
+  const bool jumps = found.share >= kMostOfBand && near_.periodicity() < kPeriodicNear;
   const bool counts =
       !plane.ranked || (found.share * static_cast<double>(near_.members().size()) >= kMinShareOfPlane * on &&
-                        (found.share >= kMostOfBand || near_.coherence() >= kCoherent));
+                        (jumps || near_.coherence() >= kCoherent));
   return counts ? found.log_ratio / std::log(10.0) : 0;
 }
 
 double ParallaxTest::farEvidence(const PlaneOfMatches& plane, const Verifier& verifier,
                                  const cv::Matx33d& fundamental, double threshold, const Counts& counts) {
-  const double agreeing = counts.agreeing_off;
-  if (plane.ranked) {
-    if (!(agreeing >= kShareOfPlane * counts.on && agreeing >= kShareOfOff * counts.off) &&
-        !(agreeing >= kOutnumbers * counts.on && agreeing >= kMinTimesChance * uniform_chance_ * counts.off))
-      return 0;
-  } else {
-    far_.direction(fundamental, kDirectionWidth * threshold);
-    if (far_.periodicity() >= kPeriodic) return 0;
-  }
+  const double agreeing = counts.agreeing_off, off = counts.off;
+  if (plane.ranked && !(agreeing >= kShareOfPlane * counts.on && agreeing >= kShareOfOff * off) &&
+      !(agreeing >= kOutnumbers * counts.on && agreeing >= kMinTimesChance * uniform_chance_ * off))
+    return 0;
   if (agreeing <= 2) return 0;
+  far_.direction(fundamental, kDirectionWidth * threshold);
+  if (far_.periodicity() >= kPeriodicFar) return 0;
   const NormalizedMatches& m = plane.matches;
   off_.clear();
   for (std::uint32_t i = 0; i < m.size(); ++i)

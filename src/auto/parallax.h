@@ -15,25 +15,25 @@ namespace corrsel::core {
 ///
 /// Algorithm: Pairs of matches near the plane, 0.6 to 5 times its threshold (plane_band.h), and then pairs of
 /// good matches that are farther than 3 times the threshold from the plane, give fundamental matrices
-/// (improveByParallax()). The best one of each kind is refined on all matches. There is parallax if chance
-/// explains what agrees with one of them as little as a significant fundamental matrix, where half of the
-/// matches on the plane must agree with it, too. The evidence, in decades, is the sum of
-///  - the log likelihood ratio of the directions in the band, for a tolerance of two thirds of the threshold,
-///  - -log10 P(Bin(n - 2, p) >= k - 2), where k of the n matches far from the plane agree, at distinct
-///  places,
-///    and p is the share of re-paired matches that agree, or 2 sqrt(2) t / sqrt(area) if this is larger,
-///  - and -log10(24 * 10^4), the number of tests that SignificanceTest counts for a fundamental matrix.
+/// (improveByParallax()). The best one of each kind is refined on all matches. Half of the matches on the
+/// plane must agree with it. There is parallax if the evidence is at least 3 decades. It is the sum of
 ///
-/// Descriptors confuse repeated structure, which makes up to 6 % of the matches off a plane agree. Each part
-/// of the evidence therefore counts only under a condition. Where descriptors are known:
-///  - The displacements in the band are coherent (0.3), or five eighths of it agree. Where depth jumps from
-///    point to point, neighbours are not alike. The agreeing ones are a hundredth of the matches on the
-///    plane. Less is an object, not the scene.
-///  - Those far from the plane are half as many as the matches on it, and a tenth of all that are far,
-///  or 1.25
-///    times as many as those on the plane, and 8 times as many as chance gives.
-/// Where they are not known, the displacements far from the plane are not periodic (below 0.5). Two parallel
-/// planes, one seen through the other, then look like repeated structure.
+/// - the log likelihood ratio of the directions in the band, for a tolerance of two thirds of the threshold,
+/// - -log10 P(Bin(n - 2, p) >= k - 2) if k of the n matches far from the plane agree, at distinct places. p is
+///   the share of re-paired matches that agree, or 2 sqrt(2) t / sqrt(area) if this is larger,
+/// - -log10(2 * 10^4), for two candidates from 10^4 hypotheses each, as SignificanceTest counts them at least.
+///
+/// Repeated structure agrees with the epipolar lines of its rows. Where descriptors are known, which confuse
+/// it, the band counts only if the agreeing ones are a hundredth of the matches on the plane (less is an
+/// object, not the scene), and if their displacements are coherent (0.3), or five eighths of the band agree
+/// and their displacements are not periodic (0.65). The latter is the case where depth jumps from point to
+/// point.
+///
+/// The matches far from the plane count only if their displacements are not periodic (0.6). Where descriptors
+/// are known, they must also be half as many as the matches on the plane and 30 % of all that are far, or
+/// 1.25 times as many as those on the plane and 8 times as many as chance gives. Up to 6 % of the matches off
+/// the planes of real images agree with one fundamental matrix. Two parallel planes, one seen through the
+/// other, look like repeated structure.
 ///
 /// Cost: O(N) and that of at most 600 pairs; memory is kept between calls.
 ///

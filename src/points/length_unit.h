@@ -7,8 +7,8 @@
 
 namespace corrsel::core {
 
-/// The unit of lengths that follow the size of an image, px: a thousandth of its diagonal, so about 1 px for
-/// an image of 800 x 600.
+/// The unit of lengths that follow the size of an image, px: its diagonal divided by 1250, so 1 px for an
+/// image of 1000 x 750.
 ///
 /// Two kinds of lengths are told apart:
 ///  - The accuracy of features, in px: thresholds and tolerances. Features are found again within about half
