@@ -215,7 +215,7 @@ def make_scene(kind, size, count, share, seed):
 
 
 def make_rough_plane(off, parallax, noise, seed):
-    """Return Matches of a plane from which a share of the right ones is displaced along the epipolar lines.
+    """Return Matches of a plane, with a share of the right ones displaced along the epipolar lines, and the mask of these.
 
     off       share of the right matches that are displaced
     parallax  px: the displacements are uniform from -parallax to parallax
@@ -230,7 +230,7 @@ def make_rough_plane(off, parallax, noise, seed):
             right = right + rng.uniform(-parallax, parallax) * cameras.along_epipolar_line(right)
         pairs.append((left, right))
     outliers = random_outliers(RATE_COUNT - n_right, RATE_SIZE, rng)
-    return shuffled(noisy(pairs, noise, rng), outliers, RATE_SIZE, rng)[0]
+    return shuffled(noisy(pairs, noise, rng), outliers, RATE_SIZE, rng)
 
 
 def make_facade(period, share, distances, seed):
@@ -257,7 +257,7 @@ def make_facade(period, share, distances, seed):
         "apart": np.append(rng.normal(0.6, 0.12, n_right), rng.normal(0.78, 0.1, n_outliers)),
         "none": None,
     }[distances]
-    return shuffled(right_matches, outliers, RATE_SIZE, rng, ratios)[0]
+    return shuffled(right_matches, outliers, RATE_SIZE, rng, ratios)
 
 
 def f_of(mask, right):
@@ -336,26 +336,32 @@ def print_summary(differences, certain):
         print("  %s called %s: %d of %d" % (kind, " or ".join(wrong), count, len(scenes)))
 
 
-def rigid_share(selector, make, seeds, *key):
-    """Return how many percent of the scenes of a kind are called rigid."""
-    return 100 * np.mean([selector.select(make(*key, seed)).scene == "rigid" for seed in range(seeds)])
+def measure_rates(selector, make, seeds, *key):
+    """Return how many percent of the scenes of a kind are called rigid, and the mean F."""
+    rigid, scores = [], []
+    for seed in range(seeds):
+        matches, right = make(*key, seed)
+        selection = selector.select(matches)
+        rigid.append(selection.scene == "rigid")
+        scores.append(f_of(selection.mask, right))
+    return 100 * np.mean(rigid), np.mean(scores)
 
 
 def print_error_rates(seeds):
     auto = corrsel.Selector("auto")
-    print("Called rigid, %%. %d matches, %dx%d px" % (RATE_COUNT, *RATE_SIZE))
+    print("Called rigid, %%, and mean F. %d matches, %dx%d px" % (RATE_COUNT, *RATE_SIZE))
     for noise in RATE_NOISES:
         print("\nPlane, %d %% right, noise %g px; off the plane and parallax:" % (100 * RATE_SHARE, noise))
-        print("%8s" % "", *("%5d px" % parallax for parallax in RATE_PARALLAXES))
+        print("%8s" % "", *("%11d px" % parallax for parallax in RATE_PARALLAXES))
         for off in RATE_OFF:
-            rates = [rigid_share(auto, make_rough_plane, seeds, off, p, noise) for p in RATE_PARALLAXES]
-            print("%6d %%" % (100 * off), *("%8.1f" % rate for rate in rates), flush=True)
+            rates = [measure_rates(auto, make_rough_plane, seeds, off, p, noise) for p in RATE_PARALLAXES]
+            print("%6d %%" % (100 * off), *("%8.1f %5.1f" % rate for rate in rates), flush=True)
     print("\nFacade, noise %g px; ratios of descriptor distances, period and right matches:" % NOISE)
-    print("%14s" % "", *("%6d %%" % (100 * share) for share in FACADE_SHARES))
+    print("%14s" % "", *("%12d %%" % (100 * share) for share in FACADE_SHARES))
     for distances in ("alike", "apart", "none"):
         for period in PERIODS:
-            rates = [rigid_share(auto, make_facade, seeds, period, s, distances) for s in FACADE_SHARES]
-            print("%8s %2d px" % (distances, period), *("%8.1f" % rate for rate in rates), flush=True)
+            rates = [measure_rates(auto, make_facade, seeds, period, s, distances) for s in FACADE_SHARES]
+            print("%8s %2d px" % (distances, period), *("%8.1f %5.1f" % rate for rate in rates), flush=True)
 
 
 def main():
