@@ -7,7 +7,7 @@ acransac has the status ok: where too few matches are right, nothing can be aske
 coordinates only.
 
 With --error_rates, it counts how often `auto` says rigid where some points stand out from a plane, and where a facade has
-equal windows.
+equal windows, and prints the mean F of each.
 
 PYTHONPATH must name the folder of the Python package of corrsel: PYTHONPATH=build/python uses that of a build folder.
 
