@@ -19,9 +19,11 @@ namespace corrsel::core {
 /// plane must agree with it. There is parallax if the evidence is at least 3 decades. It is the sum of
 ///
 /// - the log likelihood ratio of the directions in the band, for a tolerance of two thirds of the threshold,
-/// - -log10 P(Bin(n - 2, p) >= k - 2) if k of the n matches far from the plane agree, at distinct places. p is
+/// - -log10 P(Bin(n - 2, p) >= k - 2) if k of the n matches far from the plane agree, at distinct places. p
+/// is
 ///   the share of re-paired matches that agree, or 2 sqrt(2) t / sqrt(area) if this is larger,
-/// - -log10(2 * 10^4), for two candidates from 10^4 hypotheses each, as SignificanceTest counts them at least.
+/// - -log10(2 * 10^4), for two candidates from 10^4 hypotheses each, as SignificanceTest counts them at
+/// least.
 ///
 /// Repeated structure agrees with the epipolar lines of its rows. Where descriptors are known, which confuse
 /// it, the band counts only if the agreeing ones are a hundredth of the matches on the plane (less is an

@@ -142,7 +142,8 @@ TEST(Experiments, MainParametersAreWithinTheirRanges) {
     const std::vector<std::string> variants = experimentSelectors("curves", {factory.name()}, {});
     for (const std::string& spec : variants) EXPECT_NO_THROW(createSelector(spec)) << spec;
     // The default is one of the values, unless it stands for a choice by the data or by the kind of model.
-    const std::set<std::string> chosen_by_data = {"nnsr", "usac", "acransac", "mlesac", "multigs", "pnapsac"};
+    const std::set<std::string> chosen_by_data = {"nnsr",   "auto",    "usac",   "acransac",
+                                                  "mlesac", "multigs", "pnapsac"};
     const std::size_t own = chosen_by_data.count(factory.name());
     if (!parameter.empty()) {
       EXPECT_EQ(variants.size(), parameter.front().second.size() + own);
