@@ -25,7 +25,8 @@ constexpr double kTests = 2e4;      // two tests of at least 10^4 hypotheses, as
 // Near the plane.
 constexpr double kNearBegin = 0.6, kNearEnd = 5;  // times the threshold of the plane
 constexpr double kDirectionWidth = 2.0 / 3;       // of the threshold of the fundamental matrix
-constexpr double kCoherent = 0.3, kMostOfBand = 0.625, kMinShareOfPlane = 0.01;
+constexpr double kCoherent = 0.3, kMostOfBand = 0.625;
+constexpr double kMinShareOfPlane = 0.01, kJumpsShareOfPlane = 0.2;
 // Far from the plane.
 constexpr double kOffPlane = 3;  // times the threshold of the plane
 constexpr std::size_t kMinGood = 100, kGoodShare = 8, kMinRepaired = 2000;
@@ -88,10 +89,11 @@ bool ParallaxTest::test(const PlaneOfMatches& plane, const Verifier& verifier, d
 double ParallaxTest::nearEvidence(const PlaneOfMatches& plane, const cv::Matx33d& fundamental,
                                   double threshold, double on) {
   const PlaneBand::Direction found = near_.direction(fundamental, kDirectionWidth * threshold);
-  const bool jumps = found.share >= kMostOfBand && near_.periodicity() < kPeriodicNear;
+  const double agreeing = found.share * static_cast<double>(near_.members().size());
+  const bool jumps = found.share >= kMostOfBand && agreeing >= kJumpsShareOfPlane * on &&
+                     near_.periodicity() < kPeriodicNear;
   const bool counts =
-      !plane.ranked || (found.share * static_cast<double>(near_.members().size()) >= kMinShareOfPlane * on &&
-                        (jumps || near_.coherence() >= kCoherent));
+      !plane.ranked || (agreeing >= kMinShareOfPlane * on && (jumps || near_.coherence() >= kCoherent));
   return counts ? found.log_ratio / std::log(10.0) : 0;
 }
 

@@ -27,9 +27,10 @@ namespace corrsel::core {
 ///
 /// Repeated structure agrees with the epipolar lines of its rows. Where descriptors are known, which confuse
 /// it, the band counts only if the agreeing ones are a hundredth of the matches on the plane (less is an
-/// object, not the scene), and if their displacements are coherent (0.3), or five eighths of the band agree
-/// and their displacements are not periodic (0.65). The latter is the case where depth jumps from point to
-/// point.
+/// object, not the scene), and if their displacements are coherent (0.3). Where depth jumps from point to
+/// point, they are not, and the plane holds by chance only. The band therefore counts, too, if five eighths
+/// of it agree, as many as a fifth of the matches on the plane, and their displacements are not periodic
+/// (0.65).
 ///
 /// The matches far from the plane count only if their displacements are not periodic (0.6). Where descriptors
 /// are known, they must also be half as many as the matches on the plane and 30 % of all that are far, or
