@@ -31,7 +31,7 @@ if [ "$sanitize" -eq 1 ]; then
 else
   build_dir=$build_dir/core_alone
   # What is installed of the core alone; all would also build the tests.
-  build corrsel_core -- -Dcorrsel_FEATURES=OFF -Dcorrsel_PYTHON=OFF -Dcorrsel_TESTS=ON "$@"
+  build corrsel_core -- -Dcorrsel_REFERENCE=OFF -Dcorrsel_FEATURES=OFF -Dcorrsel_PYTHON=OFF -Dcorrsel_TESTS=ON "$@"
   run_tests -R '^consumer$'
 fi
 python3 "$package_dir/test/summary.py" "$with_ros" "$build_dir"
