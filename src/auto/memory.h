@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "auto/leftover.h"
-#include "auto/local_support.h"
 #include "auto/parallax.h"
 #include "auto/plausibility.h"
 #include "auto/thresholds.h"
@@ -14,6 +13,7 @@
 #include "geometry/normalization.h"
 #include "posterior/match_probability.h"
 #include "search/frame_proposal.h"
+#include "search/local_support.h"
 #include "search/ordering.h"
 #include "search/search.h"
 #include "search/seed_growing.h"

@@ -6,11 +6,11 @@
 #include <opencv2/core/matx.hpp>
 #include <vector>
 
-#include "auto/local_support.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/selection.h"
 #include "points/cell_grid.h"
 #include "posterior/probability_weights.h"
+#include "search/local_support.h"
 
 namespace corrsel::core {
 

@@ -4,9 +4,9 @@
 #include <numeric>
 #include <vector>
 
-#include "auto/local_support.h"
 #include "base/gather.h"
 #include "posterior/match_probability.h"
+#include "search/local_support.h"
 #include "search/ordering.h"
 
 namespace corrsel::core {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "auto/local_support.h"
+#include "search/local_support.h"
 #include "test_support.h"
 
 namespace {

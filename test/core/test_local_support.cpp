@@ -3,7 +3,7 @@
 #include <complex>
 #include <limits>
 
-#include "auto/local_support.h"
+#include "search/local_support.h"
 #include "search/ordering.h"
 #include "test_support.h"
 

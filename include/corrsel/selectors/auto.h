@@ -16,7 +16,7 @@ struct AutoOptions : ConfidenceOptions {
   Model model = Model::kAuto;        ///< model to which the answer is restricted
   double threshold = 0;              ///< inlier threshold of a homography, px; 0 = by the noise
   double fundamental_threshold = 0;  ///< inlier threshold of a fundamental matrix, px; 0 = by the noise
-  int hard_search = 2000;           ///< hypotheses where nothing else has found a model; 0 = none
+  int hard_search = 2000;            ///< hypotheses where nothing else has found a model; 0 = none
   int seed = 0;                      ///< of the samplers
   int threads = 1;                   ///< that may be used
   double max_seconds = 0;            ///< time limit, s; 0 = none
@@ -31,15 +31,16 @@ struct AutoOptions : ConfidenceOptions {
 /// in what a model leaves over: matches with local support that it does not explain.
 ///
 /// Algorithm:
-///  1. Evidence (src/auto/gathering.h). Local support (local_support.h) gives the local set L, the extended
-///     local set L2, and a local map per match. The best homography H is found from these
-///     (homography_search.h). Where the decision asks for it, a fundamental matrix F is estimated from
-///     uniform samples of L and refined on all matches, and it is tested what a model leaves over of L
-///     (leftover.h), and whether the matches off H show parallax (parallax.h).
+///  1. Evidence (src/auto/gathering.h). Local support (src/search/local_support.h) gives the local set L, the
+///     extended local set L2, and a local map per match. The best homography H is found from these
+///     (homography_search.h). Where the decision asks for it, it is tested whether the matches off H show
+///     parallax (parallax.h), a fundamental matrix F is searched (fundamental_search.h), and it is tested
+///     what a model leaves over of L (leftover.h).
 ///  2. Decision (decision.h). A table states which evidence leads to which scene and answer.
 ///  3. Answer (answer.h). Matches agree with H if the smaller one of their transfer errors in both images is
 ///     at most `threshold`. They agree with F if their Sampson distance is at most `fundamental_threshold`,
-///     or twice that for members of L2, and if their surroundings make them plausible (plausibility.h).
+///     or twice that for members of L2, and if their surroundings make them plausible (plausibility.h). A
+///     rigid scene includes the matches that agree with its dominant plane, H.
 ///     Where there are several motions, planes are searched among what the model leaves over
 ///     (sequential_planes.h), with hypotheses from L2, and L2 is selected, too.
 ///

@@ -1,4 +1,4 @@
-#include "auto/local_support.h"
+#include "search/local_support.h"
 
 #include <algorithm>
 #include <cmath>
