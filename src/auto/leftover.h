@@ -34,7 +34,7 @@ class Leftover {
   /// @param matches  the memory must outlive the calls
   void assign(const Correspondences& matches) {
     matches_ = &matches;
-    units_ = LengthUnits::of(matches);
+    units_ = LengthUnits::of(matches).atLeast(1);
   }
 
   /// Coherent leftover, in distinct places.

@@ -8,15 +8,21 @@ namespace corrsel::core {
 namespace {
 
 constexpr double kHomography = 5, kFundamental = 1.5;  // px
-constexpr double kCut = 3, kMaxGrowth = 3;             // times the threshold
-// The lengths of 97 % of residuals with a standard deviation of 1 in each coordinate.
-constexpr double kQuantile2 = 2.6482, kQuantile1 = 2.1701;
+constexpr double kCut = 3;                             // times the threshold
 
-void adapt(const std::vector<double>& errors, int dimensions, int parameters, double& threshold) {
-  const NoiseScale noise = estimateNoiseScale(errors, {dimensions, parameters, kCut * threshold});
-  const double needed = (dimensions == 2 ? kQuantile2 : kQuantile1) * noise.sigma;
+/// How the errors of a kind of model are distributed.
+struct Kind {
+  int dimensions, parameters;
+  double quantile;    // the length of 97 % of residuals with a standard deviation of 1 in each coordinate
+  double max_growth;  // times the threshold
+};
+constexpr Kind kTransfer = {2, 8, 2.6482, 1.5}, kSampson = {1, 7, 2.1701, 3};
+
+void adapt(const std::vector<double>& errors, const Kind& kind, double& threshold) {
+  const NoiseScale noise = estimateNoiseScale(errors, {kind.dimensions, kind.parameters, kCut * threshold});
+  const double needed = kind.quantile * noise.sigma;
   // Not for NaN.
-  if (needed > threshold) threshold = std::min(needed, kMaxGrowth * threshold);
+  if (needed > threshold) threshold = std::min(needed, kind.max_growth * threshold);
 }
 
 }  // namespace
@@ -28,11 +34,11 @@ Thresholds::Thresholds(const AutoOptions& options)
       adapts_fundamental_(options.fundamental_threshold <= 0) {}
 
 void Thresholds::adaptHomography(const std::vector<double>& errors) {
-  if (adapts_homography_) adapt(errors, 2, 8, homography);
+  if (adapts_homography_) adapt(errors, kTransfer, homography);
 }
 
 void Thresholds::adaptFundamental(const std::vector<double>& errors) {
-  if (adapts_fundamental_) adapt(errors, 1, 7, fundamental);
+  if (adapts_fundamental_) adapt(errors, kSampson, fundamental);
 }
 
 void selectWithin(const std::vector<double>& errors, double threshold, std::vector<std::uint8_t>& mask) {

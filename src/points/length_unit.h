@@ -38,6 +38,10 @@ struct LengthUnits {
   static LengthUnits of(const Matches& m) {
     return {lengthUnit(m.left_size, m.left_x, m.left_y), lengthUnit(m.right_size, m.right_x, m.right_y)};
   }
+
+  /// Units that are not smaller than `px`, for lengths below which the pixels themselves repeat: the blocks
+  /// of JPEG have 8 px in an image of any size.
+  LengthUnits atLeast(double px) const { return {std::max(px, left), std::max(px, right)}; }
 };
 
 }  // namespace corrsel::core

@@ -25,7 +25,7 @@ std::size_t OccupiedCells::count(const std::vector<float>& x, const std::vector<
 }
 
 std::size_t OccupiedCells::count(const Correspondences& matches, const std::vector<std::uint8_t>& mask) {
-  const LengthUnits units = LengthUnits::of(matches);
+  const LengthUnits units = LengthUnits::of(matches).atLeast(1);
   return std::min(count(matches.left_x, matches.left_y, units.left, mask),
                   count(matches.right_x, matches.right_y, units.right, mask));
 }

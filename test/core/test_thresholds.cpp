@@ -49,14 +49,16 @@ TEST(Thresholds, StayWhereTheFeaturesArePrecise) {
 
 TEST(Thresholds, GrowWithTheNoise) {
   Thresholds thresholds{AutoOptions()};
-  thresholds.adaptHomography(errors(2, 3));
+  thresholds.adaptHomography(errors(2, 2.4));
   thresholds.adaptFundamental(errors(1, 1.2));
-  EXPECT_NEAR(thresholds.homography, 2.65 * 3, 0.8);
+  EXPECT_NEAR(thresholds.homography, 2.65 * 2.4, 0.6);
   EXPECT_NEAR(thresholds.fundamental, 2.17 * 1.2, 0.3);
 }
 
-TEST(Thresholds, GrowToThreeTimesAtMost) {
+TEST(Thresholds, HaveAnUpperBound) {
   Thresholds thresholds{AutoOptions()};
+  thresholds.adaptHomography(errors(2, 6));
+  EXPECT_LE(thresholds.homography, 7.5);
   thresholds.adaptFundamental(errors(1, 30));
   EXPECT_LE(thresholds.fundamental, 4.5);
 }
