@@ -21,8 +21,8 @@ namespace corrsel::core {
 /// Algorithm: the leftover of a model are the members of the local set outside the model. The coherent
 /// leftover are those of them for which more than half of the nearest matches, 8 in each image, among the
 /// local set and the matches that the model explains, are outside the model, too. Neighbours within 4 units
-/// (length_unit.h) in both images are the same match again and do not count. Matches are counted at distinct
-/// places (occupied_cells.h).
+/// (length_unit.h), at least 4 px, in both images are the same match again and do not count. Matches are
+/// counted at distinct places (occupied_cells.h).
 ///
 /// A leftover of c places is sizable if c >= 6, c > 0.04 (c + m) and c > 0.02 (N - m), where the model
 /// explains m of the N matches. The last condition is there because chance and repeated structure make 0.3 to

@@ -16,7 +16,7 @@ namespace corrsel::core {
 /// 1.5 px for a fundamental matrix. Once a model is known, the noise of its inliers is estimated
 /// (noise_scale.h) among the errors up to three times the threshold. If 97 % of them need more than the
 /// threshold, it becomes as large as they need, but at most 1.5 times (homography) or three times as large as
-/// before. More than 7.5 px from a plane is what no user calls right, and costs 10 on blurred images.
+/// before. Without the bound of 7.5 px for a plane, blurred images lose up to 12 of F at 5 px.
 ///
 /// Sensitivity: smaller thresholds for precise features gain nothing on any dataset
 /// (docs/studies/parallax.md).

@@ -15,7 +15,7 @@ namespace corrsel::core {
 ///    a pixel or some pixels in images of any size. Those that matter to a user are options.
 ///  - Everything else, in this unit: what counts as the same place, how far a neighbourhood reaches, how far
 ///    structure repeats. The same scene in an image of another size then gives the same answer, apart from
-///    the accuracy of the features.
+///    the accuracy of the features. A few lengths have a lower bound in px as well, see atLeast().
 /// @param image  its size, px; where it is unknown, the extent of the points takes its place
 /// @param x, y   the points in it
 inline double lengthUnit(const cv::Size& image, const std::vector<float>& x, const std::vector<float>& y) {

@@ -12,8 +12,8 @@ namespace corrsel::core {
 /// Counts the distinct places of matches, because matches that repeat one another agree with a bad model
 /// all at once.
 ///
-/// Algorithm: the number of cells of 8 units of the image (length_unit.h) that hold a match, the smaller one
-/// of both images.
+/// Algorithm: the number of cells of 8 units of the image (length_unit.h), at least 8 px, that hold a match,
+/// the smaller one of both images.
 ///
 /// Cost: O(N) for a mask of N matches; memory is kept between calls.
 class OccupiedCells {
