@@ -4,8 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "corrsel/camera.h"
 
 namespace corrsel::core {
 
@@ -24,7 +27,8 @@ struct Correspondences {
   std::vector<AffineFrame> left_frame, right_frame;    ///< optional: local affine frames, px
   std::vector<std::uint32_t> left_index, right_index;  ///< optional: feature numbers in their images
 
-  cv::Size left_size, right_size;  ///< image sizes, px; 0x0 if unknown
+  cv::Size left_size, right_size;                   ///< image sizes, px; 0x0 if unknown
+  std::optional<Camera> left_camera, right_camera;  ///< optional: calibration, used by calibrated selectors
 
   std::size_t size() const { return left_x.size(); }
   bool empty() const { return left_x.empty(); }
@@ -32,11 +36,11 @@ struct Correspondences {
   /// Appends a match that has coordinates only. @pre no optional column is in use
   void add(const cv::Point2f& left, const cv::Point2f& right);
 
-  /// Returns an empty text if all columns have the same length, otherwise a sentence that names the wrong
-  /// column.
+  /// Returns an empty text if all columns have the same length and the cameras are valid, otherwise a
+  /// sentence that names the wrong column or the wrong member of a camera.
   std::string inconsistency() const;
 
-  /// Returns the given rows, in that order, with every column. O(rows).
+  /// Returns the given rows, in that order, with every column, and the sizes and cameras. O(rows).
   Correspondences subset(const std::vector<std::uint32_t>& rows) const;
 };
 

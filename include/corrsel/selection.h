@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <limits>
 #include <opencv2/core/matx.hpp>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "corrsel/pose_result.h"
 
 namespace corrsel::core {
 
@@ -29,7 +32,13 @@ std::string toString(Status status);
 /// Throws std::invalid_argument listing the valid texts.
 Status statusFromString(const std::string& text);
 
-enum class ModelKind : std::uint8_t { kNone = 0, kHomography = 1, kFundamental = 2 };
+enum class ModelKind : std::uint8_t {
+  kNone = 0,
+  kHomography = 1,   ///< x' ~ H x, px
+  kFundamental = 2,  ///< x'^T F x = 0, px
+  kEssential = 3,    ///< d'^T E d = 0 for unit rays of calibrated cameras
+  kRotation = 4      ///< d' = R d for unit rays of calibrated cameras
+};
 
 std::string toString(ModelKind kind);
 
@@ -61,8 +70,7 @@ struct Selection {
   /// coordinates of their first matches.
   std::vector<std::int32_t> group;
   ModelKind model_kind = ModelKind::kNone;
-  cv::Matx33d model =
-      cv::Matx33d::zeros();  ///< left to right (x' ~ Hx, or x'^T F x = 0); valid if kind is not kNone
+  cv::Matx33d model = cv::Matx33d::zeros();  ///< left to right, see ModelKind; valid if kind is not kNone
   Status status = Status::kOk;
   SceneKind scene = SceneKind::kUnknown;  ///< what the matches show; `auto` finds it out
   /// -log10 of the number of agreements as good as this one that outliers alone are expected to show; at
@@ -77,8 +85,9 @@ struct Selection {
   /// not. 0 for all where nothing was found, and for matches that were ignored. Empty where nobody has
   /// computed it, see addProbability().
   std::vector<float> probability;
-  std::string message;        ///< one sentence for people; empty if there is nothing to report
-  std::size_t n_input = 0;    ///< matches given
+  std::optional<PoseResult> pose;  ///< of calibrated selectors
+  std::string message;             ///< one sentence for people; empty if there is nothing to report
+  std::size_t n_input = 0;         ///< matches given
   std::size_t n_ignored = 0;  ///< matches dropped beforehand because a coordinate was NaN, infinite or absurd
   std::size_t n_selected = 0;  ///< ones in the mask
   int iterations = 0;          ///< hypotheses, EM steps or passes: the method's own count

@@ -1,5 +1,7 @@
 #include "corrsel/correspondences.h"
 
+#include <stdexcept>
+
 namespace corrsel::core {
 namespace {
 
@@ -36,6 +38,12 @@ std::string Correspondences::inconsistency() const {
         wrong("right_index", right_index.size(), true)}) {
     if (!text.empty()) return text;
   }
+  try {
+    if (left_camera) left_camera->check();
+    if (right_camera) right_camera->check();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
   return "";
 }
 
@@ -53,6 +61,8 @@ Correspondences Correspondences::subset(const std::vector<std::uint32_t>& rows) 
   result.right_index = pick(right_index, rows);
   result.left_size = left_size;
   result.right_size = right_size;
+  result.left_camera = left_camera;
+  result.right_camera = right_camera;
   return result;
 }
 

@@ -30,12 +30,19 @@ constexpr Text<ModelKind> kModelTexts[] = {
     {ModelKind::kNone, "none"},
     {ModelKind::kHomography, "homography"},
     {ModelKind::kFundamental, "fundamental"},
+    {ModelKind::kEssential, "essential"},
+    {ModelKind::kRotation, "rotation"},
 };
 
 constexpr Text<SceneKind> kSceneTexts[] = {
     {SceneKind::kUnknown, "unknown"}, {SceneKind::kNothing, "nothing"},
     {SceneKind::kAtRest, "at_rest"},  {SceneKind::kPlaneOrRotation, "plane_or_rotation"},
     {SceneKind::kRigid, "rigid"},     {SceneKind::kSeveralMotions, "several_motions"},
+};
+
+constexpr Text<Motion> kMotionTexts[] = {
+    {Motion::kNone, "none"},       {Motion::kRest, "rest"},     {Motion::kRotation, "rotation"},
+    {Motion::kGeneral, "general"}, {Motion::kPlanar, "planar"},
 };
 
 template <class Value, std::size_t N>
@@ -65,6 +72,10 @@ Status statusFromString(const std::string& text) { return valueOf(text, kStatusT
 std::string toString(ModelKind kind) { return textOf(kind, kModelTexts, "model kind"); }
 
 std::string toString(SceneKind kind) { return textOf(kind, kSceneTexts, "scene"); }
+
+std::string toString(Motion motion) { return textOf(motion, kMotionTexts, "motion"); }
+
+Motion motionFromString(const std::string& text) { return valueOf(text, kMotionTexts, "motion"); }
 
 SceneKind sceneFromString(const std::string& text) { return valueOf(text, kSceneTexts, "scene"); }
 

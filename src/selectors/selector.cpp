@@ -53,6 +53,7 @@ void fail(Selection& result, std::size_t n, Status status, const std::string& me
   result.confidence = std::numeric_limits<double>::quiet_NaN();
   result.sigma = std::numeric_limits<double>::quiet_NaN();
   result.probability.clear();
+  result.pose.reset();
   result.status = status;
   result.message = message;
 }
@@ -82,7 +83,7 @@ void requireSense(const Selection& result, std::size_t n) {
     throw std::domain_error("the selector returned a mask that holds " + std::to_string(*wrong) +
                             "; allowed are 0 and 1");
   }
-  if (result.status > Status::kUncertain || result.model_kind > ModelKind::kFundamental) {
+  if (result.status > Status::kUncertain || result.model_kind > ModelKind::kRotation) {
     throw std::domain_error("the selector returned a status or a kind of model that does not exist: " +
                             std::to_string(static_cast<int>(result.status)) + ", " +
                             std::to_string(static_cast<int>(result.model_kind)));
