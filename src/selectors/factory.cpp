@@ -363,6 +363,7 @@ std::vector<std::string> neededInput(const Selector& selector) {
   complete.left_frame = complete.right_frame = {frame};
   complete.left_index = complete.right_index = {0};
   complete.left_size = complete.right_size = {1, 1};
+  complete.left_camera = complete.right_camera = Camera();
   using Remove = void (*)(Correspondences&);
   static constexpr std::pair<const char*, Remove> kOptional[] = {
       {"left_size", [](Correspondences& m) { m.left_size = {}; }},
@@ -371,6 +372,8 @@ std::vector<std::string> neededInput(const Selector& selector) {
       {"second_distance", [](Correspondences& m) { m.second_distance.clear(); }},
       {"left_frame", [](Correspondences& m) { m.left_frame.clear(); }},
       {"right_frame", [](Correspondences& m) { m.right_frame.clear(); }},
+      {"left_camera", [](Correspondences& m) { m.left_camera.reset(); }},
+      {"right_camera", [](Correspondences& m) { m.right_camera.reset(); }},
       {"left_index", [](Correspondences& m) { m.left_index.clear(); }},
       {"right_index", [](Correspondences& m) { m.right_index.clear(); }}};
   std::vector<std::string> needed;
