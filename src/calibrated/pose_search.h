@@ -47,6 +47,7 @@ class PoseSearch {
   SearchSet search_set_;
   SearchInput input_;
   PoseRefinement refinement_;
+  MotionVerdict verdict_;
   RayMatches set_;               // the rays of the search set
   double fitted_threshold_ = 0;  // of the last refinement, px
 };
