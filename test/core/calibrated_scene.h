@@ -27,7 +27,7 @@ enum class Scenario {
   kPlane     ///< moves in a random direction before a plane; with a baseline of 0 it turns only
 };
 
-struct SceneKind {
+struct SceneOptions {
   Scenario scenario = Scenario::kGeneral;
   Camera camera = pose_scene::pinhole();  ///< of both images
   std::size_t size = 300;                 ///< number of matches
@@ -53,11 +53,11 @@ inline double sceneDepth(bool plane, const cv::Vec3d& normal, const cv::Vec3d& r
 }
 
 /// The motion of a scenario.
-inline Pose scenePose(const SceneKind& kind, Random& random) {
-  if (kind.scenario == Scenario::kRest) return {};
+inline Pose scenePose(const SceneOptions& options, Random& random) {
+  if (options.scenario == Scenario::kRest) return {};
   Pose pose = pose_scene::randomPose(random);
-  if (kind.scenario == Scenario::kForward) pose.translation = pose.rotation * cv::Vec3d(0, 0, -1);
-  if (kind.scenario == Scenario::kRotation || !(kind.baseline > 0)) pose.translation = {};
+  if (options.scenario == Scenario::kForward) pose.translation = pose.rotation * cv::Vec3d(0, 0, -1);
+  if (options.scenario == Scenario::kRotation || !(options.baseline > 0)) pose.translation = {};
   return pose;
 }
 
@@ -75,14 +75,14 @@ inline cv::Point2d visiblePixel(const Camera& camera, Random& random, Ray& ray) 
 }
 
 /// Appends a match, and its distances where they are wanted.
-inline void append(const SceneKind& kind, const cv::Point2d& left, const cv::Point2d& right, bool inlier,
-                   Random& random, Scene& scene) {
+inline void append(const SceneOptions& options, const cv::Point2d& left, const cv::Point2d& right,
+                   bool inlier, Random& random, Scene& scene) {
   scene.matches.left_x.push_back(static_cast<float>(left.x));
   scene.matches.left_y.push_back(static_cast<float>(left.y));
   scene.matches.right_x.push_back(static_cast<float>(right.x));
   scene.matches.right_y.push_back(static_cast<float>(right.y));
   scene.inlier.push_back(inlier ? 1 : 0);
-  if (!kind.has_distances) return;
+  if (!options.has_distances) return;
   const double ratio = inlier ? random.uniform(0.3, 0.95) : random.uniform(0.6, 1);
   scene.matches.distance.push_back(static_cast<float>(ratio));
   scene.matches.second_distance.push_back(1);
@@ -90,37 +90,38 @@ inline void append(const SceneKind& kind, const cv::Point2d& left, const cv::Poi
 
 /// Generates a scene: left pixels uniform in the image, right pixels of outliers, too. Inliers are visible in
 /// both images before the noise is added. Inliers and outliers are in random order.
-inline Scene generate(const SceneKind& kind, std::uint64_t seed) {
+inline Scene generate(const SceneOptions& options, std::uint64_t seed) {
   constexpr double kMeanDepth = 8;
   Random random(seed);
   Scene scene;
-  scene.matches.left_camera = scene.matches.right_camera = kind.camera;
-  scene.matches.left_size = scene.matches.right_size = kind.camera.size;
-  scene.truth = scenePose(kind, random);
+  scene.matches.left_camera = scene.matches.right_camera = options.camera;
+  scene.matches.left_size = scene.matches.right_size = options.camera.size;
+  scene.truth = scenePose(options, random);
   const double tilt_x = random.normal();
   const double tilt_y = random.normal();
   const cv::Vec3d normal(0.4 * tilt_x, 0.4 * tilt_y, -1);
-  const cv::Rect2d image(cv::Point2d(), cv::Size2d(kind.camera.size));
-  std::vector<std::uint32_t> order(kind.size);
-  for (std::uint32_t i = 0; i < kind.size; ++i) order[i] = i;
+  const cv::Rect2d image(cv::Point2d(), cv::Size2d(options.camera.size));
+  std::vector<std::uint32_t> order(options.size);
+  for (std::uint32_t i = 0; i < options.size; ++i) order[i] = i;
   random.shuffle(order);
-  const auto inliers = static_cast<std::uint32_t>(kind.right_share * static_cast<double>(kind.size) + 0.5);
-  for (std::size_t i = 0; i < kind.size;) {
+  const auto inliers =
+      static_cast<std::uint32_t>(options.right_share * static_cast<double>(options.size) + 0.5);
+  for (std::size_t i = 0; i < options.size;) {
     Ray ray, other;
-    const cv::Point2d left = visiblePixel(kind.camera, random, ray);
+    const cv::Point2d left = visiblePixel(options.camera, random, ray);
     cv::Point2d right;
     const bool inlier = order[i] < inliers;
     if (inlier) {
-      const double depth = sceneDepth(kind.scenario == Scenario::kPlane, normal, ray.direction, random);
+      const double depth = sceneDepth(options.scenario == Scenario::kPlane, normal, ray.direction, random);
       const cv::Vec3d point = scene.truth.rotation * (ray.direction * depth) +
-                              scene.truth.translation * (kind.baseline * kMeanDepth);
-      if (std::isnan(depth) || !project(kind.camera, point, right) || !image.contains(right)) continue;
+                              scene.truth.translation * (options.baseline * kMeanDepth);
+      if (std::isnan(depth) || !project(options.camera, point, right) || !image.contains(right)) continue;
     } else {
-      right = visiblePixel(kind.camera, random, other);
+      right = visiblePixel(options.camera, random, other);
     }
-    const cv::Point2d noisy_left = pose_scene::noisy(left, kind.noise, random);
-    const cv::Point2d noisy_right = pose_scene::noisy(right, kind.noise, random);
-    append(kind, noisy_left, noisy_right, inlier, random, scene);
+    const cv::Point2d noisy_left = pose_scene::noisy(left, options.noise, random);
+    const cv::Point2d noisy_right = pose_scene::noisy(right, options.noise, random);
+    append(options, noisy_left, noisy_right, inlier, random, scene);
     ++i;
   }
   return scene;
