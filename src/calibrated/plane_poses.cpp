@@ -28,8 +28,11 @@ bool solve(const cv::Matx33d& a, const cv::Vec3d& b, cv::Vec3d& x) {
   return true;
 }
 
+/// Difference of two poses, rad, apart from the sign of t, which a plane in front of one camera and behind
+/// the other one leaves open.
 double difference(const Pose& a, const Pose& b) {
-  return std::max(cv::norm(a.rotation - b.rotation), cv::norm(a.translation - b.translation));
+  const double t = std::min(cv::norm(a.translation - b.translation), cv::norm(a.translation + b.translation));
+  return std::max(cv::norm(a.rotation - b.rotation), t);
 }
 
 }  // namespace
@@ -55,8 +58,9 @@ void PlaneFit::measure(const Pose& pose, const RayTransfer& transfer,
     const double depth = a.dot(b) * b.dot(t) - a.dot(t);
     const double mu = depth != 0 ? across.dot(across) / depth : 0;
     const cv::Vec3d p = a + t * mu, sideways = t.cross(p);
-    const double weight = std::sqrt(sideways.dot(sideways) * static_cast<double>(transfer.weight(rows[k])));
-    const double values[5] = {left[0], left[1], left[2], mu, weight / p.dot(p)};
+    const double length = p.dot(p), s1 = transfer.leftAngle(rows[k]), s2 = transfer.rightAngle(rows[k]);
+    const double weight = std::sqrt(sideways.dot(sideways) / (length * (s1 * s1 + s2 * s2 * length)));
+    const double values[5] = {left[0], left[1], left[2], mu, weight};
     for (std::size_t c = 0; c < 5; ++c) columns_[c * size_ + k] = static_cast<float>(values[c]);
   }
 }

@@ -104,17 +104,32 @@ void RayTransfer::repairedErrors(const cv::Matx33d& rotation, std::size_t shift,
 }
 
 void RayTransfer::homographyErrors(const cv::Matx33d& homography, float* out) const {
-  const FloatMatrix h(homography);
+  const FloatMatrix h(homography), q(homography * homography.t());
   const std::size_t n = size();
   const float *const left = columns_->left.data(), *const right = columns_->right.data();
   for (std::size_t i = 0; i < n; ++i) {
     const float x = left[i], y = left[n + i], z = left[2 * n + i];
-    const float a = h.m[0] * x + h.m[1] * y + h.m[2] * z;
-    const float b = h.m[3] * x + h.m[4] * y + h.m[5] * z;
-    const float c = h.m[6] * x + h.m[7] * y + h.m[8] * z;
+    float a = h.m[0] * x + h.m[1] * y + h.m[2] * z;
+    float b = h.m[3] * x + h.m[4] * y + h.m[5] * z;
+    float c = h.m[6] * x + h.m[7] * y + h.m[8] * z;
     const float scale = 1 / std::sqrt(a * a + b * b + c * c + 1e-30F);
-    const float u = scale * a - right[i], v = scale * b - right[n + i], w = scale * c - right[2 * n + i];
-    out[i] = weight_[i] * (u * u + v * v + w * w);
+    a *= scale, b *= scale, c *= scale;
+    const float u = a - right[i], v = b - right[n + i], w = c - right[2 * n + i];
+    // The covariance of the error in units of s'^2, K = I + g P H H^T P with the projection P across the ray.
+    const float s = left_angle_[i] * scale / right_angle_[i], g = s * s;
+    const float qa = q.m[0] * a + q.m[1] * b + q.m[2] * c, qb = q.m[3] * a + q.m[4] * b + q.m[5] * c,
+                qc = q.m[6] * a + q.m[7] * b + q.m[8] * c, along = a * qa + b * qb + c * qc;
+    const float xx = 1 + g * (q.m[0] - 2 * a * qa + along * a * a);
+    const float yy = 1 + g * (q.m[4] - 2 * b * qb + along * b * b);
+    const float zz = 1 + g * (q.m[8] - 2 * c * qc + along * c * c);
+    const float xy = g * (q.m[1] - a * qb - b * qa + along * a * b);
+    const float xz = g * (q.m[2] - a * qc - c * qa + along * a * c);
+    const float yz = g * (q.m[5] - b * qc - c * qb + along * b * c);
+    const float ax = yy * zz - yz * yz, ay = xz * yz - xy * zz, az = xy * yz - xz * yy;
+    const float by = xx * zz - xz * xz, bz = xy * xz - xx * yz, cz = xx * yy - xy * xy;
+    const float determinant = xx * ax + xy * ay + xz * az;
+    const float form = u * u * ax + v * v * by + w * w * cz + 2 * (u * v * ay + u * w * az + v * w * bz);
+    out[i] = form / (determinant * right_angle_[i] * right_angle_[i]);
   }
 }
 

@@ -29,7 +29,9 @@ class RayTransfer {
   void rotationErrors(const cv::Matx33d& rotation, std::size_t n, float* out) const;
   /// Errors under a rotation of the left rays i with the right rays (i + shift) mod N: those of outliers.
   void repairedErrors(const cv::Matx33d& rotation, std::size_t shift, float* out) const;
-  /// Errors under a homography between rays, of positive sign.
+  /// Errors under a homography between rays, of positive sign. The homography scales the noise of the left
+  /// ray, so that the error e has the covariance s'^2 I + s^2 B B^T with the derivative B of its direction,
+  /// and e^T (...)^-1 e is its square (a first-order Sampson error).
   void homographyErrors(const cv::Matx33d& homography, float* out) const;
 
  private:

@@ -7,6 +7,7 @@
 #include "geometry/essential.h"
 #include "geometry/pose_fit.h"
 #include "geometry/residual.h"
+#include "posterior/noise_scale.h"
 #include "search/significance.h"
 
 namespace corrsel::core {
@@ -16,13 +17,15 @@ constexpr std::size_t kMinMatches = 8;       // five matches always agree with a
 constexpr std::size_t kMinRepaired = 10000;  // re-paired matches that are drawn at least
 constexpr double kMinChance = 1e-3;
 constexpr int kPoseParameters = 5, kRotationParameters = 3, kHomographyParameters = 8;
-constexpr double kRotationWidth = 1.5, kFarWidth = 3, kNearWidth = 2.5;  // of the threshold
+constexpr double kRotationWidth = 1.5, kFarWidth = 3, kNearWidth = 2.5;  // of the unit
 constexpr double kRotationDecades = 8, kPoseDecades = 9, kFarDecades = 9;
 constexpr double kMinRatio = 1.3, kMinDeviations = 5;
+constexpr double kNoiseCut = 5;  // of the threshold: larger errors do not count for the noise
+constexpr double kUnitPerNoise = 4 / 3.;
 constexpr double kMinVariance = 1e-4;  // px^2, what rounding leaves
 constexpr double kRestDisplacement = 0.3;
-constexpr double kRestSquares = 25;  // of three components in units of their variance
-constexpr double kMinInFront = 0.8;
+constexpr double kRestSquares = 36;  // of three components in units of their variance
+constexpr double kMinInFront = 0.95;
 constexpr double kMinExtent = 3;  // of the threshold: matches within it are one place
 
 double squared(double value) { return value * value; }
@@ -61,6 +64,18 @@ std::size_t forRepaired(std::size_t n, std::vector<float>& memory, const Errors&
   return drawn;
 }
 
+/// The least number that a Poisson variable exceeds with a probability below 1e-4.
+std::size_t countOfChance(double mean) {
+  double term = std::exp(-mean), sum = term;
+  std::size_t count = 0;
+  while (1 - sum > 1e-4 && term > 0) {
+    ++count;
+    term *= mean / static_cast<double>(count);
+    sum += term;
+  }
+  return count;
+}
+
 double shareOf(std::size_t count, std::size_t drawn) {
   return std::max(kMinChance, static_cast<double>(count) / static_cast<double>(drawn));
 }
@@ -72,13 +87,15 @@ Verdict MotionVerdict::decide(const VerdictInput& input) {
   if (input.matches.size() < kMinMatches) return verdict;
   transfer_.assign(input.columns);
   measurePose(input);
+  measureNoise(input);
   const cv::Matx33d rotation =
       rotations_.find(transfer_, input.best_first, input.pose ? &input.pose->rotation : nullptr,
-                      kRotationWidth * input.threshold, input.seed);
+                      kRotationWidth * unit_, input.seed);
   measureRotation(input, rotation);
-  const bool rotates = isReal(input, rotated_, 2, rotation_chance_, kRotationDecades);
+  const bool rotates = isReal(input, rotated_, 2, rotation_chance_, kRotationDecades) ||
+                       isReal(input, near_rotation_, 2, near_rotation_chance_, kRotationDecades);
   const bool posed = isReal(input, posed_, 5, pose_chance_, kPoseDecades);
-  if (posed && (!rotates || translates(input, rotation_errors_, kRotationParameters))) {
+  if (posed && (!rotates || translates(rotation_errors_, kRotationParameters))) {
     verdict.motion = Motion::kGeneral;
     verdict.pose = *input.pose;
     verdict.rotation = rotation;
@@ -118,18 +135,40 @@ void MotionVerdict::measurePose(const VerdictInput& input) {
   pose_chance_ = shareOf(count, drawn);
 }
 
-/// The same for the rotation.
+/// Estimates the noise of the pose's errors, and the unit of all widths.
+void MotionVerdict::measureNoise(const VerdictInput& input) {
+  noise_ = 0;
+  if (input.pose) {
+    ResidualKind kind;
+    kind.dimensions = 1;
+    kind.parameters = kPoseParameters;
+    kind.cut = kNoiseCut * input.threshold;
+    kind.background = pose_chance_ * static_cast<double>(input.matches.size()) / input.threshold;
+    wide_errors_.assign(pose_errors_.begin(), pose_errors_.end());
+    const double sigma = estimateNoiseScale(wide_errors_, kind).sigma;
+    if (sigma > 0) noise_ = sigma;
+  }
+  unit_ = std::max(input.threshold, kUnitPerNoise * noise_);
+}
+
+/// The same for the rotation, in two widths.
 void MotionVerdict::measureRotation(const VerdictInput& input, const cv::Matx33d& rotation) {
   const std::size_t n = input.matches.size();
-  const double limit = squared(kRotationWidth * input.threshold);
   rotation_errors_.resize(n);
   transfer_.rotationErrors(rotation, n, rotation_errors_.data());
+  const double limit = squared(kRotationWidth * unit_), wide = squared(kFarWidth * unit_);
   collect(rotation_errors_, limit, rotated_);
-  std::size_t count = 0;
+  collect(rotation_errors_, wide, near_rotation_);
+  std::size_t count = 0, wide_count = 0;
   const std::size_t drawn = forRepaired(
       n, errors_, [&](std::size_t shift, float* out) { transfer_.repairedErrors(rotation, shift, out); },
-      [&](std::size_t, std::size_t, float error) { count += error <= static_cast<float>(limit) ? 1 : 0; });
+      [&](std::size_t, std::size_t, float error) {
+        count += error <= static_cast<float>(limit) ? 1 : 0;
+        wide_count += error <= static_cast<float>(wide) ? 1 : 0;
+      });
   rotation_chance_ = shareOf(count, drawn);
+  near_rotation_chance_ = shareOf(wide_count, drawn);
+  near_chance_ = static_cast<double>(wide_count + 1) / static_cast<double>(drawn);
 }
 
 /// Whether a left and a right ray meet in front of both cameras, see isInFront() of geometry/essential.h.
@@ -154,29 +193,37 @@ bool MotionVerdict::isReal(const VerdictInput& input, const std::vector<std::uin
 /// Whether the pose explains more than a simpler model does.
 /// @param errors      of that model
 /// @param parameters  of that model
-bool MotionVerdict::translates(const VerdictInput& input, const std::vector<float>& errors,
-                               int parameters) const {
-  const auto far_limit = static_cast<float>(squared(kFarWidth * input.threshold));
-  const auto near_limit = static_cast<float>(squared(kNearWidth * input.threshold));
-  std::size_t far = 0, far_agreeing = 0, near = 0;
-  double simple_sum = 0, pose_sum = 0;
-  for (std::size_t i = 0; i < errors.size(); ++i) {
+bool MotionVerdict::translates(const std::vector<float>& errors, int parameters) {
+  const auto far_limit = static_cast<float>(squared(kFarWidth * unit_));
+  const auto near_limit = static_cast<float>(squared(kNearWidth * unit_));
+  std::size_t far = 0, far_agreeing = 0;
+  near_.clear();
+  for (std::uint32_t i = 0; i < errors.size(); ++i) {
     if (!(errors[i] <= far_limit)) {
       ++far;
       far_agreeing += agrees_[i];
     } else if (pose_errors_[i] <= near_limit) {
-      ++near;
-      simple_sum += static_cast<double>(errors[i]);
-      pose_sum += static_cast<double>(pose_errors_[i]);
+      near_.push_back(i);
     }
   }
   if (-log10BinomialTail(far, far_agreeing, pose_chance_) > kFarDecades) return true;
-  const double freedom = static_cast<double>(near) - kPoseParameters;
-  const double gained = static_cast<double>(near) + kPoseParameters - parameters;
+  const std::size_t dropped = std::min(near_.size(), countOfChance(static_cast<double>(far) * near_chance_));
+  const auto gains_more = [&](std::uint32_t a, std::uint32_t b) {
+    return errors[a] - pose_errors_[a] > errors[b] - pose_errors_[b];
+  };
+  const auto kept = near_.begin() + static_cast<std::ptrdiff_t>(dropped);
+  std::nth_element(near_.begin(), kept, near_.end(), gains_more);
+  double simple_sum = 0, pose_sum = 0;
+  for (auto row = kept; row != near_.end(); ++row) {
+    simple_sum += static_cast<double>(errors[*row]);
+    pose_sum += static_cast<double>(pose_errors_[*row]);
+  }
+  const auto count = static_cast<double>(near_.size() - dropped);
+  const double freedom = count - kPoseParameters, gained = count + kPoseParameters - parameters;
   if (!(freedom > 0 && gained > 0)) return false;
   const double variance = std::max(kMinVariance, pose_sum / freedom);
   const double ratio = (simple_sum - pose_sum) / gained / variance;
-  return ratio > kMinRatio && ratio - 1 > kMinDeviations * std::sqrt(2 / gained + 2 / freedom);
+  return ratio > kMinRatio && std::log(ratio) > kMinDeviations * std::sqrt(2 / gained + 2 / freedom);
 }
 
 /// Whether the rotation moves the points by no more than its own uncertainty.
@@ -188,7 +235,8 @@ bool MotionVerdict::isAtRest(const VerdictInput& input, const cv::Matx33d& rotat
     errors += static_cast<double>(rotation_errors_[i]);
   }
   const auto count = static_cast<double>(rotated_.size());
-  const double variance = std::max(kMinVariance, errors / (2 * count - kRotationParameters));
+  const double variance =
+      std::max({kMinVariance, squared(noise_), errors / (2 * count - kRotationParameters)});
   return 2 * moved / count < squared(kRestDisplacement) || moved < kRestSquares * variance;
 }
 
@@ -207,29 +255,30 @@ void MotionVerdict::decidePlane(const VerdictInput& input, Verdict& verdict) {
   if (!plane_.find(verdict.pose, transfer_, posed_, input.threshold, input.seed, normal)) return;
   errors_.resize(transfer_.size());
   transfer_.homographyErrors(homographyOf(verdict.pose, normal), errors_.data());
-  if (translates(input, errors_, kHomographyParameters)) return;
+  if (translates(errors_, kHomographyParameters)) return;
   verdict.motion = Motion::kPlanar;
-  gatherRays(input.matches, posed_, fitted_);
+  collect(errors_, squared(kFarWidth * unit_), rows_);
+  gatherRays(input.matches, rows_, fitted_);
   const std::optional<Pose> other = otherPoseOfPlane(verdict.pose, normal, fitted_, input.threshold);
-  if (other) choosePose(input, *other, verdict);
+  if (other) choosePose(*other, verdict);
 }
 
 /// Reports the better one of two poses, and the other one where the matches do not exclude it.
-void MotionVerdict::choosePose(const VerdictInput& input, const Pose& other, Verdict& verdict) {
-  const auto count = static_cast<double>(fitted_.size());
-  const double cost = poseSums(verdict.pose, fitted_, input.threshold).cost;
-  const double other_cost = poseSums(other, fitted_, input.threshold).cost;
-  std::size_t in_front = 0;
-  for (std::size_t i = 0; i < fitted_.size(); ++i)
-    in_front += core::isInFront(other, fitted_, i, input.threshold) ? 1 : 0;
-  if (static_cast<double>(in_front) < kMinInFront * count) return;
-  const double factor = 1 + 3 / std::sqrt(count);
-  if (other_cost < factor * cost) verdict.second = other;
-  if (other_cost < cost) {
-    verdict.second = verdict.pose;
-    verdict.pose = other;
-    if (cost >= factor * other_cost) verdict.second.reset();
+void MotionVerdict::choosePose(const Pose& other, Verdict& verdict) {
+  const Pose poses[2] = {verdict.pose, other};
+  double cost[2], in_front[2];
+  for (int k = 0; k < 2; ++k) {
+    cost[k] = poseSums(poses[k], fitted_, unit_).cost;
+    in_front[k] = 0;
+    for (std::size_t i = 0; i < fitted_.size(); ++i)
+      in_front[k] += core::isInFront(poses[k], fitted_, i, unit_) ? 1 : 0;
   }
+  const double needed = kMinInFront * std::max(in_front[0], in_front[1]);
+  const bool is_visible[2] = {in_front[0] >= needed, in_front[1] >= needed};
+  const int best = is_visible[0] != is_visible[1] ? (is_visible[0] ? 0 : 1) : (cost[0] <= cost[1] ? 0 : 1);
+  verdict.pose = poses[best];
+  const double factor = 1 + 3 / std::sqrt(static_cast<double>(fitted_.size()));
+  if (is_visible[1 - best] && cost[1 - best] < factor * cost[best]) verdict.second = poses[1 - best];
 }
 
 }  // namespace corrsel::core

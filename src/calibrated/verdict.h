@@ -37,15 +37,19 @@ struct Verdict {
 /// homography. So a translation shows, and is the only one, where the essential matrix explains more than
 /// the rotation or the homography does, and more than chance.
 ///
+/// The unit of all widths is the threshold, but at least 4/3 of the noise of the errors of the pose: what
+/// lies beyond 4 standard deviations is no inlier of a rotation, whatever the user's threshold is.
+///
 /// Algorithm: a simpler model M, the best rotation R or the homography R + t n^T of a plane, is compared with
-/// the pose E. Errors of M are those of rotation_search.h; matches within 1.5 thresholds agree with it.
-///  - far: of the m matches with an error of M above 3 thresholds, k agree with E and lie in front;
+/// the pose E. Errors of M are those of rotation_search.h; matches within 1.5 units agree with it.
+///  - far: of the m matches with an error of M above 3 units, k agree with E and lie in front;
 ///    evidence = -log10 P(Bin(m, q) >= k), significant above 9: five of these allow for the choice of E among
 ///    many. q is the share of re-paired matches that agree and lie in front, at least 1e-3.
-///  - near: over the n matches within 3 thresholds of M and 2.5 of E, with the sums of squares S_M and S_E
+///  - near: over the n matches within 3 units of M and 2.5 of E, with the sums of squares S_M and S_E
 ///  and
 ///    p parameters of M, F = ((S_M - S_E) / (n + 5 - p)) / (S_E / (n - 5)). Significant where F > 1.3 and
-///    F - 1 exceeds 5 standard deviations, sqrt(2 / (n + 5 - p) + 2 / (n - 5)).
+///    ln F exceeds 5 standard deviations, sqrt(2 / (n + 5 - p) + 2 / (n - 5)). Of the n matches as many as
+///    may be near M by chance, those with the largest gain, are left out.
 /// A model is real if at least 8 matches agree that are not all at one place, and the probability that so
 /// many do by chance is below 1e-8 (R; q is at least 1e-3 there, too) or 1e-9 (E). E needs a translation: far
 /// or near is significant against R, or R is not real. Then it is kPlanar if neither is significant against
@@ -65,8 +69,9 @@ class MotionVerdict {
   Verdict decide(const VerdictInput& input);
 
  private:
-  bool translates(const VerdictInput& input, const std::vector<float>& errors, int parameters) const;
+  bool translates(const std::vector<float>& errors, int parameters);
   void measurePose(const VerdictInput& input);
+  void measureNoise(const VerdictInput& input);
   void measureRotation(const VerdictInput& input, const cv::Matx33d& rotation);
   bool isReal(const VerdictInput& input, const std::vector<std::uint32_t>& agreeing, std::size_t sample_size,
               double chance, double decades) const;
@@ -74,15 +79,22 @@ class MotionVerdict {
   bool isInFront(const VerdictInput& input, std::size_t left, std::size_t right) const;
   double parallax(const cv::Matx33d& rotation, const std::vector<std::uint32_t>& rows);
   void decidePlane(const VerdictInput& input, Verdict& verdict);
-  void choosePose(const VerdictInput& input, const Pose& other, Verdict& verdict);
+  void choosePose(const Pose& other, Verdict& verdict);
 
   RayTransfer transfer_;
   RotationSearch rotations_;
   PlaneFit plane_;
   std::vector<float> pose_errors_, rotation_errors_, errors_;  // squared, px^2
   std::vector<std::uint8_t> agrees_;                           // with the pose, and lies in front
-  std::vector<std::uint32_t> posed_, rotated_;                 // rows of the matches that agree
-  double pose_chance_ = 1, rotation_chance_ = 1;               // share of re-paired matches that agree
+  std::vector<std::uint32_t> posed_, rotated_, rows_;          // of the matches that agree
+  std::vector<std::uint32_t> near_rotation_;                   // within 3 units
+  std::vector<std::uint32_t> near_;                            // of the matches near both models
+  std::vector<double> wide_errors_;
+  double pose_chance_ = 1, rotation_chance_ = 1;  // share of re-paired matches that agree
+  double near_rotation_chance_ = 1;
+  double near_chance_ = 1;  // the latter, estimated, without a floor
+  double noise_ = 0;        // of the errors of the pose, px
+  double unit_ = 0;         // of all widths: the threshold, or more where the noise needs it, px
   RayMatches fitted_;
 };
 
