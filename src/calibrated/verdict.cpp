@@ -277,8 +277,9 @@ void MotionVerdict::choosePose(const Pose& other, Verdict& verdict) {
   const bool is_visible[2] = {in_front[0] >= needed, in_front[1] >= needed};
   const int best = is_visible[0] != is_visible[1] ? (is_visible[0] ? 0 : 1) : (cost[0] <= cost[1] ? 0 : 1);
   verdict.pose = poses[best];
-  const double factor = 1 + 3 / std::sqrt(static_cast<double>(fitted_.size()));
-  if (is_visible[1 - best] && cost[1 - best] < factor * cost[best]) verdict.second = poses[1 - best];
+  const auto count = static_cast<double>(fitted_.size());
+  const double limit = (1 + 3 / std::sqrt(count)) * std::max(cost[best], kMinVariance * count);
+  if (is_visible[1 - best] && cost[1 - best] < limit) verdict.second = poses[1 - best];
 }
 
 }  // namespace corrsel::core
