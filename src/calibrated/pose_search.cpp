@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMinAgreeing = 8;  // five matches always agree with themselves
 constexpr double kMaxChance = 0.02;      // share of chance agreements up to which the covariance holds
-constexpr double kChanceWithoutSupport = 0.005;  // share above which local support is asked for
+constexpr double kChanceWithoutSupport = 0.001;  // share above which local support is asked for
 constexpr std::size_t kMinSupported = 20;
 constexpr double kNoiseCut = 2.5;       // times the threshold: larger residuals do not count for the noise
 constexpr double kRotationWidth = 1.5;  // of the threshold
