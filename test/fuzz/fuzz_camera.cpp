@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <opencv2/core.hpp>  // printing of points
 #include <string>
 
 #include "arbitrary.h"
