@@ -15,6 +15,7 @@
 #include "kernels/orientation.h"
 #include "kernels/pair.h"
 #include "kernels/patch.h"
+#include "kernels/pose.h"
 #include "kernels/residual.h"
 #include "kernels/scale_space.h"
 #include "kernels/shrink.h"
@@ -61,6 +62,7 @@ struct Kernels {
   ViewKernels views;
   AffineKernels affine;
   AreaRatioKernels area_ratio;
+  PoseKernels pose;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().
