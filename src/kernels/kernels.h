@@ -20,6 +20,7 @@
 #include "kernels/scale_space.h"
 #include "kernels/shrink.h"
 #include "kernels/support.h"
+#include "kernels/unproject.h"
 #include "kernels/view.h"
 
 namespace corrsel::core {
@@ -63,6 +64,7 @@ struct Kernels {
   AffineKernels affine;
   AreaRatioKernels area_ratio;
   PoseKernels pose;
+  UnprojectKernels rays;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

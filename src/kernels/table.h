@@ -21,6 +21,7 @@
 #include "kernels/scale_space_kernels.h"
 #include "kernels/shrink_kernels.h"
 #include "kernels/support_kernels.h"
+#include "kernels/unproject_kernels.h"
 #include "kernels/view_kernels.h"
 
 namespace corrsel::core {
@@ -31,9 +32,9 @@ namespace {
 
 constexpr Kernels kTable = {
     {{errorsKernel<Transfer>, errorsKernel<SymmetricTransfer>, errorsKernel<Sampson>,
-      errorsKernel<SmallerTransfer>},
+      errorsKernel<SmallerTransfer>, errorsKernel<TangentSampson>},
      {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>,
-      scoreKernel<SmallerTransfer>},
+      scoreKernel<SmallerTransfer>, scoreKernel<TangentSampson>},
      {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
       normalKernel<Sampson, SampsonTerms>, normalKernel<SmallerTransfer, TransferTerms>},
      pixelErrorsKernel},
@@ -59,6 +60,9 @@ constexpr Kernels kTable = {
     {countKernel, aroundSeedKernel},
     {areaRatioKernel},
     {poseErrorsKernel, poseSumsKernel, poseSidesKernel},
+    {{unprojectKernel<PlainPinholeLens>, unprojectKernel<PinholeLens<false>>,
+      unprojectKernel<PinholeLens<true>>, unprojectKernel<FisheyeLens>,
+      unprojectKernel<EquirectangularLens>}},
 };
 
 }  // namespace
