@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "geometry/cross_matrix.h"
-#include "geometry/ray_columns.h"
+#include "geometry/match_rays.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
@@ -86,7 +86,7 @@ double tangentSampson(const cv::Matx33d& essential, const RayMatches& matches, s
 }
 
 void squaredTangentSampson(const cv::Matx33d& essential, const RayMatches& matches, double* out) {
-  kernels().pose.errors(essential.val, columnsOf(matches), 0, matches.size(), out);
+  kernels().pose.errors(essential.val, matchRaysOf(matches), 0, matches.size(), out);
 }
 
 bool choosePose(const cv::Matx33d& essential, const RayMatches& matches, double threshold, Pose& pose) {
@@ -97,7 +97,7 @@ bool choosePose(const cv::Matx33d& essential, const RayMatches& matches, double 
   for (std::size_t begin = 0; begin < matches.size() && agreeing < kVotes; begin += kBlock) {
     double squared[kBlock];
     const std::size_t end = std::min(matches.size(), begin + kBlock);
-    kernels().pose.errors(essential.val, columnsOf(matches), begin, end, squared);
+    kernels().pose.errors(essential.val, matchRaysOf(matches), begin, end, squared);
     for (std::size_t i = begin; i < end && agreeing < kVotes; ++i) {
       if (!(squared[i - begin] <= threshold * threshold)) continue;
       ++agreeing;

@@ -9,7 +9,7 @@
 
 #include "geometry/cross_matrix.h"
 #include "geometry/essential.h"
-#include "geometry/ray_columns.h"
+#include "geometry/match_rays.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
@@ -71,7 +71,7 @@ PoseInBasis inBasis(const Pose& pose) {
 
 /// Chooses the sign of t for which more of the matches lie in front of both cameras.
 void restoreSign(const RayMatches& matches, Pose& pose) {
-  const SideCounts counts = kernels().pose.sides(inBasis(pose), columnsOf(matches));
+  const SideCounts counts = kernels().pose.sides(inBasis(pose), matchRaysOf(matches));
   if (counts.reversed > counts.front) pose.translation = -pose.translation;
 }
 
@@ -111,7 +111,7 @@ PoseFreedom PoseFreedom::about(const cv::Vec3d& axis) {
 PoseSums poseSums(const Pose& pose, const RayMatches& matches, double scale) {
   const PoseInBasis in_basis = inBasis(pose);
   double totals[kPoseSums];
-  kernels().pose.sums(in_basis, columnsOf(matches), 1 / (scale * scale), totals);
+  kernels().pose.sums(in_basis, matchRaysOf(matches), 1 / (scale * scale), totals);
   Eigen::Matrix<double, 5, 5> hessian;
   Eigen::Matrix<double, 5, 1> gradient;
   const double* total = totals;

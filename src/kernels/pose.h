@@ -6,7 +6,7 @@ namespace corrsel::core {
 
 /// Unit rays of matches and their derivatives: for each image nine columns of equal length, which are those
 /// of Rays (geometry/rays.h).
-struct RayColumns {
+struct MatchRays {
   static constexpr std::size_t kColumns = 9;
 
   const double* left[kColumns];
@@ -35,15 +35,14 @@ struct SideCounts {
 struct PoseKernels {
   /// Squared tangent Sampson errors of matches [begin, end), px^2, written to out[0 .. end - begin).
   /// @param essential  3x3, row-major
-  void (*errors)(const double* essential, const RayColumns& matches, std::size_t begin, std::size_t end,
+  void (*errors)(const double* essential, const MatchRays& matches, std::size_t begin, std::size_t end,
                  double* out);
 
   /// @param inverse_squared_scale  1 / c^2 of the Geman-McClure loss
   /// @param sums                   receives kPoseSums numbers
-  void (*sums)(const PoseInBasis& pose, const RayColumns& matches, double inverse_squared_scale,
-               double* sums);
+  void (*sums)(const PoseInBasis& pose, const MatchRays& matches, double inverse_squared_scale, double* sums);
 
-  SideCounts (*sides)(const PoseInBasis& pose, const RayColumns& matches);
+  SideCounts (*sides)(const PoseInBasis& pose, const MatchRays& matches);
 };
 
 }  // namespace corrsel::core

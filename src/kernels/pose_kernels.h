@@ -14,11 +14,11 @@ constexpr double kMinGradient = 1e-30;  // keeps errors finite where both gradie
 
 /// A row that the matches do not fill: the missing ones have rays of length 0, which add 0 to every sum.
 struct LastRow {
-  double values[2][RayColumns::kColumns][kGroup];
-  RayColumns columns;
+  double values[2][MatchRays::kColumns][kGroup];
+  MatchRays columns;
 
-  LastRow(const RayColumns& m, std::size_t begin, std::size_t end) {
-    for (std::size_t c = 0; c < RayColumns::kColumns; ++c) {
+  LastRow(const MatchRays& m, std::size_t begin, std::size_t end) {
+    for (std::size_t c = 0; c < MatchRays::kColumns; ++c) {
       for (std::size_t k = 0; k < kGroup; ++k) {
         values[0][c][k] = begin + k < end ? m.left[c][begin + k] : 0.0;
         values[1][c][k] = begin + k < end ? m.right[c][begin + k] : 0.0;
@@ -34,7 +34,7 @@ struct Vector3 {
   DoubleV x, y, z;
 };
 
-inline Vector3 directionAt(const double* const (&columns)[RayColumns::kColumns], std::size_t i) {
+inline Vector3 directionAt(const double* const (&columns)[MatchRays::kColumns], std::size_t i) {
   return {load(columns[0] + i), load(columns[1] + i), load(columns[2] + i)};
 }
 
@@ -56,13 +56,12 @@ struct Pair {
   DoubleV x, y;
 };
 
-inline Pair gradientAt(const double* const (&columns)[RayColumns::kColumns], std::size_t i,
-                       const Vector3& v) {
+inline Pair gradientAt(const double* const (&columns)[MatchRays::kColumns], std::size_t i, const Vector3& v) {
   return {load(columns[3] + i) * v.x + load(columns[5] + i) * v.y + load(columns[7] + i) * v.z,
           load(columns[4] + i) * v.x + load(columns[6] + i) * v.y + load(columns[8] + i) * v.z};
 }
 
-inline Vector3 displacementAt(const double* const (&columns)[RayColumns::kColumns], std::size_t i,
+inline Vector3 displacementAt(const double* const (&columns)[MatchRays::kColumns], std::size_t i,
                               const Pair& p) {
   return {load(columns[3] + i) * p.x + load(columns[4] + i) * p.y,
           load(columns[5] + i) * p.x + load(columns[6] + i) * p.y,
@@ -74,7 +73,7 @@ inline DoubleV squaredGradient(const Pair& p, const Pair& q) {
 }
 
 /// Squared errors of one row.
-inline void errorRow(const double* essential, const RayColumns& m, std::size_t begin, double* out) {
+inline void errorRow(const double* essential, const MatchRays& m, std::size_t begin, double* out) {
   for (std::size_t part = 0; part < kGroupParts; ++part) {
     const std::size_t at = part * kDoubleWidth, i = begin + at;
     const Vector3 right = directionAt(m.right, i);
@@ -85,7 +84,7 @@ inline void errorRow(const double* essential, const RayColumns& m, std::size_t b
   }
 }
 
-void poseErrorsKernel(const double* essential, const RayColumns& m, std::size_t begin, std::size_t end,
+void poseErrorsKernel(const double* essential, const MatchRays& m, std::size_t begin, std::size_t end,
                       double* out) {
   std::size_t i = begin;
   for (; i + kGroup <= end; i += kGroup) errorRow(essential, m, i, out + (i - begin));
@@ -104,7 +103,7 @@ struct PoseTerms {
 /// The terms of kDoubleWidth matches. With a = R d, e = d' in the basis, in which t is the third axis, C =
 /// e_y a_x - e_x a_y. k = C / D of the squared gradient D, g = a - k R J p, h = k J' q, in the basis too: r
 /// changes by (g x (e x t) - a x (h x t)) / sqrt(D) with the rotation, by (g x e - a x h) / sqrt(D) with t.
-inline PoseTerms termsAt(const PoseInBasis& pose, const RayColumns& m, double inverse_squared_scale,
+inline PoseTerms termsAt(const PoseInBasis& pose, const MatchRays& m, double inverse_squared_scale,
                          std::size_t i) {
   const double *const basis = pose.basis, *const rotation = pose.rotation;
   const Vector3 left = directionAt(m.left, i);
@@ -150,7 +149,7 @@ inline void addPoseTerms(const PoseTerms* terms, std::size_t vectors, DoubleV* s
   for (int k = 0; k < count; ++k) sums[k] = local[k];
 }
 
-void poseSumsKernel(const PoseInBasis& pose, const RayColumns& m, double inverse_squared_scale, double* out) {
+void poseSumsKernel(const PoseInBasis& pose, const MatchRays& m, double inverse_squared_scale, double* out) {
   constexpr std::size_t kRows = 16;  // whose terms are kept at a time
   constexpr int kFirst = 11;         // sums of the first two terms
   DoubleV sums[kGroupParts][kPoseSums] = {};
@@ -185,7 +184,7 @@ struct Sides {
   LongV front, reversed;
 };
 
-inline Sides sidesAt(const PoseInBasis& pose, const RayColumns& m, std::size_t i) {
+inline Sides sidesAt(const PoseInBasis& pose, const MatchRays& m, std::size_t i) {
   const Vector3 a = product(pose.rotation, directionAt(m.left, i));
   const Vector3 e = product(pose.basis, directionAt(m.right, i));
   const DoubleV cosine = a.x * e.x + a.y * e.y + a.z * e.z;
@@ -193,9 +192,9 @@ inline Sides sidesAt(const PoseInBasis& pose, const RayColumns& m, std::size_t i
   return {-((left > 0.0) & (right > 0.0)), -((left < 0.0) & (right < 0.0))};
 }
 
-SideCounts poseSidesKernel(const PoseInBasis& pose, const RayColumns& m) {
+SideCounts poseSidesKernel(const PoseInBasis& pose, const MatchRays& m) {
   LongV front{}, reversed{};
-  const auto add = [&](const RayColumns& columns, std::size_t i) {
+  const auto add = [&](const MatchRays& columns, std::size_t i) {
     for (std::size_t part = 0; part < kGroupParts; ++part) {
       const Sides sides = sidesAt(pose, columns, i + part * kDoubleWidth);
       front += sides.front;

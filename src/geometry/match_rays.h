@@ -6,9 +6,9 @@
 namespace corrsel::core {
 
 /// The columns of the rays as the kernels take them.
-inline RayColumns columnsOf(const RayMatches& matches) {
-  static_assert(RayColumns::kColumns == Rays::kColumns, "the same columns");
-  RayColumns columns;
+inline MatchRays matchRaysOf(const RayMatches& matches) {
+  static_assert(MatchRays::kColumns == Rays::kColumns, "the same columns");
+  MatchRays columns;
   for (std::size_t c = 0; c < Rays::kColumns; ++c) {
     columns.left[c] = matches.left.column[c].data();
     columns.right[c] = matches.right.column[c].data();
