@@ -146,11 +146,8 @@ TEST_F(FivePoint, FindsTheTruePoseOfExactRays) {
     solutions += double(found[i].size());
   }
   const auto close = std::count_if(distances.begin(), distances.end(), [](double d) { return d < 1e-6; });
-  RecordProperty("close", int(close));
-  std::printf("median %g close %g solutions %g\n", quantile(distances, 0.5), double(close) / 20000,
-              solutions / 20000);
   EXPECT_LT(quantile(distances, 0.5), 1e-12);
-  EXPECT_GE(double(close), 0.96 * double(posed.size()));
+  EXPECT_GE(double(close), 0.97 * double(posed.size()));
   EXPECT_GT(solutions, 4.0 * double(posed.size()));
 }
 
@@ -161,7 +158,6 @@ TEST_F(FivePoint, SolutionsAreEssentialMatrices) {
   for (std::size_t i = 0; i < posed.size(); ++i) {
     for (const cv::Matx33d& e : found[i]) violations.push_back(violation(posed[i].sample, e));
   }
-  for (double q : {0.5, 0.9, 0.99, 0.999, 0.9999, 1.0}) std::printf("%g %g\n", q, quantile(violations, q));
   EXPECT_LT(quantile(violations, 0.5), 1e-12);
   EXPECT_LT(quantile(violations, 0.99), 1e-6);
 }
