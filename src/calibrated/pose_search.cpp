@@ -145,8 +145,9 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   const bool posed = outcome.best.exists() && outcome.best.inliers >= kMinAgreeing &&
                      choosePose(outcome.best.model, set_, parameters.threshold, pose);
   const bool refined = posed && refine(matches, parameters, pose);
-  const Verdict verdict = decideMotion(
-      {set_, input_.best_first, refined ? &pose : nullptr, parameters.threshold, parameters.search.seed});
+  const Verdict verdict =
+      verdict_.decide({set_, input_.matches.rays, input_.best_first, refined ? &pose : nullptr,
+                       parameters.threshold, parameters.search.seed});
   if (verdict.motion == Motion::kNone) {
     fail(result, posed && !refined ? Status::kDegenerate : Status::kNoModel,
          posed && !refined ? "the matches do not determine a pose"

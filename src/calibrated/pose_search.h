@@ -50,6 +50,7 @@ class PoseSearch {
   SearchSet search_set_;
   SearchInput input_;
   PoseRefinement refinement_;
+  MotionVerdict verdict_;
   RayMatches set_;             // the rays of the search set
   Correspondences supported_;  // the search set, for the local support
   std::vector<std::uint32_t> order_;
