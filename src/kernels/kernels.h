@@ -16,10 +16,12 @@
 #include "kernels/orientation.h"
 #include "kernels/pair.h"
 #include "kernels/patch.h"
+#include "kernels/pose.h"
 #include "kernels/residual.h"
 #include "kernels/scale_space.h"
 #include "kernels/shrink.h"
 #include "kernels/support.h"
+#include "kernels/unproject.h"
 #include "kernels/view.h"
 
 namespace corrsel::core {
@@ -62,6 +64,8 @@ struct Kernels {
   ViewKernels views;
   AffineKernels affine;
   AreaRatioKernels area_ratio;
+  PoseKernels pose;
+  UnprojectKernels rays;
   FivePointKernels five_point;
 };
 

@@ -17,10 +17,12 @@
 #include "kernels/pair_kernels.h"
 #include "kernels/patch_kernels.h"
 #include "kernels/pixel_kernels.h"
+#include "kernels/pose_kernels.h"
 #include "kernels/residual_kernels.h"
 #include "kernels/scale_space_kernels.h"
 #include "kernels/shrink_kernels.h"
 #include "kernels/support_kernels.h"
+#include "kernels/unproject_kernels.h"
 #include "kernels/view_kernels.h"
 
 namespace corrsel::core {
@@ -31,9 +33,9 @@ namespace {
 
 constexpr Kernels kTable = {
     {{errorsKernel<Transfer>, errorsKernel<SymmetricTransfer>, errorsKernel<Sampson>,
-      errorsKernel<SmallerTransfer>},
+      errorsKernel<SmallerTransfer>, errorsKernel<TangentSampson>},
      {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>,
-      scoreKernel<SmallerTransfer>},
+      scoreKernel<SmallerTransfer>, scoreKernel<TangentSampson>},
      {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
       normalKernel<Sampson, SampsonTerms>, normalKernel<SmallerTransfer, TransferTerms>},
      pixelErrorsKernel},
@@ -58,6 +60,10 @@ constexpr Kernels kTable = {
     {sampleLineKernel},
     {countKernel, aroundSeedKernel},
     {areaRatioKernel},
+    {poseErrorsKernel, poseSumsKernel, poseSidesKernel},
+    {{unprojectKernel<PlainPinholeLens>, unprojectKernel<PinholeLens<false>>,
+      unprojectKernel<PinholeLens<true>>, unprojectKernel<FisheyeLens>,
+      unprojectKernel<EquirectangularLens>}},
     {fivePointKernel},
 };
 
