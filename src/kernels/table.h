@@ -30,9 +30,9 @@ namespace {
 
 constexpr Kernels kTable = {
     {{errorsKernel<Transfer>, errorsKernel<SymmetricTransfer>, errorsKernel<Sampson>,
-      errorsKernel<SmallerTransfer>},
+      errorsKernel<SmallerTransfer>, errorsKernel<TangentSampson>},
      {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>,
-      scoreKernel<SmallerTransfer>},
+      scoreKernel<SmallerTransfer>, scoreKernel<TangentSampson>},
      {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
       normalKernel<Sampson, SampsonTerms>, normalKernel<SmallerTransfer, TransferTerms>},
      pixelErrorsKernel},
