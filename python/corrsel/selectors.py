@@ -16,7 +16,7 @@ _COLUMNS = (
     "left_index",
     "right_index",
 )
-_OF_IMAGES = ("left_size", "right_size", "camera_left", "camera_right")
+_OF_IMAGES = ("left_size", "right_size", "left_camera", "right_camera")
 
 
 class Matches:
@@ -29,7 +29,7 @@ class Matches:
                       feature's ellipse, px: N x 2 x 3, or None
     left_index, right_index   numbers of the features in their images: N, or None
     left_size, right_size     image sizes (width, height), px, or None where unknown
-    camera_left, camera_right   Camera of each image, or None: calibrated selectors such as "pose" need both
+    left_camera, right_camera   Camera of each image, or None: calibrated selectors such as "pose" need both
 
     Real numbers are kept as float32 (float64 is converted), feature numbers as uint32. Arrays of those types are not
     copied. `matches[rows]` has the rows that a mask, a slice or an array of row numbers names. Attributes cannot be
@@ -53,8 +53,8 @@ class Matches:
         right_index=None,
         left_size=None,
         right_size=None,
-        camera_left=None,
-        camera_right=None
+        left_camera=None,
+        right_camera=None
     ):
         point, one = "one row (x, y) per match", "one element per match"
         frame = "one frame [[a11, a12, x], [a21, a22, y]] per match"
@@ -78,8 +78,8 @@ class Matches:
             ("right_index", index("right_index", right_index)),
             ("left_size", _arrays.size("left_size", left_size)),
             ("right_size", _arrays.size("right_size", right_size)),
-            ("camera_left", _camera("camera_left", camera_left)),
-            ("camera_right", _camera("camera_right", camera_right)),
+            ("left_camera", _camera("left_camera", left_camera)),
+            ("right_camera", _camera("right_camera", right_camera)),
         ):
             object.__setattr__(self, name, value)
 
@@ -87,10 +87,10 @@ class Matches:
         """Return the Selection of a selector, e.g. matches.select("gms", alpha=6). See corrsel.select()."""
         return Selector(selector, **options).select(self)
 
-    def with_cameras(self, camera_left, camera_right):
+    def with_cameras(self, left_camera, right_camera):
         """Return the same matches, whose arrays are shared, with the Camera of each image, e.g. for select("pose")."""
         values = {name: getattr(self, name) for name in self.__slots__}
-        return Matches(**dict(values, camera_left=camera_left, camera_right=camera_right))
+        return Matches(**dict(values, left_camera=left_camera, right_camera=right_camera))
 
     def __setattr__(self, name, value):
         raise AttributeError("attributes of Matches cannot be replaced; make new Matches")
@@ -269,8 +269,8 @@ def select(
     right_frame=None,
     left_index=None,
     right_index=None,
-    camera_left=None,
-    camera_right=None,
+    left_camera=None,
+    right_camera=None,
     **options
 ):
     """Decide which of N putative matches are correct. Return a Selection with mask, score, model, status and message.
@@ -282,7 +282,7 @@ def select(
     distance, second_distance   descriptor distances to the nearest and to the second-nearest neighbour: N
     left_frame, right_frame     local affine frames [[a11, a12, x], [a21, a22, y]], px: N x 2 x 3
     left_index, right_index     numbers of the features in their images: N
-    camera_left, camera_right   Camera of each image, which calibrated selectors need
+    left_camera, right_camera   Camera of each image, which calibrated selectors need
     options           of the selector, by keyword; lambda and global, words of Python, are written lambda_ and global_
 
     Matches with a coordinate that is NaN, infinite or beyond 1e6 px are not selected and do not influence the others.
@@ -308,8 +308,8 @@ def select(
         right_index=right_index,
         left_size=left_size,
         right_size=right_size,
-        camera_left=camera_left,
-        camera_right=camera_right,
+        left_camera=left_camera,
+        right_camera=right_camera,
     ).select(selector, **options)
 
 
@@ -359,8 +359,8 @@ def relative_pose(
             right_index=right_index,
             left_size=left_size,
             right_size=right_size,
-            camera_left=camera_left,
-            camera_right=camera_right,
+            left_camera=camera_left,
+            right_camera=camera_right,
             **options
         )
     )

@@ -112,7 +112,7 @@ core::Correspondences correspondencesFrom(const py::handle& matches) {
   const py::object left_size = matches.attr("left_size"), right_size = matches.attr("right_size");
   if (!left_size.is_none()) result.left_size = sizeFrom(left_size);
   if (!right_size.is_none()) result.right_size = sizeFrom(right_size);
-  const py::object left_camera = matches.attr("camera_left"), right_camera = matches.attr("camera_right");
+  const py::object left_camera = matches.attr("left_camera"), right_camera = matches.attr("right_camera");
   if (!left_camera.is_none()) result.left_camera = cameraFrom(left_camera);
   if (!right_camera.is_none()) result.right_camera = cameraFrom(right_camera);
   const std::string inconsistency = result.inconsistency();

@@ -473,7 +473,7 @@ class RelativePose(unittest.TestCase):
         scene = Scene(camera, self.rotation, self.translation)
         left = np.vstack([[[-900, 250], [np.nan, 0]], scene.left])
         right = np.vstack([scene.right[:2], scene.right])
-        matches = corrsel.Matches(left, right, camera_left=camera, camera_right=camera)
+        matches = corrsel.Matches(left, right, left_camera=camera, right_camera=camera)
         selection = matches.select("pose", seed=1)
         self.assertEqual((selection.n_ignored, selection.mask[:2].tolist()), (2, [False, False]))
         self.assertEqual(selection.pose.motion, "general")
@@ -487,9 +487,9 @@ class RelativePose(unittest.TestCase):
             corrsel.relative_pose(left, right, None, camera)
         with self.assertRaisesRegex(TypeError, "camera_right is list; needed: corrsel.Camera"):
             corrsel.relative_pose(left, right, camera, PINHOLE)
-        with self.assertRaisesRegex(TypeError, "camera_left is ndarray; needed: corrsel.Camera"):
-            corrsel.Matches(left, right, camera_left=np.eye(3))
-        for given in ({}, {"camera_left": camera}, {"camera_right": camera}):
+        with self.assertRaisesRegex(TypeError, "left_camera is ndarray; needed: corrsel.Camera"):
+            corrsel.Matches(left, right, left_camera=np.eye(3))
+        for given in ({}, {"left_camera": camera}, {"right_camera": camera}):
             selection = corrsel.select(left, right, "pose", **given)
             self.assertEqual(selection.status, "unsupported_input")
             self.assertIn("camera", selection.message)
@@ -513,12 +513,12 @@ class RelativePose(unittest.TestCase):
 
     def test_matches_keep_their_cameras(self):
         camera, other = cameras()["pinhole"], cameras()["fisheye"]
-        matches = corrsel.Matches(*np.zeros((2, 5, 2)), camera_left=camera, camera_right=other)
+        matches = corrsel.Matches(*np.zeros((2, 5, 2)), left_camera=camera, right_camera=other)
         for kept in (matches[1:3], pickle.loads(pickle.dumps(matches)), matches):
-            self.assertEqual((kept.camera_left, kept.camera_right), (camera, other))
-        self.assertIn("with camera_left, camera_right, ", repr(matches))
+            self.assertEqual((kept.left_camera, kept.right_camera), (camera, other))
+        self.assertIn("with left_camera, right_camera, ", repr(matches))
         swapped = matches.with_cameras(other, None)
-        self.assertEqual((swapped.camera_left, swapped.camera_right), (other, None))
+        self.assertEqual((swapped.left_camera, swapped.right_camera), (other, None))
         self.assertTrue(np.shares_memory(swapped.left, matches.left))
 
 
