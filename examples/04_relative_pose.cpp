@@ -28,13 +28,12 @@ int main() {
   Random random(1);
   for (int i = 0; i < 1000; ++i) {
     const double x = random.uniform(-9, 9), y = random.uniform(-6, 6), z = random.uniform(2, 8);
-    cv::Point2d left, right(random.uniform(0, 1280), 0);
-    right.y = random.uniform(0, 960);
-    const bool inlier = i < 700;
+    const double u = random.uniform(0, 1280), v = random.uniform(0, 960);
+    const double noise_u = random.uniform(-0.5, 0.5), noise_v = random.uniform(-0.5, 0.5);
+    cv::Point2d left, right(u, v);
     if (!project(camera, {x, y, z}, left)) continue;
-    if (inlier && !project(camera, turn * cv::Vec3d(x - 0.8, y, z), right)) continue;
-    right.x += random.uniform(-0.5, 0.5);
-    right.y += random.uniform(-0.5, 0.5);
+    if (i < 700) project(camera, turn * cv::Vec3d(x - 0.8, y, z), right);
+    right += cv::Point2d(noise_u, noise_v);
     matches.add(left, right);
   }
 
