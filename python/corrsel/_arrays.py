@@ -154,9 +154,8 @@ def threads(value):
 
 
 def _check_shape(name, array, shape, meaning, rows=None):
-    expected = "(%s)" % ", ".join("N" if length is None else str(length) for length in shape)
-    if len(shape) == 1:
-        expected = "(N,)"
+    lengths = ", ".join("N" if length is None else str(length) for length in shape)
+    expected = "(%s,)" % lengths if len(shape) == 1 else "(%s)" % lengths
     fits = array.ndim == len(shape) and all(
         length is None or length == actual for length, actual in zip(shape, array.shape)
     )

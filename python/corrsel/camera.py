@@ -81,11 +81,14 @@ class Camera:
 
         info   any object with K or k, D or d, distortion_model, width and height; ROS is not needed. The distortion
                models are plumb_bob, rational_polynomial and equidistant
+
+        Binning and region of interest are left aside: it is the camera of the whole image. That of an image with binning
+        2 x 2 is Camera.from_camera_info(info).scaled(0.5).
         """
         return cls(
-            **_core.camera_from_camera_info(
+            **_core.camera_from_info(
                 str(_member(info, "distortion_model")),
-                _vector("K", _member(info, "K", "k")),
+                _arrays.reals("K", np.ravel(_member(info, "K", "k")), (9,)).reshape(3, 3),
                 _vector("D", _member(info, "D", "d")),
                 _arrays.size("size", (_member(info, "width"), _member(info, "height"))),
             )

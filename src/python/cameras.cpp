@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "corrsel/camera.h"
+#include "corrsel/camera_formats.h"
 
 namespace corrsel::python {
 namespace {
@@ -33,6 +34,9 @@ py::array rowsFrom(std::vector<double>&& values, std::size_t n, std::vector<py::
   return arrayFrom<double>(std::move(values), shape);
 }
 
+/// From (width, height) or None.
+cv::Size sizeOrNone(const py::object& size) { return size.is_none() ? cv::Size() : sizeFrom(size); }
+
 /// Keyword arguments for corrsel.Camera.
 py::dict toDict(const core::Camera& camera) {
   const bool panorama = camera.model == core::Camera::Model::kEquirectangular;
@@ -45,6 +49,29 @@ py::dict toDict(const core::Camera& camera) {
   result["size"] = camera.size.empty() ? py::object(py::none())
                                        : py::object(py::make_tuple(camera.size.width, camera.size.height));
   return result;
+}
+
+py::dict fromOpenCv(const py::object& matrix, const py::object& distortion, const py::object& size,
+                    bool fisheye) {
+  const auto from = fisheye ? &core::cameraFromOpenCvFisheye : &core::cameraFromOpenCv;
+  return toDict(from(matrixFrom(matrix), vectorFrom<double>(distortion), sizeOrNone(size)));
+}
+
+py::dict fromInfo(const std::string& model, const py::object& matrix, const py::object& distortion,
+                  const py::object& size) {
+  return toDict(
+      core::cameraFromInfo({sizeFrom(size), model, vectorFrom<double>(distortion), matrixFrom(matrix)}));
+}
+
+py::dict fromColmap(const std::string& model, const py::object& size, const py::object& parameters) {
+  return toDict(core::cameraFromColmap({model, sizeFrom(size), vectorFrom<double>(parameters)}));
+}
+
+py::dict fromKalibr(const std::string& camera_model, const py::object& intrinsics,
+                    const std::string& distortion_model, const py::object& distortion,
+                    const py::object& resolution) {
+  return toDict(core::cameraFromKalibr({camera_model, vectorFrom<double>(intrinsics), distortion_model,
+                                        vectorFrom<double>(distortion), sizeOrNone(resolution)}));
 }
 
 /// Rays, N x 3, and their Jacobians, N x 3 x 2, or None where they are not asked for.
@@ -92,6 +119,10 @@ void addCameras(py::module& module) {
   module.def("scaled_camera", [](const py::object& camera, double factor) {
     return toDict(cameraFrom(camera).scaled(factor));
   });
+  module.def("camera_from_opencv", &fromOpenCv);
+  module.def("camera_from_info", &fromInfo);
+  module.def("camera_from_colmap", &fromColmap);
+  module.def("camera_from_kalibr", &fromKalibr);
   module.def("unproject", &unproject);
   module.def("project", &project);
 }

@@ -233,7 +233,7 @@ class Formats(unittest.TestCase):
 
     def test_camera_info_that_is_not_calibrated(self):
         info = types.SimpleNamespace(K=[0.0] * 9, D=[], distortion_model="plumb_bob", width=640, height=480)
-        with self.assertRaisesRegex(ValueError, "calibrat|focal"):
+        with self.assertRaisesRegex(ValueError, "^matrix = .*0 0 0.* positive fx"):
             corrsel.Camera.from_camera_info(info)
         info.K = np.ravel(PINHOLE)
         info.distortion_model = "thirdorder"
@@ -264,7 +264,7 @@ class Formats(unittest.TestCase):
                 self.assertEqual(read, corrsel.Camera(*camera, size=(640, 480)))
         with self.assertRaisesRegex(ValueError, "FOV.*OPENCV_FISHEYE"):
             corrsel.Camera.from_colmap("FOV", 640, 480, [500, 510, 320.5, 240.5, 0.1])
-        with self.assertRaisesRegex(ValueError, "3 .*PINHOLE.* 4|PINHOLE.* 4 .*3"):
+        with self.assertRaisesRegex(ValueError, "PINHOLE has 3 numbers; valid: 4"):
             corrsel.Camera.from_colmap("PINHOLE", 640, 480, [500, 320.5, 240.5])
 
     def test_kalibr(self):
