@@ -3,9 +3,9 @@
 
     05_epipolar_fisheye.py [PICTURE.png]
 
-The images are rendered here: a room with boxes, seen by a fisheye lens of 180 degrees from two places. For images of your
-own, replace render() by cv2.imread(), and CAMERA by the camera of your calibration. Needs the Python package of corrsel,
-numpy and OpenCV. The program prints the pose, its errors, and the distance of the matches to their curves.
+The images are rendered here: a room with boxes, seen by a fisheye lens of 180 degrees from two places. For images of
+your own, replace render() by cv2.imread(), and CAMERA by the camera of your calibration. Needs the Python package of
+corrsel, numpy and OpenCV. The program prints the pose, its errors, and how far the matches lie from their curves.
 """
 
 import sys

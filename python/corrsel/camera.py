@@ -16,17 +16,17 @@ class Camera:
 
     Images need not be rectified: give the camera of the image as it is.
 
-    model        "pinhole", with OpenCV's radial and tangential distortion or its rational model; "fisheye", the model of
-                 Kannala and Brandt ("equidistant" in ROS and Kalibr); or "equirectangular", a panorama of 360 by 180
-                 degrees that fills the image
-    matrix       [[fx, s, cx], [0, fy, cy], [0, 0, 1]], px, with the origin at the centre of the first pixel: 3 x 3; None
-                 for a panorama
-    distortion   of a pinhole k1, k2, p1, p2, k3, k4, k5, k6, of which 0, 4, 5 or 8 may be given; of a fisheye lens k1, k2,
-                 k3, k4, or none. The attribute has all 8 or 4, none for a panorama
+    model        "pinhole", with OpenCV's radial and tangential distortion or its rational model; "fisheye", the
+                 model of Kannala and Brandt ("equidistant" in ROS and Kalibr); or "equirectangular", a panorama of 360
+                 by 180 degrees that fills the image
+    matrix       [[fx, s, cx], [0, fy, cy], [0, 0, 1]], px, with the origin at the centre of the first pixel: 3 x 3;
+                 None for a panorama
+    distortion   of a pinhole k1, k2, p1, p2, k3, k4, k5, k6, of which 0, 4, 5 or 8 may be given; of a fisheye lens k1,
+                 k2, k3, k4, or none. The attribute has all 8 or 4, none for a panorama
     size         (width, height) of the images, px, or None where unknown; a panorama needs it
 
-    from_opencv(), from_camera_info(), from_colmap() and from_kalibr() read what other programs have. Attributes cannot be
-    replaced, and the arrays cannot be written to. Cameras with equal parameters are equal.
+    from_opencv(), from_camera_info(), from_colmap() and from_kalibr() read what other programs have. Attributes cannot
+    be replaced, and the arrays cannot be written to. Cameras with equal parameters are equal.
 
     Raises ValueError that names the member, its value and what is valid; TypeError for what is not made of numbers.
     """
@@ -82,8 +82,8 @@ class Camera:
         info   any object with K or k, D or d, distortion_model, width and height; ROS is not needed. The distortion
                models are plumb_bob, rational_polynomial and equidistant
 
-        Binning and region of interest are left aside: it is the camera of the whole image. That of an image with binning
-        2 x 2 is Camera.from_camera_info(info).scaled(0.5).
+        Binning and region of interest are left aside: it is the camera of the whole image. That of an image with
+        binning 2 x 2 is Camera.from_camera_info(info).scaled(0.5).
         """
         return cls(
             **_core.camera_from_info(
@@ -142,8 +142,8 @@ class Camera:
         points      (x, y), px: N x 2
         jacobians   True returns a pair: the rays, and their derivatives by the pixel's coordinates, 1/px: N x 3 x 2
 
-        Rows are nan where the model has no ray, for example beyond the turning point of a distortion polynomial, and for
-        coordinates that are not finite. A ray of a fisheye lens or of a panorama may point backwards.
+        Rows are nan where the model has no ray, for example beyond the turning point of a distortion polynomial, and
+        for coordinates that are not finite. A ray of a fisheye lens or of a panorama may point backwards.
         """
         rays, derivatives = _core.unproject(self, _arrays.reals("points", points, (None, 2)), jacobians)
         return (rays, derivatives) if jacobians else rays
@@ -153,8 +153,8 @@ class Camera:
 
         points   in any unit: N x 3
 
-        Rows are nan where a point is not seen: behind a pinhole, or beyond the turning point of the distortion. Pixels may
-        lie outside the image.
+        Rows are nan where a point is not seen: behind a pinhole, or beyond the turning point of the distortion. Pixels
+        may lie outside the image.
         """
         return _core.project(self, _arrays.reals("points", points, (None, 3)))
 

@@ -153,9 +153,10 @@ class Selection:
     model        left to right, 3 x 3, float64, or None: x' ~ H x of a homography, x'^T F x = 0 of a fundamental matrix;
                  with the unit rays d of calibrated cameras, d'^T E d = 0 of an essential matrix, d' = R d of a rotation
     model_kind   "none", "homography", "fundamental", "essential" or "rotation"
-    status       "ok"; "too_few", "degenerate", "no_model", "unsupported_input" (a column or an image size is missing)
-                 "too_large", "time_limit" (stopped at max_seconds: the best result so far), "failed" or "uncertain" (the
-                 confidence is below min_confidence; mask and model are there, but should not be relied on)
+    status       "ok"; "too_few", "degenerate", "no_model", "unsupported_input" (a column, an image size or a camera is
+                 missing), "too_large", "time_limit" (stopped at max_seconds: the best result so far), "failed" or
+                 "uncertain" (the confidence is below min_confidence; mask and model are there, but should not be relied
+                 on)
     scene        what the matches show, as far as the selector finds it out ("auto" does): "unknown"; "nothing" (chance
                  explains all that agrees), "at_rest" (nothing has moved), "plane_or_rotation", "rigid" (with depth) or
                  "several_motions"
