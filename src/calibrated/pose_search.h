@@ -12,6 +12,7 @@
 #include "corrsel/pose_result.h"
 #include "corrsel/selection.h"
 #include "corrsel/workspace.h"
+#include "search/local_support.h"
 #include "search/selecting.h"
 
 namespace corrsel::core {
@@ -40,14 +41,20 @@ class PoseSearch {
   const RayMatches& rays() const { return input_.rays(); }
 
  private:
-  bool refine(const PoseParameters& parameters, Pose& pose);
+  bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
+  bool findSupport(const Correspondences& matches);
+  double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
 
   SearchSet search_set_;
   SearchInput input_;
   PoseRefinement refinement_;
-  RayMatches set_;               // the rays of the search set
+  MotionVerdict verdict_;
+  RayMatches set_;             // the rays of the search set
+  Correspondences supported_;  // the search set, for the local support
+  std::vector<std::uint32_t> order_;
+  LocalSupport support_;
   double fitted_threshold_ = 0;  // of the last refinement, px
 };
 
