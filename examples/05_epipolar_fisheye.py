@@ -57,16 +57,16 @@ def render(camera, rotation, translation):
         depth, number = np.where(in_front, near, depth), np.where(in_front, k, number)
     image = np.zeros(height * width, np.float32)
     image[seen] = np.clip(texture(origin + depth[:, None] * rays, number), 0, 255)
-    return cv2.resize(image.reshape(height, width), camera.size, interpolation=cv2.INTER_AREA).astype(
-        np.uint8
-    )
+    image = cv2.resize(image.reshape(height, width), camera.size, interpolation=cv2.INTER_AREA)
+    return image.astype(np.uint8)
 
 
 def epipolar_curve(pose, camera_left, camera_right, point):
     """Return points of the curve on which the right image shows a point of the left one, from near to far: M x 2."""
     far = pose.rotation @ camera_left.unproject([point])[0]
     share = np.linspace(0, 1, 200)[:, None]
-    curve = camera_right.project((1 - share) * pose.translation + share * far)
+    places = (1 - share) * pose.translation + share * far
+    curve = camera_right.project(places[places[:, 2] > -0.1])  # a little beyond the 180 degrees of the lens
     return curve[np.isfinite(curve).all(1)].astype(np.float32)
 
 
@@ -81,9 +81,8 @@ def draw(images, matches, curves):
     """Return both images side by side with points on the left one and, on the right one, their curves and matches."""
     left, right = (cv2.cvtColor(image // 2, cv2.COLOR_GRAY2BGR) for image in images)
     hues = np.linspace(0, 179, len(curves), endpoint=False).astype(np.uint8)
-    colours = cv2.cvtColor(np.stack([hues, 0 * hues + 255, 0 * hues + 255], 1)[None], cv2.COLOR_HSV2BGR)[
-        0
-    ].tolist()
+    hsv = np.stack([hues, np.full_like(hues, 255), np.full_like(hues, 255)], 1)
+    colours = cv2.cvtColor(hsv[None], cv2.COLOR_HSV2BGR)[0].tolist()
     for curve, point, partner, colour in zip(curves, matches.left, matches.right, colours):
         cv2.polylines(right, [np.round(8 * curve).astype(np.int32)], False, colour, 1, cv2.LINE_AA, 3)
         for image, place in ((left, point), (right, partner)):

@@ -99,7 +99,7 @@ class Examples(unittest.TestCase):
         self.assertRegex(text, r"^general: \d\d\d+ of \d+ matches, noise 0\.\d+ px\n")
         wrong = re.search(r"rotation wrong by ([\d.]+), direction by ([\d.]+) degrees", text).groups()
         self.assertLess(max(map(float, wrong)), 1, text)
-        self.assertLess(float(re.search(r"to their curves: ([\d.]+) px", text).group(1)), 1, text)
+        self.assertLess(float(re.search(r"to their curves: ([\d.]+) px", text).group(1)), 0.5, text)
         self.assertGreater(picture.stat().st_size, 100000)
 
 
