@@ -91,7 +91,7 @@ class Examples(unittest.TestCase):
             self.assertAlmostEqual(float(found), true, delta=0.02)
         deviations = [float(word) for word in re.search(r"deviations (.*) degrees", text).group(1).split()]
         self.assertEqual(len(deviations), 5)
-        self.assertTrue(all(0.005 < deviation < 0.5 for deviation in deviations), text)
+        self.assertTrue(all(0.001 < deviation < 0.5 for deviation in deviations), text)
 
     def test_epipolar_fisheye(self):
         picture = self.work / "curves.png"
