@@ -66,7 +66,7 @@ def epipolar_curve(pose, camera_left, camera_right, point):
     far = pose.rotation @ camera_left.unproject([point])[0]
     share = np.linspace(0, 1, 200)[:, None]
     places = (1 - share) * pose.translation + share * far
-    curve = camera_right.project(places[places[:, 2] > -0.1])  # a little beyond the 180 degrees of the lens
+    curve = camera_right.project(places[places[:, 2] > -0.02])  # a little beyond the 180 degrees of the lens
     return curve[np.isfinite(curve).all(1)].astype(np.float32)
 
 
