@@ -23,7 +23,7 @@ def floats(name, values, shape, meaning, rows=None, dtype=np.float32):
         return np.require(array, dtype, "A")
 
 
-def reals(name, values, shape, meaning="real numbers"):
+def reals(name, values, shape, meaning=""):
     """Return an array of real numbers, also given as integers, as float64: a copy of its own.
 
     `shape` and `meaning` are those of floats(). Raises TypeError for elements that are no numbers, ValueError for
@@ -160,6 +160,7 @@ def _check_shape(name, array, shape, meaning, rows=None):
         length is None or length == actual for length, actual in zip(shape, array.shape)
     )
     if not fits:
-        raise ValueError("%s has shape %s; needed: %s, %s" % (name, array.shape, expected, meaning))
+        needed = ", ".join(part for part in (expected, meaning) if part)
+        raise ValueError("%s has shape %s; needed: %s" % (name, array.shape, needed))
     if rows is not None and len(array) != rows:
         raise ValueError("%s has %d rows; needed: %d, %s" % (name, len(array), rows, meaning))
