@@ -292,7 +292,7 @@ std::vector<Comparison> fivePoints() {
   for (const core::KernelLevel level : core::supportedKernelLevels()) {
     if (level == core::KernelLevel::kPlain) continue;
     const std::string name = "five_point/" + core::toString(level);
-    const double factor = level == core::KernelLevel::kBaseline ? 1 : 2;
+    const double factor = level == core::KernelLevel::kBaseline ? 1 : 1.8;
     list.push_back({name,
                     {fivePoint(level, kSamples, false), fivePoint(core::KernelLevel::kPlain, kSamples, true)},
                     {faster(name, 1, factor, Demand::kIdenticalSolutions)}});

@@ -172,14 +172,18 @@ bool poseCovariance(const Pose& pose, const RayMatches& matches, double scale,
   if (equations.isDegenerate()) return false;
   std::vector<double> squared(n);
   squaredTangentSampson(essentialOf(pose), matches, squared.data());
-  double psi_squared = 0, slope = 0;
+  double psi_squared = 0, slope = 0, slope_squared = 0;
   for (const double r2 : squared) {
-    const double x = r2 / (scale * scale), cube = (1 + x) * (1 + x) * (1 + x);
+    const double x = r2 / (scale * scale), cube = (1 + x) * (1 + x) * (1 + x),
+                 derivative = (1 - 3 * x) / cube;
     psi_squared += r2 / (cube * (1 + x));
-    slope += (1 - 3 * x) / cube;
+    slope += derivative;
+    slope_squared += derivative * derivative;
   }
-  const double count = static_cast<double>(n);
-  const double factor = psi_squared * count / (slope * slope) * count / (count - freedom.size);
+  const double count = static_cast<double>(n), parameters = freedom.size;
+  const double correction = 1 + parameters / count * (slope_squared * count / (slope * slope) - 1);
+  const double factor =
+      correction * correction * psi_squared * count / (slope * slope) * count / (count - parameters);
   const Eigen::Matrix<double, 5, 5> result =
       factor * columns * equations.hessian.llt().solve(columns.transpose());
   for (int i = 0; i < 5; ++i) {

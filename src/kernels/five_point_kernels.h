@@ -55,6 +55,7 @@ inline void reflect(const DoubleV* v, DoubleV factor, DoubleV* a) {
   for (int i = first_used; i < rows; ++i) a[i] += product * v[i];
 }
 
+/// The same for two columns in turn, so that neither has to wait for its own sums.
 template <int begin, int rows, int first_used = begin>
 inline void reflectTwo(const DoubleV* v, DoubleV factor, DoubleV* a, DoubleV* b) {
   DoubleV even_a = v[begin] * a[begin], odd_a = v[begin + 1] * a[begin + 1];
@@ -75,7 +76,7 @@ inline void reflectTwo(const DoubleV* v, DoubleV factor, DoubleV* a, DoubleV* b)
   }
 }
 
-/// The same for a column whose row `begin` is 0.
+/// Reflects a column whose row `begin` is 0.
 template <int begin, int rows>
 inline void extend(const DoubleV* v, DoubleV factor, DoubleV* a) {
   const DoubleV product = factor * dot<begin + 1, rows>(v, a);
@@ -263,8 +264,7 @@ inline void writeConstraints(const DoubleV (&basis)[4][9], DoubleV (&columns)[20
 
 // ---- The polynomial in z ----
 
-/// Two successive reflections, which are applied to a column while it is in registers. Rows before 4 are not
-/// used after their reflection.
+/// Two successive reflections. Rows before 4 are not used after their reflection.
 template <int k>
 struct ReflectionPair {
   const DoubleV (*vector)[10];
@@ -277,12 +277,6 @@ struct ReflectionPair {
     factor[1] = makeReflection<k + 1, 10>(columns[k + 1], diagonal[k + 1]);
   }
 
-  void apply(DoubleV (&column)[10]) const {
-    reflect<k, 10, (k < 4 ? k + 1 : k)>(vector[0], factor[0], column);
-    reflect<k + 1, 10, (k < 4 ? k + 2 : k + 1)>(vector[1], factor[1], column);
-  }
-
-  /// In turn, so that neither waits for its own sums.
   void apply(DoubleV (&first)[10], DoubleV (&second)[10]) const {
     reflectTwo<k, 10, (k < 4 ? k + 1 : k)>(vector[0], factor[0], first, second);
     reflectTwo<k + 1, 10, (k < 4 ? k + 2 : k + 1)>(vector[1], factor[1], first, second);
@@ -748,6 +742,7 @@ inline void solveBrackets(const FivePointState& state, const Brackets& brackets,
 /// longest cross product counts.
 struct RootMatrix {
   DoubleV entry[9];
+  std::uint64_t exists;  ///< one bit per lane: whether the matrix is neither 0 nor infinite nor NaN
 
   RootMatrix(const FivePointState& state, const Picker& pick, LongV inverse, DoubleV u) {
     // z = s / c
@@ -764,6 +759,7 @@ struct RootMatrix {
       entry[i] = sum;
       square += sum * sum;
     }
+    exists = lessBits(1e-290 - DoubleV{}, square) & lessBits(square, 1e290 - DoubleV{});
     const DoubleV scale = 1.0 / squareRoot(square);
     for (DoubleV& value : entry) value *= scale;
   }
@@ -817,8 +813,7 @@ inline void fivePointKernel(const FivePointRays& rays, int count, double (*solut
     const RootMatrix e(state, Picker(load(brackets.sample + begin)), load(brackets.inverse + begin),
                        searches[v].root);
     for (int k = 0; k < kDoubleWidth && begin + k < brackets.size; ++k) {
-      // A vanishing or infinite matrix has no length.
-      if (!(absolute(e.entry[0])[k] <= 1.0)) continue;
+      if ((e.exists >> k & 1) == 0) continue;
       const std::int64_t sample = brackets.sample[begin + k];
       double* const out = solutions[sample][counts[sample]++];
       for (int i = 0; i < 9; ++i) out[i] = e.entry[i][k];

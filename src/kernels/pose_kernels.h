@@ -51,16 +51,18 @@ inline Vector3 transposedProduct(const double* m, const Vector3& v) {
           m[2] * v.x + m[5] * v.y + m[8] * v.z};
 }
 
-/// J^T v and J p with the 3x2 Jacobian in columns 3 to 8.
+/// Numbers by the two coordinates of a pixel.
 struct Pair {
   DoubleV x, y;
 };
 
+/// J^T v with the 3x2 Jacobian in columns 3 to 8.
 inline Pair gradientAt(const double* const (&columns)[MatchRays::kColumns], std::size_t i, const Vector3& v) {
   return {load(columns[3] + i) * v.x + load(columns[5] + i) * v.y + load(columns[7] + i) * v.z,
           load(columns[4] + i) * v.x + load(columns[6] + i) * v.y + load(columns[8] + i) * v.z};
 }
 
+/// J p
 inline Vector3 displacementAt(const double* const (&columns)[MatchRays::kColumns], std::size_t i,
                               const Pair& p) {
   return {load(columns[3] + i) * p.x + load(columns[4] + i) * p.y,

@@ -260,7 +260,7 @@ TEST(PoseFit, CovarianceNeedsMoreMatchesThanParameters) {
 /// Squared errors in units of the covariance have the mean 5, and 95 % are below 11.07, the quantile of the
 /// chi-squared distribution.
 TEST(PoseFit, CovarianceHolds) {
-  constexpr int kScenes = 400;
+  constexpr int kScenes = 1200;
   Random random(11);
   double sum = 0;
   int inside = 0;
