@@ -12,6 +12,7 @@
 #include "corrsel/pose_result.h"
 #include "corrsel/selection.h"
 #include "corrsel/workspace.h"
+#include "geometry/pose_fit.h"
 #include "search/local_support.h"
 #include "search/selecting.h"
 
@@ -27,7 +28,9 @@ struct PoseParameters {
 };
 
 /// Searches for the relative pose of calibrated cameras, refines it, and decides what motion the matches
-/// show. Keeps its memory between calls.
+/// show. What is known of the motion (Correspondences::prior) the pose keeps to exactly, and its covariance
+/// is 0 in known directions. The pose of a rig is not searched: only the noise and the parallax are found
+/// out. Keeps its memory between calls.
 class PoseSearch {
  public:
   /// @param matches     with both cameras
@@ -41,11 +44,13 @@ class PoseSearch {
   const RayMatches& rays() const { return input_.rays(); }
 
  private:
+  PoseResult judgeRig(const Correspondences& matches, const PoseParameters& parameters);
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
   bool findSupport(const Correspondences& matches);
   double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
+  double parallax(const cv::Matx33d& rotation) const;
 
   SearchSet search_set_;
   SearchInput input_;
@@ -55,6 +60,7 @@ class PoseSearch {
   Correspondences supported_;  // the search set, for the local support
   std::vector<std::uint32_t> order_;
   LocalSupport support_;
+  PoseFreedom freedom_;          // of the pose under the prior
   double fitted_threshold_ = 0;  // of the last refinement, px
 };
 
