@@ -103,8 +103,9 @@ bool PoseSearch::refine(const Correspondences& matches, const PoseParameters& pa
     return refinement_.refine(set_, columns, threshold, parameters.covariance, candidates, freedom_, pose);
   };
   if (!again()) return false;
-  if (parameters.covariance && chanceShare() > kChanceWithoutSupport && findSupport(matches)) {
-    candidates = &support_.extended();
+  if (parameters.covariance && chanceShare() > kChanceWithoutSupport &&
+      findSupport(matches, parameters.supported)) {
+    candidates = &candidates_;
     if (!again()) return false;
   }
   for (int round = 0; parameters.adaptive && round < 2; ++round) {
@@ -124,14 +125,20 @@ double PoseSearch::chanceShare() const {
   return refinement_.chance().expectedAmongCounting() / std::max(1.0, fitted);
 }
 
-/// Computes the local support of the search set. @return whether enough of the agreeing matches have it
-bool PoseSearch::findSupport(const Correspondences& matches) {
-  gather(matches, search_set_.rows(), supported_);
-  order_.resize(set_.size());
-  std::iota(order_.begin(), order_.end(), 0U);
-  support_.compute(supported_, input_.best_first != nullptr ? *input_.best_first : order_);
+/// Finds out which matches of the search set have local support.
+/// @return whether enough of the agreeing ones have it
+bool PoseSearch::findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known) {
+  if (known != nullptr) {
+    gather(*known, search_set_.rows(), candidates_);
+  } else {
+    gather(matches, search_set_.rows(), supported_);
+    order_.resize(set_.size());
+    std::iota(order_.begin(), order_.end(), 0U);
+    support_.compute(supported_, input_.best_first != nullptr ? *input_.best_first : order_);
+    candidates_ = support_.extended();
+  }
   std::size_t count = 0;
-  for (const std::uint32_t i : refinement_.agreeing()) count += support_.extended()[i];
+  for (const std::uint32_t i : refinement_.agreeing()) count += candidates_[i];
   return count >= kMinSupported;
 }
 
@@ -164,7 +171,7 @@ double PoseSearch::parallax(const cv::Matx33d& rotation) const {
 PoseResult PoseSearch::judgeRig(const Correspondences& matches, const PoseParameters& parameters) {
   PoseResult found;
   found.motion = Motion::kGeneral;
-  found.pose = {matches.prior->rotation, matches.prior->translation};
+  found.pose = {parameters.prior->rotation, parameters.prior->translation};
   found.covariance = cv::Matx<double, 5, 5>::zeros();
   Pose pose = found.pose;
   if (refine(matches, parameters, pose)) found.noise = noise(fitted_threshold_);
@@ -178,12 +185,12 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   Proposal& proposal = workspace.part<ProsacProposal>();
   input_.readRays(matches, parameters.search.seed, result);
   const std::vector<std::uint32_t>& set = search_set_.choose(matches, input_.rows());
-  const bool is_rig = matches.prior && matches.prior->kind == PosePrior::Kind::kRig;
-  const Model* const model = is_rig ? nullptr : &modelFor(matches.prior, workspace);
+  const bool is_rig = parameters.prior && parameters.prior->kind == PosePrior::Kind::kRig;
+  const Model* const model = is_rig ? nullptr : &modelFor(parameters.prior, workspace);
   if (model != nullptr && !isEnough(set.size(), *model, result)) return std::nullopt;
   input_.takeWithRays(matches, set, proposal, result);
   gatherRays(input_.rays(), set, set_);
-  freedom_ = freedomOf(matches.prior);
+  freedom_ = freedomOf(parameters.prior);
   if (model == nullptr) return judgeRig(matches, parameters);
   SearchOutcome outcome =
       search(input_.matches, {*model, proposal}, parameters.search, input_.best_first, deadline, workspace);
@@ -191,11 +198,11 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   if (outcome.timed_out) reportEnd(outcome, parameters.max_seconds, result);
   Pose pose;
   const bool posed = outcome.best.exists() && outcome.best.inliers >= kMinAgreeing &&
-                     choosePose(outcome.best.model, set_, parameters.threshold, pose, matches.prior);
+                     choosePose(outcome.best.model, set_, parameters.threshold, pose, parameters.prior);
   const bool refined = posed && refine(matches, parameters, pose);
   const Verdict verdict =
       verdict_.decide({set_, input_.matches.rays, input_.best_first, refined ? &pose : nullptr,
-                       parameters.threshold, parameters.search.seed, matches.prior});
+                       parameters.threshold, parameters.search.seed, parameters.prior});
   if (verdict.motion == Motion::kNone) {
     fail(result, posed && !refined ? Status::kDegenerate : Status::kNoModel,
          posed && !refined ? "the matches do not determine a pose"

@@ -9,6 +9,7 @@
 #include "calibrated/search_set.h"
 #include "calibrated/verdict.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/pose_prior.h"
 #include "corrsel/pose_result.h"
 #include "corrsel/selection.h"
 #include "corrsel/workspace.h"
@@ -24,11 +25,14 @@ struct PoseParameters {
   bool adaptive = false;
   bool covariance = true;
   double max_seconds = 0;  ///< for the message, s
+  /// Per match, whether it has local support (LocalSupport::extended()), where that is known already.
+  const std::vector<std::uint8_t>* supported = nullptr;
+  std::optional<PosePrior> prior;  ///< what is known of the motion; that of the matches is not used
   SearchParameters search;
 };
 
 /// Searches for the relative pose of calibrated cameras, refines it, and decides what motion the matches
-/// show. What is known of the motion (Correspondences::prior) the pose keeps to exactly, and its covariance
+/// show. What is known of the motion the pose keeps to exactly, and its covariance
 /// is 0 in known directions. The pose of a rig is not searched: only the noise and the parallax are found
 /// out. Keeps its memory between calls.
 class PoseSearch {
@@ -46,7 +50,7 @@ class PoseSearch {
  private:
   PoseResult judgeRig(const Correspondences& matches, const PoseParameters& parameters);
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
-  bool findSupport(const Correspondences& matches);
+  bool findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known);
   double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
@@ -60,8 +64,9 @@ class PoseSearch {
   Correspondences supported_;  // the search set, for the local support
   std::vector<std::uint32_t> order_;
   LocalSupport support_;
-  PoseFreedom freedom_;          // of the pose under the prior
-  double fitted_threshold_ = 0;  // of the last refinement, px
+  std::vector<std::uint8_t> candidates_;  // per match of the search set: whether it has local support
+  PoseFreedom freedom_;                   // of the pose under the prior
+  double fitted_threshold_ = 0;           // of the last refinement, px
 };
 
 }  // namespace corrsel::core
