@@ -20,8 +20,9 @@ constexpr std::size_t kMinAgreeing = 8;  // five matches always agree with thems
 constexpr double kMaxChance = 0.02;      // share of chance agreements up to which the covariance holds
 constexpr double kChanceWithoutSupport = 0.001;  // share above which local support is asked for
 constexpr std::size_t kMinSupported = 20;
-constexpr double kNoiseCut = 2.5;       // times the threshold: larger residuals do not count for the noise
-constexpr double kRotationWidth = 1.5;  // of the threshold
+constexpr std::size_t kFewAgreeing = 250;  // below it, a second search begins with local support
+constexpr double kNoiseCut = 2.5;          // times the threshold: larger residuals do not count for the noise
+constexpr double kRotationWidth = 1.5;     // of the threshold
 constexpr int kEssentialParameters = 5, kRotationParameters = 3;
 
 /// Covariance of a rotation (first three rows and columns) from the matches that agree with it.
@@ -78,7 +79,7 @@ bool PoseSearch::refine(const Correspondences& matches, const PoseParameters& pa
   };
   if (!again()) return false;
   if (parameters.covariance && chanceShare() > kChanceWithoutSupport &&
-      findSupport(matches, parameters.supported)) {
+      isSupported(supported(matches, parameters.supported))) {
     candidates = &candidates_;
     if (!again()) return false;
   }
@@ -100,20 +101,51 @@ double PoseSearch::chanceShare() const {
 }
 
 /// Finds out which matches of the search set have local support.
-/// @return whether enough of the agreeing ones have it
-bool PoseSearch::findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known) {
+const std::vector<std::uint8_t>& PoseSearch::supported(const Correspondences& matches,
+                                                       const std::vector<std::uint8_t>* known) {
+  if (support_known_) return candidates_;
+  support_known_ = true;
   if (known != nullptr) {
     gather(*known, search_set_.rows(), candidates_);
-  } else {
-    gather(matches, search_set_.rows(), supported_);
-    order_.resize(set_.size());
-    std::iota(order_.begin(), order_.end(), 0U);
-    support_.compute(supported_, input_.best_first != nullptr ? *input_.best_first : order_);
-    candidates_ = support_.extended();
+    return candidates_;
   }
+  gather(matches, search_set_.rows(), supported_);
+  support_.compute(supported_, order());
+  candidates_ = support_.extended();
+  return candidates_;
+}
+
+/// The search set by quality; where that is unknown, in random order.
+std::vector<std::uint32_t> PoseSearch::order() const {
+  if (input_.best_first != nullptr) return *input_.best_first;
+  std::vector<std::uint32_t> result(set_.size());
+  std::iota(result.begin(), result.end(), 0U);
+  return result;
+}
+
+/// Whether enough of the agreeing matches have local support.
+bool PoseSearch::isSupported(const std::vector<std::uint8_t>& supported) const {
   std::size_t count = 0;
-  for (const std::uint32_t i : refinement_.agreeing()) count += candidates_[i];
+  for (const std::uint32_t i : refinement_.agreeing()) count += supported[i];
   return count >= kMinSupported;
+}
+
+/// Searches by quality. Where few matches agree, a second search begins with those that have local support,
+/// and the better model remains.
+SearchOutcome PoseSearch::search(const Correspondences& matches, const PoseParameters& parameters,
+                                 const SearchParts& parts, const Deadline& deadline, Workspace& workspace) {
+  SearchOutcome first =
+      core::search(input_.matches, parts, parameters.search, input_.best_first, deadline, workspace);
+  if (!parameters.covariance || first.timed_out || first.best.inliers >= kFewAgreeing) return first;
+  const std::vector<std::uint8_t>& supports = supported(matches, parameters.supported);
+  std::vector<std::uint32_t> by_support = order();
+  std::stable_partition(by_support.begin(), by_support.end(),
+                        [&](std::uint32_t i) { return supports[i] != 0; });
+  SearchOutcome second =
+      core::search(input_.matches, parts, parameters.search, &by_support, deadline, workspace);
+  second.iterations += first.iterations;
+  if (first.best.cost <= second.best.cost) second.best = first.best;
+  return second;
 }
 
 /// Fills the answer by the verdict.
@@ -144,8 +176,8 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   if (!isEnough(set.size(), model, result)) return std::nullopt;
   input_.takeWithRays(matches, set, proposal, result);
   gatherRays(input_.rays(), set, set_);
-  SearchOutcome outcome =
-      search(input_.matches, {model, proposal}, parameters.search, input_.best_first, deadline, workspace);
+  support_known_ = false;
+  const SearchOutcome outcome = search(matches, parameters, {model, proposal}, deadline, workspace);
   result.iterations = outcome.iterations;
   if (outcome.timed_out) reportEnd(outcome, parameters.max_seconds, result);
   Pose pose;
