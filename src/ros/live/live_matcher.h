@@ -14,7 +14,8 @@ namespace corrsel {
 
 /// Turns the images of live cameras into messages with putative matches. An image without a partner is
 /// matched with an earlier one of the same camera; the newer image is then the left side of the message and
-/// the earlier one its right side.
+/// the earlier one its right side. The message has the calibrations of the images as they were when each
+/// image came, and of a pair the pose between two cameras that were calibrated together.
 ///
 /// Images of 16 bits that use fewer of them are scaled by the number of bits that the largest value so far
 /// needed (8, 10, 12, 14 or 16), for all cameras alike. It never falls, so that the scale does not change
