@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <utility>
@@ -42,6 +43,11 @@ PairInfo infoOf(const ImageSet& images, const LiveMatcher::Settings& settings, d
 
 std::optional<core::Camera> cameraOf(const CalibrationPtr& calibration) {
   return calibration ? std::make_optional(calibration->camera) : std::nullopt;
+}
+
+std::string modelText(const Camera& camera) {
+  if (camera.model == Camera::MODEL_UNKNOWN) return "unknown";
+  return core::toString(static_cast<core::Camera::Model>(camera.model - Camera::MODEL_PINHOLE));
 }
 
 /// The features and the calibration of an image.
@@ -145,6 +151,11 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
   }
   sequence_.add({id, std::move(features), camera}, matches);
   return message;
+}
+
+std::string camerasText(const Correspondences& message) {
+  return "left " + modelText(message.left_camera) + ", right " + modelText(message.right_camera) +
+         (std::isnan(message.rig_translation[0]) ? "" : ", a rig");
 }
 
 }  // namespace corrsel

@@ -3,6 +3,7 @@
 #include <boost/shared_ptr.hpp>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <string>
 
 #include "corrsel/Correspondences.h"
 #include "corrsel/features/extractor.h"
@@ -50,5 +51,9 @@ class LiveMatcher {
   core::Sequence sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_
 };
+
+/// Which cameras a message has, for diagnostics: "left pinhole, right fisheye, a rig" or "left unknown, right
+/// unknown".
+std::string camerasText(const Correspondences& message);
 
 }  // namespace corrsel
