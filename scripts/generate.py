@@ -273,6 +273,7 @@ def needs_text(names):
         ("right_size", "image sizes" if both else "size of the right image"),
         ("second_distance", "descriptor distances"),
         ("left_frame", "frames"),
+        ("left_camera", "cameras"),
         ("left_index", "feature numbers"),
     )
     return ", ".join(text for name, text in words if name in names) or "-"

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace corrsel::core {
 
@@ -51,6 +52,9 @@ class Random {
   /// Draws `count` distinct indices from [0, bound), in any order. @pre count <= bound. O(count^2), meant for
   /// small samples.
   void sample(std::uint32_t bound, std::size_t count, std::uint32_t* out);
+
+  /// Puts the values in random order. O(n).
+  void shuffle(std::vector<std::uint32_t>& values);
 
  private:
   static std::uint64_t rotateLeft(std::uint64_t value, int bits) {

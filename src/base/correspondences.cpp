@@ -1,6 +1,7 @@
 #include "corrsel/correspondences.h"
 
 #include <stdexcept>
+#include <utility>
 
 namespace corrsel::core {
 namespace {
@@ -38,11 +39,13 @@ std::string Correspondences::inconsistency() const {
         wrong("right_index", right_index.size(), true)}) {
     if (!text.empty()) return text;
   }
-  try {
-    if (left_camera) left_camera->check();
-    if (right_camera) right_camera->check();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
+  for (const auto& [name, camera] :
+       {std::pair("left_camera", &left_camera), std::pair("right_camera", &right_camera)}) {
+    try {
+      if (*camera) (*camera)->check();
+    } catch (const std::invalid_argument& error) {
+      return std::string(name) + "." + error.what();
+    }
   }
   return "";
 }

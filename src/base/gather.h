@@ -27,6 +27,8 @@ inline void gather(const Correspondences& from, const std::vector<std::uint32_t>
   gather(from.right_frame, rows, to.right_frame);
   to.left_size = from.left_size;
   to.right_size = from.right_size;
+  to.left_camera = from.left_camera;
+  to.right_camera = from.right_camera;
 }
 
 }  // namespace corrsel::core

@@ -27,6 +27,11 @@ double Random::normal() {
   return sum;
 }
 
+void Random::shuffle(std::vector<std::uint32_t>& values) {
+  for (std::size_t i = values.size(); i > 1; --i)
+    std::swap(values[i - 1], values[index(static_cast<std::uint32_t>(i))]);
+}
+
 void Random::sample(std::uint32_t bound, std::size_t count, std::uint32_t* out) {
   // Where equal draws are rare it is quickest to draw again.
   constexpr std::uint32_t kRare = 64;

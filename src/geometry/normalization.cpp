@@ -10,6 +10,47 @@
 #include "base/largest_magnitude.h"
 
 namespace corrsel::core {
+namespace {
+
+void takeColumns(const float* from, std::size_t size, const std::vector<std::uint32_t>& rows,
+                 std::vector<float>& to) {
+  to.resize(kRayNumbers * rows.size());
+  float* out = to.data();
+  for (std::size_t k = 0; k < kRayNumbers; ++k)
+    for (const std::uint32_t row : rows) *out++ = from[k * size + row];
+}
+
+void narrow(const Rays& from, const std::vector<std::uint32_t>& rows, std::vector<float>& to) {
+  to.resize(kRayNumbers * rows.size());
+  float* out = to.data();
+  for (const std::vector<double>& column : from.column)
+    for (const std::uint32_t row : rows) *out++ = static_cast<float>(column[row]);
+}
+
+void widenColumns(const float* from, std::size_t size, const std::vector<std::uint32_t>& rows, Rays& to) {
+  to.resize(rows.size());
+  for (std::size_t k = 0; k < kRayNumbers; ++k)
+    for (std::size_t i = 0; i < rows.size(); ++i) to.column[k][i] = from[k * size + rows[i]];
+}
+
+}  // namespace
+
+void RayColumns::take(const RayMatches& rays, const std::vector<std::uint32_t>& rows) {
+  narrow(rays.left, rows, left);
+  narrow(rays.right, rows, right);
+  size = rows.size();
+}
+
+void RayColumns::take(const RayColumns& rays, const std::vector<std::uint32_t>& rows) {
+  takeColumns(rays.left.data(), rays.size, rows, left);
+  takeColumns(rays.right.data(), rays.size, rows, right);
+  size = rows.size();
+}
+
+void RayColumns::widen(const std::vector<std::uint32_t>& rows, RayMatches& to) const {
+  widenColumns(left.data(), size, rows, to.left);
+  widenColumns(right.data(), size, rows, to.right);
+}
 
 void normalizeMatches(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
                       NormalizedMatches& result) {
@@ -17,6 +58,7 @@ void normalizeMatches(const Correspondences& matches, const std::vector<std::uin
   const std::vector<float>* const from[4] = {&matches.left_x, &matches.left_y, &matches.right_x,
                                              &matches.right_y};
   double largest = 0;
+  result.rays = {};
   for (int c = 0; c < 4; ++c) {
     gather(*from[c], rows, *columns[c]);
     largest = std::max<double>(largest, largestMagnitude(*columns[c]));
@@ -52,6 +94,18 @@ void normalizeMatches(const Correspondences& matches, const std::vector<std::uin
   for (int c = 0; c < 4; ++c) {
     for (float& value : *columns[c]) value = static_cast<float>((value - mean[c]) * s);
   }
+}
+
+void takeRays(const Correspondences& matches, const RayMatches& rays, const std::vector<std::uint32_t>& rows,
+              NormalizedMatches& result) {
+  gather(matches.left_x, rows, result.left_x);
+  gather(matches.left_y, rows, result.left_y);
+  gather(matches.right_x, rows, result.right_x);
+  gather(matches.right_y, rows, result.right_y);
+  result.scale = 1;
+  result.rounding = 0;
+  result.left = result.right = cv::Matx33d::eye();
+  result.rays.take(rays, rows);
 }
 
 NormalizedMatches normalizeMatches(const Correspondences& matches) {

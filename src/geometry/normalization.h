@@ -7,15 +7,31 @@
 #include <vector>
 
 #include "corrsel/correspondences.h"
+#include "geometry/rays.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
+
+/// The rays of matches in single precision, as the kernels read them: number k (kernels/residual.h) of the
+/// ray of match i is left[k * size + i].
+struct RayColumns {
+  std::vector<float> left, right;
+  std::size_t size = 0;
+
+  /// Takes the given rows, in that order.
+  void take(const RayMatches& rays, const std::vector<std::uint32_t>& rows);
+  void take(const RayColumns& rays, const std::vector<std::uint32_t>& rows);
+
+  /// Copies the given rows in double precision.
+  void widen(const std::vector<std::uint32_t>& rows, RayMatches& to) const;
+};
 
 /// Matches shifted to their centroids (left and right separately) and divided by one scale common to both
 /// images, so that float arithmetic keeps its precision and distances in the right image stay proportional to
 /// pixels.
 struct NormalizedMatches {
   std::vector<float> left_x, left_y, right_x, right_y;
+  RayColumns rays;          ///< empty = no cameras
   double scale = 1.0;       ///< normalised = (pixel - centroid) * scale
   double rounding = 0.0;    ///< generous bound of rounding a point to single precision, normalised
   cv::Matx33d left, right;  ///< pixel to normalised coordinates, homogeneous
@@ -24,7 +40,8 @@ struct NormalizedMatches {
 
   /// The coordinates in the form that the kernels read; valid until the vectors change.
   MatchColumns columns() const {
-    return {left_x.data(), left_y.data(), right_x.data(), right_y.data(), left_x.size()};
+    return {left_x.data(), left_y.data(),    right_x.data(),    right_y.data(),
+            size(),        rays.left.data(), rays.right.data(), size()};
   }
 
   /// Converts a homography between normalised coordinates to one between pixels, with H(2,2) = 1 unless that
@@ -43,6 +60,12 @@ struct NormalizedMatches {
 /// if all points are equal. O(rows).
 void normalizeMatches(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
                       NormalizedMatches& result);
+
+/// Takes matches for models of rays, in the given order of rows: their rays, and their coordinates as they
+/// are, because the errors of these models are in px. O(rows).
+/// @param rays  of all matches; those of the rows exist
+void takeRays(const Correspondences& matches, const RayMatches& rays, const std::vector<std::uint32_t>& rows,
+              NormalizedMatches& result);
 
 /// Normalises all matches in the order of the input.
 NormalizedMatches normalizeMatches(const Correspondences& matches);

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/essential.h"
 #include "geometry/fundamental.h"
 #include "geometry/homography.h"
+#include "geometry/rotation.h"
 
 namespace corrsel::core {
 namespace {
@@ -39,6 +41,18 @@ void modelErrors(Residual residual, const cv::Matx33d& model, const NormalizedMa
                                                                  matches.columns(), begin, end, out);
 }
 
+void repairedErrors(const cv::Matx33d& essential, const RayColumns& rays, std::size_t shift, float* out) {
+  const ResidualModel model = residualModel(Residual::kTangentSampson, essential);
+  const auto errors = kernels().residuals.errors[static_cast<std::size_t>(Residual::kTangentSampson)];
+  const std::size_t n = rays.size;
+  const float *const left = rays.left.data(), *const right = rays.right.data();
+  MatchColumns columns = {nullptr, nullptr, nullptr, nullptr, n, left, right + shift, n};
+  errors(model, columns, 0, n - shift, out);
+  columns.left_rays = left + (n - shift);
+  columns.right_rays = right;
+  errors(model, columns, 0, shift, out + (n - shift));
+}
+
 void pixelErrors(Residual residual, const cv::Matx33d& model, const Correspondences& m, double* out) {
   const std::size_t n = m.size();
   const float *const x = m.left_x.data(), *const y = m.left_y.data();
@@ -66,6 +80,30 @@ void pixelErrors(Residual residual, const cv::Matx33d& model, const Corresponden
       }
     }
   }
+}
+
+void rayErrors(ModelKind kind, const cv::Matx33d& model, const RayMatches& rays,
+               std::vector<double>& errors) {
+  errors.resize(rays.size());
+  if (kind == ModelKind::kEssential) {
+    squaredTangentSampson(model, rays, errors.data());
+  } else {
+    for (std::size_t i = 0; i < rays.size(); ++i) errors[i] = squaredRotationError(model, rays, i);
+  }
+}
+
+void selectionErrors(ModelKind kind, const cv::Matx33d& model, const Correspondences& matches,
+                     RayMatches& rays, std::vector<double>& errors) {
+  const std::size_t n = matches.size();
+  errors.resize(n);
+  if (kind == ModelKind::kHomography || kind == ModelKind::kFundamental) {
+    const bool homography = kind == ModelKind::kHomography;
+    pixelErrors(homography ? Residual::kSmallerTransfer : Residual::kSampson, model, matches, errors.data());
+    return;
+  }
+  unproject(*matches.left_camera, matches.left_x.data(), matches.left_y.data(), n, rays.left);
+  unproject(*matches.right_camera, matches.right_x.data(), matches.right_y.data(), n, rays.right);
+  rayErrors(kind, model, rays, errors);
 }
 
 }  // namespace corrsel::core

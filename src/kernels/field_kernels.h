@@ -10,20 +10,8 @@
 namespace corrsel::core {
 namespace {
 
-constexpr int kDoubleWidth = kWidth / 2;
-typedef double DoubleV __attribute__((vector_size(kDoubleWidth * 8)));
-typedef std::int64_t LongV __attribute__((vector_size(kDoubleWidth * 8)));
-
 constexpr std::size_t kGroup = kFieldGroup;
 constexpr std::size_t kGroupParts = kGroup / static_cast<std::size_t>(kDoubleWidth);
-
-inline DoubleV load(const double* p) {
-  DoubleV v;
-  __builtin_memcpy(&v, p, sizeof v);
-  return v;
-}
-
-inline void store(double* p, DoubleV v) { __builtin_memcpy(p, &v, sizeof v); }
 
 inline double totalOf(const double* lane) {
   return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));

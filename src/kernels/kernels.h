@@ -19,6 +19,7 @@
 #include "kernels/scale_space.h"
 #include "kernels/shrink.h"
 #include "kernels/support.h"
+#include "kernels/unproject.h"
 #include "kernels/view.h"
 
 namespace corrsel::core {
@@ -61,6 +62,7 @@ struct Kernels {
   ViewKernels views;
   AffineKernels affine;
   AreaRatioKernels area_ratio;
+  UnprojectKernels rays;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

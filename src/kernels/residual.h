@@ -10,14 +10,21 @@ enum class Residual : std::uint8_t {
   kTransfer,           ///< |x' - Hx|^2
   kSymmetricTransfer,  ///< |x' - Hx|^2 + |x - H^-1 x'|^2
   kSampson,            ///< squared Sampson distance of x'^T F x
-  kSmallerTransfer     ///< min(|x' - Hx|^2, |x - H^-1 x'|^2), which exists if both errors exist
+  kSmallerTransfer,    ///< min(|x' - Hx|^2, |x - H^-1 x'|^2), which exists if both errors exist
+  kTangentSampson      ///< squared tangent Sampson error of d'^T E d, px^2, of rays
 };
-constexpr std::size_t kResiduals = 4;
+constexpr std::size_t kResiduals = 5;
 
-/// Four columns of equal length: left x, y, right x, y.
+/// Numbers of a ray: its direction (3) and the derivative by the pixel (3x2, row-major, 1/px).
+constexpr std::size_t kRayNumbers = 9;
+
+/// Four columns of equal length: left x, y, right x, y. Residual::kTangentSampson reads the rays instead.
 struct MatchColumns {
   const float *left_x, *left_y, *right_x, *right_y;
   std::size_t size;
+  /// Number k of the ray of match i is left_rays[k * ray_stride + i]; nullptr = no cameras.
+  const float *left_rays = nullptr, *right_rays = nullptr;
+  std::size_t ray_stride = 0;
 };
 
 /// A 3x3 matrix, row-major, and for Residual::kSymmetricTransfer and kSmallerTransfer its inverse, scaled so

@@ -73,15 +73,50 @@ struct Sampson {
   }
 };
 
+/// The error of rays, whose numbers are read by their place, so that lanes and single matches share it.
+struct TangentSampson {
+  template <class T, class Left, class Right>
+  static Fraction<T> error(const ResidualModel& model, const Left& left, const Right& right) {
+    const float(&e)[9] = model.forward;
+    const T x = left(0), y = left(1), z = left(2), u = right(0), v = right(1), w = right(2);
+    const T l0 = e[0] * x + e[1] * y + e[2] * z, l1 = e[3] * x + e[4] * y + e[5] * z,
+            l2 = e[6] * x + e[7] * y + e[8] * z;
+    const T m0 = e[0] * u + e[3] * v + e[6] * w, m1 = e[1] * u + e[4] * v + e[7] * w,
+            m2 = e[2] * u + e[5] * v + e[8] * w;
+    const T residual = u * l0 + v * l1 + w * l2;
+    const T a = left(3) * m0 + left(5) * m1 + left(7) * m2, b = left(4) * m0 + left(6) * m1 + left(8) * m2;
+    const T c = right(3) * l0 + right(5) * l1 + right(7) * l2,
+            d = right(4) * l0 + right(6) * l1 + right(8) * l2;
+    const T gradient = a * a + b * b + c * c + d * d + __FLT_MIN__;
+    return {residual * residual, gradient, gradient > 0.0F};
+  }
+};
+
 template <class R>
 inline Fraction<FloatV> errorAt(const ResidualModel& model, const MatchColumns& m, std::size_t i) {
   return R::template error<FloatV>(model, load(m.left_x + i), load(m.left_y + i), load(m.right_x + i),
                                    load(m.right_y + i));
 }
 
+template <>
+inline Fraction<FloatV> errorAt<TangentSampson>(const ResidualModel& model, const MatchColumns& m,
+                                                std::size_t i) {
+  return TangentSampson::error<FloatV>(
+      model, [&](std::size_t k) { return load(m.left_rays + k * m.ray_stride + i); },
+      [&](std::size_t k) { return load(m.right_rays + k * m.ray_stride + i); });
+}
+
 template <class R>
 inline Fraction<float> scalarErrorAt(const ResidualModel& model, const MatchColumns& m, std::size_t i) {
   return R::template error<float>(model, m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]);
+}
+
+template <>
+inline Fraction<float> scalarErrorAt<TangentSampson>(const ResidualModel& model, const MatchColumns& m,
+                                                     std::size_t i) {
+  return TangentSampson::error<float>(
+      model, [&](std::size_t k) { return m.left_rays[k * m.ray_stride + i]; },
+      [&](std::size_t k) { return m.right_rays[k * m.ray_stride + i]; });
 }
 
 template <class R>

@@ -28,6 +28,11 @@ constexpr int kWidth = 4;
 typedef float FloatV __attribute__((vector_size(kWidth * 4)));
 typedef std::int32_t IntV __attribute__((vector_size(kWidth * 4)));
 
+/// kDoubleWidth lanes.
+constexpr int kDoubleWidth = kWidth / 2;
+typedef double DoubleV __attribute__((vector_size(kWidth * 4)));
+typedef std::int64_t LongV __attribute__((vector_size(kWidth * 4)));
+
 /// 2 kWidth lanes.
 typedef std::int16_t ShortV __attribute__((vector_size(kWidth * 4)));
 constexpr int kShorts = 2 * kWidth;
@@ -50,6 +55,21 @@ inline IntV load(const std::int32_t* p) {
 
 inline void store(float* p, FloatV v) { __builtin_memcpy(p, &v, sizeof v); }
 inline void store(std::int32_t* p, IntV v) { __builtin_memcpy(p, &v, sizeof v); }
+
+inline DoubleV load(const double* p) {
+  DoubleV v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline LongV load(const std::int64_t* p) {
+  LongV v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+
+inline void store(double* p, DoubleV v) { __builtin_memcpy(p, &v, sizeof v); }
+inline void store(std::int64_t* p, LongV v) { __builtin_memcpy(p, &v, sizeof v); }
 
 inline ShortV load(const std::int16_t* p) {
   ShortV v;
@@ -156,6 +176,51 @@ inline FloatV squareRoot(FloatV v) {
 #else
   for (int k = 0; k < kWidth; ++k) v[k] = __builtin_sqrtf(v[k]);
   return v;
+#endif
+}
+
+inline DoubleV absolute(DoubleV v) { return (DoubleV)((LongV)v & 0x7fffffffffffffff); }
+
+/// Exactly rounded square roots.
+inline DoubleV squareRoot(DoubleV v) {
+#if defined(__AVX512F__)
+  return (DoubleV)_mm512_maskz_sqrt_pd(static_cast<__mmask8>(-1), (__m512d)v);
+#elif defined(__AVX2__)
+  return (DoubleV)_mm256_sqrt_pd((__m256d)v);
+#elif defined(__SSE2__)
+  return (DoubleV)_mm_sqrt_pd((__m128d)v);
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+  return (DoubleV)vsqrtq_f64((float64x2_t)v);
+#else
+  for (int k = 0; k < kDoubleWidth; ++k) v[k] = __builtin_sqrt(v[k]);
+  return v;
+#endif
+}
+
+/// One bit per lane in which a < b, the first lane lowest.
+inline std::uint64_t lessBits(DoubleV a, DoubleV b) {
+#if defined(__AVX512F__)
+  return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_LT_OQ);
+#elif defined(__AVX2__)
+  return static_cast<std::uint64_t>(_mm256_movemask_pd((__m256d)(a < b)));
+#elif defined(__SSE2__)
+  return static_cast<std::uint64_t>(_mm_movemask_pd((__m128d)(a < b)));
+#else
+  std::uint64_t bits = 0;
+  for (int k = 0; k < kDoubleWidth; ++k) bits |= static_cast<std::uint64_t>(a[k] < b[k]) << k;
+  return bits;
+#endif
+}
+
+/// The last lane first.
+inline DoubleV reversed(DoubleV v) {
+#if defined(__AVX512F__)
+  const __m512i order = _mm512_set_epi64(0, 1, 2, 3, 4, 5, 6, 7);
+  return (DoubleV)_mm512_maskz_permutexvar_pd(static_cast<__mmask8>(-1), order, (__m512d)v);
+#elif defined(__AVX2__)
+  return (DoubleV)_mm256_permute4x64_pd((__m256d)v, _MM_SHUFFLE(0, 1, 2, 3));
+#else
+  return DoubleV{v[1], v[0]};
 #endif
 }
 

@@ -20,6 +20,7 @@
 #include "kernels/scale_space_kernels.h"
 #include "kernels/shrink_kernels.h"
 #include "kernels/support_kernels.h"
+#include "kernels/unproject_kernels.h"
 #include "kernels/view_kernels.h"
 
 namespace corrsel::core {
@@ -30,9 +31,9 @@ namespace {
 
 constexpr Kernels kTable = {
     {{errorsKernel<Transfer>, errorsKernel<SymmetricTransfer>, errorsKernel<Sampson>,
-      errorsKernel<SmallerTransfer>},
+      errorsKernel<SmallerTransfer>, errorsKernel<TangentSampson>},
      {scoreKernel<Transfer>, scoreKernel<SymmetricTransfer>, scoreKernel<Sampson>,
-      scoreKernel<SmallerTransfer>},
+      scoreKernel<SmallerTransfer>, scoreKernel<TangentSampson>},
      {normalKernel<Transfer, TransferTerms>, normalKernel<SymmetricTransfer, TransferTerms>,
       normalKernel<Sampson, SampsonTerms>, normalKernel<SmallerTransfer, TransferTerms>},
      pixelErrorsKernel},
@@ -57,6 +58,9 @@ constexpr Kernels kTable = {
     {sampleLineKernel},
     {countKernel, aroundSeedKernel},
     {areaRatioKernel},
+    {{unprojectKernel<PlainPinholeLens>, unprojectKernel<PinholeLens<false>>,
+      unprojectKernel<PinholeLens<true>>, unprojectKernel<FisheyeLens>,
+      unprojectKernel<EquirectangularLens>}},
 };
 
 }  // namespace

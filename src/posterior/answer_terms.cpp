@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/residual.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -31,14 +33,14 @@ CellGrid gridOver(const std::vector<float>& x, const std::vector<float>& y, int 
 
 double AnswerTerms::outlierDensity(const AnsweredMatches& answered) {
   const double area = answered.support.area();
-  return answered.kind == ModelKind::kHomography ? 1 / area : 2 / std::sqrt(area);
+  return mapsPoints(answered.kind) ? 1 / area : 2 / std::sqrt(area);
 }
 
 AnswerTerms::AnswerTerms(const AnsweredMatches& answered, const std::vector<double>& errors)
     : answered_(answered),
       errors_(errors),
       doubt_(kHalfConfidence / (kHalfConfidence + answered.confidence)) {
-  const double scale = answered.kind == ModelKind::kHomography ? kHomographyScale : kFundamentalScale;
+  const double scale = mapsPoints(answered.kind) ? kHomographyScale : kFundamentalScale;
   squared_scale_ = scale * scale;
   if (answered.kind != ModelKind::kNone) countAgreements();
 }
@@ -57,8 +59,7 @@ void AnswerTerms::countAgreements() {
     ++members_[cell];
     far_members_[cell] += near ? 0 : 1;
   }
-  const double reach =
-      answered_.kind == ModelKind::kHomography ? kPi * squared_scale_ : std::sqrt(squared_scale_);
+  const double reach = mapsPoints(answered_.kind) ? kPi * squared_scale_ : std::sqrt(squared_scale_);
   const double chance = static_cast<double>(far_others_) * outlierDensity(answered_) * reach;
   purity_ =
       std::clamp(std::log((static_cast<double>(near_others) + 1) / (chance + 1)), -kMaxPurity, kMaxPurity);
@@ -78,7 +79,7 @@ ProbabilityTerms AnswerTerms::of(std::size_t match) const {
   const double error = errors_[match] < kFarAway ? errors_[match] : kFarAway;
   const double near = (squared_scale_ - error) / (squared_scale_ + error), off = (1 - near) / 2;
   return {1,
-          answered_.kind == ModelKind::kFundamental ? 1.0 : 0.0,
+          mapsPoints(answered_.kind) ? 0.0 : 1.0,
           near,
           local,
           near * local,

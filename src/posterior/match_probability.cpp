@@ -14,7 +14,7 @@ namespace {
 constexpr double kNoiseCut = 2;  // times t: larger residuals do not count for the noise
 
 double noiseOf(const AnsweredMatches& answered, const std::vector<double>& errors, std::size_t outliers) {
-  const bool homography = answered.kind == ModelKind::kHomography;
+  const bool homography = mapsPoints(answered.kind);
   ResidualKind kind;
   kind.dimensions = homography ? 2 : 1;
   kind.parameters = homography ? 8 : 7;
@@ -35,12 +35,8 @@ void MatchProbability::compute(const AnsweredMatches& answered) {
   probability_.assign(n, 0);
   if (std::none_of(answered.mask.begin(), answered.mask.end(), [](std::uint8_t m) { return m != 0; })) return;
   const bool modelled = answered.kind != ModelKind::kNone;
-  errors_.resize(modelled ? n : 0);
-  if (modelled) {
-    const bool homography = answered.kind == ModelKind::kHomography;
-    pixelErrors(homography ? Residual::kSmallerTransfer : Residual::kSampson, answered.model,
-                answered.matches, errors_.data());
-  }
+  errors_.clear();
+  if (modelled) selectionErrors(answered.kind, answered.model, answered.matches, rays_, errors_);
   const AnswerTerms terms(answered, errors_);
   if (modelled) sigma_ = noiseOf(answered, errors_, terms.farOthers());
   const ProbabilityTerms& weights = modelled ? kWeightsWithModel : kWeightsWithoutModel;

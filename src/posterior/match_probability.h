@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "geometry/rays.h"
 #include "posterior/answer_terms.h"
 
 namespace corrsel::core {
@@ -52,6 +53,7 @@ class MatchProbability {
  private:
   double sigma_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> errors_;  // squared, px^2
+  RayMatches rays_;
   std::vector<float> probability_;
 };
 

@@ -20,6 +20,10 @@ void descend(const Model& kind, const Verifier& verifier, Candidate& best) {
 
 void optimizeLocally(const Model& kind, const Verifier& verifier, Candidate& best) {
   cv::Matx33d model = best.model;
+  if (kind.traits.refines_fully) {
+    if (kind.refine(verifier.matches(), verifier.squaredThreshold(), model)) verifier.improve(model, best);
+    return;
+  }
   for (const float width : {4.0F, 2.0F}) {
     if (!kind.refine(verifier.matches(), width * verifier.squaredThreshold(), model)) break;
   }

@@ -9,6 +9,10 @@ bool Model::escapeDegeneracy(const Verifier&, const std::uint32_t*, DegeneracyMe
   return false;
 }
 
+void Model::solveBatch(const NormalizedMatches& matches, Hypotheses* batch, int count) const {
+  for (int k = 0; k < count; ++k) batch[k].count = solve(matches, batch[k].sample, batch[k].models);
+}
+
 const Model& modelOf(ModelKind kind, ConsensusOptions::Error error) {
   static const FundamentalModel fundamental;
   static const HomographyModel transfer(Residual::kTransfer), symmetric(Residual::kSymmetricTransfer),

@@ -34,8 +34,14 @@ struct ModelTraits {
   SprtConstants sprt;         ///< the search chooses epsilon
   bool tests_impure_samples;  ///< whether the SPRT lets the hypotheses of samples with an outlier or two pass
   ProsacSchedule prosac;
-  double min_prefix;  ///< share of the matches that a prefix needs before PROSAC may stop because of it
+  double min_prefix;       ///< share of the matches that a prefix needs before PROSAC may stop because of it
+  bool uses_rays = false;  ///< whether matches need NormalizedMatches::rays
+  bool refines_fully = false;  ///< whether refine() converges by itself, so that one call is enough
+  double floor = 0;  ///< samples that are drawn at least, times the inliers, from 48 to 2000; 0 = none
+  int batch = 1;     ///< samples that are solved together, at most kMaxBatch
 };
+
+constexpr int kMaxBatch = 8;
 
 /// Random numbers and memory of Model::escapeDegeneracy() during one search.
 struct DegeneracyMemory {
@@ -43,6 +49,8 @@ struct DegeneracyMemory {
   std::vector<float> errors;
   std::vector<std::uint32_t> rows;
 };
+
+struct Hypotheses;
 
 /// A kind of two-view model: all that a search must know of it. One more kind is one more derived class.
 ///
@@ -62,6 +70,9 @@ class Model {
   /// @return their number
   virtual int solve(const NormalizedMatches& matches, const std::uint32_t* sample,
                     cv::Matx33d* models) const = 0;
+
+  /// The same for several samples, which stand in the batch. @pre count <= kMaxBatch
+  virtual void solveBatch(const NormalizedMatches& matches, Hypotheses* batch, int count) const;
 
   /// One least-squares step on the inliers. @return false if it cannot be taken
   virtual bool refine(const NormalizedMatches& matches, float squared_threshold,
@@ -85,7 +96,14 @@ class Model {
   const ModelTraits traits;
 };
 
-/// The model of homographies or of fundamental matrices. Models have no state, so there is one of each.
+/// Hypotheses that were made together, and the sample that they are from.
+struct Hypotheses {
+  cv::Matx33d models[Model::kMaxModels];
+  int count = 0;
+  std::uint32_t sample[Model::kMaxSample] = {};
+};
+
+/// The model of homographies or of fundamental matrices. They have no state, so there is one of each.
 /// @param error  of a homography
 const Model& modelOf(ModelKind kind,
                      ConsensusOptions::Error error = ConsensusOptions::Error::kSmallerTransfer);

@@ -2,10 +2,20 @@
 
 namespace corrsel::core {
 
-std::string SearchOptions::missingFrames(const Correspondences& matches, ModelKind model) const {
+std::string missingCameras(const Correspondences& matches) {
+  if (matches.left_camera && matches.right_camera) return "";
+  return std::string("the ") + (matches.left_camera ? "right" : "left") +
+         " camera is unknown; give the calibration of both cameras, or choose a selector without cameras";
+}
+
+std::string SearchOptions::missingFor(const Correspondences& matches, ModelKind model) const {
+  if (model == ModelKind::kEssential) {
+    const std::string missing = missingCameras(matches);
+    if (!missing.empty()) return missing;
+  }
   if (sampler != Sampler::kFrames || matches.empty()) return "";
-  if (model == ModelKind::kFundamental)
-    return "sampler = frames finds homographies only; choose another sampler for a fundamental matrix";
+  if (model != ModelKind::kHomography)
+    return "sampler = frames finds homographies only; choose another sampler for another model";
   if (!matches.left_frame.empty() && !matches.right_frame.empty()) return "";
   return "sampler = frames needs the local affine frames of the features; use features that have them, or "
          "choose another sampler";
@@ -28,7 +38,7 @@ void SearchOptions::visitSeedAndTime(OptionVisitor& visitor) const {
 }
 
 void ConsensusOptions::visitParts(OptionVisitor& visitor, const Texts& texts) const {
-  visitModel(visitor, &ConsensusOptions::model);
+  visitCalibratedModel(visitor, &ConsensusOptions::model);
   visitor.choice("error",
                  {{Error::kTransfer, "transfer", "Left to right only"},
                   {Error::kSymmetricTransfer, "symmetric_transfer", "Both ways, squares added up"},

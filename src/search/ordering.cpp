@@ -1,7 +1,6 @@
 #include "search/ordering.h"
 
 #include <limits>
-#include <utility>
 
 #include "corrsel/random.h"
 
@@ -20,9 +19,7 @@ void Ordering::shuffle(const Correspondences& m, std::uint64_t seed, std::vector
   sortByCoordinates(m, items_, scratch_);
   rows.resize(n);
   for (std::size_t i = 0; i < n; ++i) rows[i] = items_[i].row;
-  Random random(seed);
-  for (std::size_t i = n; i > 1; --i)
-    std::swap(rows[i - 1], rows[random.index(static_cast<std::uint32_t>(i))]);
+  Random(seed).shuffle(rows);
 }
 
 bool Ordering::byQuality(const Correspondences& m, const std::vector<std::uint32_t>& rows,

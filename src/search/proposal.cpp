@@ -1,5 +1,7 @@
 #include "search/proposal.h"
 
+#include <algorithm>
+
 namespace corrsel::core {
 namespace {
 
@@ -27,6 +29,7 @@ void SampleProposal::start(const ProposalInput& input) {
   deadline_ = &input.deadline;
   max_samples_ = kMaxRefusals + kSamplesPerHypothesis * static_cast<std::uint64_t>(input.max_iterations);
   drawn_ = 0;
+  next_ = solved_ = 0;
   prepare();
 }
 
@@ -36,11 +39,29 @@ void SampleProposal::draw(std::uint32_t* sample) {
 }
 
 Proposed SampleProposal::propose(Hypotheses& hypotheses) {
+  if (next_ == solved_) {
+    next_ = solved_ = 0;
+    Proposed drawn = Proposed::kHypotheses;
+    while (solved_ < model_->traits.batch && drawn == Proposed::kHypotheses) {
+      drawn = drawValid(batch_[solved_]);
+      if (drawn == Proposed::kHypotheses) ++solved_;
+    }
+    if (solved_ == 0) return drawn;
+    model_->solveBatch(*matches_, batch_, solved_);
+  }
+  const Hypotheses& next = batch_[next_++];
+  std::copy(next.models, next.models + next.count, hypotheses.models);
+  std::copy(next.sample, next.sample + sample_size_, hypotheses.sample);
+  hypotheses.count = next.count;
+  return Proposed::kHypotheses;
+}
+
+/// Draws a sample that passes the check.
+Proposed SampleProposal::drawValid(Hypotheses& hypotheses) {
   for (int refused = 0; refused < kMaxRefusals && drawn_ < max_samples_; ++refused) {
     if (traits.slow && refused > 0 && deadline_->passed()) return Proposed::kTimeLimit;
     draw(hypotheses.sample);
     if (!model_->isValidSample(*matches_, hypotheses.sample)) continue;
-    hypotheses.count = model_->solve(*matches_, hypotheses.sample, hypotheses.models);
     return Proposed::kHypotheses;
   }
   return Proposed::kNoValidSample;

@@ -23,13 +23,6 @@ struct ProposalInput {
   const Deadline& deadline;
 };
 
-/// Hypotheses that were made together, and the sample that they are from.
-struct Hypotheses {
-  cv::Matx33d models[Model::kMaxModels];
-  int count = 0;
-  std::uint32_t sample[Model::kMaxSample] = {};
-};
-
 enum class Proposed : std::uint8_t { kHypotheses, kNothingLeft, kNoValidSample, kTimeLimit };
 
 /// What the search must know of a way to propose hypotheses.
@@ -67,7 +60,7 @@ class Proposal {
   /// Is told every hypothesis that the search has scored.
   virtual void learn(const cv::Matx33d& hypothesis);
 
-  /// Samples drawn since start().
+  /// Samples drawn since start(), among them up to a batch that have not been proposed yet.
   std::uint64_t drawn() const { return drawn_; }
 
   /// The order whose prefixes may end the search, and the size of the prefix from which all samples so far
@@ -81,7 +74,8 @@ class Proposal {
   std::uint64_t drawn_ = 0;
 };
 
-/// Proposes what the minimal solver makes of samples that pass the check.
+/// Proposes what the minimal solver makes of samples that pass the check. Samples are drawn and solved in
+/// batches where the model solves several together.
 class SampleProposal : public Proposal {
  public:
   using Proposal::Proposal;
@@ -104,8 +98,12 @@ class SampleProposal : public Proposal {
   Random random_;
 
  private:
+  Proposed drawValid(Hypotheses& hypotheses);
+
   const Deadline* deadline_ = nullptr;
   std::uint64_t max_samples_ = 0;
+  Hypotheses batch_[kMaxBatch];  // solved and not yet proposed: [next_, solved_)
+  int next_ = 0, solved_ = 0;
 };
 
 }  // namespace corrsel::core

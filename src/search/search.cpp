@@ -1,6 +1,7 @@
 #include "search/search.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "base/gather.h"
@@ -60,7 +61,7 @@ class Search {
     Hypotheses hypotheses;
     Candidate& best = outcome_.best;
     for (; outcome_.iterations < max_iterations_; ++outcome_.iterations) {
-      if (proposal.isFinished(best) || stopping_.enough(proposal.drawn())) break;
+      if (proposal.isFinished(best) || isEnough(proposal.drawn())) break;
       if (nothingLeftToFind(proposal.drawn()) || isTimeOver()) break;
       const Proposed proposed = proposal.propose(hypotheses);
       outcome_.no_valid_sample = proposed == Proposed::kNoValidSample;
@@ -68,7 +69,10 @@ class Search {
       if (proposed != Proposed::kHypotheses) break;
       for (int k = 0; k < hypotheses.count; ++k) {
         const cv::Matx33d& model = hypotheses.models[k];
-        if (traits_.rough ? isBetterRefined(model) : isBetter(model)) adopt(hypotheses.sample);
+        const bool better = traits_.rough          ? isBetterRefined(model)
+                            : model_.refines_fully ? isBetterOptimized(model)
+                                                   : isBetter(model);
+        if (better) adopt(hypotheses.sample);
         proposal.learn(model);
       }
       if (takesInnerSamples() && memory_.inner.endsRun() && memory_.inner.improve(best))
@@ -83,6 +87,16 @@ class Search {
     const int by_default = traits_.iterations > 0 ? traits_.iterations : model_.iterations;
     return std::min(parameters_.max_iterations > 0 ? parameters_.max_iterations : by_default,
                     traits_.max_iterations);
+  }
+
+  /// Whether the search may stop. Where few matches agree, the stopping rule trusts the best model too early:
+  /// the inliers that it lacks are those that a better one would add.
+  bool isEnough(std::uint64_t drawn) const {
+    constexpr double kMin = 48, kMax = 2000;
+    if (!stopping_.enough(drawn)) return false;
+    if (!(model_.floor > 0)) return true;
+    const double inliers = std::max<double>(1, static_cast<double>(outcome_.best.distinct));
+    return static_cast<double>(drawn) >= std::clamp(model_.floor / inliers, kMin, kMax);
   }
 
   /// Returns the number of matches that count, and prepares the count if every point counts once.
@@ -128,7 +142,15 @@ class Search {
 
   bool takesInnerSamples() const {
     return outcome_.iterations >= kFirstInner && parameters_.local_optimization && !traits_.rough &&
-           parts_.second_score == nullptr;
+           !model_.refines_fully && parts_.second_score == nullptr;
+  }
+
+  /// Scores a hypothesis against the best one of its kind, in full or until the SPRT rejects it.
+  ModelScore scoreOf(const cv::Matx33d& model, std::int64_t limit) {
+    const ModelScore score = sprt_ ? verifier_.test(model, limit, *sprt_) : verifier_.score(model, limit);
+    if (score.rejected_by_sprt && sprt_->addRejected(score))
+      stopping_.setLoss(sprt_->loss(), parts_.proposal.drawn());
+    return score;
   }
 
   /// Scores a hypothesis and keeps it if it is the best one so far.
@@ -139,15 +161,27 @@ class Search {
     const std::int64_t limit = second != nullptr ? second->limit(best)
                                : inner           ? std::max(best.cost, memory_.inner.limit())
                                                  : best.cost;
-    const ModelScore score = sprt_ ? verifier_.test(model, limit, *sprt_) : verifier_.score(model, limit);
-    if (score.rejected_by_sprt && sprt_->addRejected(score))
-      stopping_.setLoss(sprt_->loss(), parts_.proposal.drawn());
+    const ModelScore score = scoreOf(model, limit);
     if (score.rejected || (second != nullptr && !second->isBest(model))) return false;
     const Candidate scored = {model, score.cost, score.inliers, score.inliers - score.surplus};
     if (inner && score.cost < memory_.inner.limit()) memory_.inner.offer(scored);
     if (second == nullptr && score.cost >= best.cost) return false;
     best = scored;
     optimized_ = false;
+    return true;
+  }
+
+  /// The same for a model whose refinement is so good that hypotheses are compared before it. Otherwise none
+  /// but the first would be refined, and the search would end in the first minimum.
+  bool isBetterOptimized(const cv::Matx33d& model) {
+    const ModelScore score = scoreOf(model, best_unrefined_);
+    if (score.rejected || score.cost >= best_unrefined_) return false;
+    best_unrefined_ = score.cost;
+    Candidate candidate = {model, score.cost, score.inliers, score.inliers - score.surplus};
+    if (parameters_.local_optimization) optimizeLocally(parts_.model, verifier_, candidate);
+    if (candidate.cost >= outcome_.best.cost) return false;
+    outcome_.best = candidate;
+    optimized_ = parameters_.local_optimization;
     return true;
   }
 
@@ -171,7 +205,7 @@ class Search {
       parts_.model.escapeDegeneracy(verifier_, sample, memory_.degeneracy, best);
     // A model with little more than its own sample is noise and not worth the steps.
     constexpr std::size_t kWorthwhile = 4;
-    if (parameters_.local_optimization &&
+    if (parameters_.local_optimization && !optimized_ &&
         best.distinct >= kWorthwhile * static_cast<std::size_t>(model_.sample_size)) {
       optimizeLocally(parts_.model, verifier_, best);
       optimized_ = true;
@@ -207,6 +241,7 @@ class Search {
   std::optional<Sprt> sprt_;
   std::optional<double> max_samples_;
   SearchOutcome outcome_;
+  std::int64_t best_unrefined_ = std::numeric_limits<std::int64_t>::max();
   std::uint64_t next_look_ = 0;  // at the clock, samples
   bool optimized_ = false;       // the best model
 };
@@ -222,6 +257,7 @@ void gatherMatches(const NormalizedMatches& from, const std::vector<std::uint32_
   gather(from.left_y, positions, to.left_y);
   gather(from.right_x, positions, to.right_x);
   gather(from.right_y, positions, to.right_y);
+  if (from.rays.size > 0) to.rays.take(from.rays, positions);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "base/text.h"
 #include "geometry/residual.h"
+#include "search/essential_model.h"
 #include "search/frame_proposal.h"
 #include "search/local_optimization.h"
 #include "search/local_proposal.h"
@@ -16,6 +17,7 @@ namespace {
 
 struct PixelErrors {
   std::vector<double> squared;  // px^2
+  RayMatches rays;
 };
 
 /// Fits the model to its inliers at the threshold by which matches are selected, where it differs from that
@@ -33,6 +35,10 @@ void fitToSelection(const NormalizedMatches& matches, const Model& model, const 
 }
 
 }  // namespace
+
+const Model& modelOf(ModelKind kind, ConsensusOptions::Error error, Workspace& workspace) {
+  return kind == ModelKind::kEssential ? workspace.part<EssentialModel>() : modelOf(kind, error);
+}
 
 Proposal& proposalOf(SearchOptions::Sampler sampler, Workspace& workspace) {
   switch (sampler) {
@@ -59,15 +65,40 @@ bool isEnough(std::size_t matches, const Model& model, Selection& result) {
 
 bool SearchInput::takeAll(const Correspondences& all, const SearchParts& parts, std::uint64_t seed,
                           Selection& result) {
-  if (!isEnough(all.size(), parts.model, result)) return false;
-  ordering_.shuffle(all, seed, rows_);
-  take(all, rows_, parts.proposal, result);
+  if (parts.model.traits.uses_rays) {
+    readRays(all, seed, result);
+    if (!isEnough(rows_.size(), parts.model, result)) return false;
+    takeWithRays(all, rows_, parts.proposal, result);
+  } else {
+    if (!isEnough(all.size(), parts.model, result)) return false;
+    ordering_.shuffle(all, seed, rows_);
+    take(all, rows_, parts.proposal, result);
+  }
   return true;
+}
+
+void SearchInput::readRays(const Correspondences& all, std::uint64_t seed, Selection& result) {
+  ordering_.shuffle(all, seed, rows_);
+  result.n_ignored = unproject(all, rays_, exists_);
+  if (result.n_ignored == 0) return;
+  rows_.erase(std::remove_if(rows_.begin(), rows_.end(), [this](auto row) { return exists_[row] == 0; }),
+              rows_.end());
+}
+
+void SearchInput::takeWithRays(const Correspondences& all, const std::vector<std::uint32_t>& some,
+                               Proposal& proposal, Selection& result) {
+  takeRays(all, rays_, some, matches);
+  order(all, some, proposal, result);
 }
 
 void SearchInput::take(const Correspondences& all, const std::vector<std::uint32_t>& some, Proposal& proposal,
                        Selection& result) {
   normalizeMatches(all, some, matches);
+  order(all, some, proposal, result);
+}
+
+void SearchInput::order(const Correspondences& all, const std::vector<std::uint32_t>& some,
+                        Proposal& proposal, Selection& result) {
   best_first = nullptr;
   if (proposal.traits.uses_quality && ordering_.byQuality(all, some, by_quality_)) best_first = &by_quality_;
   if (proposal.traits.reports_missing_quality && best_first == nullptr) {
@@ -104,9 +135,13 @@ std::size_t selectByModel(const Correspondences& matches, const Model& model, co
   const std::size_t n = matches.size();
   result.model = pixels;
   result.model_kind = model.traits.kind;
-  std::vector<double>& errors = workspace.part<PixelErrors>().squared;
-  errors.resize(n);
-  pixelErrors(model.traits.mask_residual, pixels, matches, errors.data());
+  auto& [errors, rays] = workspace.part<PixelErrors>();
+  if (model.traits.uses_rays) {
+    selectionErrors(model.traits.kind, pixels, matches, rays, errors);
+  } else {
+    errors.resize(n);
+    pixelErrors(model.traits.mask_residual, pixels, matches, errors.data());
+  }
   result.score.resize(n);
   std::size_t inliers = 0;
   for (std::size_t i = 0; i < n; ++i) {

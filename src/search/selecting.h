@@ -18,6 +18,9 @@
 
 namespace corrsel::core {
 
+/// The model that a user's choice names; the essential matrix is part of the workspace.
+const Model& modelOf(ModelKind kind, ConsensusOptions::Error error, Workspace& workspace);
+
 /// The proposal that a user's choice names; part of the workspace.
 Proposal& proposalOf(SearchOptions::Sampler sampler, Workspace& workspace);
 
@@ -27,7 +30,7 @@ bool isEnough(std::size_t matches, const Model& model, Selection& result);
 /// Matches in the form that searches take. Keeps its memory between calls.
 class SearchInput {
  public:
-  /// Takes all matches, in random order.
+  /// Takes all matches, in random order. For models of rays, those whose rays exist.
   /// @return isEnough()
   bool takeAll(const Correspondences& all, const SearchParts& parts, std::uint64_t seed, Selection& result);
 
@@ -36,11 +39,27 @@ class SearchInput {
   void take(const Correspondences& all, const std::vector<std::uint32_t>& some, Proposal& proposal,
             Selection& result);
 
+  /// For models of rays: computes the rays of all matches and the rows of those whose rays exist, in random
+  /// order. The others are counted as ignored.
+  void readRays(const Correspondences& all, std::uint64_t seed, Selection& result);
+
+  /// Takes matches after readRays(). @param some  a part of rows(), in their order
+  void takeWithRays(const Correspondences& all, const std::vector<std::uint32_t>& some, Proposal& proposal,
+                    Selection& result);
+
+  const std::vector<std::uint32_t>& rows() const { return rows_; }
+  const RayMatches& rays() const { return rays_; }
+
   NormalizedMatches matches;                               ///< in random order
   const std::vector<std::uint32_t>* best_first = nullptr;  ///< positions in `matches`; nullptr = unknown
 
  private:
+  void order(const Correspondences& all, const std::vector<std::uint32_t>& some, Proposal& proposal,
+             Selection& result);
+
   Ordering ordering_;
+  RayMatches rays_;
+  std::vector<std::uint8_t> exists_;
   std::vector<std::uint32_t> rows_, by_quality_;
 };
 

@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "corrsel/random.h"
+#include "geometry/essential.h"
 #include "geometry/fundamental.h"
 #include "geometry/homography.h"
+#include "geometry/residual.h"
+#include "geometry/rotation.h"
 
 namespace corrsel::core {
 namespace {
@@ -85,6 +89,8 @@ void SignificanceTest::assign(const Correspondences& matches) {
   height = std::max(height, 1.0);
   right_area_ = width * height;
   units_ = LengthUnits::of(matches);
+  left_camera_ = matches.left_camera;
+  right_camera_ = matches.right_camera;
   density_.build(right_x_, right_y_, {left, top, width, height}, units_.right);
 }
 
@@ -231,14 +237,77 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
     for (std::size_t t = 0; t < kThresholds; ++t)
       chance[t] += squared <= kThreshold[t] * kThreshold[t] ? 1.0 : 0.0;
   }
+  return evaluateLines(chance, drawn, kSampleSize, kMaxModels, hypotheses);
+}
+
+/// @param repaired  re-paired matches within each threshold, of `drawn`; receives the chances
+Significance SignificanceTest::evaluateLines(double (&repaired)[kThresholds], std::size_t drawn,
+                                             std::size_t sample_size, std::size_t max_models,
+                                             std::uint64_t hypotheses) {
   const double uniform = 2 / std::sqrt(right_area_);  // per px, for a line as long as the image is wide
   double per_px = uniform;
   for (std::size_t t = kThresholds; t-- > 0;) {
-    per_px = std::max(per_px, chance[t] / static_cast<double>(drawn) / kThreshold[t]);
-    chance[t] = per_px * kThreshold[t];
+    per_px = std::max(per_px, repaired[t] / static_cast<double>(drawn) / kThreshold[t]);
+    repaired[t] = per_px * kThreshold[t];
   }
   countDistinct(kLinePlaceRadius);
-  const auto tests = static_cast<double>(kThresholds * kMaxModels * std::max(kMinTests, hypotheses));
+  const auto tests = static_cast<double>(kThresholds * max_models * std::max(kMinTests, hypotheses));
+  return evaluate(left_x_.size(), sample_size, std::log10(tests), repaired);
+}
+
+/// The rays in the order of the coordinates.
+const RayMatches& SignificanceTest::rays() {
+  unproject(*left_camera_, left_x_.data(), left_y_.data(), left_x_.size(), rays_.left);
+  unproject(*right_camera_, right_x_.data(), right_y_.data(), right_x_.size(), rays_.right);
+  return rays_;
+}
+
+Significance SignificanceTest::essential(const cv::Matx33d& essential, std::uint64_t hypotheses) {
+  constexpr std::size_t kSampleSize = 5, kMaxModels = 10;
+  const std::size_t n = left_x_.size();
+  if (n <= kSampleSize || !(cv::norm(essential) > 0)) return {};
+  const RayMatches& matches = rays();
+  candidates_.clear();
+  for (std::size_t i = 0; i < n; ++i) {
+    const double error = tangentSampson(essential, matches, i);
+    addCandidate(error * error, i);
+  }
+  Random random(0);
+  rows_.resize(n);
+  std::iota(rows_.begin(), rows_.end(), 0U);
+  random.shuffle(rows_);
+  shuffled_.take(matches, rows_);
+  errors_.resize(n);
+  double chance[kThresholds] = {};
+  std::size_t drawn = 0;
+  for (std::size_t shift = 1; shift < n && drawn < kMinRepaired; ++shift, drawn += n) {
+    repairedErrors(essential, shuffled_, shift, errors_.data());
+    for (const float squared : errors_) {
+      for (std::size_t t = 0; t < kThresholds; ++t)
+        chance[t] += squared <= kThreshold[t] * kThreshold[t] ? 1.0 : 0.0;
+    }
+  }
+  return evaluateLines(chance, drawn, kSampleSize, kMaxModels, hypotheses);
+}
+
+Significance SignificanceTest::rotation(const cv::Matx33d& rotation, std::uint64_t hypotheses) {
+  constexpr std::size_t kSampleSize = 2;
+  const std::size_t n = left_x_.size();
+  if (n <= kSampleSize) return {};
+  const RayMatches& matches = rays();
+  candidates_.clear();
+  double chance[kThresholds] = {};
+  for (std::size_t i = 0; i < n; ++i) {
+    const cv::Vec3d turned = rotation * matches.left.direction(i);
+    addCandidate(squaredRotationError(rotation, matches, i), i);
+    cv::Point2d seen;
+    if (!project(*right_camera_, turned, seen)) continue;
+    const double scale = matches.left.pixelAngle(i) / matches.right.pixelAngle(i);
+    addChance(seen.x, seen.y, static_cast<std::uint32_t>(i), std::max(1.0, scale * scale), chance);
+  }
+  for (double& share : chance) share /= static_cast<double>(n);
+  countDistinct(kPlaceRadius);
+  const auto tests = static_cast<double>(kThresholds * std::max(kMinTests, hypotheses));
   return evaluate(n, kSampleSize, std::log10(tests), chance);
 }
 
@@ -347,6 +416,10 @@ double confidenceOf(const Correspondences& matches, const Selection& selection, 
       return test.homography(selection.model, hypotheses).confidence;
     case ModelKind::kFundamental:
       return test.fundamental(selection.model, hypotheses).confidence;
+    case ModelKind::kEssential:
+      return test.essential(selection.model, hypotheses).confidence;
+    case ModelKind::kRotation:
+      return test.rotation(selection.model, hypotheses).confidence;
     case ModelKind::kNone:
       break;
   }

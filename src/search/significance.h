@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <opencv2/core/matx.hpp>
 #include <opencv2/core/types.hpp>
+#include <optional>
 #include <vector>
 
 #include "base/coordinate_order.h"
@@ -11,6 +12,7 @@
 #include "corrsel/neighbours.h"
 #include "corrsel/selection.h"
 #include "corrsel/workspace.h"
+#include "geometry/normalization.h"
 #include "points/cell_grid.h"
 #include "points/length_unit.h"
 #include "points/place_index.h"
@@ -58,6 +60,10 @@ double log10BinomialTail(std::size_t n, std::size_t k, double p);
 ///   re-paired matches (the left point of one match, the right point of another) with an error of at most t,
 ///   or the share within a larger threshold, scaled by the ratio of the thresholds, or 2 t / sqrt(area of the
 ///   right image), whichever is largest.
+/// - essential matrix (s = 5, m = 10): as a fundamental matrix, with the tangent Sampson error of rays.
+/// - rotation (s = 2, m = 1): as a homography. The error is the angle between the rotated left ray and the
+/// right
+///   one over the root mean square of their pixel angles; |det J| is the squared ratio of these angles.
 /// - mask (s = 0, m T = 1): The places of the selected matches in the left image are divided into two
 ///   halves at random. Each match of one half is predicted by the affine map that fits the 6 nearest places
 ///   of the other half best. The error is the distance from the prediction, and its probability is that of a
@@ -91,6 +97,16 @@ class SignificanceTest {
   /// @param hypotheses   number of samples from which models were computed before this one was chosen
   Significance fundamental(const cv::Matx33d& fundamental, std::uint64_t hypotheses);
 
+  /// @param essential    d'^T E d = 0, of rays
+  /// @param hypotheses   as for fundamental()
+  /// @pre the matches have both cameras; those without a ray agree with nothing
+  Significance essential(const cv::Matx33d& essential, std::uint64_t hypotheses);
+
+  /// @param rotation     d' = R d, of rays
+  /// @param hypotheses   as for homography()
+  /// @pre as for essential()
+  Significance rotation(const cv::Matx33d& rotation, std::uint64_t hypotheses);
+
   /// Evidence for selected matches without a model.
   /// @param mask  as long as the matches given to assign(), not 0 for selected ones
   Significance local(const std::vector<std::uint8_t>& mask);
@@ -122,6 +138,9 @@ class SignificanceTest {
   void addCandidate(double squared_error, std::size_t match);
   void addChance(double x, double y, std::uint32_t match, double area, double* chance) const;
   void countDistinct(double place_radius);
+  const RayMatches& rays();
+  Significance evaluateLines(double (&repaired)[8], std::size_t drawn, std::size_t sample_size,
+                             std::size_t max_models, std::uint64_t hypotheses);
   Significance evaluate(std::size_t trials, std::size_t sample_size, double log10_tests,
                         const double* chance) const;
 
@@ -132,6 +151,11 @@ class SignificanceTest {
   std::vector<Candidate> candidates_;                       // matches with an error of at most 10 px
   std::size_t counts_[8] = {};                              // distinct agreements by threshold
   Density density_;
+  std::optional<Camera> left_camera_, right_camera_;
+  RayMatches rays_;
+  RayColumns shuffled_;  // the rays in random order
+  std::vector<std::uint32_t> rows_;
+  std::vector<float> errors_;
   PlaceIndex left_places_, right_places_;
   std::vector<std::uint32_t> selected_;  // selected matches, and their left points
   std::vector<float> selected_x_, selected_y_;

@@ -13,16 +13,18 @@ namespace corrsel::core {
 AcransacOptions::AcransacOptions() { min_confidence = kSignificantConfidence; }
 
 void AcransacOptions::visit(OptionVisitor& visitor) const {
-  visitModel(visitor, &AcransacOptions::model);
+  visitCalibratedModel(visitor, &AcransacOptions::model);
   visitSampler(visitor);
   visitor.integer({"max_iterations", 0, 10000000, "-",
-                   "Hypotheses at most; 0 = 60000 for a homography, 40000 for a fundamental matrix"},
+                   "Hypotheses at most; 0 = 60000 for a homography, 40000 for a fundamental and 20000 for an "
+                   "essential matrix"},
                   &AcransacOptions::max_iterations);
   visitor.number({"widen", 1, 10, "-",
                   "Inlier threshold, in units of the threshold at which the model is the most significant"},
                  &AcransacOptions::widen);
   visitor.number({"min_threshold", 0, 100, "px",
-                  "Smallest inlier threshold; 0 = 5 for a homography, 2 for a fundamental matrix"},
+                  "Smallest inlier threshold; 0 = 5 for a homography, 2 for a fundamental and 1.5 for an "
+                  "essential matrix"},
                  &AcransacOptions::min_threshold);
   visitor.number(
       {"max_threshold", 0.01, 100, "px", "Largest inlier threshold, if it is above the smallest one"},
@@ -32,7 +34,8 @@ void AcransacOptions::visit(OptionVisitor& visitor) const {
 }
 
 Presets AcransacSelector::presets() const {
-  return {{"h", {{"model", "homography"}}}, {"f", {{"model", "fundamental"}}}};
+  return {
+      {"h", {{"model", "homography"}}}, {"f", {{"model", "fundamental"}}}, {"e", {{"model", "essential"}}}};
 }
 
 namespace {
@@ -45,10 +48,11 @@ struct AcransacMemory {
 
 /// The inlier threshold of a model, px.
 double inlierThreshold(const AcransacOptions& options, ModelKind kind, double most_significant) {
-  constexpr double kMinOfPlane = 5, kMinOfLine = 2;
-  const double min_threshold = options.min_threshold > 0        ? options.min_threshold
-                               : kind == ModelKind::kHomography ? kMinOfPlane
-                                                                : kMinOfLine;
+  constexpr double kMinOfPlane = 5, kMinOfLine = 2, kMinOfRays = 1.5;
+  const double min_threshold = options.min_threshold > 0         ? options.min_threshold
+                               : kind == ModelKind::kHomography  ? kMinOfPlane
+                               : kind == ModelKind::kFundamental ? kMinOfLine
+                                                                 : kMinOfRays;
   return std::clamp(options.widen * most_significant, min_threshold,
                     std::max(min_threshold, options.max_threshold));
 }
@@ -57,7 +61,8 @@ double inlierThreshold(const AcransacOptions& options, ModelKind kind, double mo
 
 void AcransacSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
   const Deadline deadline(options_.max_seconds);
-  const SearchParts parts = {modelOf(options_.model), proposalOf(options_.sampler, workspace)};
+  const SearchParts parts = {modelOf(options_.model, ConsensusOptions::Error::kSmallerTransfer, workspace),
+                             proposalOf(options_.sampler, workspace)};
   SearchParameters parameters;
   parameters.max_iterations = options_.max_iterations;
   parameters.seed = static_cast<std::uint64_t>(options_.seed);

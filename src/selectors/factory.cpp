@@ -18,6 +18,7 @@
 #include "corrsel/selectors/lpm.h"
 #include "corrsel/selectors/nnsr.h"
 #include "corrsel/selectors/planes.h"
+#include "corrsel/selectors/pose.h"
 #include "corrsel/selectors/ransac.h"
 #include "corrsel/selectors/significant.h"
 #include "corrsel/selectors/st.h"
@@ -65,6 +66,9 @@ std::vector<SelectorFactory> ownSelectors() {
       SelectorFactory::of<AcransacSelector>(kConsensus, "N log N",
                                             "A contrario random sample consensus, without a threshold",
                                             sweep({"min_threshold"}, thresholds)),
+      SelectorFactory::of<PoseSelector>(
+          kConsensus, "N", "Relative pose of calibrated cameras; needs both cameras",
+          sweep({"threshold"}, {0.25, 0.5, 0.75, 1, 1.5, 2, 3, 5, 10})),
       SelectorFactory::of<AdalamSelector>(kLocal, "N",
                                           "Adaptive locally-affine matching; uses local affine frames",
                                           sweep({"confidence"}, {2, 5, 20, 50, 100, 200, 500, 2000, 10000})),
@@ -359,6 +363,7 @@ std::vector<std::string> neededInput(const Selector& selector) {
   complete.left_frame = complete.right_frame = {frame};
   complete.left_index = complete.right_index = {0};
   complete.left_size = complete.right_size = {1, 1};
+  complete.left_camera = complete.right_camera = Camera();
   using Remove = void (*)(Correspondences&);
   static constexpr std::pair<const char*, Remove> kOptional[] = {
       {"left_size", [](Correspondences& m) { m.left_size = {}; }},
@@ -367,6 +372,8 @@ std::vector<std::string> neededInput(const Selector& selector) {
       {"second_distance", [](Correspondences& m) { m.second_distance.clear(); }},
       {"left_frame", [](Correspondences& m) { m.left_frame.clear(); }},
       {"right_frame", [](Correspondences& m) { m.right_frame.clear(); }},
+      {"left_camera", [](Correspondences& m) { m.left_camera.reset(); }},
+      {"right_camera", [](Correspondences& m) { m.right_camera.reset(); }},
       {"left_index", [](Correspondences& m) { m.left_index.clear(); }},
       {"right_index", [](Correspondences& m) { m.right_index.clear(); }}};
   std::vector<std::string> needed;

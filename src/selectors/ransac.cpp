@@ -26,9 +26,9 @@ Presets RansacSelector::presets() const {
 }
 
 void RansacSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
-  selectByConsensus(matches,
-                    {modelOf(options_.model, options_.error), proposalOf(options_.sampler, workspace)},
-                    parametersOf(options_), options_.max_seconds, workspace, result);
+  selectByConsensus(
+      matches, {modelOf(options_.model, options_.error, workspace), proposalOf(options_.sampler, workspace)},
+      parametersOf(options_), options_.max_seconds, workspace, result);
 }
 
 }  // namespace corrsel::core

@@ -235,6 +235,8 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
       result.scene = inner.scene;
       result.confidence = inner.confidence;
       result.sigma = inner.sigma;
+      result.pose = inner.pose;
+      result.n_ignored = inner.n_ignored;
       if (!inner.probability.empty()) result.probability = spread(inner.probability, rows, n, 0.0F);
       result.iterations = inner.iterations;
     }
@@ -246,7 +248,7 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
     fail(result, n, Status::kFailed, "the selector threw something that is not a std::exception");
   }
   result.n_input = n;
-  result.n_ignored = n_ignored;
+  result.n_ignored += n_ignored;  // run() counts those without a ray
   result.n_selected = 0;
   for (const std::uint8_t selected : result.mask) result.n_selected += selected;
   result.seconds = watch.seconds();

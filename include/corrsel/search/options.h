@@ -9,6 +9,9 @@
 
 namespace corrsel::core {
 
+/// A sentence that names the camera that the matches lack; empty if both are there.
+std::string missingCameras(const Correspondences& matches);
+
 /// Options that all searches for models have.
 struct SearchOptions : ConfidenceOptions {
   enum class Sampler : std::uint8_t { kUniform, kProsac, kLocal, kFrames };
@@ -23,8 +26,9 @@ struct SearchOptions : ConfidenceOptions {
   void visitSampler(OptionVisitor& visitor) const;
   void visitSeedAndTime(OptionVisitor& visitor) const;
 
-  /// A sentence that names what the sampler needs and the matches lack; empty if nothing is missing.
-  std::string missingFrames(const Correspondences& matches, ModelKind model) const;
+  /// A sentence that names what the sampler or the model needs and the matches lack; empty if nothing is
+  /// missing.
+  std::string missingFor(const Correspondences& matches, ModelKind model) const;
 };
 
 /// The options of RANSAC and USAC, which are two sets of values of them.
@@ -32,9 +36,9 @@ struct ConsensusOptions : SearchOptions {
   enum class Error : std::uint8_t { kTransfer, kSymmetricTransfer, kSmallerTransfer };
   enum class Score : std::uint8_t { kMsac, kInlierCount };
 
-  ModelKind model = ModelKind::kHomography;  ///< kHomography or kFundamental
+  ModelKind model = ModelKind::kHomography;  ///< kHomography, kFundamental or kEssential
   /// Error of a homography: left to right only, both ways added up, or the smaller one of both ways. A
-  /// fundamental matrix is scored by the Sampson distance.
+  /// fundamental matrix is scored by the Sampson distance, an essential matrix by the tangent one.
   Error error = Error::kTransfer;
   double threshold = 10.0;     ///< inlier threshold, px
   double confidence = 0.995;   ///< probability of having drawn an all-inlier sample at which the search stops
@@ -47,7 +51,7 @@ struct ConsensusOptions : SearchOptions {
   bool local_optimization = false;  ///< refine every new best model, not only the last one
   bool refine = true;               ///< least squares on the inliers of the best model
 
-  std::string missingInput(const Correspondences& matches) const { return missingFrames(matches, model); }
+  std::string missingInput(const Correspondences& matches) const { return missingFor(matches, model); }
 
  protected:
   /// What differs between the selectors.
@@ -68,6 +72,16 @@ void visitModel(OptionVisitor& visitor, ModelKind S::*member) {
   visitor.choice("model",
                  {{ModelKind::kHomography, "homography", "Planes, or cameras that only turn"},
                   {ModelKind::kFundamental, "fundamental", "Epipolar geometry of rigid scenes"}},
+                 "Model to fit", member);
+}
+
+/// The same with the essential matrix, for selectors that use cameras.
+template <class S>
+void visitCalibratedModel(OptionVisitor& visitor, ModelKind S::*member) {
+  visitor.choice("model",
+                 {{ModelKind::kHomography, "homography", "Planes, or cameras that only turn"},
+                  {ModelKind::kFundamental, "fundamental", "Epipolar geometry of rigid scenes"},
+                  {ModelKind::kEssential, "essential", "The same with calibrated cameras"}},
                  "Model to fit", member);
 }
 

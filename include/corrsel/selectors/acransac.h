@@ -11,12 +11,13 @@ namespace corrsel::core {
 struct AcransacOptions : SearchOptions {
   AcransacOptions();
 
-  ModelKind model = ModelKind::kHomography;  ///< kHomography or kFundamental
+  ModelKind model = ModelKind::kHomography;  ///< kHomography, kFundamental or kEssential
   double widen = 2;                          ///< inlier threshold over the threshold of the significance
-  double min_threshold = 0;   ///< smallest inlier threshold, px; 0 = 5 (homography) or 2 (fundamental matrix)
+  double min_threshold =
+      0;  ///< smallest inlier threshold, px; 0 = 5 (homography), 2 (fundamental) or 1.5 (essential matrix)
   double max_threshold = 10;  ///< largest inlier threshold, px
   void visit(OptionVisitor& visitor) const override;
-  std::string missingInput(const Correspondences& matches) const { return missingFrames(matches, model); }
+  std::string missingInput(const Correspondences& matches) const { return missingFor(matches, model); }
 };
 
 /// AC-RANSAC: a contrario random sample consensus, which finds its threshold by itself.

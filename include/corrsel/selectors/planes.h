@@ -19,7 +19,7 @@ struct PlanesOptions : SearchOptions {
   double max_threshold = 10;   ///< largest inlier threshold, px
   void visit(OptionVisitor& visitor) const override;
   std::string missingInput(const Correspondences& matches) const {
-    return missingFrames(matches, ModelKind::kHomography);
+    return missingFor(matches, ModelKind::kHomography);
   }
 };
 

@@ -28,12 +28,13 @@ struct UsacOptions : ConsensusOptions {
 /// Input: coordinates; for PROSAC the column `distance` (and `second_distance`), without which samples are
 /// uniform and the message reports it; with `sampler` = `frames` the local affine frames.
 ///
-/// Options: `threshold` 0 means 5 px (homography; the paper's 10 px with another `error`) and the paper's
-/// 1.5 px (fundamental matrix). `max_iterations` 0 means 60000 (homography) or 40000 (fundamental
-/// matrix), so that random matches, where nothing ends the search before, take less than 0.1 s. There is no
-/// option `threads`, because each hypothesis is compared with the best one so far.
+/// Options: `threshold` 0 means 5 px (homography; the paper's 10 px with another `error`) the paper's
+/// 1.5 px (fundamental matrix) and 1 px (essential matrix). `max_iterations` 0 means 60000 (homography) or
+/// 40000 (fundamental matrix) or 20000 (essential matrix), so that random matches, where nothing ends the
+/// search before, take less than 0.1 s. There is no option `threads`, because each hypothesis is compared
+/// with the best one so far.
 ///
-/// Presets: `h` and `f` choose the model; `uniform` samples uniformly; `frames` takes homographies from
+/// Presets: `h`, `f` and `e` choose the model; `uniform` samples uniformly; `frames` takes homographies from
 /// single matches in place of samples; `paper` has the paper's error, threshold and number of hypotheses, and
 /// counts every match.
 ///

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "base/deadline.h"
+#include "calibrated/pose_refinement.h"
+#include "calibrated/search_set.h"
+#include "calibrated/verdict.h"
+#include "corrsel/correspondences.h"
+#include "corrsel/pose_result.h"
+#include "corrsel/selection.h"
+#include "corrsel/workspace.h"
+#include "search/selecting.h"
+
+namespace corrsel::core {
+
+/// How a pose is searched.
+struct PoseParameters {
+  double threshold = 1;  ///< px
+  bool adaptive = false;
+  bool covariance = true;
+  double max_seconds = 0;  ///< for the message, s
+  SearchParameters search;
+};
+
+/// Searches for the relative pose of calibrated cameras, refines it, and decides what motion the matches
+/// show. Keeps its memory between calls.
+class PoseSearch {
+ public:
+  /// @param matches     with both cameras
+  /// @param result      receives status, message, iterations and ignored matches where there is something to
+  ///                    report
+  /// @return the pose; nothing if the status is `too_few`, `degenerate` or `no_model`
+  std::optional<PoseResult> find(const Correspondences& matches, const PoseParameters& parameters,
+                                 const Deadline& deadline, Workspace& workspace, Selection& result);
+
+  /// The rays of all matches; NaN where they do not exist.
+  const RayMatches& rays() const { return input_.rays(); }
+
+ private:
+  bool refine(const PoseParameters& parameters, Pose& pose);
+  double noise(double threshold) const;
+  void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
+
+  SearchSet search_set_;
+  SearchInput input_;
+  PoseRefinement refinement_;
+  RayMatches set_;               // the rays of the search set
+  double fitted_threshold_ = 0;  // of the last refinement, px
+};
+
+}  // namespace corrsel::core
