@@ -9,8 +9,8 @@
 
 #include "corrsel/RelativePose.h"
 #include "corrsel/ros/cameras.h"
+#include "fixed_pose_selector.h"
 #include "live_fixture.h"
-#include "pose_selector.h"
 
 namespace corrsel {
 namespace {
@@ -159,11 +159,11 @@ TEST_F(LivePose, ASequenceHasTheOneCamera) {
 }
 
 TEST_F(LivePose, PosesGoOutWithTheSelections) {
-  testing::addPoseSelector();
+  testing::addFixedPoseSelector();
   left_info_.publish(cameraInfoOf(300));
   right_info_.publish(cameraInfoOf(310));
   setDefaults();
-  set(selector() + "/selector", std::string(testing::PoseSelector::kName));
+  set(selector() + "/selector", std::string(testing::FixedPoseSelector::kName));
   openCameras();
   diagnostics_ = std::make_unique<testing::Diagnostics>(nh_);
   loadMatcher();

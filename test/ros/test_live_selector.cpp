@@ -10,7 +10,7 @@
 #include "base/text.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/selectors/factory.h"
-#include "pose_selector.h"
+#include "fixed_pose_selector.h"
 #include "ros/live/live_selector.h"
 
 namespace corrsel {
@@ -77,9 +77,9 @@ TEST(LiveSelector, PassesOnNoMatchesThatAreUncertain) {
 }
 
 TEST(LiveSelector, PassesOnAPoseWhereTheSelectorHasOne) {
-  testing::addPoseSelector();
+  testing::addFixedPoseSelector();
   LiveSelector selector;
-  SelectorConfig asked = config(testing::PoseSelector::kName);
+  SelectorConfig asked = config(testing::FixedPoseSelector::kName);
   ASSERT_EQ(selector.configure(asked).error, "");
   Correspondences input = message(70);
   const LiveSelector::Result without = selector.select(input, 0.0);
@@ -93,7 +93,7 @@ TEST(LiveSelector, PassesOnAPoseWhereTheSelectorHasOne) {
   ASSERT_TRUE(with.relative_pose && with.pose);
   EXPECT_EQ(with.verdict, "general");
   EXPECT_EQ(with.relative_pose->header.stamp, input.header.stamp);
-  EXPECT_EQ(with.relative_pose->selector, testing::PoseSelector::kName);
+  EXPECT_EQ(with.relative_pose->selector, testing::FixedPoseSelector::kName);
   EXPECT_EQ(with.relative_pose->confidence, with.selection->confidence);
   EXPECT_FALSE(with.relative_pose->scale_known);
   EXPECT_EQ(with.pose->pose.pose.position.z, -1);

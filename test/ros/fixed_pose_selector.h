@@ -7,18 +7,18 @@
 
 namespace corrsel::testing {
 
-struct PoseSelectorOptions : core::OptionSet {
+struct FixedPoseOptions : core::OptionSet {
   int motion = static_cast<int>(core::Motion::kGeneral);
 
   void visit(core::OptionVisitor& visitor) const override {
-    visitor.integer({"motion", 0, 4, "-", "The verdict"}, &PoseSelectorOptions::motion);
+    visitor.integer({"motion", 0, 4, "-", "The verdict"}, &FixedPoseOptions::motion);
   }
 };
 
 /// Selects every match, and finds the same pose between any two images of calibrated cameras.
-class PoseSelector : public core::SelectorWithOptions<PoseSelectorOptions> {
+class FixedPoseSelector : public core::SelectorWithOptions<FixedPoseOptions> {
  public:
-  static constexpr char kName[] = "pose_of_the_test";
+  static constexpr char kName[] = "fixed_pose";
 
   std::string name() const override { return kName; }
 
@@ -36,11 +36,11 @@ class PoseSelector : public core::SelectorWithOptions<PoseSelectorOptions> {
   }
 };
 
-/// Adds PoseSelector to the selectors of this process, once.
-inline void addPoseSelector() {
+/// Adds FixedPoseSelector to the selectors of this process, once.
+inline void addFixedPoseSelector() {
   static const bool added = [] {
     core::addSelectors(
-        {core::SelectorFactory::of<PoseSelector>(core::SelectorGroup::kLocal, "N", "for tests")});
+        {core::SelectorFactory::of<FixedPoseSelector>(core::SelectorGroup::kLocal, "N", "for tests")});
     return true;
   }();
   static_cast<void>(added);
