@@ -30,7 +30,8 @@ ScaledDepths scaledDepths(const Pose& pose, const cv::Vec3d& left, const cv::Vec
 bool isInFront(const Pose& pose, const RayMatches& matches, std::size_t i, double threshold);
 
 /// Signed tangent Sampson error of match i, px: r = C / sqrt(|J1^T m|^2 + |J2^T l|^2) with l = E d1,
-/// m = E^T d2, C = d2 . l. For pinholes without distortion |r| is the Sampson distance in pixels.
+/// m = E^T d2, C = d2 . l. 0 where both gradients vanish, as at the epipoles. For pinholes without distortion
+/// |r| is the Sampson distance in pixels but for a share of about r over the focal length.
 /// (Terekhov and Larsson, Tangent Sampson error, ICCV 2023)
 double tangentSampson(const cv::Matx33d& essential, const RayMatches& matches, std::size_t i);
 

@@ -1,15 +1,10 @@
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <opencv2/core/matx.hpp>
 
-namespace corrsel::core {
+#include "kernels/five_point.h"
 
-/// Samples that essentialsFromFive() solves together.
-constexpr int kFivePointBatch = 8;
-/// Essential matrices of one sample at most.
-constexpr int kFivePointSolutions = 10;
+namespace corrsel::core {
 
 /// Five matches of one sample: their unit rays, left and right, x y z.
 struct FivePointSample {

@@ -10,6 +10,7 @@
 #include "kernels/corner.h"
 #include "kernels/descriptor.h"
 #include "kernels/field.h"
+#include "kernels/five_point.h"
 #include "kernels/grid.h"
 #include "kernels/hessian.h"
 #include "kernels/orientation.h"
@@ -63,6 +64,7 @@ struct Kernels {
   AffineKernels affine;
   AreaRatioKernels area_ratio;
   UnprojectKernels rays;
+  FivePointKernels five_point;
 };
 
 /// The kernels of the level in use. Throws like kernelLevel().

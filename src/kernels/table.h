@@ -8,6 +8,7 @@
 #include "kernels/corner_kernels.h"
 #include "kernels/descriptor_kernels.h"
 #include "kernels/field_kernels.h"
+#include "kernels/five_point_kernels.h"
 #include "kernels/grid_kernels.h"
 #include "kernels/hessian_kernels.h"
 #include "kernels/kernels.h"
@@ -61,6 +62,7 @@ constexpr Kernels kTable = {
     {{unprojectKernel<PlainPinholeLens>, unprojectKernel<PinholeLens<false>>,
       unprojectKernel<PinholeLens<true>>, unprojectKernel<FisheyeLens>,
       unprojectKernel<EquirectangularLens>}},
+    {fivePointKernel},
 };
 
 }  // namespace
