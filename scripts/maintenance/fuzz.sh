@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Feeds the selectors with generated input under AddressSanitizer, UndefinedBehaviorSanitizer and LeakSanitizer, and
-# fails if one crashes, hangs, leaks or violates its contract. test/fuzz/fuzz_select.cpp describes the checks.
-#   scripts/maintenance/fuzz.sh [SECONDS_EACH [SELECTOR...]]      default: 60 s for each selector, with its presets
+# Feeds selectors and cameras with generated input under AddressSanitizer, UndefinedBehaviorSanitizer and LeakSanitizer,
+# and fails if one crashes, hangs, leaks or violates its contract. The programs in test/fuzz/ describe the checks.
+#   scripts/maintenance/fuzz.sh [SECONDS_EACH [NAME...]]      default: 60 s for "camera" and for each selector, with its presets
 #   scripts/maintenance/fuzz.sh 600 lpm ransac:f
 # One selector per processor core is tested at a time. Inputs that reached new code are kept in the build folder, and
 # the next run continues from them.
@@ -10,20 +10,22 @@ source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 case ${1:-} in
   -h | --help) sed -n '2,7s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;;
-  *[!0-9]*) echo "fuzz.sh: unknown argument '$1'; valid: a number of seconds, then names of selectors, --help" >&2 && exit 2 ;;
+  *[!0-9]*) echo "fuzz.sh: unknown argument '$1'; valid: a number of seconds, then names of selectors or camera, --help" >&2 && exit 2 ;;
 esac
 seconds=${1:-60}
 shift || true
 install_packages "${build_packages[@]}" "${test_packages[@]}" "${sanitizer_packages[@]}"
 build_dir=$build_dir/sanitized
-build_sanitized fuzz_select
-program=$(find "$build_dir" -name fuzz_select -type f)
+build_sanitized fuzz_camera fuzz_select
+camera_program=$(find "$build_dir" -name fuzz_camera -type f)
+select_program=$(find "$build_dir" -name fuzz_select -type f)
 names=("$@")
-[ $# -gt 0 ] || mapfile -t names < <("$program" --list)
+[ $# -gt 0 ] || mapfile -t names < <(echo camera && "$select_program" --list)
 
-# fuzz NAME: runs the fuzzer on one selector and prints one line, or more if it failed.
+# fuzz NAME: runs the fuzzer on one selector, or on cameras, and prints one line, or more if it failed.
 fuzz() {
-  local name=$1 inputs=$build_dir/inputs/$1 log=$build_dir/$1.log
+  local name=$1 inputs=$build_dir/inputs/$1 log=$build_dir/$1.log program=$select_program
+  [ "$name" != camera ] || program=$camera_program
   mkdir -p "$inputs"
   # The outer limit is far beyond -max_total_time. It ends hangs that -timeout does not detect.
   if CORRSEL_FUZZ_SELECTOR=$name timeout $((seconds * 2 + 120)) "$program" -timeout=10 -rss_limit_mb=2048 \

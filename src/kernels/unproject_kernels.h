@@ -114,7 +114,7 @@ struct PinholeLens {
     for (int step = 0; step < kMaxSteps && anyTrue((IntV)moving); ++step) {
       const DistortedPoint<DoubleV> p = distortPinhole<Rational>(lens.distortion, x, y);
       const DoubleV determinant = p.determinant();
-      valid &= moving ? (determinant > kSmallestSlope) & (p.trace() > 0.0) : valid;
+      valid &= ~moving | ((determinant > kSmallestSlope) & (p.trace() > 0.0));
       moving &= valid;
       const DoubleV scale = 1.0 / determinant;
       const DoubleV entries[3] = {p.yy * scale, -(p.xy * scale), p.xx * scale};
@@ -173,7 +173,8 @@ struct FisheyeLens {
       low = error > 0.0 ? low : angle;
       high = error > 0.0 ? angle : high;
       DoubleV next = angle - error / slope;
-      next = (next >= low) & (next <= high) ? next : 0.5 * (low + high);
+      const LongV inside = (next >= low) & (next <= high);
+      next = inside ? next : 0.5 * (low + high);
       const DoubleV moved = absolute(next - angle);
       angle = moving ? next : angle;
       moving &= moved > kSmallestStep;

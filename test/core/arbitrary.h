@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "corrsel/camera.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/options.h"
 #include "corrsel/random.h"
@@ -191,6 +192,70 @@ inline cv::Size arbitrarySize(ByteSource& source) {
   return {width, kSides[source.below(std::size(kSides))]};
 }
 
+/// Mostly the usual value, varied a little; otherwise one that breaks careless code.
+inline double arbitraryNumber(ByteSource& source, double usual) {
+  constexpr double kAbsurd[] = {0, 1e10, -1e10, 1e300, -1e300, 1e-300, 5e-324, 1e160};
+  switch (source.below(48)) {
+    case 0:
+      return specialFloat(source);
+    case 1:
+      return source.anyFloat();
+    case 2:
+      return kAbsurd[source.below(std::size(kAbsurd))];
+    default:
+      return usual * (0.5 + source.share());
+  }
+}
+
+/// A camera of any model, among them those that do not pass Camera::check(): focal lengths of zero, absurd
+/// distortion, NaN.
+inline Camera arbitraryCamera(ByteSource& source) {
+  constexpr double kUsual[] = {-0.3, 0.1, 0.001, 0.002, -0.05, 0.3, -0.2, 0.02};
+  Camera camera;
+  camera.model = static_cast<Camera::Model>(source.below(3));
+  const bool panorama = camera.model == Camera::Model::kEquirectangular;
+  camera.matrix(0, 0) = arbitraryNumber(source, 500);
+  camera.matrix(1, 1) = arbitraryNumber(source, 500);
+  camera.matrix(0, 2) = arbitraryNumber(source, 320);
+  camera.matrix(1, 2) = arbitraryNumber(source, 240);
+  if (source.oneIn(8)) camera.matrix(0, 1) = arbitraryNumber(source, 1);
+  if (source.oneIn(64)) camera.matrix(2, 1) = arbitraryNumber(source, 1);
+  std::size_t coefficients = panorama ? 0 : camera.model == Camera::Model::kFisheye ? 4 : source.below(9);
+  if (source.oneIn(32)) coefficients = camera.distortion.size();
+  for (std::size_t i = 0; i < coefficients; ++i) {
+    camera.distortion[i] = arbitraryNumber(source, kUsual[i]);
+  }
+  if (panorama || source.oneIn(2)) camera.size = arbitrarySize(source);
+  return camera;
+}
+
+/// Gives matches no camera, one or two of them.
+inline void addArbitraryCameras(ByteSource& source, Correspondences& m) {
+  if (source.oneIn(2)) m.left_camera = arbitraryCamera(source);
+  if (m.left_camera.has_value() != source.oneIn(8)) m.right_camera = arbitraryCamera(source);
+}
+
+/// Describes the first fault of the rays of a camera: one that is neither of unit length nor NaN, a Jacobian
+/// that does not fit it, a projection that is not finite. Empty if there is none.
+inline std::string cameraFault(const Camera& camera, const cv::Point2d& pixel, const cv::Vec3d& point) {
+  Ray ray;
+  cv::Point2d image;
+  const bool exists = unproject(camera, pixel, ray);
+  for (const double value : ray.direction.val) {
+    if (std::isnan(value) == exists)
+      return "a ray that exists is NaN, or one that does not exist is a number";
+  }
+  for (const double value : ray.jacobian.val) {
+    if (std::isfinite(value) != exists) return "the Jacobian does not fit the ray";
+  }
+  if (exists && !(std::abs(ray.direction.dot(ray.direction) - 1) < 1e-9))
+    return "a ray is not of unit length";
+  if (project(camera, point, image) && !(std::isfinite(image.x) && std::isfinite(image.y))) {
+    return "a point is projected to a place that is not finite";
+  }
+  return "";
+}
+
 /// Generates matches of many kinds: planes, stereo, lattices, duplicates, NaN and infinite values, columns
 /// that are absent or of a wrong length, image sizes that are unknown or absurd.
 inline Correspondences arbitraryMatches(ByteSource& source, std::size_t max_matches = 300) {
@@ -314,6 +379,14 @@ inline std::string difference(const Selection& a, const Selection& b) {
   return "";
 }
 
+/// Whether both rays of a match exist. Without cameras, there are none to miss.
+inline bool hasRays(const Correspondences& m, std::size_t i) {
+  if (!m.left_camera || !m.right_camera) return true;
+  Ray ray;
+  return unproject(*m.left_camera, cv::Point2d(m.left_x[i], m.left_y[i]), ray) &&
+         unproject(*m.right_camera, cv::Point2d(m.right_x[i], m.right_y[i]), ray);
+}
+
 /// Describes the first violation of Selector's contract by a result; empty if there is none.
 inline std::string contractViolation(const Correspondences& m, const Selection& s) {
   const std::size_t n = m.size();
@@ -322,7 +395,7 @@ inline std::string contractViolation(const Correspondences& m, const Selection& 
   if (s.mask.size() != n) return "the mask has " + std::to_string(s.mask.size()) + " rows";
   if (!s.score.empty() && s.score.size() != n)
     return "there are " + std::to_string(s.score.size()) + " scores";
-  std::size_t selected = 0, ignored = 0;
+  std::size_t selected = 0, ignored = 0, without_ray = 0;
   for (std::size_t i = 0; i < n; ++i) {
     if (s.mask[i] > 1) return "the mask holds " + std::to_string(s.mask[i]);
     selected += s.mask[i];
@@ -330,6 +403,7 @@ inline std::string contractViolation(const Correspondences& m, const Selection& 
     const float coordinates[] = {m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]};
     const bool usable = std::all_of(std::begin(coordinates), std::end(coordinates),
                                     [](float value) { return std::abs(value) <= 1e6F; });
+    without_ray += usable && !hasRays(m, i) ? 1 : 0;
     if (usable) continue;
     ++ignored;
     if (s.mask[i] != 0) return "row " + std::to_string(i) + " is selected and not usable";
@@ -339,7 +413,9 @@ inline std::string contractViolation(const Correspondences& m, const Selection& 
   }
   if (s.n_selected != selected) return "n_selected is " + std::to_string(s.n_selected);
   if (!consistent && s.status != Status::kUnsupportedInput) return "columns of different length pass";
-  if (s.status != Status::kUnsupportedInput && s.n_ignored != ignored) {
+  // Calibrated selectors ignore matches without a ray as well.
+  if (s.status != Status::kUnsupportedInput && s.n_ignored != ignored &&
+      s.n_ignored != ignored + without_ray) {
     return "n_ignored is " + std::to_string(s.n_ignored);
   }
   if (s.status != Status::kOk && s.message.empty()) return "no message with status " + toString(s.status);

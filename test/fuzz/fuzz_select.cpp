@@ -67,7 +67,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string spec = drawnSpec(source);
   OptionMap options = arbitraryOptions(source, *createSelector(spec));
   const auto selector = drawnSelector(spec, options);
-  const Correspondences matches = arbitraryMatches(source);
+  Correspondences matches = arbitraryMatches(source);
+  addArbitraryCameras(source, matches);
 
   const Selection first = selector->select(matches);
   Selection rated = first;
