@@ -27,19 +27,18 @@ bool isRectified(const std::string& images, const std::string& topic);
 bool isRotation(const cv::Matx33d& matrix);
 
 /// The camera of the images to which a camera_info belongs (REP 104). Binning and the region of interest are
-/// taken into account as image_geometry does. Raw images have K and D: `plumb_bob` with 4 or 5 coefficients,
-/// `rational_polynomial` with up to 8, `equidistant` or `fisheye` with up to 4; every other model only
-/// without distortion. Rectified images have the first three columns of P.
+/// taken into account as image_geometry does. Raw images have K, and D with the models of
+/// core::cameraFromInfo(); without distortion the model may have any name. Rectified images have the first
+/// three columns of P.
 /// @param rectified  whether the images are rectified
 /// Throws std::invalid_argument that names the field, its value and the remedy: K (or P) is all zero, which
 /// means that the camera is not calibrated, numbers that are not finite, focal lengths that are not positive,
-/// an image size of zero, a region or a binning that does not fit into it, a distortion model that is unknown
-/// and too many or absurd coefficients.
+/// an image size of zero, a region or a binning that does not fit into it, and what core::cameraFromInfo()
+/// refuses.
 core::Camera cameraOf(const sensor_msgs::CameraInfo& info, bool rectified);
 
-/// The camera_info of a camera's images, which are raw: K, D and the size of the camera, R = I and P = [K 0],
-/// with the model `plumb_bob`, `rational_polynomial` or `equidistant`. Throws std::invalid_argument for a
-/// panorama, which CameraInfo does not know.
+/// The camera_info of a camera's images, which are raw: K, D and the size of the camera, R = I,
+/// with the model of core::cameraToInfo(), which throws for a panorama, and P = [K 0].
 sensor_msgs::CameraInfo cameraInfo(const core::Camera& camera);
 
 /// What the camera_info of two cameras tell about the pose between them (REP 104): R and P of cameras that

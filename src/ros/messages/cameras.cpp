@@ -1,17 +1,16 @@
 #include "corrsel/ros/cameras.h"
 
 #include <image_geometry/pinhole_camera_model.h>
-#include <sensor_msgs/distortion_models.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <stdexcept>
 #include <vector>
 
 #include "base/text.h"
+#include "corrsel/camera_formats.h"
 #include "ros/messages/image_side.h"
 
 namespace corrsel {
@@ -19,7 +18,6 @@ namespace {
 
 constexpr double kMinBaseline = 1e-6;        // m
 constexpr double kRotationTolerance = 1e-3;  // largest entry of R R^T - I
-constexpr std::size_t kFisheyeCoefficients = 4, kPlumbBobCoefficients = 5, kRationalCoefficients = 8;
 
 const char* const kCalibrate = "calibrate the camera (rosrun camera_calibration cameracalibrator.py)";
 
@@ -75,30 +73,16 @@ cv::Size imageSize(const sensor_msgs::CameraInfo& info) {
   return {static_cast<int>(width / binning_x), static_cast<int>(height / binning_y)};
 }
 
-void setDistortion(const sensor_msgs::CameraInfo& info, core::Camera& camera) {
-  namespace models = sensor_msgs::distortion_models;
-  const std::string& model = info.distortion_model;
-  requireFinite("D", info.D);
-  std::size_t known = 0;
-  if (model == models::EQUIDISTANT || model == "fisheye") {
-    camera.model = core::Camera::Model::kFisheye;
-    known = kFisheyeCoefficients;
-  } else if (model == models::PLUMB_BOB) {
-    known = kPlumbBobCoefficients;
-  } else if (model == models::RATIONAL_POLYNOMIAL) {
-    known = kRationalCoefficients;
-  } else if (!allZero(info.D)) {
-    refuse("distortion_model is '" + model +
-           "', which is unknown; use plumb_bob, rational_polynomial or equidistant, or rectified images");
+/// The fields of raw images. image_geometry looks for a distortion only where a coefficient is not 0, and
+/// drivers name the model of images without one as they like; a fisheye lens without coefficients is one.
+core::CameraInfoFields rawFields(const sensor_msgs::CameraInfo& info) {
+  core::CameraInfoFields fields;
+  const bool fisheye = info.distortion_model == "equidistant" || info.distortion_model == "fisheye";
+  if (fisheye || !allZero(info.D)) {
+    fields.distortion_model = info.distortion_model;
+    fields.d = info.D;
   }
-  for (std::size_t i = 0; i < info.D.size(); ++i) {
-    if (i < known) {
-      camera.distortion[i] = info.D[i];
-    } else if (info.D[i] != 0) {
-      refuse("D is " + listOf(info.D) + ", expected at most " + std::to_string(known) +
-             " numbers for the distortion_model '" + model + "'; " + kCalibrate);
-    }
-  }
+  return fields;
 }
 
 /// A camera in the frame that the cameras of a rig share: a point X of that frame is rotation^T (X + shift)
@@ -138,45 +122,32 @@ core::Camera cameraOf(const sensor_msgs::CameraInfo& info, bool rectified) {
     requireFocalLengths("P", info.P, info.P[0], info.P[5], info.P[10]);
   } else {
     requireFocalLengths("K", info.K, info.K[0], info.K[4], info.K[8]);
+    requireFinite("D", info.D);
   }
-  core::Camera camera;
-  camera.size = imageSize(info);
-  if (!rectified) setDistortion(info, camera);
-  // image_geometry looks at both matrices, of which the other one may be missing.
-  image_geometry::PinholeCameraModel model;
+  core::CameraInfoFields fields = rectified ? core::CameraInfoFields() : rawFields(info);
+  fields.size = imageSize(info);
+  image_geometry::PinholeCameraModel model;  // of both matrices, one of which may be missing
   model.fromCameraInfo(info);
-  if (rectified) {
-    camera.matrix = model.projectionMatrix().get_minor<3, 3>(0, 0);
-  } else {
-    camera.matrix = model.intrinsicMatrix();
+  fields.k = rectified ? cv::Matx33d(model.projectionMatrix().get_minor<3, 3>(0, 0))
+                       : cv::Matx33d(model.intrinsicMatrix());
+  try {
+    return core::cameraFromInfo(fields);
+  } catch (const std::invalid_argument& error) {
+    refuse(std::string(error.what()) + "; " + kCalibrate);
   }
-  camera.check();
-  return camera;
 }
 
 sensor_msgs::CameraInfo cameraInfo(const core::Camera& camera) {
-  namespace models = sensor_msgs::distortion_models;
-  if (camera.model == core::Camera::Model::kEquirectangular) {
-    throw std::invalid_argument("an equirectangular camera has no sensor_msgs/CameraInfo");
-  }
-  const auto& d = camera.distortion;
+  const core::CameraInfoFields fields = core::cameraToInfo(camera);
   sensor_msgs::CameraInfo info;
-  info.width = static_cast<std::uint32_t>(camera.size.width);
-  info.height = static_cast<std::uint32_t>(camera.size.height);
-  std::size_t n = kPlumbBobCoefficients;
-  info.distortion_model = models::PLUMB_BOB;
-  if (camera.model == core::Camera::Model::kFisheye) {
-    info.distortion_model = models::EQUIDISTANT;
-    n = kFisheyeCoefficients;
-  } else if (d[5] != 0 || d[6] != 0 || d[7] != 0) {
-    info.distortion_model = models::RATIONAL_POLYNOMIAL;
-    n = kRationalCoefficients;
-  }
-  info.D.assign(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(n));
-  std::copy_n(camera.matrix.val, 9, info.K.begin());
-  for (std::size_t i = 0; i < 3; ++i) {
-    info.R[4 * i] = 1;
-    std::copy_n(camera.matrix.val + 3 * i, 3, &info.P[4 * i]);
+  info.width = static_cast<std::uint32_t>(fields.size.width);
+  info.height = static_cast<std::uint32_t>(fields.size.height);
+  info.distortion_model = fields.distortion_model;
+  info.D = fields.d;
+  std::copy_n(fields.k.val, 9, info.K.begin());
+  for (int i = 0; i < 3; ++i) {
+    info.R[static_cast<std::size_t>(4 * i)] = 1;
+    std::copy_n(fields.k.val + 3 * i, 3, info.P.begin() + 4 * i);
   }
   return info;
 }
