@@ -11,6 +11,7 @@
 
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
+#include "corrsel/ros/cameras.h"
 #include "corrsel/ros/conversions.h"
 #include "datasets/stretching.h"
 #include "ros/bags/bag_scan.h"
@@ -48,10 +49,6 @@ std::string imageTopic(const BagFile& file, const std::string& given) {
     if (file.has(topic, kImageType) || file.has(topic, kCompressedType)) return topic;
   }
   return "";
-}
-
-bool isRectified(const std::string& images, const std::string& topic) {
-  return images == "auto" ? topic.find("image_rect") != std::string::npos : images == "rectified";
 }
 
 /// What a bag holds about one camera.

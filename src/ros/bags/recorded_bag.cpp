@@ -102,6 +102,13 @@ void requireSize(const cv::Size& images, const cv::Size& calibrated, const std::
       std::to_string(calibrated.height) + " px; record the camera_info that belongs to the images");
 }
 
+core::Camera pinhole(const cv::Matx33d& matrix, const cv::Size& size) {
+  core::Camera camera;
+  camera.matrix = matrix;
+  camera.size = size;
+  return camera;
+}
+
 /// Moves matches of a rig's images to its rectified images; those that are not in both of them are left out.
 core::Correspondences rectified(const StereoRig& rig, core::Correspondences matches) {
   const std::vector<cv::Matx23d> left = rig.rectifyLeft(pointsOf(matches.left_x, matches.left_y));
@@ -115,6 +122,8 @@ core::Correspondences rectified(const StereoRig& rig, core::Correspondences matc
   moveSide(right, matches.right_x, matches.right_y, matches.right_frame);
   matches.left_size = rig.leftArea().size();
   matches.right_size = rig.rightArea().size();
+  matches.left_camera = pinhole(rig.pose().left_camera, matches.left_size);
+  matches.right_camera = pinhole(rig.pose().right_camera, matches.right_size);
   return kept.size() == matches.size() ? matches : matches.subset(kept);
 }
 
