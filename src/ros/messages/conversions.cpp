@@ -401,7 +401,8 @@ GroundTruth toMsg(const core::GroundTruth& truth, const PairInfo& info) {
   msg.pair = info.id.pair;
   msg.kind = static_cast<std::uint8_t>(truth.kind);
   writeMatrix(truth.matrix,
-              truth.kind == core::TruthKind::kHomography || truth.kind == core::TruthKind::kFundamental,
+              truth.kind == core::TruthKind::kHomography || truth.kind == core::TruthKind::kFundamental ||
+                  truth.kind == core::TruthKind::kEssential || truth.kind == core::TruthKind::kRotation,
               msg.matrix);
   if (truth.kind == core::TruthKind::kLabels) msg.labels = truth.labels;
   if (truth.kind == core::TruthKind::kDisparity) {
@@ -427,7 +428,7 @@ GroundTruth toMsg(const core::GroundTruth& truth, const PairInfo& info) {
 
 core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info) {
   static const std::string kName = "GroundTruth";
-  if (msg.kind > GroundTruth::KIND_DISPARITY) {
+  if (msg.kind > GroundTruth::KIND_ROTATION) {
     refuse(kName, "kind", "is " + std::to_string(msg.kind) + ", which is unknown");
   }
   core::GroundTruth truth;
@@ -437,6 +438,8 @@ core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info) {
       break;
     case core::TruthKind::kHomography:
     case core::TruthKind::kFundamental:
+    case core::TruthKind::kEssential:
+    case core::TruthKind::kRotation:
       truth.matrix = readMatrix(kName, "matrix", msg.matrix);
       break;
     case core::TruthKind::kLabels:
