@@ -9,6 +9,7 @@
 #include "baselines/baselines.h"
 #include "descriptors.h"
 #include "extraction.h"
+#include "five_point.h"
 #include "kernels/kernels.h"
 #include "opencv_version.h"
 #include "yardstick.h"
@@ -56,7 +57,14 @@ std::string times(double factor) { return shortNumber(factor) + "x"; }
 /// Several scenes for methods that draw samples, whose time depends on their luck.
 std::size_t scenesFor(std::size_t n) { return n <= kTargetSize ? 5 : 1; }
 
-enum class Demand { kNone, kIdenticalMasks, kIdenticalNeighbours, kIdenticalFeatures, kNoLowerF };
+enum class Demand {
+  kNone,
+  kIdenticalMasks,
+  kIdenticalNeighbours,
+  kIdenticalFeatures,
+  kIdenticalSolutions,
+  kNoLowerF
+};
 
 /// The first method needs at most 1/factor of the time of method `peer`.
 std::function<Verdict(const Measurements&)> faster(const std::string& name, std::size_t peer, double factor,
@@ -64,7 +72,8 @@ std::function<Verdict(const Measurements&)> faster(const std::string& name, std:
   static const std::map<Demand, std::string> outcomes = {
       {Demand::kIdenticalMasks, "masks"},
       {Demand::kIdenticalNeighbours, "neighbours and distances"},
-      {Demand::kIdenticalFeatures, "features"}};
+      {Demand::kIdenticalFeatures, "features"},
+      {Demand::kIdenticalSolutions, "solutions"}};
   return [=](const Measurements& m) -> Verdict {
     const Measurement &ours = m[0], &other = m[peer];
     if (!other.failure.empty()) return {name + ": not compared, " + other.failure, false};
@@ -274,6 +283,21 @@ Comparison allPairs(const std::string& spec, const SceneSpec& scene,
     if (isTarget(scene)) result.targets = {faster(spec, 1, 3, Demand::kNone)};
   }
   return result;
+}
+
+/// The five-point solver at every kernel level that has vectors, beside the portable form.
+std::vector<Comparison> fivePoints() {
+  constexpr std::size_t kSamples = 1000;
+  std::vector<Comparison> list;
+  for (const core::KernelLevel level : core::supportedKernelLevels()) {
+    if (level == core::KernelLevel::kPlain) continue;
+    const std::string name = "five_point/" + core::toString(level);
+    const double factor = level == core::KernelLevel::kBaseline ? 1 : 1.8;
+    list.push_back({name,
+                    {fivePoint(level, kSamples, false), fivePoint(core::KernelLevel::kPlain, kSamples, true)},
+                    {faster(name, 1, factor, Demand::kIdenticalSolutions)}});
+  }
+  return list;
 }
 
 /// Matching of all descriptors with all.
@@ -535,6 +559,7 @@ std::vector<Comparison> comparisons(bool all) {
   list.push_back(automatic({MatchSceneKind::kPlane, kLiveSize, kEasyRatio}));
   append(growths());
   append(matching());
+  append(fivePoints());
   if (!all) {
     list.erase(
         std::remove_if(list.begin(), list.end(), [](const Comparison& c) { return c.targets.empty(); }),

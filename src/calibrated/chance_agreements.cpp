@@ -45,7 +45,8 @@ ChanceAgreements::Expected ChanceAgreements::expectedAt(double squared_displacem
 }
 
 void ChanceAgreements::measure(const Pose& pose, const RayMatches& matches, const RayColumns& columns,
-                               const std::vector<std::uint32_t>& agreeing, double threshold) {
+                               const std::vector<std::uint32_t>& agreeing, std::size_t outliers,
+                               double threshold) {
   const std::size_t n = matches.size();
   const auto squared_threshold = static_cast<float>(threshold * threshold);
   const cv::Matx33d essential = essentialOf(pose);
@@ -63,7 +64,7 @@ void ChanceAgreements::measure(const Pose& pose, const RayMatches& matches, cons
     }
   }
   share_ = drawn > 0 ? static_cast<double>(repaired_.size()) / static_cast<double>(drawn) : 0;
-  per_repaired_ = drawn > 0 ? static_cast<double>(n - agreeing.size()) / static_cast<double>(drawn) : 0;
+  per_repaired_ = drawn > 0 ? static_cast<double>(outliers) / static_cast<double>(drawn) : 0;
   agreeing_.clear();
   for (const std::uint32_t i : agreeing) agreeing_.push_back(squaredDisplacement(pose, matches, i, i));
   std::sort(repaired_.begin(), repaired_.end());

@@ -18,7 +18,7 @@ namespace corrsel::core {
 ///
 /// Algorithm: the displacement of a match is the angle between R d and d'. Matches are re-paired: the left
 /// ray of one with the right ray of another, 16 N times, but at most 20000 times. For a match that agrees,
-///   e = (matches that do not agree / re-paired ones) * (re-paired ones that agree, lie in front and have a
+///   e = (outliers / re-paired matches) * (re-paired ones that agree, lie in front and have a
 ///       displacement within a factor of 1.5 of the match's),
 ///   o = agreeing matches with such a displacement.
 /// e outliers are expected among the o, so that the match is right with a probability of about 1 - e / o. It
@@ -33,9 +33,10 @@ class ChanceAgreements {
   /// Re-pairs the matches.
   /// @param matches    in random order, and the same in single precision
   /// @param agreeing   rows of the matches that agree and lie in front
+  /// @param outliers   number of matches that could have been among them and do not agree
   /// @param threshold  within which a match agrees, px
   void measure(const Pose& pose, const RayMatches& matches, const RayColumns& columns,
-               const std::vector<std::uint32_t>& agreeing, double threshold);
+               const std::vector<std::uint32_t>& agreeing, std::size_t outliers, double threshold);
 
   /// Whether the match agrees not merely by chance. @param match  a row
   bool counts(const Pose& pose, const RayMatches& matches, std::uint32_t match) const;

@@ -16,12 +16,16 @@ constexpr std::size_t kMinMatches = 6;
 }  // namespace
 
 /// Computes errors and the rows within the threshold and within the width of the fit.
-void PoseRefinement::measure(const Pose& pose, const RayMatches& matches, double threshold) {
+void PoseRefinement::measure(const Pose& pose, const RayMatches& matches, double threshold,
+                             const std::vector<std::uint8_t>* candidates) {
   errors_.resize(matches.size());
   squaredTangentSampson(essentialOf(pose), matches, errors_.data());
   agreeing_.clear();
   near_.clear();
+  n_candidates_ = 0;
   for (std::uint32_t i = 0; i < matches.size(); ++i) {
+    if (candidates != nullptr && (*candidates)[i] == 0) continue;
+    ++n_candidates_;
     if (!(errors_[i] <= kWidth * kWidth * threshold * threshold)) continue;
     if (!isInFront(pose, matches, i, threshold)) continue;
     near_.push_back(i);
@@ -37,12 +41,14 @@ void PoseRefinement::gather(const Pose& pose, const RayMatches& matches, bool ro
 }
 
 bool PoseRefinement::refine(const RayMatches& matches, const RayColumns& columns, double threshold,
-                            bool robust, Pose& pose) {
-  measure(pose, matches, threshold);
+                            bool robust, const std::vector<std::uint8_t>* candidates, Pose& pose) {
+  measure(pose, matches, threshold, candidates);
   std::vector<std::uint32_t> before;
   for (int round = 0; round < kRounds; ++round) {
     const bool leaves_out = robust && round > 0;
-    if (leaves_out && round == 1) chance_.measure(pose, matches, columns, agreeing_, threshold);
+    if (leaves_out && round == 1) {
+      chance_.measure(pose, matches, columns, agreeing_, n_candidates_ - agreeing_.size(), threshold);
+    }
     gather(pose, matches, leaves_out);
     if (rows_.size() < kMinMatches) return round > 0;
     if (round > 1 && rows_ == before) break;
@@ -50,9 +56,9 @@ bool PoseRefinement::refine(const RayMatches& matches, const RayColumns& columns
     const std::size_t agreed = agreeing_.size();
     Pose fitted = pose;
     if (std::isnan(fitPose(fitted_, threshold, kSteps, fitted))) return false;
-    measure(fitted, matches, threshold);
+    measure(fitted, matches, threshold, candidates);
     if (static_cast<double>(agreeing_.size()) < kMinAgreeing * static_cast<double>(agreed)) {
-      measure(pose, matches, threshold);
+      measure(pose, matches, threshold, candidates);
       break;
     }
     pose = fitted;

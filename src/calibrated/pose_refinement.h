@@ -23,11 +23,13 @@ class PoseRefinement {
   /// @param matches    in random order, and the same in single precision; must outlive the object's use
   /// @param threshold  px
   /// @param robust     whether agreements by chance are left out
-  /// @return false if the pose is not determined by the matches; the pose is then unchanged
+  /// @param candidates per match, whether it may take part, for example because it has local support;
+  ///                   nullptr = all
+  /// @return false if the candidates do not determine the pose, which is then unchanged
   bool refine(const RayMatches& matches, const RayColumns& columns, double threshold, bool robust,
-              Pose& pose);
+              const std::vector<std::uint8_t>* candidates, Pose& pose);
 
-  /// Rows of the matches within the threshold and in front, under the last pose, ascending.
+  /// Rows of the candidates within the threshold and in front, under the last pose, ascending.
   const std::vector<std::uint32_t>& agreeing() const { return agreeing_; }
 
   /// The matches of the last fit, and their squared errors under the last pose, px^2.
@@ -37,9 +39,11 @@ class PoseRefinement {
   const ChanceAgreements& chance() const { return chance_; }
 
  private:
-  void measure(const Pose& pose, const RayMatches& matches, double threshold);
+  void measure(const Pose& pose, const RayMatches& matches, double threshold,
+               const std::vector<std::uint8_t>* candidates);
   void gather(const Pose& pose, const RayMatches& matches, bool robust);
 
+  std::size_t n_candidates_ = 0;
   std::vector<double> errors_;
   std::vector<std::uint32_t> agreeing_, near_, rows_;  // within the threshold, within 2.5 of it, in the fit
   RayMatches fitted_;

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <opencv2/core.hpp>  // inv()
 
-#include "base/text.h"
+#include "base/gather.h"
 #include "geometry/essential.h"
 #include "geometry/pose_fit.h"
 #include "geometry/rotation.h"
@@ -17,8 +18,10 @@ namespace {
 
 constexpr std::size_t kMinAgreeing = 8;  // five matches always agree with themselves
 constexpr double kMaxChance = 0.02;      // share of chance agreements up to which the covariance holds
-constexpr double kNoiseCut = 2.5;        // times the threshold: larger residuals do not count for the noise
-constexpr double kRotationWidth = 1.5;   // of the threshold
+constexpr double kChanceWithoutSupport = 0.001;  // share above which local support is asked for
+constexpr std::size_t kMinSupported = 20;
+constexpr double kNoiseCut = 2.5;       // times the threshold: larger residuals do not count for the noise
+constexpr double kRotationWidth = 1.5;  // of the threshold
 constexpr int kEssentialParameters = 5, kRotationParameters = 3;
 
 /// Covariance of a rotation (first three rows and columns) from the matches that agree with it.
@@ -63,21 +66,54 @@ double PoseSearch::noise(double threshold) const {
   return estimateNoiseScale(refinement_.errors(), kind).sigma;
 }
 
-/// Refines the pose by all matches; where the threshold follows the noise, twice more.
-bool PoseSearch::refine(const PoseParameters& parameters, Pose& pose) {
+/// Refines the pose, by matches with local support where agreements by chance matter. Where the threshold
+/// follows the noise, twice more.
+bool PoseSearch::refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose) {
   constexpr double kThresholdPerNoise = 2.5, kMin = 0.2, kMax = 3;  // of the user's threshold
   const RayColumns& columns = input_.matches.rays;
+  const std::vector<std::uint8_t>* candidates = nullptr;
   double threshold = parameters.threshold;
-  if (!refinement_.refine(set_, columns, threshold, parameters.covariance, pose)) return false;
+  const auto again = [&] {
+    return refinement_.refine(set_, columns, threshold, parameters.covariance, candidates, pose);
+  };
+  if (!again()) return false;
+  if (parameters.covariance && chanceShare() > kChanceWithoutSupport &&
+      findSupport(matches, parameters.supported)) {
+    candidates = &candidates_;
+    if (!again()) return false;
+  }
   for (int round = 0; parameters.adaptive && round < 2; ++round) {
     const double sigma = noise(threshold);
     if (std::isnan(sigma)) break;
     threshold =
         std::clamp(kThresholdPerNoise * sigma, kMin * parameters.threshold, kMax * parameters.threshold);
-    if (!refinement_.refine(set_, columns, threshold, parameters.covariance, pose)) return false;
+    if (!again()) return false;
   }
   fitted_threshold_ = threshold;
   return true;
+}
+
+/// Share of the fitted matches that are expected to agree by chance.
+double PoseSearch::chanceShare() const {
+  const auto fitted = static_cast<double>(refinement_.fitted().size());
+  return refinement_.chance().expectedAmongCounting() / std::max(1.0, fitted);
+}
+
+/// Finds out which matches of the search set have local support.
+/// @return whether enough of the agreeing ones have it
+bool PoseSearch::findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known) {
+  if (known != nullptr) {
+    gather(*known, search_set_.rows(), candidates_);
+  } else {
+    gather(matches, search_set_.rows(), supported_);
+    order_.resize(set_.size());
+    std::iota(order_.begin(), order_.end(), 0U);
+    support_.compute(supported_, input_.best_first != nullptr ? *input_.best_first : order_);
+    candidates_ = support_.extended();
+  }
+  std::size_t count = 0;
+  for (const std::uint32_t i : refinement_.agreeing()) count += candidates_[i];
+  return count >= kMinSupported;
 }
 
 /// Fills the answer by the verdict.
@@ -88,8 +124,7 @@ void PoseSearch::describe(const PoseParameters& parameters, const Verdict& verdi
     found.pose = verdict.pose;
     found.second = verdict.second;
     found.noise = noise(fitted_threshold_);
-    const auto fitted = static_cast<double>(refinement_.fitted().size());
-    found.uncertain = refinement_.chance().expectedAmongCounting() > kMaxChance * fitted;
+    found.uncertain = chanceShare() > kMaxChance;
     if (parameters.covariance && !found.uncertain)
       poseCovariance(found.pose, refinement_.fitted(), fitted_threshold_, found.covariance);
   } else if (verdict.motion != Motion::kNone) {
@@ -116,9 +151,10 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   Pose pose;
   const bool posed = outcome.best.exists() && outcome.best.inliers >= kMinAgreeing &&
                      choosePose(outcome.best.model, set_, parameters.threshold, pose);
-  const bool refined = posed && refine(parameters, pose);
-  const Verdict verdict = decideMotion(
-      {set_, input_.best_first, refined ? &pose : nullptr, parameters.threshold, parameters.search.seed});
+  const bool refined = posed && refine(matches, parameters, pose);
+  const Verdict verdict =
+      verdict_.decide({set_, input_.matches.rays, input_.best_first, refined ? &pose : nullptr,
+                       parameters.threshold, parameters.search.seed});
   if (verdict.motion == Motion::kNone) {
     fail(result, posed && !refined ? Status::kDegenerate : Status::kNoModel,
          posed && !refined ? "the matches do not determine a pose"

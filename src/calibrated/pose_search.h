@@ -12,6 +12,7 @@
 #include "corrsel/pose_result.h"
 #include "corrsel/selection.h"
 #include "corrsel/workspace.h"
+#include "search/local_support.h"
 #include "search/selecting.h"
 
 namespace corrsel::core {
@@ -22,6 +23,8 @@ struct PoseParameters {
   bool adaptive = false;
   bool covariance = true;
   double max_seconds = 0;  ///< for the message, s
+  /// Per match, whether it has local support (LocalSupport::extended()), where that is known already.
+  const std::vector<std::uint8_t>* supported = nullptr;
   SearchParameters search;
 };
 
@@ -40,15 +43,22 @@ class PoseSearch {
   const RayMatches& rays() const { return input_.rays(); }
 
  private:
-  bool refine(const PoseParameters& parameters, Pose& pose);
+  bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
+  bool findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known);
+  double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
 
   SearchSet search_set_;
   SearchInput input_;
   PoseRefinement refinement_;
-  RayMatches set_;               // the rays of the search set
-  double fitted_threshold_ = 0;  // of the last refinement, px
+  MotionVerdict verdict_;
+  RayMatches set_;             // the rays of the search set
+  Correspondences supported_;  // the search set, for the local support
+  std::vector<std::uint32_t> order_;
+  LocalSupport support_;
+  std::vector<std::uint8_t> candidates_;  // per match of the search set: whether it has local support
+  double fitted_threshold_ = 0;           // of the last refinement, px
 };
 
 }  // namespace corrsel::core

@@ -23,6 +23,8 @@ class SearchSet {
   const std::vector<std::uint32_t>& choose(const Correspondences& matches,
                                            const std::vector<std::uint32_t>& rows);
 
+  const std::vector<std::uint32_t>& rows() const { return rows_; }
+
  private:
   void keepBest(const std::vector<float>& x, const std::vector<float>& y, const std::vector<float>& quality);
 

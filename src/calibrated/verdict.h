@@ -2,16 +2,21 @@
 
 #include <cstdint>
 #include <opencv2/core/matx.hpp>
+#include <optional>
 #include <vector>
 
+#include "calibrated/plane_poses.h"
+#include "calibrated/rotation_search.h"
 #include "corrsel/pose_result.h"
+#include "geometry/normalization.h"
 #include "geometry/rays.h"
 
 namespace corrsel::core {
 
 /// What the decision about the motion is made from.
 struct VerdictInput {
-  const RayMatches& matches;                     ///< the search set: one match per point, all rays exist
+  const RayMatches& matches;  ///< the search set: one match per point, all rays exist, in random order
+  const RayColumns& columns;  ///< the same in single precision
   const std::vector<std::uint32_t>* best_first;  ///< by quality; nullptr = unknown
   const Pose* pose;  ///< the refined pose of the essential matrix; nullptr if none was found
   double threshold;  ///< px
@@ -22,14 +27,75 @@ struct Verdict {
   Motion motion = Motion::kNone;
   cv::Matx33d rotation = cv::Matx33d::eye();  ///< the best rotation; identity at rest
   double parallax = 0;         ///< root mean square displacement that the rotation does not explain, px
-  double displacement = 0;     ///< root mean square displacement from the identity, px
-  std::size_t rotated = 0;     ///< matches that agree with the rotation
-  std::size_t planar = 0;      ///< kPlanar: matches on the plane
   Pose pose;                   ///< kPlanar: the better-fitting pose; kGeneral: that of the input
-  std::optional<Pose> second;  ///< kPlanar
+  std::optional<Pose> second;  ///< kPlanar: the other pose, unless the matches exclude it
 };
 
 /// Decides how the camera moved.
-Verdict decideMotion(const VerdictInput& input);
+///
+/// Idea: every rotation is an essential matrix with any t, and the two poses of a plane are those of one
+/// homography. So a translation shows, and is the only one, where the essential matrix explains more than
+/// the rotation or the homography does, and more than chance.
+///
+/// The unit of all widths is the threshold, but at least 4/3 of the noise of the errors of the pose: what
+/// lies beyond 4 standard deviations is no inlier of a rotation, whatever the user's threshold is.
+///
+/// Algorithm: a simpler model M, the best rotation R or the homography R + t n^T of a plane, is compared with
+/// the pose E. Errors of M are those of rotation_search.h; matches within 1.5 units agree with it.
+///  - far: of the m matches with an error of M above 3 units, k agree with E and lie in front;
+///    evidence = -log10 P(Bin(m, q) >= k), significant above 9: five of these allow for the choice of E among
+///    many. q is the share of re-paired matches that agree and lie in front, at least 1e-3.
+///  - near: over the n matches within 3 units of M and 2.5 of E, with the sums of squares S_M and S_E
+///  and
+///    p parameters of M, F = ((S_M - S_E) / (n + 5 - p)) / (S_E / (n - 5)). Significant where F > 1.3 and
+///    ln F exceeds 5 standard deviations, sqrt(2 / (n + 5 - p) + 2 / (n - 5)). Of the n matches as many as
+///    may be near M by chance, those with the largest gain, are left out.
+/// A model is real if at least 8 matches agree that are not all at one place, and the probability that so
+/// many do by chance is below 1e-8 (R; q is at least 1e-3 there, too) or 1e-9 (E). E needs a translation: far
+/// or near is significant against R, or R is not real. Then it is kPlanar if neither is significant against
+/// the plane, otherwise kGeneral. Without E it is kRotation if R is real, and kRest if R moves the points by
+/// less than 0.3 px (root mean square), or by no more than its own uncertainty. Otherwise it is kNone.
+///
+/// The second pose of a plane is reported where the cost of both on the agreeing matches differs by less than
+/// a factor of 1 + 3 / sqrt(n) and 80 % of these lie in front.
+///
+/// Cost: O(N), 0.1 to 0.25 ms for 2000 matches. The memory is kept. Nothing depends on the order of the
+/// input, if the matches are in random order.
+///
+/// Source: own work; analysis of variance for `near`, the binomial test of Moisan and Stival (IJCV 2004) for
+/// `far`.
+class MotionVerdict {
+ public:
+  Verdict decide(const VerdictInput& input);
+
+ private:
+  bool translates(const std::vector<float>& errors, int parameters);
+  void measurePose(const VerdictInput& input);
+  void measureNoise(const VerdictInput& input);
+  void measureRotation(const VerdictInput& input, const cv::Matx33d& rotation);
+  bool isReal(const VerdictInput& input, const std::vector<std::uint32_t>& agreeing, std::size_t sample_size,
+              double chance, double decades) const;
+  bool isAtRest(const VerdictInput& input, const cv::Matx33d& rotation) const;
+  bool isInFront(const VerdictInput& input, std::size_t left, std::size_t right) const;
+  double parallax(const cv::Matx33d& rotation, const std::vector<std::uint32_t>& rows);
+  void decidePlane(const VerdictInput& input, Verdict& verdict);
+  void choosePose(const Pose& other, Verdict& verdict);
+
+  RayTransfer transfer_;
+  RotationSearch rotations_;
+  PlaneFit plane_;
+  std::vector<float> pose_errors_, rotation_errors_, errors_;  // squared, px^2
+  std::vector<std::uint8_t> agrees_;                           // with the pose, and lies in front
+  std::vector<std::uint32_t> posed_, rotated_, rows_;          // of the matches that agree
+  std::vector<std::uint32_t> near_rotation_;                   // within 3 units
+  std::vector<std::uint32_t> near_;                            // of the matches near both models
+  std::vector<double> wide_errors_;
+  double pose_chance_ = 1, rotation_chance_ = 1;  // share of re-paired matches that agree
+  double near_rotation_chance_ = 1;
+  double near_chance_ = 1;  // the latter, estimated, without a floor
+  double noise_ = 0;        // of the errors of the pose, px
+  double unit_ = 0;         // of all widths: the threshold, or more where the noise needs it, px
+  RayMatches fitted_;
+};
 
 }  // namespace corrsel::core

@@ -137,7 +137,7 @@ bool unproject(const Camera& camera, const cv::Point2d& pixel, Ray& ray) {
   std::array<double, 9> value;
   std::array<double*, 9> columns;
   for (std::size_t i = 0; i < value.size(); ++i) columns[i] = &value[i];
-  const auto kernel = kernels().rays.unproject[static_cast<std::size_t>(lens.lens)];
+  const auto kernel = kernels().rays.unproject[static_cast<std::size_t>(lens.kind)];
   const bool exists = kernel(lens.model, &pixel.x, &pixel.y, 1, columns.data()) == 0;
   ray.direction = cv::Vec3d(value.data());
   ray.jacobian = cv::Matx<double, 3, 2>(value.data() + 3);
@@ -149,11 +149,12 @@ bool project(const Camera& camera, const cv::Vec3d& point, cv::Point2d& pixel) {
   if (!finite || point == cv::Vec3d()) return false;
   if (camera.model == Model::kEquirectangular) return projectEquirectangular(camera.size, point, pixel);
   const PreparedLens lens = prepareLens(camera);
-  if (lens.lens == Lens::kFisheye) return projectFisheye(lens.model, camera.matrix, point, pixel);
+  if (lens.kind == LensKind::kFisheye) return projectFisheye(lens.model, camera.matrix, point, pixel);
   if (!(point[2] > 0)) return false;
   const double x = point[0] / point[2], y = point[1] / point[2];
-  return lens.lens == Lens::kRationalPinhole ? projectPinhole<true>(lens.model, camera.matrix, x, y, pixel)
-                                             : projectPinhole<false>(lens.model, camera.matrix, x, y, pixel);
+  return lens.kind == LensKind::kRationalPinhole
+             ? projectPinhole<true>(lens.model, camera.matrix, x, y, pixel)
+             : projectPinhole<false>(lens.model, camera.matrix, x, y, pixel);
 }
 
 }  // namespace corrsel::core

@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <opencv2/core.hpp>
 
 #include "geometry/cross_matrix.h"
+#include "geometry/match_rays.h"
+#include "kernels/kernels.h"
 
 namespace corrsel::core {
 namespace {
 
-constexpr std::size_t kVotes = 100;     // agreeing matches that choose among the four poses
+constexpr std::size_t kVotes = 100;  // agreeing matches that choose among the four poses
+constexpr std::size_t kBlock = 64;
 constexpr double kMinGradient = 1e-30;  // keeps r finite where its gradient vanishes, as at an epipole
 
 /// The nearest rotation to a matrix that is one but for rounding: a step of Newton's iteration.
@@ -84,10 +86,7 @@ double tangentSampson(const cv::Matx33d& essential, const RayMatches& matches, s
 }
 
 void squaredTangentSampson(const cv::Matx33d& essential, const RayMatches& matches, double* out) {
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const double r = tangentSampson(essential, matches, i);
-    out[i] = r * r;
-  }
+  kernels().pose.errors(essential.val, matchRaysOf(matches), 0, matches.size(), out);
 }
 
 bool choosePose(const cv::Matx33d& essential, const RayMatches& matches, double threshold, Pose& pose) {
@@ -95,11 +94,16 @@ bool choosePose(const cv::Matx33d& essential, const RayMatches& matches, double 
   if (!posesOf(essential, poses)) return false;
   std::size_t agreeing = 0;
   SideVotes votes[2];
-  for (std::size_t i = 0; i < matches.size() && agreeing < kVotes; ++i) {
-    if (!(std::abs(tangentSampson(essential, matches, i)) <= threshold)) continue;
-    ++agreeing;
-    const cv::Vec3d left = matches.left.direction(i), right = matches.right.direction(i);
-    for (int k = 0; k < 2; ++k) votes[k].add(scaledDepths(poses[2 * k], left, right));
+  for (std::size_t begin = 0; begin < matches.size() && agreeing < kVotes; begin += kBlock) {
+    double squared[kBlock];
+    const std::size_t end = std::min(matches.size(), begin + kBlock);
+    kernels().pose.errors(essential.val, matchRaysOf(matches), begin, end, squared);
+    for (std::size_t i = begin; i < end && agreeing < kVotes; ++i) {
+      if (!(squared[i - begin] <= threshold * threshold)) continue;
+      ++agreeing;
+      const cv::Vec3d left = matches.left.direction(i), right = matches.right.direction(i);
+      for (int k = 0; k < 2; ++k) votes[k].add(scaledDepths(poses[2 * k], left, right));
+    }
   }
   const std::size_t counts[4] = {votes[0].positive, votes[0].negative, votes[1].positive, votes[1].negative};
   const std::size_t* const best = std::max_element(counts, counts + 4);

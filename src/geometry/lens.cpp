@@ -101,7 +101,7 @@ PreparedLens prepareLens(const Camera& camera) {
   std::copy(camera.distortion.begin(), camera.distortion.end(), model.distortion);
   model.limit = kInfinity;
   if (camera.model == Camera::Model::kEquirectangular) {
-    prepared.lens = Lens::kEquirectangular;
+    prepared.kind = LensKind::kEquirectangular;
     model.inverse_fx = 1.0 / camera.size.width;
     model.inverse_fy = 1.0 / camera.size.height;
     return prepared;
@@ -113,13 +113,13 @@ PreparedLens prepareLens(const Camera& camera) {
   model.cx = k(0, 2);
   model.cy = k(1, 2);
   if (camera.model == Camera::Model::kFisheye) {
-    prepared.lens = Lens::kFisheye;
+    prepared.kind = LensKind::kFisheye;
     model.limit = fisheyeLimit(camera.distortion);
   } else if (camera.isPlainPinhole()) {
-    prepared.lens = Lens::kPlainPinhole;
+    prepared.kind = LensKind::kPlainPinhole;
   } else {
     const std::array<double, 8>& d = camera.distortion;
-    prepared.lens = d[5] == 0 && d[6] == 0 && d[7] == 0 ? Lens::kPinhole : Lens::kRationalPinhole;
+    prepared.kind = d[5] == 0 && d[6] == 0 && d[7] == 0 ? LensKind::kPinhole : LensKind::kRationalPinhole;
     model.limit = pinholeLimit(d);
   }
   return prepared;

@@ -10,7 +10,7 @@ namespace corrsel::core {
 /// A camera, prepared for its kernel.
 struct PreparedLens {
   LensModel model;
-  Lens lens;
+  LensKind kind;
 };
 
 /// Chooses the kernel and finds where the distortion turns. A few microseconds where the lens has distortion.

@@ -1,6 +1,7 @@
 #include "geometry/pose_fit.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -8,6 +9,8 @@
 
 #include "geometry/cross_matrix.h"
 #include "geometry/essential.h"
+#include "geometry/match_rays.h"
+#include "kernels/kernels.h"
 
 namespace corrsel::core {
 namespace {
@@ -19,8 +22,8 @@ constexpr double kEnough = 1e-9;  // a step that lowers the loss by less than th
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 5, 5>;
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 5, 1>;
 
-/// The columns of a PoseFreedom.
-Matrix columnsOf(const PoseFreedom& freedom) {
+/// Its directions are the columns.
+Matrix matrixOf(const PoseFreedom& freedom) {
   Matrix columns(5, freedom.size);
   for (int k = 0; k < freedom.size; ++k)
     columns.col(k) = Eigen::Map<const Vector>(freedom.directions[k].val, 5);
@@ -54,15 +57,22 @@ struct NormalEquations {
   }
 };
 
+PoseInBasis inBasis(const Pose& pose) {
+  const cv::Vec3d& t = pose.translation;
+  cv::Vec3d b1, b2;
+  translationBasis(t, b1, b2);
+  const cv::Matx33d basis(b1[0], b1[1], b1[2], b2[0], b2[1], b2[2], t[0], t[1], t[2]);
+  const cv::Matx33d rotation = basis * pose.rotation;
+  PoseInBasis result;
+  std::copy_n(basis.val, 9, result.basis);
+  std::copy_n(rotation.val, 9, result.rotation);
+  return result;
+}
+
 /// Chooses the sign of t for which more of the matches lie in front of both cameras.
 void restoreSign(const RayMatches& matches, Pose& pose) {
-  std::size_t positive = 0, negative = 0;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const ScaledDepths depths = scaledDepths(pose, matches.left.direction(i), matches.right.direction(i));
-    positive += depths.left > 0 && depths.right > 0 ? 1 : 0;
-    negative += depths.left < 0 && depths.right < 0 ? 1 : 0;
-  }
-  if (negative > positive) pose.translation = -pose.translation;
+  const SideCounts counts = kernels().pose.sides(inBasis(pose), matchRaysOf(matches));
+  if (counts.reversed > counts.front) pose.translation = -pose.translation;
 }
 
 cv::Matx33d exponential(const cv::Vec3d& w) {
@@ -99,31 +109,32 @@ PoseFreedom PoseFreedom::about(const cv::Vec3d& axis) {
 }
 
 PoseSums poseSums(const Pose& pose, const RayMatches& matches, double scale) {
+  const PoseInBasis in_basis = inBasis(pose);
+  double totals[kPoseSums];
+  kernels().pose.sums(in_basis, matchRaysOf(matches), 1 / (scale * scale), totals);
+  Eigen::Matrix<double, 5, 5> hessian;
+  Eigen::Matrix<double, 5, 1> gradient;
+  const double* total = totals;
+  for (int i = 0; i < 5; ++i) {
+    for (int j = i; j < 5; ++j) hessian(i, j) = hessian(j, i) = *total++;
+    gradient[i] = *total++;
+  }
+  // From rotations about b1, b2 and t to those about the axes of the right camera.
+  Eigen::Matrix<double, 5, 5> turn = Eigen::Matrix<double, 5, 5>::Identity();
+  turn.topLeftCorner<3, 3>() = Eigen::Map<const Eigen::Matrix3d>(in_basis.basis);  // the transpose
+  gradient = (turn * gradient).eval();
+  hessian = (turn * hessian * turn.transpose()).eval();
   PoseSums sums;
-  const cv::Vec3d t = pose.translation;
-  cv::Vec3d b1, b2;
-  translationBasis(t, b1, b2);
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    const cv::Vec3d left = matches.left.direction(i), right = matches.right.direction(i);
-    const cv::Matx<double, 3, 2> j1 = pose.rotation * matches.left.jacobian(i),
-                                 j2 = matches.right.jacobian(i);
-    const cv::Vec3d a = pose.rotation * left, l = t.cross(a), n = right.cross(t);
-    const cv::Vec2d p = j1.t() * n, q = j2.t() * l;
-    const double denominator = p.dot(p) + q.dot(q) + 1e-30, c = right.dot(l), k = c / denominator;
-    const double root = std::sqrt(denominator), r = c / root;
-    const cv::Vec3d g = a - j1 * p * k, h = j2 * q * k;
-    const cv::Vec3d dw = (g.cross(n) - a.cross(h.cross(t))) / root, dt = (g.cross(right) - a.cross(h)) / root;
-    const cv::Vec<double, 5> jacobian(dw[0], dw[1], dw[2], dt.dot(b1), dt.dot(b2));
-    const double x = 1 + r * r / (scale * scale), w = 1 / (x * x);
-    sums.cost += r * r / x;
-    sums.gradient += jacobian * (w * r);
-    sums.hessian += jacobian * jacobian.t() * w;
+  sums.cost = *total;
+  for (int i = 0; i < 5; ++i) {
+    sums.gradient[i] = gradient[i];
+    for (int j = 0; j <= i; ++j) sums.hessian(i, j) = sums.hessian(j, i) = hessian(i, j);
   }
   return sums;
 }
 
 double fitPose(const RayMatches& matches, double scale, int steps, Pose& pose, const PoseFreedom& freedom) {
-  const Matrix columns = columnsOf(freedom);
+  const Matrix columns = matrixOf(freedom);
   PoseSums sums = poseSums(pose, matches, scale);
   if (NormalEquations(sums, columns).isDegenerate()) return kNaN;
   double lambda = 1e-3;
@@ -156,19 +167,23 @@ bool poseCovariance(const Pose& pose, const RayMatches& matches, double scale,
                     cv::Matx<double, 5, 5>& covariance, const PoseFreedom& freedom) {
   const std::size_t n = matches.size();
   if (n <= static_cast<std::size_t>(freedom.size)) return false;
-  const Matrix columns = columnsOf(freedom);
+  const Matrix columns = matrixOf(freedom);
   const NormalEquations equations(poseSums(pose, matches, std::numeric_limits<double>::infinity()), columns);
   if (equations.isDegenerate()) return false;
   std::vector<double> squared(n);
   squaredTangentSampson(essentialOf(pose), matches, squared.data());
-  double psi_squared = 0, slope = 0;
+  double psi_squared = 0, slope = 0, slope_squared = 0;
   for (const double r2 : squared) {
-    const double x = r2 / (scale * scale), cube = (1 + x) * (1 + x) * (1 + x);
+    const double x = r2 / (scale * scale), cube = (1 + x) * (1 + x) * (1 + x),
+                 derivative = (1 - 3 * x) / cube;
     psi_squared += r2 / (cube * (1 + x));
-    slope += (1 - 3 * x) / cube;
+    slope += derivative;
+    slope_squared += derivative * derivative;
   }
-  const double count = static_cast<double>(n);
-  const double factor = psi_squared * count / (slope * slope) * count / (count - freedom.size);
+  const double count = static_cast<double>(n), parameters = freedom.size;
+  const double correction = 1 + parameters / count * (slope_squared * count / (slope * slope) - 1);
+  const double factor =
+      correction * correction * psi_squared * count / (slope * slope) * count / (count - parameters);
   const Eigen::Matrix<double, 5, 5> result =
       factor * columns * equations.hessian.llt().solve(columns.transpose());
   for (int i = 0; i < 5; ++i) {

@@ -48,7 +48,9 @@ double fitPose(const RayMatches& matches, double scale, int steps, Pose& pose,
 Pose moved(const Pose& pose, const cv::Vec<double, 5>& step);
 
 /// Covariance of a fitted pose (order of PoseResult::covariance) by the sandwich of the Geman-McClure loss:
-/// (mean psi^2 / (mean psi')^2) n/(n-k) (sum J J^T)^-1 in the k directions of freedom, 0 across them.
+/// K^2 (mean psi^2 / (mean psi')^2) n/(n-k) (sum J J^T)^-1 in the k directions of freedom, 0 across them,
+/// with K = 1 + k/n var(psi') / (mean psi')^2 (Huber, Robust Statistics, 1981, section 7.6), psi = r /
+/// (1+x)^2, psi' = (1-3x) / (1+x)^3, x = r^2 / c^2.
 /// @return false if there are at most k matches or the condition of sum J J^T exceeds 1e12
 bool poseCovariance(const Pose& pose, const RayMatches& matches, double scale,
                     cv::Matx<double, 5, 5>& covariance, const PoseFreedom& freedom = PoseFreedom::all());

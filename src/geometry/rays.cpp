@@ -18,7 +18,7 @@ double Rays::pixelAngle(std::size_t i) const {
 std::size_t unproject(const Camera& camera, const float* x, const float* y, std::size_t n, Rays& rays) {
   constexpr std::size_t kBlock = 256;  // pixels that are converted at a time
   const PreparedLens lens = prepareLens(camera);
-  const auto kernel = kernels().rays.unproject[static_cast<std::size_t>(lens.lens)];
+  const auto kernel = kernels().rays.unproject[static_cast<std::size_t>(lens.kind)];
   rays.resize(n);
   std::array<double, kBlock> block_x, block_y;
   std::array<double*, Rays::kColumns> columns;

@@ -21,32 +21,68 @@ struct FivePointState {
 
 // ---- Linear algebra on columns whose elements are vectors of samples ----
 
+/// The product of two columns from row `begin` on. Two sums are added up in turn, which takes half as long.
+template <int begin, int rows>
+inline DoubleV dot(const DoubleV* a, const DoubleV* b) {
+  DoubleV even = a[begin] * b[begin], odd = a[begin + 1] * b[begin + 1];
+#pragma GCC unroll 10
+  for (int i = begin + 2; i < rows; i += 2) even += a[i] * b[i];
+#pragma GCC unroll 10
+  for (int i = begin + 3; i < rows; i += 2) odd += a[i] * b[i];
+  return even + odd;
+}
+
 /// Turns x[begin..rows) into the vector v of the Householder reflection I - beta v v^T that maps it to a
 /// multiple of the first unit vector.
 /// @param diagonal  receives that multiple
-/// @return beta; 0 v v^T where x is 0
+/// @return -beta; v is 0 where x is 0
 template <int begin, int rows>
 inline DoubleV makeReflection(DoubleV* x, DoubleV& diagonal) {
-  DoubleV square = x[begin] * x[begin];
-#pragma GCC unroll 10
-  for (int i = begin + 1; i < rows; ++i) square += x[i] * x[i];
-  const DoubleV norm = squareRoot(square), first = x[begin];
+  const DoubleV norm = squareRoot(dot<begin, rows>(x, x)), first = x[begin];
   const LongV sign = (LongV)first & (LongV)(-0.0 - DoubleV{});
   const DoubleV signed_norm = (DoubleV)((LongV)norm | sign);
   x[begin] = first + signed_norm;
   diagonal = -signed_norm;
-  return 1.0 / (norm * (norm + absolute(first)) + 1e-290);
+  return -1.0 / (norm * (norm + absolute(first)) + 1e-290);
 }
 
-/// Reflects the column a. Rows before `first_used` are not needed any more and keep their values.
+/// Reflects rows [first_used, rows) of the column a.
+/// @param factor  -beta
 template <int begin, int rows, int first_used = begin>
-inline void reflect(const DoubleV* v, DoubleV beta, DoubleV* a) {
-  DoubleV dot = v[begin] * a[begin];
+inline void reflect(const DoubleV* v, DoubleV factor, DoubleV* a) {
+  const DoubleV product = factor * dot<begin, rows>(v, a);
 #pragma GCC unroll 10
-  for (int i = begin + 1; i < rows; ++i) dot += v[i] * a[i];
-  const DoubleV factor = -beta * dot;
+  for (int i = first_used; i < rows; ++i) a[i] += product * v[i];
+}
+
+/// The same for two columns in turn, so that neither has to wait for its own sums.
+template <int begin, int rows, int first_used = begin>
+inline void reflectTwo(const DoubleV* v, DoubleV factor, DoubleV* a, DoubleV* b) {
+  DoubleV even_a = v[begin] * a[begin], odd_a = v[begin + 1] * a[begin + 1];
+  DoubleV even_b = v[begin] * b[begin], odd_b = v[begin + 1] * b[begin + 1];
 #pragma GCC unroll 10
-  for (int i = first_used; i < rows; ++i) a[i] += factor * v[i];
+  for (int i = begin + 2; i < rows; ++i) {
+    DoubleV& sum_a = (i - begin) % 2 == 0 ? even_a : odd_a;
+    DoubleV& sum_b = (i - begin) % 2 == 0 ? even_b : odd_b;
+    sum_a += v[i] * a[i];
+    sum_b += v[i] * b[i];
+  }
+  const DoubleV product_a = factor * (even_a + odd_a), product_b = factor * (even_b + odd_b);
+#pragma GCC unroll 10
+  for (int i = first_used; i < rows; ++i) {
+    const DoubleV vi = v[i], ai = a[i] + product_a * vi, bi = b[i] + product_b * vi;
+    a[i] = ai;
+    b[i] = bi;
+  }
+}
+
+/// Reflects a column whose row `begin` is 0.
+template <int begin, int rows>
+inline void extend(const DoubleV* v, DoubleV factor, DoubleV* a) {
+  const DoubleV product = factor * dot<begin + 1, rows>(v, a);
+  a[begin] = product * v[begin];
+#pragma GCC unroll 10
+  for (int i = begin + 1; i < rows; ++i) a[i] += product * v[i];
 }
 
 // ---- The null space of the five equations ----
@@ -64,13 +100,13 @@ inline void writeEquations(const FivePointRays& rays, int lane, DoubleV (&column
 /// Triangularises columns [k, 5). The next reflection is computed before the other columns are reflected,
 /// because its root and quotient take long.
 template <int k>
-inline void triangulateEquations(DoubleV (&columns)[5][9], DoubleV (&beta)[5]) {
+inline void triangulateEquations(DoubleV (&columns)[5][9], DoubleV (&factor)[5]) {
   if constexpr (k < 4) {
     DoubleV diagonal;
-    reflect<k, 9>(columns[k], beta[k], columns[k + 1]);
-    beta[k + 1] = makeReflection<k + 1, 9>(columns[k + 1], diagonal);
-    for (int c = k + 2; c < 5; ++c) reflect<k, 9>(columns[k], beta[k], columns[c]);
-    triangulateEquations<k + 1>(columns, beta);
+    reflect<k, 9, k + 1>(columns[k], factor[k], columns[k + 1]);
+    factor[k + 1] = makeReflection<k + 1, 9>(columns[k + 1], diagonal);
+    for (int c = k + 2; c < 5; ++c) reflect<k, 9, k + 1>(columns[k], factor[k], columns[c]);
+    triangulateEquations<k + 1>(columns, factor);
   }
 }
 
@@ -78,19 +114,21 @@ inline void triangulateEquations(DoubleV (&columns)[5][9], DoubleV (&beta)[5]) {
 /// small for narrow cameras, and with it as z or 1 the roots would crowd at infinity.
 inline void writeBasis(const FivePointRays& rays, int lane, DoubleV (&basis)[4][9]) {
   constexpr int kEntry[4] = {8, 5, 6, 7};
-  DoubleV columns[5][9], beta[5], diagonal;
+  DoubleV columns[5][9], factor[5], diagonal;
   writeEquations(rays, lane, columns);
-  beta[0] = makeReflection<0, 9>(columns[0], diagonal);
-  triangulateEquations<0>(columns, beta);
+  factor[0] = makeReflection<0, 9>(columns[0], diagonal);
+  triangulateEquations<0>(columns, factor);
   for (int b = 0; b < 4; ++b) {
-    DoubleV* const y = basis[b];
-    for (int i = 0; i < 9; ++i) y[i] = DoubleV{};
-    y[kEntry[b]] += 1.0;
-    reflect<4, 9>(columns[4], beta[4], y);
-    reflect<3, 9>(columns[3], beta[3], y);
-    reflect<2, 9>(columns[2], beta[2], y);
-    reflect<1, 9>(columns[1], beta[1], y);
-    reflect<0, 9>(columns[0], beta[0], y);
+    // The last reflection of a unit vector.
+    const DoubleV product = factor[4] * columns[4][kEntry[b]];
+    DoubleV y[9];
+    for (int i = 4; i < 9; ++i) y[i] = product * columns[4][i] + (i == kEntry[b] ? 1.0 : 0.0);
+    extend<3, 9>(columns[3], factor[3], y);
+    extend<2, 9>(columns[2], factor[2], y);
+    extend<1, 9>(columns[1], factor[1], y);
+    extend<0, 9>(columns[0], factor[0], y);
+#pragma GCC unroll 9
+    for (int i = 0; i < 9; ++i) basis[b][i] = y[i];
   }
 }
 
@@ -129,92 +167,140 @@ struct Monomials {
 };
 constexpr Monomials kMonomials;
 
-/// sum += sign * a b for linear forms a, b.
-template <int sign>
-inline void addProduct(const DoubleV* a, const DoubleV* b, DoubleV* sum) {
+/// A form in x, y, z, 1. Copies of numbers in memory, because the compiler keeps only those in registers.
+struct LinearForm {
+  DoubleV c[4];
+
+  explicit LinearForm(const DoubleV* from) {
 #pragma GCC unroll 4
-  for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 4; ++i) c[i] = from[i];
+  }
+};
+
+struct QuadraticForm {
+  DoubleV c[10] = {};
+
+  template <int sign>
+  void addProduct(const LinearForm& a, const LinearForm& b) {
 #pragma GCC unroll 4
-    for (int j = 0; j < 4; ++j) {
-      DoubleV& out = sum[kMonomials.square[i][j]];
-      out = sign > 0 ? out + a[i] * b[j] : out - a[i] * b[j];
+    for (int i = 0; i < 4; ++i) {
+#pragma GCC unroll 4
+      for (int j = 0; j < 4; ++j) {
+        DoubleV& sum = c[kMonomials.square[i][j]];
+        sum = sign > 0 ? sum + a.c[i] * b.c[j] : sum - a.c[i] * b.c[j];
+      }
     }
   }
-}
+};
 
 /// Writes q0 l0 + q1 l1 + q2 l2, quadratic times linear forms, as one row of the equations.
-__attribute__((noinline)) inline void writeCubic(const DoubleV* const* q, const DoubleV* const* l,
+__attribute__((noinline)) inline void writeCubic(const QuadraticForm& q0, const QuadraticForm& q1,
+                                                 const QuadraticForm& q2, const LinearForm (&l)[3],
                                                  DoubleV (*columns)[10], int row) {
+  const QuadraticForm* const q[3] = {&q0, &q1, &q2};
+  DoubleV linear[3][4];
+#pragma GCC unroll 3
+  for (int k = 0; k < 3; ++k) {
+#pragma GCC unroll 4
+    for (int i = 0; i < 4; ++i) linear[k][i] = l[k].c[i];
+  }
 #pragma GCC unroll 20
   for (int m = 0; m < 20; ++m) {
-    DoubleV sum = q[0][kMonomials.quadratic[m][0]] * l[0][kMonomials.linear[m][0]];
+    DoubleV sum{};
 #pragma GCC unroll 3
     for (int k = 0; k < 3; ++k) {
-#pragma GCC unroll 3
-      for (int t = k == 0 ? 1 : 0; t < kMonomials.terms[m]; ++t)
-        sum += q[k][kMonomials.quadratic[m][t]] * l[k][kMonomials.linear[m][t]];
+      DoubleV part = q[k]->c[kMonomials.quadratic[m][0]] * linear[k][kMonomials.linear[m][0]];
+#pragma GCC unroll 2
+      for (int t = 1; t < kMonomials.terms[m]; ++t)
+        part += q[k]->c[kMonomials.quadratic[m][t]] * linear[k][kMonomials.linear[m][t]];
+      sum = k == 0 ? part : sum + part;
     }
     columns[m][row] = sum;
   }
 }
 
 /// E E^T - trace(E E^T) / 2 I, the upper triangle in rows.
-inline void writeTraceForms(const DoubleV (&e)[9][4], DoubleV (&forms)[6][10]) {
+inline void writeTraceForms(const DoubleV (&e)[9][4], QuadraticForm (&forms)[6]) {
   constexpr int kRow[6] = {0, 0, 0, 1, 1, 2}, kColumn[6] = {0, 1, 2, 1, 2, 2};
   for (int f = 0; f < 6; ++f) {
-    for (int m = 0; m < 10; ++m) forms[f][m] = DoubleV{};
-    for (int k = 0; k < 3; ++k) addProduct<1>(e[3 * kRow[f] + k], e[3 * kColumn[f] + k], forms[f]);
+    QuadraticForm sum;
+    for (int k = 0; k < 3; ++k) {
+      sum.addProduct<1>(LinearForm(e[3 * kRow[f] + k]), LinearForm(e[3 * kColumn[f] + k]));
+    }
+#pragma GCC unroll 10
+    for (int m = 0; m < 10; ++m) forms[f].c[m] = sum.c[m];
   }
   for (int m = 0; m < 10; ++m) {
-    const DoubleV half = 0.5 * (forms[0][m] + forms[3][m] + forms[5][m]);
-    forms[0][m] -= half;
-    forms[3][m] -= half;
-    forms[5][m] -= half;
+    const DoubleV half = 0.5 * (forms[0].c[m] + forms[3].c[m] + forms[5].c[m]);
+    forms[0].c[m] -= half;
+    forms[3].c[m] -= half;
+    forms[5].c[m] -= half;
   }
 }
 
 /// (E E^T - trace / 2 I) E = 0 and det E = 0 with E = x N0 + y N1 + z N2 + N3: one row each, one column per
 /// monomial.
 inline void writeConstraints(const DoubleV (&basis)[4][9], DoubleV (&columns)[20][10]) {
-  DoubleV e[9][4], forms[6][10];
+  DoubleV e[9][4];
   for (int i = 0; i < 9; ++i) {
     for (int b = 0; b < 4; ++b) e[i][b] = basis[b][i];
   }
+  QuadraticForm forms[6], minors[3];
   writeTraceForms(e, forms);
   constexpr int kForm[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-  for (int i = 0; i < 3; ++i) {
-    const DoubleV* const q[3] = {forms[kForm[i][0]], forms[kForm[i][1]], forms[kForm[i][2]]};
-    for (int j = 0; j < 3; ++j) {
-      const DoubleV* const l[3] = {e[j], e[3 + j], e[6 + j]};
-      writeCubic(q, l, columns, 3 * i + j);
-    }
-  }
-  DoubleV minors[3][10] = {};
   for (int j = 0; j < 3; ++j) {
+    const LinearForm column[3] = {LinearForm(e[j]), LinearForm(e[3 + j]), LinearForm(e[6 + j])};
+    for (int i = 0; i < 3; ++i) {
+      const int(&f)[3] = kForm[i];
+      writeCubic(forms[f[0]], forms[f[1]], forms[f[2]], column, columns, 3 * i + j);
+    }
     const int next = (j + 1) % 3, last = (j + 2) % 3;
-    addProduct<1>(e[3 + next], e[6 + last], minors[j]);
-    addProduct<-1>(e[3 + last], e[6 + next], minors[j]);
+    minors[j].addProduct<1>(LinearForm(e[3 + next]), LinearForm(e[6 + last]));
+    minors[j].addProduct<-1>(LinearForm(e[3 + last]), LinearForm(e[6 + next]));
   }
-  const DoubleV* const q[3] = {minors[0], minors[1], minors[2]};
-  const DoubleV* const l[3] = {e[0], e[1], e[2]};
-  writeCubic(q, l, columns, 9);
+  const LinearForm first[3] = {LinearForm(e[0]), LinearForm(e[1]), LinearForm(e[2])};
+  writeCubic(minors[0], minors[1], minors[2], first, columns, 9);
 }
 
 // ---- The polynomial in z ----
 
-/// Triangularises the left half, from column k on, with the look-ahead of triangulateEquations(). Rows before
-/// 4 are not used after their reflection.
+/// Two successive reflections. Rows before 4 are not used after their reflection.
 template <int k>
-inline void triangulateConstraints(DoubleV (&columns)[20][10], DoubleV (&diagonal)[10], DoubleV beta) {
-  constexpr int kUsed = k < 4 ? k + 1 : k;
-  if constexpr (k < 8) {
-    reflect<k, 10, kUsed>(columns[k], beta, columns[k + 1]);
-    const DoubleV next = makeReflection<k + 1, 10>(columns[k + 1], diagonal[k + 1]);
-    for (int c = k + 2; c < 20; ++c) reflect<k, 10, kUsed>(columns[k], beta, columns[c]);
-    triangulateConstraints<k + 1>(columns, diagonal, next);
+struct ReflectionPair {
+  const DoubleV (*vector)[10];
+  DoubleV factor[2];
+
+  /// Makes them of columns k and k + 1.
+  ReflectionPair(DoubleV (&columns)[20][10], DoubleV (&diagonal)[10]) : vector(columns + k) {
+    factor[0] = makeReflection<k, 10>(columns[k], diagonal[k]);
+    reflect<k, 10>(vector[0], factor[0], columns[k + 1]);
+    factor[1] = makeReflection<k + 1, 10>(columns[k + 1], diagonal[k + 1]);
+  }
+
+  void apply(DoubleV (&first)[10], DoubleV (&second)[10]) const {
+    reflectTwo<k, 10, (k < 4 ? k + 1 : k)>(vector[0], factor[0], first, second);
+    reflectTwo<k + 1, 10, (k < 4 ? k + 2 : k + 1)>(vector[1], factor[1], first, second);
+  }
+};
+
+/// Triangularises the left half from column k + 2 on. The next two reflections are computed before the other
+/// columns are reflected, because their roots and quotients take long.
+template <int k>
+inline void triangulateConstraints(DoubleV (&columns)[20][10], DoubleV (&diagonal)[10],
+                                   const ReflectionPair<k>& pair) {
+  pair.apply(columns[k + 2], columns[k + 3]);
+  if constexpr (k < 6) {
+    const ReflectionPair<k + 2> next(columns, diagonal);
+    for (int c = k + 4; c < 20; c += 2) pair.apply(columns[c], columns[c + 1]);
+    triangulateConstraints<k + 2>(columns, diagonal, next);
   } else {
-    for (int c = k + 1; c < 20; ++c) reflect<k, 10, kUsed>(columns[k], beta, columns[c]);
+    const DoubleV factor = makeReflection<8, 10>(columns[8], diagonal[8]);
+    reflect<8, 10>(columns[8], factor, columns[9]);
     diagonal[9] = columns[9][9];
+    for (int c = 10; c < 20; c += 2) {
+      pair.apply(columns[c], columns[c + 1]);
+      reflectTwo<8, 10>(columns[8], factor, columns[c], columns[c + 1]);
+    }
   }
 }
 
@@ -222,8 +308,7 @@ inline void triangulateConstraints(DoubleV (&columns)[20][10], DoubleV (&diagona
 /// c.
 inline void reduce(DoubleV (&columns)[20][10], DoubleV (&reduced)[6][10]) {
   DoubleV diagonal[10], inverse[10];
-  const DoubleV beta = makeReflection<0, 10>(columns[0], diagonal[0]);
-  triangulateConstraints<0>(columns, diagonal, beta);
+  triangulateConstraints<0>(columns, diagonal, ReflectionPair<0>(columns, diagonal));
   for (int r = 4; r < 10; ++r) inverse[r] = 1.0 / diagonal[r];
   for (int c = 0; c < 10; ++c) {
     DoubleV x[10];
@@ -256,10 +341,11 @@ inline void writeRow(const DoubleV (&a)[10], const DoubleV (&b)[10], DoubleV (&r
   row[12] = -b[6];
 }
 
-/// p += (r0 s1 - s0 r1) t for the entries of three rows of B(z).
+/// sum += (r0 s1 - s0 r1) t for the entries of three rows of B(z).
 inline void addMinor(const DoubleV (&r)[13], const DoubleV (&s)[13], const DoubleV (&t)[13],
-                     DoubleV (&p)[11]) {
-  DoubleV minor[7] = {};
+                     DoubleV (&sum)[11]) {
+  DoubleV minor[7] = {}, p[11];
+  for (int i = 0; i < 11; ++i) p[i] = sum[i];
 #pragma GCC unroll 4
   for (int i = 0; i < 4; ++i) {
 #pragma GCC unroll 4
@@ -270,6 +356,7 @@ inline void addMinor(const DoubleV (&r)[13], const DoubleV (&s)[13], const Doubl
 #pragma GCC unroll 5
     for (int j = 0; j < 5; ++j) p[i + j] += minor[i] * t[8 + j];
   }
+  for (int i = 0; i < 11; ++i) sum[i] = p[i];
 }
 
 /// Sums and differences of the coefficients k and 10 - k: numbers 0 to 4 and 6 to 10; number 5 is the middle
@@ -399,10 +486,16 @@ struct AngleSet {
 /// local minimum without a sign change.
 inline void findChanges(const AngleValues& values, AngleSet& changes, AngleSet& minima) {
   AngleSet negative, rising;
-  for (int j = 0; j < AngleTable::kAngles; j += kDoubleWidth) {
-    const DoubleV p = load(values.at(j));
-    negative.word[j / 64] |= lessBits(p, DoubleV{}) << j % 64;
-    rising.word[j / 64] |= lessBits(absolute(p), absolute(load(values.at(j + 1)))) << j % 64;
+  for (int w = 0; w < 2; ++w) {
+    std::uint64_t is_negative = 0, is_rising = 0;
+#pragma GCC unroll 32
+    for (int j = 0; j < 64; j += kDoubleWidth) {
+      const DoubleV p = load(values.at(64 * w + j)), next = load(values.at(64 * w + j + 1));
+      is_negative |= lessBits(p, DoubleV{}) << j;
+      is_rising |= lessBits(absolute(p), absolute(next)) << j;
+    }
+    negative.word[w] = is_negative;
+    rising.word[w] = is_rising;
   }
   const AngleSet other = negative.previous(), falling = rising.next();
   for (int w = 0; w < 2; ++w) changes.word[w] = negative.word[w] ^ other.word[w];
@@ -494,30 +587,46 @@ inline void findPlaces(const FivePointState& state, int sample, Brackets& bracke
 
 // ---- Roots ----
 
-/// row[sample] in every lane.
-inline DoubleV pick(const double* row, LongV sample) {
-#if defined(__AVX512F__)
-  return (DoubleV)_mm512_maskz_permutexvar_pd(static_cast<__mmask8>(-1), (__m512i)sample, (__m512d)load(row));
-#else
-  std::int64_t at[kDoubleWidth];
-  store(at, sample);
-  DoubleV v{};
-  for (int k = 0; k < kDoubleWidth; ++k) v[k] = row[at[k]];
-  return v;
-#endif
+/// a where the mask is all ones, b where it is zero.
+inline DoubleV select(LongV mask, DoubleV a, DoubleV b) {
+  return (DoubleV)(((LongV)a & mask) | ((LongV)b & ~mask));
 }
+
+/// Takes the numbers of the roots' samples.
+struct Picker {
+#if defined(__AVX512F__)
+  __m512i sample;
+  explicit Picker(LongV lanes) : sample((__m512i)lanes) {}
+  DoubleV operator()(const double* row) const {
+    return (DoubleV)_mm512_maskz_permutexvar_pd(static_cast<__mmask8>(-1), sample, (__m512d)load(row));
+  }
+#elif defined(__AVX2__)
+  __m256i halves;  // numbers of the halves of a double within four of them
+  __m256d upper;
+  explicit Picker(LongV lanes)
+      : halves((__m256i)(((lanes & 3) * 0x200000002) | 0x100000000)), upper((__m256d)(lanes > 3)) {}
+  DoubleV operator()(const double* row) const {
+    const __m256 low = _mm256_permutevar8x32_ps((__m256)load(row), halves);
+    const __m256 high = _mm256_permutevar8x32_ps((__m256)load(row + 4), halves);
+    return (DoubleV)_mm256_blendv_pd((__m256d)low, (__m256d)high, upper);
+  }
+#else
+  std::int64_t sample[kDoubleWidth];
+  explicit Picker(LongV lanes) { store(sample, lanes); }
+  DoubleV operator()(const double* row) const { return DoubleV{row[sample[0]], row[sample[1]]}; }
+#endif
+};
 
 /// The polynomial in the unknown, ascending: in z, or reversed in 1 / z.
 struct RootPolynomial {
   DoubleV c[11];
 
-  RootPolynomial() = default;
-  RootPolynomial(const FivePointState& state, LongV sample, LongV inverse) {
-    for (int k = 0; k < 11; ++k) c[k] = pick(state.polynomial[k], sample);
+  void pickCoefficients(const FivePointState& state, const Picker& pick, LongV inverse) {
+    for (int k = 0; k < 11; ++k) c[k] = pick(state.polynomial[k]);
     for (int k = 0; k < 5; ++k) {
       const DoubleV low = c[k], high = c[10 - k];
-      c[k] = inverse ? high : low;
-      c[10 - k] = inverse ? low : high;
+      c[k] = select(inverse, high, low);
+      c[10 - k] = select(inverse, low, high);
     }
   }
 
@@ -562,8 +671,9 @@ inline void splitMinima(const FivePointState& state, Minima& minima, Brackets& b
     const DoubleV at = load(minima.value + begin), s = load(sine), c = load(cosine);
     const DoubleV shift = (0.5 * AngleTable::kStep) * (before - behind) / (before - 2.0 * at + behind);
     const DoubleV s_there = s + c * shift, c_there = c - s * shift;
-    const DoubleV u = (inverse ? c_there : s_there) / (inverse ? s_there : c_there);
-    const RootPolynomial p(state, load(minima.sample + begin), inverse);
+    const DoubleV u = select(inverse, c_there, s_there) / select(inverse, s_there, c_there);
+    RootPolynomial p;
+    p.pickCoefficients(state, Picker(load(minima.sample + begin)), inverse);
     store(tried, u);
     store(tried_value, p.value(u));
     for (int k = 0; k < end; ++k) {
@@ -580,30 +690,50 @@ inline void splitMinima(const FivePointState& state, Minima& minima, Brackets& b
 
 constexpr int kRootVectors = kMaxRoots / kDoubleWidth;
 
-/// Newton's method, started by the secant and kept within the brackets. Vectors of roots advance in turn, so
-/// that they do not wait for each other's results.
-inline void solveBrackets(const FivePointState& state, const Brackets& brackets, int vectors, DoubleV* root) {
-  constexpr int kSteps = 5;
-  RootPolynomial polynomial[kRootVectors];
-  DoubleV first[kRootVectors], last[kRootVectors], sign[kRootVectors];
-  for (int v = 0; v < vectors; ++v) {
-    const int i = v * kDoubleWidth;
-    polynomial[v] = RootPolynomial(state, load(brackets.sample + i), load(brackets.inverse + i));
-    first[v] = load(brackets.first + i);
-    last[v] = load(brackets.last + i);
-    sign[v] = load(brackets.first_value + i);
-    root[v] = first[v] + sign[v] / (sign[v] - load(brackets.last_value + i)) * (last[v] - first[v]);
+/// Some roots of polynomials, each in a bracket.
+struct RootSearch {
+  static constexpr double kTolerance = 1e-9;  ///< the next step would change the last digits only
+
+  RootPolynomial polynomial;
+  DoubleV root, moved;               ///< the last estimate and the step that led to it
+  DoubleV first, last, first_value;  ///< bracket
+
+  /// Starts with the secant.
+  void start(const FivePointState& state, const Brackets& brackets, int begin) {
+    polynomial.pickCoefficients(state, Picker(load(brackets.sample + begin)), load(brackets.inverse + begin));
+    first = load(brackets.first + begin);
+    last = load(brackets.last + begin);
+    first_value = load(brackets.first_value + begin);
+    moved = first_value / (first_value - load(brackets.last_value + begin)) * (last - first);
+    root = first + moved;
   }
-  for (int step = 0; step < kSteps; ++step) {
+
+  /// A step of Newton's method, or of bisection where that would leave the bracket.
+  void step() {
+    DoubleV slope;
+    const DoubleV value = polynomial.value(root, slope);
+    const LongV differs = (value < 0.0) ^ (first_value < 0.0);
+    first = select(differs, first, root);
+    last = select(differs, root, last);
+    const DoubleV newton = root - value / slope, middle = 0.5 * (first + last);
+    const LongV inside = (newton - first) * (newton - last) <= 0.0;
+    const DoubleV next = select(inside, newton, middle);
+    const LongV active = absolute(moved) > kTolerance;
+    moved = select(active, next - root, moved);
+    root = select(active, next, root);
+  }
+
+  bool isDone() const { return lessBits(kTolerance - DoubleV{}, absolute(moved)) == 0; }
+};
+
+/// Vectors of roots advance in turn, so that they do not wait for each other's results.
+inline void solveBrackets(const FivePointState& state, const Brackets& brackets, int vectors,
+                          RootSearch* searches) {
+  constexpr int kMaxSteps = 12;
+  for (int v = 0; v < vectors; ++v) searches[v].start(state, brackets, v * kDoubleWidth);
+  for (int step = 0; step < kMaxSteps; ++step) {
     for (int v = 0; v < vectors; ++v) {
-      DoubleV slope;
-      const DoubleV u = root[v], value = polynomial[v].value(u, slope);
-      const LongV same = (value < 0.0) == (sign[v] < 0.0);
-      first[v] = same ? u : first[v];
-      last[v] = same ? last[v] : u;
-      const DoubleV newton = u - value / slope;
-      const LongV inside = (newton - first[v]) * (newton - last[v]) <= 0.0;
-      root[v] = inside ? newton : 0.5 * (first[v] + last[v]);
+      if (!searches[v].isDone()) searches[v].step();
     }
   }
 }
@@ -612,27 +742,29 @@ inline void solveBrackets(const FivePointState& state, const Brackets& brackets,
 /// longest cross product counts.
 struct RootMatrix {
   DoubleV entry[9];
+  std::uint64_t exists;  ///< one bit per lane: whether the matrix is neither 0 nor infinite nor NaN
 
-  RootMatrix(const FivePointState& state, LongV sample, LongV inverse, DoubleV u) {
+  RootMatrix(const FivePointState& state, const Picker& pick, LongV inverse, DoubleV u) {
     // z = s / c
-    const DoubleV one = 1.0 - DoubleV{}, s = inverse ? one : u, c = inverse ? u : one;
+    const DoubleV one = 1.0 - DoubleV{}, s = select(inverse, one, u), c = select(inverse, u, one);
     DoubleV rows[3][3], direction[3];
-    writeRows(state, sample, s, c, rows);
+    writeRows(state, pick, s, c, rows);
     longestCross(rows, direction);
     // The rows are homogeneous in s and c, so that the direction is (c x : c y : 1).
     const DoubleV factor[4] = {direction[0], direction[1], direction[2] * s, direction[2] * c};
     DoubleV square{};
     for (int i = 0; i < 9; ++i) {
-      DoubleV sum = factor[0] * pick(state.basis[0][i], sample);
-      for (int b = 1; b < 4; ++b) sum += factor[b] * pick(state.basis[b][i], sample);
+      DoubleV sum = factor[0] * pick(state.basis[0][i]);
+      for (int b = 1; b < 4; ++b) sum += factor[b] * pick(state.basis[b][i]);
       entry[i] = sum;
       square += sum * sum;
     }
+    exists = lessBits(1e-290 - DoubleV{}, square) & lessBits(square, 1e290 - DoubleV{});
     const DoubleV scale = 1.0 / squareRoot(square);
     for (DoubleV& value : entry) value *= scale;
   }
 
-  static void writeRows(const FivePointState& state, LongV sample, DoubleV s, DoubleV c,
+  static void writeRows(const FivePointState& state, const Picker& pick, DoubleV s, DoubleV c,
                         DoubleV (&rows)[3][3]) {
     const DoubleV s2 = s * s, c2 = c * c;
     const DoubleV cubic[4] = {c2 * c, c2 * s, s2 * c, s2 * s};
@@ -641,8 +773,8 @@ struct RootMatrix {
       for (int column = 0; column < 3; ++column) {
         const double(*const p)[kFivePointBatch] = state.cubic[r] + 4 * column;
         const DoubleV* const powers = column < 2 ? cubic : quartic;
-        DoubleV sum = pick(p[0], sample) * powers[0];
-        for (int k = 1; k < (column < 2 ? 4 : 5); ++k) sum += pick(p[k], sample) * powers[k];
+        DoubleV sum = pick(p[0]) * powers[0];
+        for (int k = 1; k < (column < 2 ? 4 : 5); ++k) sum += pick(p[k]) * powers[k];
         rows[r][column] = sum;
       }
     }
@@ -673,15 +805,15 @@ inline void fivePointKernel(const FivePointRays& rays, int count, double (*solut
   splitMinima(state, minima, brackets);
   brackets.pad();
   const int vectors = (brackets.size + kDoubleWidth - 1) / kDoubleWidth;
-  DoubleV root[kRootVectors];
-  solveBrackets(state, brackets, vectors, root);
+  RootSearch searches[kRootVectors];
+  solveBrackets(state, brackets, vectors, searches);
   for (int sample = 0; sample < count; ++sample) counts[sample] = 0;
   for (int v = 0; v < vectors; ++v) {
     const int begin = v * kDoubleWidth;
-    const RootMatrix e(state, load(brackets.sample + begin), load(brackets.inverse + begin), root[v]);
+    const RootMatrix e(state, Picker(load(brackets.sample + begin)), load(brackets.inverse + begin),
+                       searches[v].root);
     for (int k = 0; k < kDoubleWidth && begin + k < brackets.size; ++k) {
-      // A vanishing or infinite matrix has no length.
-      if (!(absolute(e.entry[0])[k] <= 1.0)) continue;
+      if ((e.exists >> k & 1) == 0) continue;
       const std::int64_t sample = brackets.sample[begin + k];
       double* const out = solutions[sample][counts[sample]++];
       for (int i = 0; i < 9; ++i) out[i] = e.entry[i][k];

@@ -16,6 +16,7 @@
 #include "kernels/orientation.h"
 #include "kernels/pair.h"
 #include "kernels/patch.h"
+#include "kernels/pose.h"
 #include "kernels/residual.h"
 #include "kernels/scale_space.h"
 #include "kernels/shrink.h"
@@ -63,6 +64,7 @@ struct Kernels {
   ViewKernels views;
   AffineKernels affine;
   AreaRatioKernels area_ratio;
+  PoseKernels pose;
   UnprojectKernels rays;
   FivePointKernels five_point;
 };

@@ -17,6 +17,7 @@
 #include "kernels/pair_kernels.h"
 #include "kernels/patch_kernels.h"
 #include "kernels/pixel_kernels.h"
+#include "kernels/pose_kernels.h"
 #include "kernels/residual_kernels.h"
 #include "kernels/scale_space_kernels.h"
 #include "kernels/shrink_kernels.h"
@@ -59,6 +60,7 @@ constexpr Kernels kTable = {
     {sampleLineKernel},
     {countKernel, aroundSeedKernel},
     {areaRatioKernel},
+    {poseErrorsKernel, poseSumsKernel, poseSidesKernel},
     {{unprojectKernel<PlainPinholeLens>, unprojectKernel<PinholeLens<false>>,
       unprojectKernel<PinholeLens<true>>, unprojectKernel<FisheyeLens>,
       unprojectKernel<EquirectangularLens>}},

@@ -7,16 +7,16 @@
 namespace corrsel::core {
 
 /// Which formulas a camera needs; the number of the kernel in UnprojectKernels.
-enum class Lens { kPlainPinhole, kPinhole, kRationalPinhole, kFisheye, kEquirectangular };
-constexpr std::size_t kLenses = 5;
+enum class LensKind { kPlainPinhole, kPinhole, kRationalPinhole, kFisheye, kEquirectangular };
+constexpr std::size_t kLensKinds = 5;
 
 /// Rays of pixels.
 struct UnprojectKernels {
   /// Writes the unit rays of n pixels, and their derivatives: nine columns, as in Rays. A pixel without a ray
   /// gets NaN in every column. A ray does not depend on the others.
   /// @return number of pixels without a ray
-  std::size_t (*unproject[kLenses])(const LensModel& lens, const double* x, const double* y, std::size_t n,
-                                    double* const* columns);
+  std::size_t (*unproject[kLensKinds])(const LensModel& lens, const double* x, const double* y, std::size_t n,
+                                       double* const* columns);
 };
 
 }  // namespace corrsel::core

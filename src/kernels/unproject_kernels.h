@@ -109,6 +109,7 @@ struct PinholeLens {
     DoubleV given_x, given_y;
     normalise(lens, u, v, given_x, given_y);
     DoubleV x = given_x, y = given_y;
+    pullInside(lens, x, y);
     DoubleV inverse[3] = {};
     LongV moving = x == x, valid = moving;
     for (int step = 0; step < kMaxSteps && anyTrue((IntV)moving); ++step) {
@@ -129,6 +130,19 @@ struct PinholeLens {
     setPinholeRay(lens, x, y, inverse, rays);
     return rays;
   }
+
+ private:
+  /// Moves a distorted point, which is the start, to where the distortion has not turned: it may lie farther
+  /// out than any point that has an image.
+  static void pullInside(const LensModel& lens, DoubleV& x, DoubleV& y) {
+    const double limit = 0.8 * lens.limit;
+    const DoubleV squared = x * x + y * y;
+    const LongV outside = squared > limit;
+    if (!anyTrue((IntV)outside)) return;
+    const DoubleV scale = outside ? squareRoot(limit / squared) : DoubleV{} + 1.0;
+    x = x * scale;
+    y = y * scale;
+  }
 };
 
 struct FisheyeLens {
@@ -137,7 +151,7 @@ struct FisheyeLens {
     DoubleV x, y;
     normalise(lens, u, v, x, y);
     const DoubleV squared = x * x + y * y;
-    const LongV off_axis = squared > 1e-300;
+    const LongV off_axis = ~(squared <= 1e-300);  // of NaN, too
     const DoubleV radius = off_axis ? squareRoot(squared) : DoubleV{};
     const DoubleV inverse = 1.0 / (off_axis ? radius : DoubleV{} + 1.0);
     const DoubleV ux = off_axis ? x * inverse : DoubleV{} + 1.0, uy = off_axis ? y * inverse : DoubleV{};

@@ -31,7 +31,7 @@ ModelTraits essentialTraits() {
   traits.tests_impure_samples = true;
   traits.prosac = {200000, 1};
   traits.min_prefix = 1.0 / 16;
-  traits.floor = 40000;
+  traits.floor = 8e7;
   return traits;
 }
 

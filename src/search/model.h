@@ -37,7 +37,7 @@ struct ModelTraits {
   double min_prefix;       ///< share of the matches that a prefix needs before PROSAC may stop because of it
   bool uses_rays = false;  ///< whether matches need NormalizedMatches::rays
   bool refines_fully = false;  ///< whether refine() converges by itself, so that one call is enough
-  double floor = 0;  ///< samples that are drawn at least, times the inliers, from 48 to 2000; 0 = none
+  double floor = 0;  ///< samples drawn at least, times the squared inliers, from 48 to 5000; 0 = none
   int batch = 1;     ///< samples that are solved together, at most kMaxBatch
 };
 

@@ -92,11 +92,11 @@ class Search {
   /// Whether the search may stop. Where few matches agree, the stopping rule trusts the best model too early:
   /// the inliers that it lacks are those that a better one would add.
   bool isEnough(std::uint64_t drawn) const {
-    constexpr double kMin = 48, kMax = 2000;
+    constexpr double kMin = 48, kMax = 5000;
     if (!stopping_.enough(drawn)) return false;
     if (!(model_.floor > 0)) return true;
     const double inliers = std::max<double>(1, static_cast<double>(outcome_.best.distinct));
-    return static_cast<double>(drawn) >= std::clamp(model_.floor / inliers, kMin, kMax);
+    return static_cast<double>(drawn) >= std::clamp(model_.floor / (inliers * inliers), kMin, kMax);
   }
 
   /// Returns the number of matches that count, and prepares the count if every point counts once.

@@ -248,6 +248,8 @@ inline std::string cameraFault(const Camera& camera, const cv::Point2d& pixel, c
   for (const double value : ray.jacobian.val) {
     if (std::isfinite(value) != exists) return "the Jacobian does not fit the ray";
   }
+  if (exists && !(std::isfinite(pixel.x) && std::isfinite(pixel.y)))
+    return "a pixel that is not finite has a ray";
   if (exists && !(std::abs(ray.direction.dot(ray.direction) - 1) < 1e-9))
     return "a ray is not of unit length";
   if (project(camera, point, image) && !(std::isfinite(image.x) && std::isfinite(image.y))) {

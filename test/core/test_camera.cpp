@@ -69,6 +69,22 @@ TEST(Camera, KnownRaysOfPanoramas) {
   EXPECT_FALSE(unproject(camera, {5, 1024}, ray)) << "beyond the other pole";
 }
 
+// The kernels have their own sine and cosine.
+TEST(Camera, RaysOfPanoramasAreExactToTheLastDigits) {
+  Random random(4);
+  for (int i = 0; i < 10000; ++i) {
+    const double x = random.uniform() * 2048 - 0.5;
+    const double y = random.uniform() * 1024 - 0.5;
+    const double longitude = 2 * CV_PI * ((x + 0.5) / 2048 - 0.5),
+                 latitude = CV_PI * ((y + 0.5) / 1024 - 0.5);
+    const cv::Vec3d expected(std::cos(latitude) * std::sin(longitude), std::sin(latitude),
+                             std::cos(latitude) * std::cos(longitude));
+    Ray ray;
+    ASSERT_TRUE(unproject(panoramaCamera(), {x, y}, ray));
+    for (int k = 0; k < 3; ++k) ASSERT_NEAR(ray.direction[k], expected[k], 4e-16) << x << " " << y;
+  }
+}
+
 TEST(Camera, ProjectionsOfAPlainPinhole) {
   cv::Point2d pixel;
   ASSERT_TRUE(project(plainCamera(), {0.3, -0.2, 2}, pixel));
@@ -82,7 +98,7 @@ TEST(Camera, ProjectionUndoesUnprojection) {
   for (const auto& [name, camera] : allCameras()) {
     Random random(1);
     double largest = 0;
-    for (int i = 0; i < 100000; ++i) {
+    for (int i = 0; i < (kSanitized ? 10000 : 100000); ++i) {
       const double x = random.uniform() * camera.size.width - 0.5;
       const double y = random.uniform() * camera.size.height - 0.5;
       Ray ray;
@@ -140,6 +156,21 @@ TEST(Camera, TheBranchBehindTheTurningPointIsNotTaken) {
   EXPECT_TRUE(unproject(camera, {0.583, 0}, ray));
   for (const double x : {0.59, 1.0, 3.0, 9.0, 100.0}) EXPECT_FALSE(unproject(camera, {x, 0}, ray)) << x;
   EXPECT_FALSE(project(camera, {3, 0, 1}, pixel));
+}
+
+// r (1 + 0.3 r^2 - 0.1 r^4) is largest at r = 1.605: 1.780. So the images of some points lie farther out than
+// the turning point.
+TEST(Camera, AnImageFartherOutThanTheTurningPointHasARay) {
+  const Camera camera = pinholeWith({0.3, -0.1});
+  for (const double x : {1.5, 1.61, 1.7, 1.77}) {
+    Ray ray;
+    ASSERT_TRUE(unproject(camera, {0, x}, ray)) << x;
+    const double r = ray.direction[1] / ray.direction[2], s = r * r;
+    EXPECT_LT(r, 1.605);
+    EXPECT_NEAR(r * (1 + 0.3 * s - 0.1 * s * s), x, 1e-11);
+  }
+  Ray ray;
+  EXPECT_FALSE(unproject(camera, {0, 1.79}, ray));
 }
 
 // 1 / (1 - r^2) has a pole at r = 1.

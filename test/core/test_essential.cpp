@@ -184,10 +184,11 @@ TEST(Essential, ChoosesTheTruePose) {
 TEST(Essential, ChoosesNoPoseWithoutAgreementOrWithoutDepth) {
   Random random(6);
   const Pose truth = randomPose(random);
-  const RayMatches matches = generated(pinhole(), truth, 1.2, 0, 100, random);
+  const RayMatches matches = generated(pinhole(), truth, 1.2, 1, 100, random);
   Pose pose;
-  EXPECT_FALSE(choosePose(essentialOf(truth), matches, -1, pose));
-  // Half of the points swap sides when the right rays of every other match are turned round.
+  EXPECT_FALSE(choosePose(essentialOf(truth), matches, 1e-9, pose));
+  EXPECT_TRUE(choosePose(essentialOf(truth), matches, 3, pose));
+  // A third of the points each lies in front of both cameras, of one of them, and of none.
   RayMatches mixed = matches;
   for (std::size_t k = 0; k < 3; ++k) {
     for (std::size_t i = 0; i < 100; ++i) {
@@ -195,7 +196,7 @@ TEST(Essential, ChoosesNoPoseWithoutAgreementOrWithoutDepth) {
       if (i % 3 == 2) mixed.left.column[k][i] *= -1;
     }
   }
-  EXPECT_FALSE(choosePose(essentialOf(truth), mixed, 1, pose));
+  EXPECT_FALSE(choosePose(essentialOf(truth), mixed, 3, pose));
 }
 
 TEST(Essential, SameBitsAtEveryLevel) {

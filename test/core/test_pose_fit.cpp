@@ -176,12 +176,10 @@ TEST(PoseFit, SumsAreThoseOfTheirParts) {
 TEST(PoseFit, LeastSquaresOfTheExample) {
   Pose pose = examplePose();
   EXPECT_NEAR(fitPose(exampleMatches(1), kInfinity, 50, pose), 0.591696997919, 2e-12);
-  // Steps that hardly lower the loss end a fit, but still move the pose in its ninth digit.
-  for (int k = 0; k < 30; ++k) fitPose(exampleMatches(1), kInfinity, 50, pose);
   const cv::Matx33d rotation(0.980784962760, -0.058516765996, -0.186109228468, 0.039908135400, 0.993962043262,
                              -0.102209575305, 0.190966482799, 0.092818342220, 0.977198320606);
-  EXPECT_LT(cv::norm(pose.rotation - rotation), 1e-9);
-  EXPECT_LT(cv::norm(pose.translation - cv::Vec3d(0.867152339670, 0.448722702822, -0.216089693826)), 1e-9);
+  EXPECT_LT(cv::norm(pose.rotation - rotation), 1e-7);
+  EXPECT_LT(cv::norm(pose.translation - cv::Vec3d(0.867152339670, 0.448722702822, -0.216089693826)), 1e-7);
 }
 
 TEST(PoseFit, FindsTheExactPose) {
@@ -262,7 +260,7 @@ TEST(PoseFit, CovarianceNeedsMoreMatchesThanParameters) {
 /// Squared errors in units of the covariance have the mean 5, and 95 % are below 11.07, the quantile of the
 /// chi-squared distribution.
 TEST(PoseFit, CovarianceHolds) {
-  constexpr int kScenes = 400;
+  constexpr int kScenes = 1200;
   Random random(11);
   double sum = 0;
   int inside = 0;
