@@ -11,6 +11,9 @@ Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 
     selector_names, selector_groups, selector_presets   what there is to choose from
     options, Option                    options of selectors, features and matching, with ranges and meanings
     Matches                            putative matches with all their columns
+    Camera                             a calibrated camera: pinhole, fisheye or panorama, to rays and back
+    relative_pose, RelativePose        how a calibrated camera has moved between two images, with a covariance
+    PoseResult, Pose                   what Selection.pose of a calibrated selector holds
     match, match_features              putative matches of two images, or of their features
     extract, Extractor, Features       keypoints, affine frames and descriptors
     extractor_names, detector_names, descriptor_names, missing_algorithms
@@ -29,11 +32,14 @@ import importlib.util as _importlib_util
 #: Public names by the module that defines them, and the module in C++ that this one needs.
 _HOMES = {
     ("_options", "_core"): ("Option", "options"),
+    ("camera", "_core"): ("Camera",),
+    ("pose", "_core"): ("Pose", "PoseResult", "RelativePose"),
     ("selectors", "_core"): (
         "Matches",
         "Selection",
         "Selector",
         "add_probability",
+        "relative_pose",
         "select",
         "selector_groups",
         "selector_names",

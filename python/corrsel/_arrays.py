@@ -23,6 +23,29 @@ def floats(name, values, shape, meaning, rows=None, dtype=np.float32):
         return np.require(array, dtype, "A")
 
 
+def reals(name, values, shape, meaning=""):
+    """Return an array of real numbers, also given as integers, as float64: a copy of its own.
+
+    `shape` and `meaning` are those of floats(). Raises TypeError for elements that are no numbers, ValueError for
+    another shape.
+    """
+    array = np.asarray(values)
+    if array.size == 0:
+        array = array.astype(np.float64)
+    if array.dtype.kind not in "fiu":
+        raise TypeError("%s has dtype %s; needed: real numbers" % (name, array.dtype))
+    _check_shape(name, array, shape, meaning)
+    return np.array(array, np.float64, order="C")
+
+
+def matrix(name, values):
+    """Return a 3 x 3 matrix of finite numbers as float64. Raises TypeError or ValueError for anything else."""
+    array = reals(name, values, (3, 3))
+    if not np.isfinite(array).all():
+        raise ValueError("%s holds a number that is not finite" % name)
+    return array
+
+
 def numbers(name, values, meaning, rows=None):
     """Return a one-dimensional array of whole numbers as uint32.
 
@@ -130,14 +153,14 @@ def threads(value):
     return int(value)
 
 
-def _check_shape(name, array, shape, meaning, rows):
-    expected = "(%s)" % ", ".join("N" if length is None else str(length) for length in shape)
-    if len(shape) == 1:
-        expected = "(N,)"
+def _check_shape(name, array, shape, meaning, rows=None):
+    lengths = ", ".join("N" if length is None else str(length) for length in shape)
+    expected = "(%s,)" % lengths if len(shape) == 1 else "(%s)" % lengths
     fits = array.ndim == len(shape) and all(
         length is None or length == actual for length, actual in zip(shape, array.shape)
     )
     if not fits:
-        raise ValueError("%s has shape %s; needed: %s, %s" % (name, array.shape, expected, meaning))
+        needed = ", ".join(part for part in (expected, meaning) if part)
+        raise ValueError("%s has shape %s; needed: %s" % (name, array.shape, needed))
     if rows is not None and len(array) != rows:
         raise ValueError("%s has %d rows; needed: %d, %s" % (name, len(array), rows, meaning))

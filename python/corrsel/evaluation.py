@@ -137,9 +137,9 @@ def pose_errors(rotation, translation, true_rotation, true_translation):
     """
     return PoseErrors(
         *_core.pose_errors(
-            _matrix("rotation", rotation),
+            _arrays.matrix("rotation", rotation),
             _translation("translation", translation),
-            _matrix("true_rotation", true_rotation),
+            _arrays.matrix("true_rotation", true_rotation),
             _translation("true_translation", true_translation),
         )
     )
@@ -204,10 +204,10 @@ def epipolar_errors(matches, rotation, translation, left_camera, right_camera):
     """
     return _core.epipolar_errors(
         _require_matches(matches),
-        _matrix("rotation", rotation),
+        _arrays.matrix("rotation", rotation),
         _translation("translation", translation),
-        _matrix("left_camera", left_camera),
-        _matrix("right_camera", right_camera),
+        _arrays.matrix("left_camera", left_camera),
+        _arrays.matrix("right_camera", right_camera),
     )
 
 
@@ -221,8 +221,8 @@ def corner_error(homography, true_homography, left_size):
     argument.
     """
     return _core.corner_error(
-        _matrix("homography", homography),
-        _matrix("true_homography", true_homography),
+        _arrays.matrix("homography", homography),
+        _arrays.matrix("true_homography", true_homography),
         _arrays.size("left_size", left_size),
     )
 
@@ -287,20 +287,8 @@ def _errors(matches, truth):
     elif kind == "disparity":
         value = _arrays.floats(kind, value, (None, None), "height and width of the left image")
     else:
-        value = _matrix(kind, value)
+        value = _arrays.matrix(kind, value)
     return _core.ground_truth_errors(matches, kind, value)
-
-
-def _matrix(name, values):
-    array = np.asarray(values)
-    if array.dtype.kind not in "fiu":
-        raise TypeError("%s has dtype %s; needed: real numbers" % (name, array.dtype))
-    if array.shape != (3, 3):
-        raise ValueError("%s has shape %s; needed: (3, 3)" % (name, array.shape))
-    array = array.astype(np.float64)
-    if not np.isfinite(array).all():
-        raise ValueError("%s holds a number that is not finite" % name)
-    return array
 
 
 def _tolerances(values):

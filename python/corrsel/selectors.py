@@ -3,6 +3,8 @@
 import numpy as np
 
 from . import _arrays, _core, _options
+from .camera import Camera
+from .pose import PoseResult, RelativePose
 
 _COLUMNS = (
     "left",
@@ -14,6 +16,7 @@ _COLUMNS = (
     "left_index",
     "right_index",
 )
+_OF_IMAGES = ("left_size", "right_size", "left_camera", "right_camera")
 
 
 class Matches:
@@ -26,6 +29,7 @@ class Matches:
                       feature's ellipse, px: N x 2 x 3, or None
     left_index, right_index   numbers of the features in their images: N, or None
     left_size, right_size     image sizes (width, height), px, or None where unknown
+    left_camera, right_camera   Camera of each image, or None: calibrated selectors such as "pose" need both
 
     Real numbers are kept as float32 (float64 is converted), feature numbers as uint32. Arrays of those types are not
     copied. `matches[rows]` has the rows that a mask, a slice or an array of row numbers names. Attributes cannot be
@@ -34,7 +38,7 @@ class Matches:
     Raises TypeError for arrays of another dtype and ValueError for another shape or length, naming the argument.
     """
 
-    __slots__ = _COLUMNS + ("left_size", "right_size")
+    __slots__ = _COLUMNS + _OF_IMAGES
 
     def __init__(
         self,
@@ -48,7 +52,9 @@ class Matches:
         left_index=None,
         right_index=None,
         left_size=None,
-        right_size=None
+        right_size=None,
+        left_camera=None,
+        right_camera=None
     ):
         point, one = "one row (x, y) per match", "one element per match"
         frame = "one frame [[a11, a12, x], [a21, a22, y]] per match"
@@ -72,12 +78,19 @@ class Matches:
             ("right_index", index("right_index", right_index)),
             ("left_size", _arrays.size("left_size", left_size)),
             ("right_size", _arrays.size("right_size", right_size)),
+            ("left_camera", _camera("left_camera", left_camera)),
+            ("right_camera", _camera("right_camera", right_camera)),
         ):
             object.__setattr__(self, name, value)
 
     def select(self, selector, **options):
         """Return the Selection of a selector, e.g. matches.select("gms", alpha=6). See corrsel.select()."""
         return Selector(selector, **options).select(self)
+
+    def with_cameras(self, left_camera, right_camera):
+        """Return the same matches, whose arrays are shared, with the Camera of each image, e.g. for select("pose")."""
+        values = {name: getattr(self, name) for name in self.__slots__}
+        return Matches(**dict(values, left_camera=left_camera, right_camera=right_camera))
 
     def __setattr__(self, name, value):
         raise AttributeError("attributes of Matches cannot be replaced; make new Matches")
@@ -92,21 +105,21 @@ class Matches:
                 rows = rows.astype(np.intp)
             if rows.ndim != 1:
                 raise TypeError("matches[...] needs a slice, a mask or an array of row numbers")
-        columns = {name: getattr(self, name) for name in _COLUMNS}
-        return Matches(
-            left_size=self.left_size,
-            right_size=self.right_size,
-            **{name: None if column is None else column[rows] for name, column in columns.items()}
-        )
+        values = {name: getattr(self, name) for name in self.__slots__}
+        for name in _COLUMNS:
+            if values[name] is not None:
+                values[name] = values[name][rows]
+        return Matches(**values)
 
     def __reduce__(self):
         return _matches_from, ({name: getattr(self, name) for name in self.__slots__},)
 
     def __repr__(self):
         columns = [name for name in _COLUMNS[2:] if getattr(self, name) is not None]
+        cameras = [name for name in _OF_IMAGES[2:] if getattr(self, name) is not None]
         return "<corrsel.Matches: %d matches with %s, %s and %s>" % (
             len(self),
-            ", ".join(columns) or "positions only",
+            ", ".join(columns + cameras) or "positions only",
             "left_size=%s" % (self.left_size,),
             "right_size=%s" % (self.right_size,),
         )
@@ -114,6 +127,19 @@ class Matches:
 
 def _matches_from(columns):
     return Matches(**columns)
+
+
+def _camera(name, value):
+    return None if value is None else _require_camera(name, value)
+
+
+def _require_camera(name, value):
+    if not isinstance(value, Camera):
+        raise TypeError(
+            "%s is %s; needed: corrsel.Camera, e.g. corrsel.Camera.from_opencv(matrix, distortion)"
+            % (name, type(value).__name__)
+        )
+    return value
 
 
 class Selection:
@@ -124,11 +150,13 @@ class Selection:
     group        per match, number of the model that a selected match belongs to, counted from 0 in the order in which
                  the selector finds them; -1 = not selected, or selected without a model: N, int32. None if the selector
                  finds one model or none. The matches of the second plane of "planes": matches[selection.group == 1]
-    model        left to right, 3 x 3, float64, or None: x' ~ H x of a homography, x'^T F x = 0 of a fundamental matrix
-    model_kind   "none", "homography" or "fundamental"
-    status       "ok"; "too_few", "degenerate", "no_model", "unsupported_input" (a column or an image size is missing)
-                 "too_large", "time_limit" (stopped at max_seconds: the best result so far), "failed" or "uncertain" (the
-                 confidence is below min_confidence; mask and model are there, but should not be relied on)
+    model        left to right, 3 x 3, float64, or None: x' ~ H x of a homography, x'^T F x = 0 of a fundamental matrix;
+                 with the unit rays d of calibrated cameras, d'^T E d = 0 of an essential matrix, d' = R d of a rotation
+    model_kind   "none", "homography", "fundamental", "essential" or "rotation"
+    status       "ok"; "too_few", "degenerate", "no_model", "unsupported_input" (a column, an image size or a camera is
+                 missing), "too_large", "time_limit" (stopped at max_seconds: the best result so far), "failed" or
+                 "uncertain" (the confidence is below min_confidence; mask and model are there, but should not be relied
+                 on)
     scene        what the matches show, as far as the selector finds it out ("auto" does): "unknown"; "nothing" (chance
                  explains all that agrees), "at_rest" (nothing has moved), "plane_or_rotation", "rigid" (with depth) or
                  "several_motions"
@@ -139,6 +167,7 @@ class Selection:
     probability  per match, selected or not, the probability that it is right: N, float32; 0 where nothing was found, and
                  for matches that were ignored. None where nobody has computed it: "auto" does, add_probability() does
                  for the others
+    pose         of calibrated selectors, such as "pose": the PoseResult; None of others, and without a result
     message      one sentence that explains the status; may be empty
     seconds      wall time, s
     iterations   hypotheses, EM steps or passes: the selector's own count
@@ -157,6 +186,7 @@ class Selection:
         "confidence",
         "sigma",
         "probability",
+        "pose",
         "message",
         "seconds",
         "iterations",
@@ -217,7 +247,8 @@ class Selector:
                 "matches is %s; needed: corrsel.Matches, e.g. corrsel.Matches(left, right)"
                 % type(matches).__name__
             )
-        return Selection(**self._selector.select(matches))
+        values = self._selector.select(matches)
+        return Selection(**dict(values, pose=PoseResult.from_core(values["pose"])))
 
     def __repr__(self):
         values = ", ".join(
@@ -239,6 +270,8 @@ def select(
     right_frame=None,
     left_index=None,
     right_index=None,
+    left_camera=None,
+    right_camera=None,
     **options
 ):
     """Decide which of N putative matches are correct. Return a Selection with mask, score, model, status and message.
@@ -250,10 +283,11 @@ def select(
     distance, second_distance   descriptor distances to the nearest and to the second-nearest neighbour: N
     left_frame, right_frame     local affine frames [[a11, a12, x], [a21, a22, y]], px: N x 2 x 3
     left_index, right_index     numbers of the features in their images: N
+    left_camera, right_camera   Camera of each image, which calibrated selectors need
     options           of the selector, by keyword; lambda and global, words of Python, are written lambda_ and global_
 
     Matches with a coordinate that is NaN, infinite or beyond 1e6 px are not selected and do not influence the others.
-    A column that the selector needs and does not get gives the status "unsupported_input".
+    A column or camera that the selector needs and does not get gives the status "unsupported_input".
 
     This is Selector(selector, **options).select(Matches(left, right, ...)). Results are reproducible bit for bit:
     random numbers come from the option seed. Other Python threads run in the meantime.
@@ -275,7 +309,62 @@ def select(
         right_index=right_index,
         left_size=left_size,
         right_size=right_size,
+        left_camera=left_camera,
+        right_camera=right_camera,
     ).select(selector, **options)
+
+
+def relative_pose(
+    left,
+    right,
+    camera_left,
+    camera_right,
+    *,
+    distance=None,
+    second_distance=None,
+    left_frame=None,
+    right_frame=None,
+    left_index=None,
+    right_index=None,
+    left_size=None,
+    right_size=None,
+    **options
+):
+    """Return the RelativePose between two calibrated images, of N putative matches: how the camera has moved, with its
+    covariance, and the mask of the matches that agree.
+
+    left, right    positions in the images as they are, distorted or not, px: N x 2, float32 or float64
+    camera_left, camera_right   Camera of each image
+    distance, second_distance   descriptor distances: N. The search is faster with them, as it tries the best ratios
+                   first. They and the other columns are those of select()
+    options        of the selector "pose", by keyword: threshold, seed, max_seconds...; see options("pose")
+
+    Data never raise an exception: look at motion, and at status. This is
+    Matches(left, right, ...).with_cameras(camera_left, camera_right).select("pose", **options) with its pose and mask.
+
+    Raises TypeError for a camera that is not a Camera and for arrays of another dtype; ValueError for arrays of another
+    shape or length, naming the argument, and for an unknown option or one out of its range.
+    """
+    for name, camera in (("camera_left", camera_left), ("camera_right", camera_right)):
+        _require_camera(name, camera)
+    return RelativePose(
+        select(
+            left,
+            right,
+            "pose",
+            distance=distance,
+            second_distance=second_distance,
+            left_frame=left_frame,
+            right_frame=right_frame,
+            left_index=left_index,
+            right_index=right_index,
+            left_size=left_size,
+            right_size=right_size,
+            left_camera=camera_left,
+            right_camera=camera_right,
+            **options
+        )
+    )
 
 
 def add_probability(matches, selection):

@@ -2,8 +2,11 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <stdexcept>
+#include <string>
 #include <tuple>
+#include <vector>
 
 namespace corrsel::python {
 namespace {
@@ -70,6 +73,32 @@ cv::Size sizeFrom(const py::handle& object) {
   return {size.first, size.second};
 }
 
+cv::Matx33d matrixFrom(const py::handle& object) {
+  const py::array_t<double> array(py::reinterpret_borrow<py::object>(object));
+  const auto elements = array.unchecked<2>();
+  if (elements.shape(0) != 3 || elements.shape(1) != 3) throw std::invalid_argument("a matrix is not 3 x 3");
+  cv::Matx33d result;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) result(row, column) = elements(row, column);
+  }
+  return result;
+}
+
+core::Camera cameraFrom(const py::handle& object) {
+  core::Camera camera;
+  camera.model = core::cameraModelFromString(py::cast<std::string>(object.attr("model")));
+  const py::object matrix = object.attr("matrix"), size = object.attr("size");
+  if (!matrix.is_none()) camera.matrix = matrixFrom(matrix);
+  if (!size.is_none()) camera.size = sizeFrom(size);
+  const std::vector<double> distortion = vectorFrom<double>(object.attr("distortion"));
+  if (distortion.size() > camera.distortion.size()) {
+    throw std::invalid_argument("a camera has " + std::to_string(distortion.size()) + " coefficients");
+  }
+  std::copy(distortion.begin(), distortion.end(), camera.distortion.begin());
+  camera.check();
+  return camera;
+}
+
 core::Correspondences correspondencesFrom(const py::handle& matches) {
   core::Correspondences result;
   std::tie(result.left_x, result.left_y) = coordinates(matches.attr("left"));
@@ -83,6 +112,9 @@ core::Correspondences correspondencesFrom(const py::handle& matches) {
   const py::object left_size = matches.attr("left_size"), right_size = matches.attr("right_size");
   if (!left_size.is_none()) result.left_size = sizeFrom(left_size);
   if (!right_size.is_none()) result.right_size = sizeFrom(right_size);
+  const py::object left_camera = matches.attr("left_camera"), right_camera = matches.attr("right_camera");
+  if (!left_camera.is_none()) result.left_camera = cameraFrom(left_camera);
+  if (!right_camera.is_none()) result.right_camera = cameraFrom(right_camera);
   const std::string inconsistency = result.inconsistency();
   if (!inconsistency.empty()) throw std::invalid_argument(inconsistency);
   return result;

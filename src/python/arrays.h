@@ -3,10 +3,12 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <opencv2/core/matx.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "corrsel/camera.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/options.h"
 
@@ -56,6 +58,20 @@ std::vector<core::AffineFrame> framesFrom(const py::handle& object);
 
 /// From (width, height).
 cv::Size sizeFrom(const py::handle& object);
+
+/// Rows x columns, or one-dimensional where there is one column; float64.
+template <int rows, int columns>
+py::array arrayFrom(const cv::Matx<double, rows, columns>& values) {
+  std::vector<py::ssize_t> shape = {rows};
+  if (columns > 1) shape.push_back(columns);
+  return py::array(py::dtype::of<double>(), shape, values.val);
+}
+
+/// The elements of a 3 x 3 array.
+cv::Matx33d matrixFrom(const py::handle& object);
+
+/// Reads a corrsel.Camera. Throws std::invalid_argument like Camera::check().
+core::Camera cameraFrom(const py::handle& camera);
 
 /// Reads a corrsel.Matches.
 core::Correspondences correspondencesFrom(const py::handle& matches);

@@ -17,34 +17,44 @@
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/evaluation/pose.h"
 #include "corrsel/evaluation/statistics.h"
+#include "corrsel/pose_result.h"
 #include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
 #include "python/arrays.h"
+#include "python/cameras.h"
 
 namespace corrsel::python {
 namespace {
 
-py::array matrix(const cv::Matx33d& values) {
-  py::array_t<double> result({3, 3});
-  auto elements = result.mutable_unchecked<2>();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) elements(row, column) = values(row, column);
-  }
+/// b1 and b2 of translationBasis(), 2 x 3; None where there is no translation.
+py::object basisOf(const cv::Vec3d& translation) {
+  if (translation == cv::Vec3d()) return py::none();
+  cv::Vec3d b1, b2;
+  core::translationBasis(translation, b1, b2);
+  return arrayFrom(cv::Matx23d(b1[0], b1[1], b1[2], b2[0], b2[1], b2[2]));
+}
+
+/// The arguments of corrsel.Pose.
+py::tuple poseTuple(const core::Pose& pose) {
+  return py::make_tuple(arrayFrom(pose.rotation), arrayFrom(pose.translation));
+}
+
+/// Keyword arguments for corrsel.PoseResult.
+py::dict toDict(const core::PoseResult& found) {
+  py::dict result;
+  result["motion"] = core::toString(found.motion);
+  result["rotation"] = arrayFrom(found.pose.rotation);
+  result["translation"] = arrayFrom(found.pose.translation);
+  result["basis"] = basisOf(found.pose.translation);
+  result["covariance"] = arrayFrom(found.covariance);
+  result["uncertain"] = found.uncertain;
+  result["noise"] = found.noise;
+  result["parallax"] = found.parallax;
+  result["second"] = found.second ? py::object(poseTuple(*found.second)) : py::none();
   return result;
 }
 
-cv::Matx33d matrixFrom(const py::handle& object) {
-  const py::array_t<double> array(py::reinterpret_borrow<py::object>(object));
-  const auto elements = array.unchecked<2>();
-  if (elements.shape(0) != 3 || elements.shape(1) != 3) throw std::invalid_argument("a matrix is not 3 x 3");
-  cv::Matx33d result;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) result(row, column) = elements(row, column);
-  }
-  return result;
-}
-
-/// Keyword arguments for corrsel.Selection.
+/// Keyword arguments for corrsel.Selection; those for the PoseResult are a dictionary in it.
 py::dict selectMatches(const core::Selector& selector, const py::object& matches) {
   const core::Correspondences input = correspondencesFrom(matches);
   core::Selection selection;
@@ -60,7 +70,7 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
   const bool grouped = !selection.group.empty();
   result["group"] = grouped ? py::object(arrayFrom(std::move(selection.group))) : py::none();
   const bool modelled = selection.model_kind != core::ModelKind::kNone;
-  result["model"] = modelled ? py::object(matrix(selection.model)) : py::none();
+  result["model"] = modelled ? py::object(arrayFrom(selection.model)) : py::none();
   result["model_kind"] = core::toString(selection.model_kind);
   result["status"] = core::toString(selection.status);
   result["scene"] = core::toString(selection.scene);
@@ -68,6 +78,7 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
   result["sigma"] = selection.sigma;
   const bool rated = !selection.probability.empty();
   result["probability"] = rated ? py::object(arrayFrom(std::move(selection.probability))) : py::none();
+  result["pose"] = selection.pose ? py::object(toDict(*selection.pose)) : py::none();
   result["message"] = selection.message;
   result["seconds"] = selection.seconds;
   result["iterations"] = selection.iterations;
@@ -79,7 +90,8 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
 
 core::ModelKind modelKindFrom(const std::string& text) {
   for (const core::ModelKind kind :
-       {core::ModelKind::kNone, core::ModelKind::kHomography, core::ModelKind::kFundamental}) {
+       {core::ModelKind::kNone, core::ModelKind::kHomography, core::ModelKind::kFundamental,
+        core::ModelKind::kEssential, core::ModelKind::kRotation}) {
     if (core::toString(kind) == text) return kind;
   }
   throw std::invalid_argument("unknown model kind '" + text + "'");
@@ -242,6 +254,7 @@ PYBIND11_MODULE(_core, module) {
     return std::make_tuple(core::mean(values), interval.low, interval.high);
   });
   module.def("threshold_accuracy", &core::thresholdAccuracy);
+  addCameras(module);
   module.attr("FAILED_POSE") = core::kFailedPose;
   module.attr("POSE_THRESHOLDS") = core::kPoseThresholds;
   module.attr("ACCURACY_THRESHOLDS") = core::kAccuracyThresholds;

@@ -27,9 +27,10 @@ class Kernels : public ::testing::Test {
   KernelLevel before_ = kernelLevel();
 };
 
+// Those of points; test_essential_model has that of rays.
 constexpr Residual kEveryResidual[] = {Residual::kTransfer, Residual::kSymmetricTransfer, Residual::kSampson,
                                        Residual::kSmallerTransfer};
-static_assert(sizeof kEveryResidual / sizeof *kEveryResidual == kResiduals);
+static_assert(sizeof kEveryResidual / sizeof *kEveryResidual == kResiduals - 1);
 
 ResidualModel modelOf(Residual residual, const Scene& plane, const Scene& space) {
   ResidualModel model{};

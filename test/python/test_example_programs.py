@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
@@ -59,20 +60,47 @@ class Examples(unittest.TestCase):
         self.assertEqual(code, 2)
         self.assertIn("/nonexistent.png", text)
 
-    def test_camera_pipeline(self):
-        left, right = self.frames()
+    def run_python(self, *command):
+        """Return what an example in Python prints."""
         try:
+            import corrsel  # pylint: disable=import-outside-toplevel,unused-import
             import cv2  # pylint: disable=import-outside-toplevel,unused-import
         except ImportError as error:
-            self.skipTest("%s; python3-opencv is needed" % error)
+            self.skipTest("%s; python3-opencv and the Python package are needed" % error)
         packages = [path.parent.parent for path in self.prefix.glob("lib/**/corrsel/_core.*.so")]
         paths = [str(path) for path in packages] + [os.environ.get("PYTHONPATH", "")]
-        program = [sys.executable, EXAMPLES / "03_camera_pipeline.py", left, right, right]
-        code, text = installed.run(program, PYTHONPATH=os.pathsep.join(paths))
+        code, text = installed.run([sys.executable, *command], PYTHONPATH=os.pathsep.join(paths))
         self.assertEqual(code, 0, text)
+        return text
+
+    def test_camera_pipeline(self):
+        left, right = self.frames()
+        text = self.run_python(EXAMPLES / "03_camera_pipeline.py", left, right, right)
         first, second = text.splitlines()
         self.assertRegex(first, r"^frame 1: \d+ of \d+, ok, plane_or_rotation: decompose the homography")
         self.assertRegex(second, r"^frame 2: (\d+) of \1, ok, at_rest: standing still")
+
+    def test_relative_pose(self):
+        code, text = installed.run([self.build / "04_relative_pose"])
+        self.assertEqual(code, 0, text)
+        self.assertRegex(text, r"^general: \d+ of \d+ matches, noise 0\.\d+ px\n")
+        rotation = re.search(r"\[(.*?);\n(.*?);\n(.*?)\]", text, re.S).groups()
+        self.assertAlmostEqual(float(rotation[0].split(",")[2]), 0.1045, delta=0.005)
+        translation = re.search(r"translation \[(.*?)\]", text).group(1).split(",")
+        for found, true in zip(translation, (-0.9945, 0, 0.1045)):
+            self.assertAlmostEqual(float(found), true, delta=0.02)
+        deviations = [float(word) for word in re.search(r"deviations (.*) degrees", text).group(1).split()]
+        self.assertEqual(len(deviations), 5)
+        self.assertTrue(all(0.001 < deviation < 0.5 for deviation in deviations), text)
+
+    def test_epipolar_fisheye(self):
+        picture = self.work / "curves.png"
+        text = self.run_python(EXAMPLES / "05_epipolar_fisheye.py", picture)
+        self.assertRegex(text, r"^general: \d\d\d+ of \d+ matches, noise 0\.\d+ px\n")
+        wrong = re.search(r"rotation wrong by ([\d.]+), direction by ([\d.]+) degrees", text).groups()
+        self.assertLess(max(map(float, wrong)), 1, text)
+        self.assertLess(float(re.search(r"to their curves: ([\d.]+) px", text).group(1)), 0.5, text)
+        self.assertGreater(picture.stat().st_size, 100000)
 
 
 if __name__ == "__main__":

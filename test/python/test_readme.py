@@ -84,16 +84,20 @@ class Readme(unittest.TestCase):
         text = (ROOT / "docs" / "python.md").read_text("utf-8")
         programs = [block for language, block in blocks(text) if language == "python"]
         outputs = [self.run_python(program) for program in programs]
-        self.assertEqual(len(outputs), 6)
+        self.assertEqual(len(outputs), 7)
         self.assertRegex(outputs[0], r"^\d+ of \d+ matches; a plane .* model: \[\[")
         self.assertRegex(outputs[1], r"^\d+ of \d+ matches are likely to be right; noise \d\.\d+ px\n$")
         self.assertRegex(outputs[2], r"^plane 0 has \d+ matches around \[")
         self.assertRegex(outputs[3], r"^<corrsel.Selection: ok, .* model homography")
         self.assertRegex(
-            outputs[4], r"^auto +P 1.000 R 1.000 F 1.000\nlpm +P [01].*\nransac +P 1.000 R 1.000 F 1.000\n$"
+            outputs[4],
+            r"^3\d\d of 500 matches, wrong by 0\.\d\d degrees\nstandard deviations, degrees: \[0\.",
         )
         self.assertRegex(
-            outputs[5], r"^AUC at 5, 10, 20 degrees \[0\.314\d* +0\.323\d* +0\.328\d*\] mAA 0\.333\d*\n$"
+            outputs[5], r"^auto +P 1.000 R 1.000 F 1.000\nlpm +P [01].*\nransac +P 1.000 R 1.000 F 1.000\n$"
+        )
+        self.assertRegex(
+            outputs[6], r"^AUC at 5, 10, 20 degrees \[0\.314\d* +0\.323\d* +0\.328\d*\] mAA 0\.333\d*\n$"
         )
 
 

@@ -447,7 +447,7 @@ class Options(unittest.TestCase):
         model = next(option for option in corrsel.options("usac") if option.name == "model")
         self.assertEqual(
             (model.value, model.unit, list(model.choices)),
-            ("homography", "-", ["homography", "fundamental"]),
+            ("homography", "-", ["homography", "fundamental", "essential"]),
         )
         self.assertTrue(all(model.choices.values()))
 
