@@ -18,14 +18,14 @@ constexpr std::size_t kMinRepaired = 10000;  // re-paired matches that are drawn
 constexpr double kMinChance = 1e-3;
 constexpr int kPoseParameters = 5, kRotationParameters = 3, kHomographyParameters = 8;
 constexpr double kRotationWidth = 1.5, kFarWidth = 3, kNearWidth = 2.5;  // of the unit
-constexpr double kRotationDecades = 8, kPoseDecades = 9, kFarDecades = 9;
+constexpr double kRotationDecades = 8, kPoseDecades = 9, kFarDecades = 12;
 constexpr double kMinRatio = 1.3, kMinDeviations = 5;
 constexpr double kNoiseCut = 5;  // of the threshold: larger errors do not count for the noise
 constexpr double kUnitPerNoise = 4 / 3.;
 constexpr double kMinVariance = 1e-4;  // px^2, what rounding leaves
 constexpr double kRestDisplacement = 0.3;
-constexpr double kRestSquares = 36;  // of three components in units of their variance
-constexpr double kMinInFront = 0.95;
+constexpr double kRestSquares = 36;      // of three components in units of their variance
+constexpr double kMinInFront = 0.95;     // of the matches that the other pose of a plane has in front
 constexpr std::size_t kMaxFitted = 512;  // matches to which planes and their poses are fitted
 constexpr double kMinExtent = 3;         // of the threshold: matches within it are one place
 
@@ -103,6 +103,7 @@ Verdict MotionVerdict::decide(const VerdictInput& input) {
     decidePlane(input, verdict);
     verdict.parallax = parallax(verdict.pose.rotation, posed_);
   } else if (rotates) {
+    if (rotated_.size() < kMinMatches) rotated_ = near_rotation_;
     const bool rests = isAtRest(input, rotation);
     verdict.motion = rests ? Motion::kRest : Motion::kRotation;
     if (!rests) verdict.rotation = rotation;
