@@ -10,7 +10,6 @@
 
 #include "corrsel/RelativePose.h"
 #include "corrsel/ros/cameras.h"
-#include "corrsel/ros/pose.h"
 #include "fixed_pose_selector.h"
 #include "live_fixture.h"
 
@@ -204,24 +203,6 @@ TEST_F(LivePose, PosesGoOutWithTheSelections) {
     std::this_thread::sleep_for(20ms);
     return diagnostics_->of(selector(), "processing").values["pose"] == "not estimated";
   })) << diagnostics_->text();
-}
-
-TEST_F(LivePose, ThePoseOfOneViewIsRest) {
-  left_info_.publish(cameraInfoOf(300));
-  right_info_.publish(cameraInfoOf(300));
-  start();
-  testing::configure(selector(), {{"selector", "pose"}});
-  Inbox<RelativePose> relative(nh_, "relative_pose");
-  Inbox<geometry_msgs::PoseWithCovarianceStamped> poses(nh_, "pose");
-  ros::Time stamp;
-  ASSERT_TRUE(waitFor([&] {
-    stamp = nextStamp();
-    send(stamp, good_, good_);
-    return waitFor([&] { return relative.has(stamp) && poses.has(stamp); }, 500ms);
-  }));
-  EXPECT_EQ(relative.wait(stamp)->motion, RelativePose::MOTION_REST);
-  EXPECT_EQ(poses.wait(stamp)->pose.pose.orientation.w, 1);
-  EXPECT_EQ(poses.wait(stamp)->pose.covariance[0], kUnknownVariance);
 }
 
 }  // namespace
