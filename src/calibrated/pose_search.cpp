@@ -28,7 +28,7 @@ constexpr int kEssentialParameters = 5, kRotationParameters = 3;
 /// Covariance of a rotation (first three rows and columns) from the matches that agree with it.
 cv::Matx<double, 5, 5> rotationCovariance(const cv::Matx33d& rotation, const RayMatches& matches,
                                           double threshold, double& noise) {
-  PoseResult undefined;
+  PoseResult undefined;  // whose covariance is NaN
   cv::Matx33d information = cv::Matx33d::zeros();
   double squares = 0;
   std::size_t count = 0;
@@ -38,7 +38,7 @@ cv::Matx<double, 5, 5> rotationCovariance(const cv::Matx33d& rotation, const Ray
     const double left = matches.left.pixelAngle(i), right = matches.right.pixelAngle(i);
     const cv::Vec3d d = rotation * matches.left.direction(i);
     information += (cv::Matx33d::eye() - d * d.t()) * (1 / (left * left + right * right));
-    squares += squared / 2;
+    squares += squared;
     ++count;
   }
   const double freedom = 2.0 * static_cast<double>(count) - kRotationParameters;
@@ -184,15 +184,16 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   const bool posed = outcome.best.exists() && outcome.best.inliers >= kMinAgreeing &&
                      choosePose(outcome.best.model, set_, parameters.threshold, pose);
   const bool refined = posed && refine(matches, parameters, pose);
-  const Verdict verdict =
-      verdict_.decide({set_, input_.matches.rays, input_.best_first, refined ? &pose : nullptr,
-                       parameters.threshold, parameters.search.seed});
+  Verdict verdict = verdict_.decide({set_, input_.matches.rays, input_.best_first, refined ? &pose : nullptr,
+                                     parameters.threshold, parameters.search.seed});
   if (verdict.motion == Motion::kNone) {
     fail(result, posed && !refined ? Status::kDegenerate : Status::kNoModel,
          posed && !refined ? "the matches do not determine a pose"
                            : "no motion of the camera explains more matches than chance");
     return std::nullopt;
   }
+  // The other pose of the plane may fit better than the one that was refined.
+  if (verdict.motion == Motion::kPlanar) refine(matches, parameters, verdict.pose);
   PoseResult found;
   describe(parameters, verdict, found);
   return found;
