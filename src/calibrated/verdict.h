@@ -7,6 +7,7 @@
 
 #include "calibrated/plane_poses.h"
 #include "calibrated/rotation_search.h"
+#include "corrsel/pose_prior.h"
 #include "corrsel/pose_result.h"
 #include "geometry/normalization.h"
 #include "geometry/rays.h"
@@ -21,11 +22,13 @@ struct VerdictInput {
   const Pose* pose;  ///< the refined pose of the essential matrix; nullptr if none was found
   double threshold;  ///< px
   std::uint64_t seed;
+  std::optional<PosePrior> prior = std::nullopt;  ///< not of a rig, whose motion is known
 };
 
 struct Verdict {
   Motion motion = Motion::kNone;
-  cv::Matx33d rotation = cv::Matx33d::eye();  ///< the best rotation; identity at rest
+  /// The best rotation; identity at rest. With a prior, one that satisfies it.
+  cv::Matx33d rotation = cv::Matx33d::eye();
   double parallax = 0;         ///< root mean square displacement that the rotation does not explain, px
   Pose pose;                   ///< kPlanar: the better-fitting pose; kGeneral: that of the input
   std::optional<Pose> second;  ///< kPlanar: the other pose, unless the matches exclude it
@@ -62,6 +65,9 @@ struct Verdict {
 /// (95 %), the one with the smaller loss on these. The other pose is reported, too, if its loss is below
 /// 1 + 3 / sqrt(n) times that. They are fitted to 512 matches at most.
 ///
+/// With a prior, R is the rotation nearest to the best one that satisfies it, E has fewer than five
+/// parameters, and the pose of a plane is the only one, as the other one contradicts the prior in general.
+///
 /// Cost: O(N), 0.14 to 0.22 ms for 2000 matches, before a plane up to 0.29 ms. The memory is kept. Nothing
 /// depends on the order of the input, if the matches are in random order.
 ///
@@ -93,6 +99,7 @@ class MotionVerdict {
   std::vector<std::uint32_t> near_rotation_;                   // within 3 units
   std::vector<std::uint32_t> near_;                            // of the matches near both models
   std::vector<double> wide_errors_;
+  int parameters_ = 0;                            // of the pose
   double pose_chance_ = 1, rotation_chance_ = 1;  // share of re-paired matches that agree
   double near_rotation_chance_ = 1;
   double near_chance_ = 1;  // the latter, estimated, without a floor
