@@ -21,8 +21,9 @@ constexpr std::size_t kMinAgreeing = 8;  // five matches always agree with thems
 constexpr double kMaxChance = 0.02;      // share of chance agreements up to which the covariance holds
 constexpr double kChanceWithoutSupport = 0.001;  // share above which local support is asked for
 constexpr std::size_t kMinSupported = 20;
-constexpr double kNoiseCut = 2.5;       // times the threshold: larger residuals do not count for the noise
-constexpr double kRotationWidth = 1.5;  // of the threshold
+constexpr std::size_t kFewAgreeing = 250;  // below it, a second search begins with local support
+constexpr double kNoiseCut = 2.5;          // times the threshold: larger residuals do not count for the noise
+constexpr double kRotationWidth = 1.5;     // of the threshold
 
 /// The model by which samples are solved: that of the prior, which is not of a rig.
 const Model& modelFor(const std::optional<PosePrior>& prior, Workspace& workspace) {
@@ -52,7 +53,7 @@ cv::Matx33d inverseOf(const cv::Matx33d& information, const PoseFreedom& freedom
 /// Covariance of a rotation (first three rows and columns) from the matches that agree with it.
 cv::Matx<double, 5, 5> rotationCovariance(const cv::Matx33d& rotation, const RayMatches& matches,
                                           const PoseFreedom& pose_freedom, double threshold, double& noise) {
-  PoseResult undefined;
+  PoseResult undefined;  // whose covariance is NaN
   cv::Matx33d information = cv::Matx33d::zeros();
   double squares = 0;
   std::size_t count = 0;
@@ -62,7 +63,7 @@ cv::Matx<double, 5, 5> rotationCovariance(const cv::Matx33d& rotation, const Ray
     const double left = matches.left.pixelAngle(i), right = matches.right.pixelAngle(i);
     const cv::Vec3d d = rotation * matches.left.direction(i);
     information += (cv::Matx33d::eye() - d * d.t()) * (1 / (left * left + right * right));
-    squares += squared / 2;
+    squares += squared;
     ++count;
   }
   const int parameters = pose_freedom.size - PoseFreedom::translation().size;
@@ -104,7 +105,7 @@ bool PoseSearch::refine(const Correspondences& matches, const PoseParameters& pa
   };
   if (!again()) return false;
   if (parameters.covariance && chanceShare() > kChanceWithoutSupport &&
-      findSupport(matches, parameters.supported)) {
+      isSupported(supported(matches, parameters.supported))) {
     candidates = &candidates_;
     if (!again()) return false;
   }
@@ -126,20 +127,51 @@ double PoseSearch::chanceShare() const {
 }
 
 /// Finds out which matches of the search set have local support.
-/// @return whether enough of the agreeing ones have it
-bool PoseSearch::findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known) {
+const std::vector<std::uint8_t>& PoseSearch::supported(const Correspondences& matches,
+                                                       const std::vector<std::uint8_t>* known) {
+  if (support_known_) return candidates_;
+  support_known_ = true;
   if (known != nullptr) {
     gather(*known, search_set_.rows(), candidates_);
-  } else {
-    gather(matches, search_set_.rows(), supported_);
-    order_.resize(set_.size());
-    std::iota(order_.begin(), order_.end(), 0U);
-    support_.compute(supported_, input_.best_first != nullptr ? *input_.best_first : order_);
-    candidates_ = support_.extended();
+    return candidates_;
   }
+  gather(matches, search_set_.rows(), supported_);
+  support_.compute(supported_, order());
+  candidates_ = support_.extended();
+  return candidates_;
+}
+
+/// The search set by quality; where that is unknown, in random order.
+std::vector<std::uint32_t> PoseSearch::order() const {
+  if (input_.best_first != nullptr) return *input_.best_first;
+  std::vector<std::uint32_t> result(set_.size());
+  std::iota(result.begin(), result.end(), 0U);
+  return result;
+}
+
+/// Whether enough of the agreeing matches have local support.
+bool PoseSearch::isSupported(const std::vector<std::uint8_t>& supported) const {
   std::size_t count = 0;
-  for (const std::uint32_t i : refinement_.agreeing()) count += candidates_[i];
+  for (const std::uint32_t i : refinement_.agreeing()) count += supported[i];
   return count >= kMinSupported;
+}
+
+/// Searches by quality. Where few matches agree, a second search begins with those that have local support,
+/// and the better model remains.
+SearchOutcome PoseSearch::search(const Correspondences& matches, const PoseParameters& parameters,
+                                 const SearchParts& parts, const Deadline& deadline, Workspace& workspace) {
+  SearchOutcome first =
+      core::search(input_.matches, parts, parameters.search, input_.best_first, deadline, workspace);
+  if (!parameters.covariance || first.timed_out || first.best.inliers >= kFewAgreeing) return first;
+  const std::vector<std::uint8_t>& supports = supported(matches, parameters.supported);
+  std::vector<std::uint32_t> by_support = order();
+  std::stable_partition(by_support.begin(), by_support.end(),
+                        [&](std::uint32_t i) { return supports[i] != 0; });
+  SearchOutcome second =
+      core::search(input_.matches, parts, parameters.search, &by_support, deadline, workspace);
+  second.iterations += first.iterations;
+  if (first.best.cost <= second.best.cost) second.best = first.best;
+  return second;
 }
 
 /// Fills the answer by the verdict.
@@ -192,23 +224,24 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   gatherRays(input_.rays(), set, set_);
   freedom_ = freedomOf(parameters.prior);
   if (model == nullptr) return judgeRig(matches, parameters);
-  SearchOutcome outcome =
-      search(input_.matches, {*model, proposal}, parameters.search, input_.best_first, deadline, workspace);
+  support_known_ = false;
+  const SearchOutcome outcome = search(matches, parameters, {*model, proposal}, deadline, workspace);
   result.iterations = outcome.iterations;
   if (outcome.timed_out) reportEnd(outcome, parameters.max_seconds, result);
   Pose pose;
   const bool posed = outcome.best.exists() && outcome.best.inliers >= kMinAgreeing &&
                      choosePose(outcome.best.model, set_, parameters.threshold, pose, parameters.prior);
   const bool refined = posed && refine(matches, parameters, pose);
-  const Verdict verdict =
-      verdict_.decide({set_, input_.matches.rays, input_.best_first, refined ? &pose : nullptr,
-                       parameters.threshold, parameters.search.seed, parameters.prior});
+  Verdict verdict = verdict_.decide({set_, input_.matches.rays, input_.best_first, refined ? &pose : nullptr,
+                                     parameters.threshold, parameters.search.seed, parameters.prior});
   if (verdict.motion == Motion::kNone) {
     fail(result, posed && !refined ? Status::kDegenerate : Status::kNoModel,
          posed && !refined ? "the matches do not determine a pose"
                            : "no motion of the camera explains more matches than chance");
     return std::nullopt;
   }
+  // The other pose of the plane may fit better than the one that was refined.
+  if (verdict.motion == Motion::kPlanar) refine(matches, parameters, verdict.pose);
   PoseResult found;
   describe(parameters, verdict, found);
   return found;

@@ -50,7 +50,12 @@ class PoseSearch {
  private:
   PoseResult judgeRig(const Correspondences& matches, const PoseParameters& parameters);
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
-  bool findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known);
+  SearchOutcome search(const Correspondences& matches, const PoseParameters& parameters,
+                       const SearchParts& parts, const Deadline& deadline, Workspace& workspace);
+  const std::vector<std::uint8_t>& supported(const Correspondences& matches,
+                                             const std::vector<std::uint8_t>* known);
+  std::vector<std::uint32_t> order() const;
+  bool isSupported(const std::vector<std::uint8_t>& supported) const;
   double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
@@ -62,8 +67,8 @@ class PoseSearch {
   MotionVerdict verdict_;
   RayMatches set_;             // the rays of the search set
   Correspondences supported_;  // the search set, for the local support
-  std::vector<std::uint32_t> order_;
   LocalSupport support_;
+  bool support_known_ = false;
   std::vector<std::uint8_t> candidates_;  // per match of the search set: whether it has local support
   PoseFreedom freedom_;                   // of the pose under the prior
   double fitted_threshold_ = 0;           // of the last refinement, px

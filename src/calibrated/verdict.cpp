@@ -19,15 +19,16 @@ constexpr std::size_t kMinRepaired = 10000;  // re-paired matches that are drawn
 constexpr double kMinChance = 1e-3;
 constexpr int kPoseParameters = 5, kRotationParameters = 3, kHomographyParameters = 8;
 constexpr double kRotationWidth = 1.5, kFarWidth = 3, kNearWidth = 2.5;  // of the unit
-constexpr double kRotationDecades = 8, kPoseDecades = 9, kFarDecades = 9;
+constexpr double kRotationDecades = 8, kPoseDecades = 9, kFarDecades = 12;
 constexpr double kMinRatio = 1.3, kMinDeviations = 5;
 constexpr double kNoiseCut = 5;  // of the threshold: larger errors do not count for the noise
 constexpr double kUnitPerNoise = 4 / 3.;
 constexpr double kMinVariance = 1e-4;  // px^2, what rounding leaves
 constexpr double kRestDisplacement = 0.3;
-constexpr double kRestSquares = 36;  // of three components in units of their variance
-constexpr double kMinInFront = 0.95;
-constexpr double kMinExtent = 3;  // of the threshold: matches within it are one place
+constexpr double kRestSquares = 36;      // of three components in units of their variance
+constexpr double kMinInFront = 0.95;     // of the matches that the other pose of a plane has in front
+constexpr std::size_t kMaxFitted = 512;  // matches to which planes and their poses are fitted
+constexpr double kMinExtent = 3;         // of the threshold: matches within it are one place
 
 double squared(double value) { return value * value; }
 
@@ -104,6 +105,7 @@ Verdict MotionVerdict::decide(const VerdictInput& input) {
     decidePlane(input, verdict);
     verdict.parallax = parallax(verdict.pose.rotation, posed_);
   } else if (rotates) {
+    if (rotated_.size() < kMinMatches) rotated_ = near_rotation_;
     const bool rests = isAtRest(input, rotation);
     verdict.motion = rests ? Motion::kRest : Motion::kRotation;
     if (!rests || input.prior) verdict.rotation = rotation;
@@ -254,15 +256,18 @@ double MotionVerdict::parallax(const cv::Matx33d& rotation, const std::vector<st
 /// Makes a general motion a planar one where the matches show no depth.
 void MotionVerdict::decidePlane(const VerdictInput& input, Verdict& verdict) {
   cv::Vec3d normal;
-  if (!plane_.find(verdict.pose, transfer_, posed_, input.threshold, input.seed, normal)) return;
+  rows_.assign(posed_.begin(),
+               posed_.begin() + static_cast<std::ptrdiff_t>(std::min(posed_.size(), kMaxFitted)));
+  if (!plane_.find(verdict.pose, transfer_, rows_, unit_, input.seed, normal)) return;
   errors_.resize(transfer_.size());
   transfer_.homographyErrors(homographyOf(verdict.pose, normal), errors_.data());
   if (translates(errors_, kHomographyParameters)) return;
   verdict.motion = Motion::kPlanar;
   if (input.prior) return;
   collect(errors_, squared(kFarWidth * unit_), rows_);
+  if (rows_.size() > kMaxFitted) rows_.resize(kMaxFitted);
   gatherRays(input.matches, rows_, fitted_);
-  const std::optional<Pose> other = otherPoseOfPlane(verdict.pose, normal, fitted_, input.threshold);
+  const std::optional<Pose> other = otherPoseOfPlane(verdict.pose, normal, fitted_, unit_);
   if (other) choosePose(*other, verdict);
 }
 
