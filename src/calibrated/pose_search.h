@@ -59,7 +59,7 @@ class PoseSearch {
   double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
-  double parallax(const cv::Matx33d& rotation) const;
+  double parallax(const Pose& pose, double threshold) const;
 
   SearchSet search_set_;
   SearchInput input_;
