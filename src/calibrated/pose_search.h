@@ -48,7 +48,7 @@ class PoseSearch {
   const RayMatches& rays() const { return input_.rays(); }
 
  private:
-  PoseResult judgeRig(const Correspondences& matches, const PoseParameters& parameters);
+  PoseResult judgeRig(const PoseParameters& parameters);
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
   SearchOutcome search(const Correspondences& matches, const PoseParameters& parameters,
                        const SearchParts& parts, const Deadline& deadline, Workspace& workspace);

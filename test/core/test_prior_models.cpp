@@ -10,7 +10,6 @@
 #include "corrsel/pose_prior.h"
 #include "corrsel/random.h"
 #include "corrsel/selectors/pose.h"
-#include "corrsel/workspace.h"
 #include "geometry/essential.h"
 #include "geometry/known_motion.h"
 #include "geometry/rays.h"
@@ -278,22 +277,6 @@ TEST(PriorModels, TheAnswerDoesNotDependOnEarlierCalls) {
   ASSERT_TRUE(first.pose && again.pose && free.pose);
   EXPECT_EQ(first.pose->pose.translation, again.pose->pose.translation);
   EXPECT_NE(free.pose->pose.rotation, rotation.truth.rotation);
-}
-
-TEST(PriorModels, TheAnswerOfARigDoesNotDependOnEarlierCalls) {
-  SceneOptions options;
-  options.right_share = 0.2;
-  const Scene fewer = generate(options, 12);
-  options.size = 600;
-  const Scene scene = knownScene(Known::kRig, options, 13);
-  Workspace used, fresh;
-  PoseSelector().select(fewer.matches, used);
-  const Selection first = PoseSelector().select(scene.matches, fresh);
-  const Selection again = PoseSelector().select(scene.matches, used);
-  ASSERT_TRUE(first.pose && again.pose);
-  EXPECT_EQ(first.pose->noise, again.pose->noise);
-  EXPECT_EQ(first.pose->parallax, again.pose->parallax);
-  EXPECT_EQ(first.mask, again.mask);
 }
 
 }  // namespace
