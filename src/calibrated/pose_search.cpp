@@ -230,8 +230,8 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   input_.takeWithRays(matches, set, proposal, result);
   gatherRays(input_.rays(), set, set_);
   freedom_ = freedomOf(parameters.prior);
-  if (model == nullptr) return judgeRig(parameters);
   support_known_ = false;
+  if (model == nullptr) return judgeRig(parameters);
   const SearchOutcome outcome = search(matches, parameters, {*model, proposal}, deadline, workspace);
   result.iterations = outcome.iterations;
   if (outcome.timed_out) reportEnd(outcome, parameters.max_seconds, result);
