@@ -202,7 +202,7 @@ TEST(PriorModels, ACameraThatOnlyTurnsKeepsToThePrior) {
   EXPECT_LT(cv::norm(variance - right * right.dot(variance)), 1e-12 * cv::norm(variance));
 }
 
-TEST(PriorModels, AWrongRotationFindsNoTranslation) {
+TEST(PriorModels, FewerMatchesAgreeWithAWrongRotation) {
   SceneOptions options;
   Scene scene = knownScene(Known::kRotation, options, 6);
   const double c = std::cos(0.2), s = std::sin(0.2);
