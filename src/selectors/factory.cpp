@@ -66,9 +66,9 @@ std::vector<SelectorFactory> ownSelectors() {
       SelectorFactory::of<AcransacSelector>(kConsensus, "N log N",
                                             "A contrario random sample consensus, without a threshold",
                                             sweep({"min_threshold"}, thresholds)),
-      SelectorFactory::of<PoseSelector>(
-          kConsensus, "N", "Relative pose of calibrated cameras; needs both cameras",
-          sweep({"threshold"}, {0.25, 0.5, 0.75, 1, 1.5, 2, 3, 5, 10})),
+      SelectorFactory::of<PoseSelector>(kConsensus, "N",
+                                        "Relative pose of calibrated cameras; needs both cameras",
+                                        sweep({"threshold"}, {0.25, 0.5, 0.75, 1, 1.5, 2, 3, 5, 10})),
       SelectorFactory::of<AdalamSelector>(kLocal, "N",
                                           "Adaptive locally-affine matching; uses local affine frames",
                                           sweep({"confidence"}, {2, 5, 20, 50, 100, 200, 500, 2000, 10000})),

@@ -230,7 +230,9 @@ class LiveLaunch(unittest.TestCase):
             self.addCleanup(topic.unregister)
         self.assertTrue(cameras.answered(), self.text())
         self.assertTrue(all(pair.right_stamp < pair.header.stamp for pair in pairs))
-        self.assertEqual(pairs[-1].left_camera.model, Camera.MODEL_PINHOLE, "camera_info lies beside the image")
+        self.assertEqual(
+            pairs[-1].left_camera.model, Camera.MODEL_PINHOLE, "camera_info lies beside the image"
+        )
         self.assertEqual(pairs[-1].right_camera, pairs[-1].left_camera)
         deadline = time.monotonic() + PATIENCE
         while not drawn and time.monotonic() < deadline:
