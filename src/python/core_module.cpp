@@ -116,18 +116,10 @@ py::tuple probabilityOf(const py::object& matches, const py::object& of) {
                         rated ? py::object(arrayFrom(std::move(selection.probability))) : py::none());
 }
 
-core::TruthKind kindFrom(const std::string& text) {
-  for (const core::TruthKind kind : {core::TruthKind::kHomography, core::TruthKind::kFundamental,
-                                     core::TruthKind::kLabels, core::TruthKind::kDisparity}) {
-    if (core::toString(kind) == text) return kind;
-  }
-  throw std::invalid_argument("unknown kind of ground truth '" + text + "'");
-}
-
 py::array groundTruthErrors(const py::object& matches, const std::string& kind, const py::object& value) {
   const core::Correspondences input = correspondencesFrom(matches);
   core::GroundTruth truth;
-  truth.kind = kindFrom(kind);
+  truth.kind = core::truthKindFromString(kind);
   py::array_t<float, py::array::c_style | py::array::forcecast> disparity;
   if (truth.kind == core::TruthKind::kLabels) {
     truth.labels = vectorFrom<std::uint32_t>(value);
@@ -167,7 +159,7 @@ py::dict evaluate(const std::string& kind, const py::object& errors, const py::o
   core::Evaluation evaluation;
   {
     const py::gil_scoped_release released;
-    evaluation = core::evaluate(kindFrom(kind), error_values, mask_values, options);
+    evaluation = core::evaluate(core::truthKindFromString(kind), error_values, mask_values, options);
   }
   py::dict result;
   result["n_putative"] = evaluation.n_putative;
