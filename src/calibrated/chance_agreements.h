@@ -38,6 +38,9 @@ class ChanceAgreements {
   void measure(const Pose& pose, const RayMatches& matches, const RayColumns& columns,
                const std::vector<std::uint32_t>& agreeing, std::size_t outliers, double threshold);
 
+  /// Forgets the measurement: all matches count, and none is expected to agree by chance.
+  void clear();
+
   /// Whether the match agrees not merely by chance. @param match  a row
   bool counts(const Pose& pose, const RayMatches& matches, std::uint32_t match) const;
 

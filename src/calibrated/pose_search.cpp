@@ -49,6 +49,18 @@ cv::Matx<double, 5, 5> rotationCovariance(const cv::Matx33d& rotation, const Ray
   return undefined.covariance;
 }
 
+/// Whether the rays of an image lie in a plane, but for `tolerance` px: all points on one line.
+bool isOnLine(const Rays& rays, const std::vector<std::uint32_t>& rows, double tolerance) {
+  cv::Matx33d scatter = cv::Matx33d::zeros();
+  for (const std::uint32_t i : rows) {
+    const cv::Vec3d d = rays.direction(i) * (1 / rays.pixelAngle(i));
+    scatter += d * d.t();
+  }
+  cv::Vec3d values;  // descending
+  cv::eigen(scatter, values);
+  return values[2] <= static_cast<double>(rows.size()) * tolerance * tolerance;
+}
+
 void fail(Selection& result, Status status, const std::string& message) {
   result.status = status;
   addRemark(result, message);
@@ -122,9 +134,24 @@ void PoseSearch::describe(const PoseParameters& parameters, const Verdict& verdi
       poseCovariance(found.pose, refinement_.fitted(), fitted_threshold_, found.covariance);
   } else if (verdict.motion != Motion::kNone) {
     found.pose.rotation = verdict.rotation;
-    found.covariance =
+    const cv::Matx<double, 5, 5> covariance =
         rotationCovariance(verdict.rotation, set_, kRotationWidth * parameters.threshold, found.noise);
+    if (parameters.covariance) found.covariance = covariance;
   }
+}
+
+/// Whether the matches that agree with the answer are on one line of an image. They have two mirrored poses
+/// then, and a rotation cannot be told from a translation.
+bool PoseSearch::isOnLine(const Verdict& verdict, double threshold) {
+  if (verdict.motion == Motion::kGeneral || verdict.motion == Motion::kPlanar) {
+    agreeing_ = refinement_.agreeing();
+  } else {
+    const double width = kRotationWidth * threshold;
+    agreeing_.clear();
+    for (std::uint32_t i = 0; i < set_.size(); ++i)
+      if (squaredRotationError(verdict.rotation, set_, i) <= width * width) agreeing_.push_back(i);
+  }
+  return core::isOnLine(set_.left, agreeing_, threshold) || core::isOnLine(set_.right, agreeing_, threshold);
 }
 
 std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const PoseParameters& parameters,
@@ -134,6 +161,10 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   Proposal& proposal = workspace.part<ProsacProposal>();
   input_.readRays(matches, parameters.search.seed, result);
   const std::vector<std::uint32_t>& set = search_set_.choose(matches, input_.rows());
+  if (set.size() == 1 && input_.rows().size() > 1) {
+    fail(result, Status::kDegenerate, "all matches share one point");
+    return std::nullopt;
+  }
   if (!isEnough(set.size(), model, result)) return std::nullopt;
   input_.takeWithRays(matches, set, proposal, result);
   gatherRays(input_.rays(), set, set_);
@@ -152,6 +183,10 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
     fail(result, posed && !refined ? Status::kDegenerate : Status::kNoModel,
          posed && !refined ? "the matches do not determine a pose"
                            : "no motion of the camera explains more matches than chance");
+    return std::nullopt;
+  }
+  if (isOnLine(verdict, parameters.threshold)) {
+    fail(result, Status::kDegenerate, "the matches that agree are on one line of an image");
     return std::nullopt;
   }
   PoseResult found;

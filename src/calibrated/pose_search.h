@@ -43,6 +43,7 @@ class PoseSearch {
  private:
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
   bool findSupport(const Correspondences& matches);
+  bool isOnLine(const Verdict& verdict, double threshold);
   double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
@@ -53,7 +54,7 @@ class PoseSearch {
   MotionVerdict verdict_;
   RayMatches set_;             // the rays of the search set
   Correspondences supported_;  // the search set, for the local support
-  std::vector<std::uint32_t> order_;
+  std::vector<std::uint32_t> order_, agreeing_;
   LocalSupport support_;
   double fitted_threshold_ = 0;  // of the last refinement, px
 };
