@@ -41,8 +41,9 @@ struct PoseOptions : ConfidenceOptions {
 /// score is the negated squared error, px^2. `sigma` is the noise.
 ///
 /// Failure: `unsupported_input` without cameras, `too_few` (fewer than 5 points), `degenerate` (all points of
-/// one image equal, or a pose that the matches do not determine), `no_model` (fewer than 8 agree),
-/// `uncertain` (chance explains the agreement), `time_limit` (the best pose so far).
+/// one image equal, those that agree on one line of an image, or a pose that the matches do not determine),
+/// `no_model` (fewer than 8 agree), `uncertain` (chance explains the agreement), `time_limit` (the best pose
+/// so far).
 ///
 /// Cost: O(samples + N).
 ///
