@@ -33,7 +33,7 @@ struct Fixture {
   }
 
   bool refine(Pose& pose, bool robust = true, const std::vector<std::uint8_t>* candidates = nullptr) {
-    return refinement.refine(rays, columns, kThreshold, robust, candidates, pose);
+    return refinement.refine(rays, columns, kThreshold, robust, candidates, PoseFreedom::all(), pose);
   }
 };
 
