@@ -44,6 +44,12 @@ ChanceAgreements::Expected ChanceAgreements::expectedAt(double squared_displacem
           countWithin(agreeing_, squared_displacement)};
 }
 
+void ChanceAgreements::clear() {
+  repaired_.clear();
+  agreeing_.clear();
+  per_repaired_ = share_ = expected_ = 0;
+}
+
 void ChanceAgreements::measure(const Pose& pose, const RayMatches& matches, const RayColumns& columns,
                                const std::vector<std::uint32_t>& agreeing, std::size_t outliers,
                                double threshold) {
@@ -69,11 +75,13 @@ void ChanceAgreements::measure(const Pose& pose, const RayMatches& matches, cons
   for (const std::uint32_t i : agreeing) agreeing_.push_back(squaredDisplacement(pose, matches, i, i));
   std::sort(repaired_.begin(), repaired_.end());
   std::sort(agreeing_.begin(), agreeing_.end());
-  expected_ = 0;
-  for (const double displacement : agreeing_) {
+  // An outlier that agrees is one more among the matches with its displacement.
+  std::size_t counting = 0;
+  for (const double displacement : repaired_) {
     const Expected expected = expectedAt(displacement);
-    if (expected.counts()) expected_ += std::min(1.0, expected.outliers / expected.agreeing);
+    if (Expected{expected.outliers, expected.agreeing + 1}.counts()) ++counting;
   }
+  expected_ = per_repaired_ * static_cast<double>(counting);
 }
 
 bool ChanceAgreements::counts(const Pose& pose, const RayMatches& matches, std::uint32_t match) const {

@@ -42,6 +42,7 @@ void PoseRefinement::gather(const Pose& pose, const RayMatches& matches, bool ro
 bool PoseRefinement::refine(const RayMatches& matches, const RayColumns& columns, double threshold,
                             bool robust, const std::vector<std::uint8_t>* candidates,
                             const PoseFreedom& freedom, Pose& pose) {
+  chance_.clear();
   measure(pose, matches, threshold, candidates);
   std::vector<std::uint32_t> before;
   for (int round = 0; round < kRounds; ++round) {

@@ -76,6 +76,18 @@ cv::Matx<double, 5, 5> rotationCovariance(const cv::Matx33d& rotation, const Ray
   return undefined.covariance;
 }
 
+/// Whether the rays of an image lie in a plane, but for `tolerance` px: all points on one line.
+bool isOnLine(const Rays& rays, const std::vector<std::uint32_t>& rows, double tolerance) {
+  cv::Matx33d scatter = cv::Matx33d::zeros();
+  for (const std::uint32_t i : rows) {
+    const cv::Vec3d d = rays.direction(i) * (1 / rays.pixelAngle(i));
+    scatter += d * d.t();
+  }
+  cv::Vec3d values;  // descending
+  cv::eigen(scatter, values);
+  return values[2] <= static_cast<double>(rows.size()) * tolerance * tolerance;
+}
+
 void fail(Selection& result, Status status, const std::string& message) {
   result.status = status;
   addRemark(result, message);
@@ -187,8 +199,9 @@ void PoseSearch::describe(const PoseParameters& parameters, const Verdict& verdi
       poseCovariance(found.pose, refinement_.fitted(), fitted_threshold_, found.covariance, freedom_);
   } else if (verdict.motion != Motion::kNone) {
     found.pose.rotation = verdict.rotation;
-    found.covariance = rotationCovariance(verdict.rotation, set_, freedom_,
-                                          kRotationWidth * parameters.threshold, found.noise);
+    const cv::Matx<double, 5, 5> covariance = rotationCovariance(
+        verdict.rotation, set_, freedom_, kRotationWidth * parameters.threshold, found.noise);
+    if (parameters.covariance) found.covariance = covariance;
   }
 }
 
@@ -218,6 +231,21 @@ PoseResult PoseSearch::judgeRig(const PoseParameters& parameters) {
   return found;
 }
 
+/// Whether the matches that agree with the answer are on one line of an image. They have two mirrored poses
+/// then, and a rotation cannot be told from a translation.
+bool PoseSearch::isOnLine(const Verdict& verdict, double threshold) {
+  if (freedom_.size < PoseFreedom::all().size) return false;  // a prior tells them apart
+  if (verdict.motion == Motion::kGeneral || verdict.motion == Motion::kPlanar) {
+    agreeing_ = refinement_.agreeing();
+  } else {
+    const double width = kRotationWidth * threshold;
+    agreeing_.clear();
+    for (std::uint32_t i = 0; i < set_.size(); ++i)
+      if (squaredRotationError(verdict.rotation, set_, i) <= width * width) agreeing_.push_back(i);
+  }
+  return core::isOnLine(set_.left, agreeing_, threshold) || core::isOnLine(set_.right, agreeing_, threshold);
+}
+
 std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const PoseParameters& parameters,
                                            const Deadline& deadline, Workspace& workspace,
                                            Selection& result) {
@@ -226,6 +254,10 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   const std::vector<std::uint32_t>& set = search_set_.choose(matches, input_.rows());
   const bool is_rig = parameters.prior && parameters.prior->kind == PosePrior::Kind::kRig;
   const Model* const model = is_rig ? nullptr : &modelFor(parameters.prior, workspace);
+  if (model != nullptr && set.size() == 1 && input_.rows().size() > 1) {
+    fail(result, Status::kDegenerate, "all matches share one point");
+    return std::nullopt;
+  }
   if (model != nullptr && !isEnough(set.size(), *model, result)) return std::nullopt;
   input_.takeWithRays(matches, set, proposal, result);
   gatherRays(input_.rays(), set, set_);
@@ -245,6 +277,10 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
     fail(result, posed && !refined ? Status::kDegenerate : Status::kNoModel,
          posed && !refined ? "the matches do not determine a pose"
                            : "no motion of the camera explains more matches than chance");
+    return std::nullopt;
+  }
+  if (isOnLine(verdict, parameters.threshold)) {
+    fail(result, Status::kDegenerate, "the matches that agree are on one line of an image");
     return std::nullopt;
   }
   // The other pose of the plane may fit better than the one that was refined.

@@ -50,6 +50,7 @@ class PoseSearch {
  private:
   PoseResult judgeRig(const PoseParameters& parameters);
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
+  bool isOnLine(const Verdict& verdict, double threshold);
   SearchOutcome search(const Correspondences& matches, const PoseParameters& parameters,
                        const SearchParts& parts, const Deadline& deadline, Workspace& workspace);
   const std::vector<std::uint8_t>& supported(const Correspondences& matches,
@@ -67,6 +68,7 @@ class PoseSearch {
   MotionVerdict verdict_;
   RayMatches set_;             // the rays of the search set
   Correspondences supported_;  // the search set, for the local support
+  std::vector<std::uint32_t> agreeing_;
   LocalSupport support_;
   bool support_known_ = false;
   std::vector<std::uint8_t> candidates_;  // per match of the search set: whether it has local support

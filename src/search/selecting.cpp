@@ -58,7 +58,9 @@ bool isEnough(std::size_t matches, const Model& model, Selection& result) {
   const int needed = model.traits.sample_size;
   if (matches >= static_cast<std::size_t>(needed)) return true;
   result.status = Status::kTooFew;
-  result.message = std::to_string(matches) + " matches, a " + toString(model.traits.kind) + " needs " +
+  const bool essential = model.traits.kind == ModelKind::kEssential;
+  result.message = std::to_string(matches) + " matches, " +
+                   (essential ? "an essential matrix" : "a " + toString(model.traits.kind)) + " needs " +
                    std::to_string(needed);
   return false;
 }

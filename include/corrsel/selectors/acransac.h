@@ -37,7 +37,7 @@ struct AcransacOptions : SearchOptions {
 /// it samples are uniform, and the message reports this. With `sampler` = `frames` also the local affine
 /// frames. The sizes of the images are used where they are known.
 ///
-/// Presets: `h` and `f` choose the model.
+/// Presets: `h`, `f` and `e` choose the model.
 ///
 /// Failure: `uncertain` where chance explains the best model (`min_confidence`), `no_model` where it agrees
 /// with nothing but its sample, `too_few` (fewer matches than a sample), `degenerate` (no valid sample), and

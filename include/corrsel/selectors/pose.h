@@ -46,7 +46,8 @@ struct PoseOptions : ConfidenceOptions {
 /// score is the negated squared error, px^2. `sigma` is the noise.
 ///
 /// Failure: `unsupported_input` without cameras, `too_few` (fewer than 5 points; with a prior, fewer than 2
-/// or 3), `degenerate` (all points of one image equal, or a pose that the matches do not determine),
+/// or 3), `degenerate` (all points of one image equal, without a prior those that agree on one line of an
+/// image, or a pose that the matches do not determine),
 /// `no_model` (fewer than 8 agree), `uncertain` (chance explains the agreement), `time_limit` (the best pose
 /// so far).
 ///
