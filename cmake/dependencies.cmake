@@ -66,6 +66,7 @@ set(ros_components
   diagnostic_msgs
   diagnostic_updater
   dynamic_reconfigure
+  geometry_msgs
   image_geometry
   image_transport
   message_filters
@@ -85,6 +86,7 @@ set(ros_debian_packages
   libdiagnostic-msgs-dev
   libdiagnostic-updater-dev
   libdynamic-reconfigure-config-init-mutex-dev
+  libgeometry-msgs-dev
   libimage-geometry-dev
   libimage-transport-dev
   libmessage-filters-dev

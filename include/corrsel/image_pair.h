@@ -60,12 +60,20 @@ struct ImagePair {
   PairId id;
   cv::Mat left, right;  ///< 8-bit, one or three (BGR) channels
   GroundTruth truth;
+  /// Calibration of the images as they are here, where it is known. It is that of their matches, too.
+  std::optional<Camera> left_camera = {}, right_camera = {};
   std::optional<Correspondences> given;      ///< putative matches that come with the dataset (AdelaideRMF)
   std::vector<OtherReading> other_readings;  ///< beside those that every ground truth of its kind has
   std::optional<StretchedBits> stretched = {};
   /// Names of the images where their source knows them, e.g. paths below a folder; empty otherwise. Pairs of
   /// one image share its name.
   std::string left_name = {}, right_name = {};
+
+  /// Gives matches of these images their cameras. A camera that the pair does not know stays.
+  void addCamerasTo(Correspondences& matches) const {
+    if (left_camera) matches.left_camera = left_camera;
+    if (right_camera) matches.right_camera = right_camera;
+  }
 };
 
 }  // namespace corrsel::core

@@ -6,7 +6,9 @@ namespace corrsel::core {
 
 /// Calibration of both images of a pair, and the pose of the right camera relative to the left one: a point X
 /// in the frame of the left camera is R X + t in that of the right one. Camera frames are optical frames (x
-/// to the right, y down, z forward). Lens distortion is not part of it: the images are undistorted.
+/// to the right, y down, z forward). Lens distortion is not part of it: either the images are undistorted, or
+/// the cameras of the pair (ImagePair) tell how they are distorted, and those of this struct are the pinholes
+/// through which estimators that know only pinholes see the matches, see evaluation/pinhole_view.h.
 struct RelativePose {
   cv::Matx33d left_camera = cv::Matx33d::eye();   ///< K, px: [fx s cx; 0 fy cy; 0 0 1]
   cv::Matx33d right_camera = cv::Matx33d::eye();  ///< K', px

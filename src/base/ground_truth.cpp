@@ -16,8 +16,23 @@ std::string toString(TruthKind kind) {
       return "labels";
     case TruthKind::kDisparity:
       return "disparity";
+    case TruthKind::kEssential:
+      return "essential";
+    case TruthKind::kRotation:
+      return "rotation";
   }
   throw std::invalid_argument("unknown ground truth kind " + std::to_string(static_cast<int>(kind)));
+}
+
+TruthKind truthKindFromString(const std::string& text) {
+  std::string valid;
+  for (const TruthKind kind :
+       {TruthKind::kNone, TruthKind::kHomography, TruthKind::kFundamental, TruthKind::kLabels,
+        TruthKind::kDisparity, TruthKind::kEssential, TruthKind::kRotation}) {
+    if (toString(kind) == text) return kind;
+    valid += (valid.empty() ? "" : ", ") + toString(kind);
+  }
+  throw std::invalid_argument("'" + text + "' is no kind of ground truth; valid: " + valid);
 }
 
 }  // namespace corrsel::core

@@ -31,6 +31,7 @@ void readCell(const std::string& text, const std::string& column, Status& field)
 void readCell(const std::string& text, const std::string& column, SceneKind& field);
 void readCell(const std::string& text, const std::string& column, PoseModel& field);
 void readCell(const std::string& text, const std::string& column, TruthKind& field);
+void readCell(const std::string& text, const std::string& column, Motion& field);
 
 /// A column of a table: its name, how its cell is written and how it is read.
 template <class Row>
@@ -44,6 +45,7 @@ inline CellValue toCell(Status status) { return toString(status); }
 inline CellValue toCell(SceneKind scene) { return toString(scene); }
 inline CellValue toCell(PoseModel model) { return toString(model); }
 inline CellValue toCell(TruthKind kind) { return toString(kind); }
+inline CellValue toCell(Motion motion) { return toString(motion); }
 template <class Field>
 CellValue toCell(const Field& field) {
   return CellValue(field);
@@ -62,6 +64,15 @@ CsvColumn<Row> csvColumn(const std::string& name, Part Row::*part, Field Part::*
   return {
       name, [part, field](const Row& row) { return toCell((row.*part).*field); },
       [name, part, field](const std::string& text, Row& row) { readCell(text, name, (row.*part).*field); }};
+}
+
+/// The column of a field in a part of a part of the row.
+template <class Row, class Part, class Inner, class Field>
+CsvColumn<Row> csvColumn(const std::string& name, Part Row::*part, Inner Part::*inner, Field Inner::*field) {
+  return {name, [part, inner, field](const Row& row) { return toCell(((row.*part).*inner).*field); },
+          [name, part, inner, field](const std::string& text, Row& row) {
+            readCell(text, name, ((row.*part).*inner).*field);
+          }};
 }
 
 /// A CSV file of a run's folder. Its list of columns is stated here only: rows are written and read by it.

@@ -153,7 +153,8 @@ void PairInspector::add(const ImagePair& pair) {
     const auto [left, right] = tools_->cache.extractPair(*tools_->extractor, pair.left, pair.right, threads_);
     found = matchFeatures(*left, *right, tools_->match, threads_);
   }
-  const Correspondences& matches = pair.given ? *pair.given : found;
+  Correspondences matches = pair.given ? *pair.given : found;
+  pair.addCamerasTo(matches);
   for (TruthCheck check : checkTruth(pair.truth, pair.other_readings, matches)) {
     check.id = pair.id;
     check.features = pair.given ? kGivenFeatures : kFeatures;

@@ -7,10 +7,61 @@
 #include <vector>
 
 #include "base/stopwatch.h"
+#include "corrsel/evaluation/pinhole_view.h"
 #include "corrsel/evaluation/pose.h"
 #include "corrsel/pose/estimator.h"
 
 namespace corrsel::core {
+namespace {
+
+bool isPixelModel(const Correspondences& matches) {
+  return (!matches.left_camera || matches.left_camera->isPlainPinhole()) &&
+         (!matches.right_camera || matches.right_camera->isPlainPinhole());
+}
+
+/// The pose that the common estimator finds from the selected matches.
+void estimateFrom(const Correspondences& selected, const Selection& selection, const RelativePose& truth,
+                  PoseRow& row) {
+  std::optional<cv::Matx33d> homography;
+  if (selection.model_kind == ModelKind::kHomography && isPixelModel(selected)) homography = selection.model;
+  const Stopwatch watch;
+  const Correspondences seen = throughPinholes(selected, truth);
+  const PoseEstimate estimate = estimatePose(seen, truth, homography);
+  row.seconds += watch.seconds();
+  row.model = estimate.model;
+  row.n_inliers = estimate.n_inliers;
+  row.pose_error = kFailedPose;
+  if (estimate.model != PoseModel::kNone) {
+    const PoseErrors errors = poseErrors(estimate.rotation, estimate.translation, truth);
+    row.rotation_error = errors.rotation;
+    row.translation_error = errors.translation;
+    row.pose_error = errors.pose;
+  }
+  if (cv::norm(truth.translation) > 0) {
+    row.epipolar_precision =
+        epipolarPrecision(epipolarErrors(truth, seen), std::vector<std::uint8_t>(seen.size(), 1));
+  }
+}
+
+OwnPose compared(const PoseResult& result, const RelativePose& truth) {
+  OwnPose own;
+  own.motion = result.motion;
+  own.true_motion = trueMotion(truth);
+  own.pose_error = kFailedPose;
+  own.uncertain = result.uncertain;
+  if (result.motion == Motion::kNone) return own;
+  const PoseErrors errors = poseErrors(result.pose.rotation, result.pose.translation, truth);
+  own.rotation_error = errors.rotation;
+  own.translation_error = errors.translation;
+  own.pose_error = errors.pose;
+  if (result.second) {
+    own.second_error = poseErrors(result.second->rotation, result.second->translation, truth).pose;
+  }
+  own.normalized = normalizedError(result, truth);
+  return own;
+}
+
+}  // namespace
 
 bool estimatesHomographies(const BenchmarkConfig& config) {
   return std::any_of(config.sections.begin(), config.sections.end(),
@@ -35,24 +86,8 @@ PoseRow measurePose(const GroundTruth& truth, const cv::Size& left_size, const C
   row.n_selected = selected.size();
   row.seconds = 0;
   if (truth.pose) {
-    std::optional<cv::Matx33d> homography;
-    if (selection.model_kind == ModelKind::kHomography) homography = selection.model;
-    const Stopwatch watch;
-    const PoseEstimate estimate = estimatePose(selected, *truth.pose, homography);
-    row.seconds += watch.seconds();
-    row.model = estimate.model;
-    row.n_inliers = estimate.n_inliers;
-    row.pose_error = kFailedPose;
-    if (estimate.model != PoseModel::kNone) {
-      const PoseErrors errors = poseErrors(estimate.rotation, estimate.translation, *truth.pose);
-      row.rotation_error = errors.rotation;
-      row.translation_error = errors.translation;
-      row.pose_error = errors.pose;
-    }
-    if (cv::norm(truth.pose->translation) > 0) {
-      row.epipolar_precision = epipolarPrecision(epipolarErrors(*truth.pose, selected),
-                                                 std::vector<std::uint8_t>(selected.size(), 1));
-    }
+    estimateFrom(selected, selection, *truth.pose, row);
+    if (selection.pose) row.own = compared(*selection.pose, *truth.pose);
   }
   if (truth.kind == TruthKind::kHomography && !left_size.empty()) {
     const Stopwatch watch;

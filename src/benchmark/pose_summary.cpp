@@ -33,14 +33,90 @@ class PairErrors {
   std::vector<double> all_;
 };
 
+void addDefined(std::vector<double>& values, double value) {
+  if (!std::isnan(value)) values.push_back(value);
+}
+
+/// The normalised errors of poses.
+struct Consistency {
+  std::vector<double> squared;
+  std::size_t inside = 0;
+
+  void add(const NormalizedError& error) {
+    squared.push_back(error.squared);
+    inside += error.inside() ? 1 : 0;
+  }
+
+  ConsistencySummary summary() const {
+    ConsistencySummary result;
+    result.poses = squared.size();
+    if (squared.empty()) return result;
+    result.mean = mean(squared);
+    result.median = quantile(squared, 0.5);
+    result.inside = static_cast<double>(inside) / static_cast<double>(squared.size());
+    return result;
+  }
+};
+
+/// The poses that a selector gives itself.
+class OwnPoses {
+ public:
+  void add(const PairId& pair, const OwnPose& own) {
+    errors_.add(pair, own.pose_error);
+    no_pose_ += own.motion == Motion::kNone ? 1 : 0;
+    uncertain_ += own.uncertain ? 1 : 0;
+    addDefined(rotations_, own.rotation_error);
+    addDefined(translations_, own.translation_error);
+    if (own.normalized.degrees == 3) turned_.add(own.normalized);
+    if (own.normalized.degrees == 5 && std::isnan(own.second_error)) translated_.add(own.normalized);
+  }
+
+  OwnPoseSummary summary() const {
+    OwnPoseSummary result;
+    result.poses = errors_.pairs();
+    result.no_pose = no_pose_;
+    result.auc_5 = errors_.auc(5);
+    result.auc_10 = errors_.auc(10);
+    result.auc_20 = errors_.auc(20);
+    const Interval interval = errors_.interval(10);
+    result.auc_10_low = interval.low;
+    result.auc_10_high = interval.high;
+    result.rotation_median = quantile(rotations_, 0.5);
+    result.translation_median = quantile(translations_, 0.5);
+    result.pose_median = quantile(errors_.all(), 0.5);
+    result.uncertain = uncertain_;
+    result.with_translation = translated_.summary();
+    result.rotations = turned_.summary();
+    return result;
+  }
+
+ private:
+  PairErrors errors_;
+  std::size_t no_pose_ = 0, uncertain_ = 0;
+  std::vector<double> rotations_, translations_;
+  Consistency translated_, turned_;
+};
+
 struct Group {
   PoseSummaryRow row;
   PairErrors poses, corners;
+  OwnPoses own;
   std::vector<double> accuracies, rotations, translations, precisions, seconds;
 };
 
-void addDefined(std::vector<double>& values, double value) {
-  if (!std::isnan(value)) values.push_back(value);
+void addRow(const PoseRow& row, Group& group) {
+  group.poses.add(row.id, row.pose_error);
+  group.corners.add(row.id, row.corner_error);
+  if (!std::isnan(row.pose_error)) {
+    group.row.no_pose += row.model == PoseModel::kNone ? 1 : 0;
+    group.accuracies.push_back(thresholdAccuracy(row.pose_error));
+  }
+  group.row.no_homography += std::isinf(row.corner_error) ? 1 : 0;
+  addDefined(group.rotations, row.rotation_error);
+  addDefined(group.translations, row.translation_error);
+  addDefined(group.precisions, row.epipolar_precision);
+  addDefined(group.seconds, row.seconds);
+  if (row.own) group.own.add(row.id, *row.own);
 }
 
 }  // namespace
@@ -58,18 +134,7 @@ std::vector<PoseSummaryRow> summarizePoses(const std::vector<PoseRow>& rows) {
       std::tie(head.dataset, head.features, head.preselection, head.selector) = key;
     }
     if (!row.evaluated()) continue;
-    Group& group = groups[found->second];
-    group.poses.add(row.id, row.pose_error);
-    group.corners.add(row.id, row.corner_error);
-    if (!std::isnan(row.pose_error)) {
-      group.row.no_pose += row.model == PoseModel::kNone ? 1 : 0;
-      group.accuracies.push_back(thresholdAccuracy(row.pose_error));
-    }
-    group.row.no_homography += std::isinf(row.corner_error) ? 1 : 0;
-    addDefined(group.rotations, row.rotation_error);
-    addDefined(group.translations, row.translation_error);
-    addDefined(group.precisions, row.epipolar_precision);
-    addDefined(group.seconds, row.seconds);
+    addRow(row, groups[found->second]);
   }
   std::vector<PoseSummaryRow> summary;
   for (const Group& group : groups) {
@@ -95,6 +160,7 @@ std::vector<PoseSummaryRow> summarizePoses(const std::vector<PoseRow>& rows) {
     row.corner_auc_3_high = corner_interval.high;
     row.corner_median = quantile(group.corners.all(), 0.5);
     row.seconds_median = quantile(group.seconds, 0.5);
+    row.own = group.own.summary();
     summary.push_back(row);
   }
   return summary;

@@ -81,13 +81,35 @@ std::string contradictionIn(const ResultRow& row) {
   return "";
 }
 
+std::string outside(const char* name, double value, double lowest, double highest) {
+  if (std::isnan(value) || (value >= lowest && value <= highest)) return "";
+  return std::string(name) + " = " + formatNumber(value) + " is outside [" + formatNumber(lowest) + ", " +
+         formatNumber(highest) + "]";
+}
+
+std::string contradictionIn(const OwnPose& own) {
+  for (const std::string& problem :
+       {outside("own_rotation_deg", own.rotation_error, 0, 180),
+        outside("own_translation_deg", own.translation_error, 0, 90),
+        outside("own_pose_deg", own.pose_error, 0, kFailedPose),
+        outside("second_pose_deg", own.second_error, 0, kFailedPose),
+        outside("nees", own.normalized.squared, 0, std::numeric_limits<double>::max())}) {
+    if (!problem.empty()) return problem;
+  }
+  if ((own.motion == Motion::kNone) != std::isnan(own.rotation_error)) {
+    return "own_rotation_deg = " + formatNumber(own.rotation_error) + " with motion " + toString(own.motion);
+  }
+  const std::size_t degrees = own.normalized.degrees;
+  const bool has_error = !std::isnan(own.normalized.squared);
+  if (has_error ? degrees != 3 && degrees != 5 : degrees != 0) {
+    return "nees = " + formatNumber(own.normalized.squared) +
+           " with nees_degrees = " + std::to_string(degrees);
+  }
+  return "";
+}
+
 /// The contradiction in a row of poses.csv; empty for a row as the benchmark writes it.
 std::string contradictionIn(const PoseRow& row) {
-  const auto outside = [](const char* name, double value, double lowest, double highest) -> std::string {
-    if (std::isnan(value) || (value >= lowest && value <= highest)) return "";
-    return std::string(name) + " = " + formatNumber(value) + " is outside [" + formatNumber(lowest) + ", " +
-           formatNumber(highest) + "]";
-  };
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   for (const std::string& problem :
        {outside("rotation_deg", row.rotation_error, 0, 180),
@@ -95,7 +117,8 @@ std::string contradictionIn(const PoseRow& row) {
         outside("pose_deg", row.pose_error, 0, kFailedPose),
         outside("epipolar_precision", row.epipolar_precision, 0, 1),
         outside("corner_px", row.corner_error, 0, kInfinite),
-        outside("estimate_s", row.seconds, 0, std::numeric_limits<double>::max())}) {
+        outside("estimate_s", row.seconds, 0, std::numeric_limits<double>::max()),
+        row.own ? contradictionIn(*row.own) : ""}) {
     if (!problem.empty()) return problem;
   }
   const bool estimated = !std::isnan(row.pose_error) || !std::isnan(row.corner_error);

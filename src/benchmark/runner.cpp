@@ -256,6 +256,7 @@ BenchmarkRunner::Putative BenchmarkRunner::putativeMatches(const ImagePair& pair
   if (features == kGivenFeatures) {
     putative.matches = *pair.given;
     putative.n_left = putative.n_right = pair.given->size();
+    pair.addCamerasTo(putative.matches);
     return putative;
   }
   for (const auto& extractor : tools_->extractors) {
@@ -271,13 +272,16 @@ BenchmarkRunner::Putative BenchmarkRunner::putativeMatches(const ImagePair& pair
     const Stopwatch watch;
     putative.matches = matchFeatures(*left, *right, tools_->match, config_.threads);
     putative.match_seconds = watch.seconds();
+    pair.addCamerasTo(putative.matches);
   }
   return putative;
 }
 
 const Selector& BenchmarkRunner::selectorFor(const ImagePair& pair, std::size_t selector,
                                              int repetition) const {
-  const bool homography = pair.truth.kind == TruthKind::kHomography || pair.truth.kind == TruthKind::kNone;
+  const TruthKind kind = pair.truth.kind;
+  const bool homography =
+      kind == TruthKind::kHomography || kind == TruthKind::kRotation || kind == TruthKind::kNone;
   return tools_->selectors[selector].at(homography, repetition);
 }
 

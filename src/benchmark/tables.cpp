@@ -31,6 +31,30 @@ CsvColumn<PoseRow> ifPose(CsvColumn<PoseRow> column) {
   return column;
 }
 
+/// A column of the pose that a selector gave itself; empty where it gave none.
+CsvColumn<PoseRow> ownColumn(const CsvColumn<OwnPose>& column) {
+  return {column.name,
+          [cell = column.cell](const PoseRow& row) {
+            return row.own ? cell(*row.own) : CellValue(std::string());
+          },
+          [read = column.read](const std::string& text, PoseRow& row) {
+            if (text.empty()) return;
+            if (!row.own) row.own.emplace();
+            read(text, *row.own);
+          }};
+}
+
+CsvColumn<OwnPose> uncertainColumn() {
+  const std::string name = "uncertain";
+  return {name, [](const OwnPose& own) { return CellValue(own.uncertain ? 1 : 0); },
+          [name](const std::string& text, OwnPose& own) {
+            const int value = parseInteger(text, name);
+            if (value != 0 && value != 1)
+              throw std::invalid_argument(name + ": '" + text + "' is not 0 or 1");
+            own.uncertain = value == 1;
+          }};
+}
+
 CsvColumn<StageRow> stageNumber() {
   return {"number",
           [](const StageRow& row) { return row.number ? CellValue(*row.number) : CellValue(std::string()); },
@@ -189,14 +213,20 @@ void readCell(const std::string& text, const std::string& column, PoseModel& fie
   }
 }
 
-void readCell(const std::string& text, const std::string& column, TruthKind& field) {
-  for (const TruthKind kind : {TruthKind::kNone, TruthKind::kHomography, TruthKind::kFundamental,
-                               TruthKind::kLabels, TruthKind::kDisparity}) {
-    if (toString(kind) != text) continue;
-    field = kind;
-    return;
+void readCell(const std::string& text, const std::string& column, Motion& field) {
+  try {
+    field = motionFromString(text);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(column + ": " + error.what());
   }
-  throw std::invalid_argument(column + ": '" + text + "' is no kind of ground truth");
+}
+
+void readCell(const std::string& text, const std::string& column, TruthKind& field) {
+  try {
+    field = truthKindFromString(text);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(column + ": " + error.what());
+  }
 }
 
 CsvTable<ResultRow> pairsTable(const std::vector<double>& tolerances) {
@@ -255,58 +285,95 @@ CsvTable<ResultRow> pairsTableIn(const std::string& file) {
 }
 
 const CsvTable<PoseRow>& posesTable() {
-  static const CsvTable<PoseRow> table("poses.csv",
-                                       {
-                                           csvColumn("dataset", &PoseRow::id, &PairId::dataset),
-                                           csvColumn("sequence", &PoseRow::id, &PairId::sequence),
-                                           csvColumn("pair", &PoseRow::id, &PairId::pair),
-                                           csvColumn("features", &PoseRow::features),
-                                           csvColumn("preselection", &PoseRow::preselection),
-                                           csvColumn("selector", &PoseRow::selector),
-                                           csvColumn("seed", &PoseRow::seed),
-                                           csvColumn("status", &PoseRow::status),
-                                           ifEvaluated(csvColumn("n_selected", &PoseRow::n_selected)),
-                                           ifPose(csvColumn("model", &PoseRow::model)),
-                                           ifPose(csvColumn("n_inliers", &PoseRow::n_inliers)),
-                                           csvColumn("rotation_deg", &PoseRow::rotation_error),
-                                           csvColumn("translation_deg", &PoseRow::translation_error),
-                                           csvColumn("pose_deg", &PoseRow::pose_error),
-                                           csvColumn("epipolar_precision", &PoseRow::epipolar_precision),
-                                           csvColumn("corner_px", &PoseRow::corner_error),
-                                           csvColumn("estimate_s", &PoseRow::seconds),
-                                       });
+  static const CsvTable<PoseRow> table(
+      "poses.csv", {
+                       csvColumn("dataset", &PoseRow::id, &PairId::dataset),
+                       csvColumn("sequence", &PoseRow::id, &PairId::sequence),
+                       csvColumn("pair", &PoseRow::id, &PairId::pair),
+                       csvColumn("features", &PoseRow::features),
+                       csvColumn("preselection", &PoseRow::preselection),
+                       csvColumn("selector", &PoseRow::selector),
+                       csvColumn("seed", &PoseRow::seed),
+                       csvColumn("status", &PoseRow::status),
+                       ifEvaluated(csvColumn("n_selected", &PoseRow::n_selected)),
+                       ifPose(csvColumn("model", &PoseRow::model)),
+                       ifPose(csvColumn("n_inliers", &PoseRow::n_inliers)),
+                       csvColumn("rotation_deg", &PoseRow::rotation_error),
+                       csvColumn("translation_deg", &PoseRow::translation_error),
+                       csvColumn("pose_deg", &PoseRow::pose_error),
+                       csvColumn("epipolar_precision", &PoseRow::epipolar_precision),
+                       csvColumn("corner_px", &PoseRow::corner_error),
+                       csvColumn("estimate_s", &PoseRow::seconds),
+                       ownColumn(csvColumn("motion", &OwnPose::motion)),
+                       ownColumn(csvColumn("true_motion", &OwnPose::true_motion)),
+                       ownColumn(csvColumn("own_rotation_deg", &OwnPose::rotation_error)),
+                       ownColumn(csvColumn("own_translation_deg", &OwnPose::translation_error)),
+                       ownColumn(csvColumn("own_pose_deg", &OwnPose::pose_error)),
+                       ownColumn(csvColumn("second_pose_deg", &OwnPose::second_error)),
+                       ownColumn(csvColumn("nees", &OwnPose::normalized, &NormalizedError::squared)),
+                       ownColumn(csvColumn("nees_degrees", &OwnPose::normalized, &NormalizedError::degrees)),
+                       ownColumn(uncertainColumn()),
+                   });
   return table;
 }
 
 const CsvTable<PoseSummaryRow>& poseSummaryTable() {
   static const CsvTable<PoseSummaryRow> table(
-      "pose_summary.csv", {
-                              csvColumn("dataset", &PoseSummaryRow::dataset),
-                              csvColumn("features", &PoseSummaryRow::features),
-                              csvColumn("preselection", &PoseSummaryRow::preselection),
-                              csvColumn("selector", &PoseSummaryRow::selector),
-                              csvColumn("poses", &PoseSummaryRow::poses),
-                              csvColumn("no_pose", &PoseSummaryRow::no_pose),
-                              csvColumn("auc_5", &PoseSummaryRow::auc_5),
-                              csvColumn("auc_10", &PoseSummaryRow::auc_10),
-                              csvColumn("auc_10_lo", &PoseSummaryRow::auc_10_low),
-                              csvColumn("auc_10_hi", &PoseSummaryRow::auc_10_high),
-                              csvColumn("auc_20", &PoseSummaryRow::auc_20),
-                              csvColumn("maa_10", &PoseSummaryRow::accuracy),
-                              csvColumn("rotation_deg_median", &PoseSummaryRow::rotation_median),
-                              csvColumn("translation_deg_median", &PoseSummaryRow::translation_median),
-                              csvColumn("pose_deg_median", &PoseSummaryRow::pose_median),
-                              csvColumn("epipolar_precision", &PoseSummaryRow::epipolar_precision),
-                              csvColumn("homographies", &PoseSummaryRow::homographies),
-                              csvColumn("no_homography", &PoseSummaryRow::no_homography),
-                              csvColumn("corner_auc_1", &PoseSummaryRow::corner_auc_1),
-                              csvColumn("corner_auc_3", &PoseSummaryRow::corner_auc_3),
-                              csvColumn("corner_auc_3_lo", &PoseSummaryRow::corner_auc_3_low),
-                              csvColumn("corner_auc_3_hi", &PoseSummaryRow::corner_auc_3_high),
-                              csvColumn("corner_auc_5", &PoseSummaryRow::corner_auc_5),
-                              csvColumn("corner_px_median", &PoseSummaryRow::corner_median),
-                              csvColumn("estimate_s_median", &PoseSummaryRow::seconds_median),
-                          });
+      "pose_summary.csv",
+      {
+          csvColumn("dataset", &PoseSummaryRow::dataset),
+          csvColumn("features", &PoseSummaryRow::features),
+          csvColumn("preselection", &PoseSummaryRow::preselection),
+          csvColumn("selector", &PoseSummaryRow::selector),
+          csvColumn("poses", &PoseSummaryRow::poses),
+          csvColumn("no_pose", &PoseSummaryRow::no_pose),
+          csvColumn("auc_5", &PoseSummaryRow::auc_5),
+          csvColumn("auc_10", &PoseSummaryRow::auc_10),
+          csvColumn("auc_10_lo", &PoseSummaryRow::auc_10_low),
+          csvColumn("auc_10_hi", &PoseSummaryRow::auc_10_high),
+          csvColumn("auc_20", &PoseSummaryRow::auc_20),
+          csvColumn("maa_10", &PoseSummaryRow::accuracy),
+          csvColumn("rotation_deg_median", &PoseSummaryRow::rotation_median),
+          csvColumn("translation_deg_median", &PoseSummaryRow::translation_median),
+          csvColumn("pose_deg_median", &PoseSummaryRow::pose_median),
+          csvColumn("epipolar_precision", &PoseSummaryRow::epipolar_precision),
+          csvColumn("homographies", &PoseSummaryRow::homographies),
+          csvColumn("no_homography", &PoseSummaryRow::no_homography),
+          csvColumn("corner_auc_1", &PoseSummaryRow::corner_auc_1),
+          csvColumn("corner_auc_3", &PoseSummaryRow::corner_auc_3),
+          csvColumn("corner_auc_3_lo", &PoseSummaryRow::corner_auc_3_low),
+          csvColumn("corner_auc_3_hi", &PoseSummaryRow::corner_auc_3_high),
+          csvColumn("corner_auc_5", &PoseSummaryRow::corner_auc_5),
+          csvColumn("corner_px_median", &PoseSummaryRow::corner_median),
+          csvColumn("estimate_s_median", &PoseSummaryRow::seconds_median),
+          csvColumn("own_poses", &PoseSummaryRow::own, &OwnPoseSummary::poses),
+          csvColumn("own_no_pose", &PoseSummaryRow::own, &OwnPoseSummary::no_pose),
+          csvColumn("own_auc_5", &PoseSummaryRow::own, &OwnPoseSummary::auc_5),
+          csvColumn("own_auc_10", &PoseSummaryRow::own, &OwnPoseSummary::auc_10),
+          csvColumn("own_auc_10_lo", &PoseSummaryRow::own, &OwnPoseSummary::auc_10_low),
+          csvColumn("own_auc_10_hi", &PoseSummaryRow::own, &OwnPoseSummary::auc_10_high),
+          csvColumn("own_auc_20", &PoseSummaryRow::own, &OwnPoseSummary::auc_20),
+          csvColumn("own_rotation_deg_median", &PoseSummaryRow::own, &OwnPoseSummary::rotation_median),
+          csvColumn("own_translation_deg_median", &PoseSummaryRow::own, &OwnPoseSummary::translation_median),
+          csvColumn("own_pose_deg_median", &PoseSummaryRow::own, &OwnPoseSummary::pose_median),
+          csvColumn("uncertain", &PoseSummaryRow::own, &OwnPoseSummary::uncertain),
+          csvColumn("nees_poses", &PoseSummaryRow::own, &OwnPoseSummary::with_translation,
+                    &ConsistencySummary::poses),
+          csvColumn("nees_mean", &PoseSummaryRow::own, &OwnPoseSummary::with_translation,
+                    &ConsistencySummary::mean),
+          csvColumn("nees_median", &PoseSummaryRow::own, &OwnPoseSummary::with_translation,
+                    &ConsistencySummary::median),
+          csvColumn("nees_inside_95", &PoseSummaryRow::own, &OwnPoseSummary::with_translation,
+                    &ConsistencySummary::inside),
+          csvColumn("nees_rotation_poses", &PoseSummaryRow::own, &OwnPoseSummary::rotations,
+                    &ConsistencySummary::poses),
+          csvColumn("nees_rotation_mean", &PoseSummaryRow::own, &OwnPoseSummary::rotations,
+                    &ConsistencySummary::mean),
+          csvColumn("nees_rotation_median", &PoseSummaryRow::own, &OwnPoseSummary::rotations,
+                    &ConsistencySummary::median),
+          csvColumn("nees_rotation_inside_95", &PoseSummaryRow::own, &OwnPoseSummary::rotations,
+                    &ConsistencySummary::inside),
+      });
   return table;
 }
 

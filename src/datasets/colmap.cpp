@@ -18,15 +18,6 @@ namespace fs = std::filesystem;
 
 constexpr char kImages[] = "images";
 
-/// How the parameters of a model are those of OpenCV.
-struct Model {
-  const char* name;
-  std::size_t parameters;
-  bool one_focal;  ///< f cx cy instead of fx fy cx cy, before the coefficients of the distortion
-};
-constexpr Model kModels[] = {{"SIMPLE_PINHOLE", 3, true}, {"PINHOLE", 4, false}, {"SIMPLE_RADIAL", 4, true},
-                             {"RADIAL", 5, true},         {"OPENCV", 8, false},  {"FULL_OPENCV", 12, false}};
-
 /// The folder of the model of a scene; empty where it has none.
 std::string modelFolder(const std::string& scene) {
   for (const std::string& folder : {below(scene, "sparse/0"), below(scene, "sparse"), scene}) {
@@ -37,28 +28,12 @@ std::string modelFolder(const std::string& scene) {
 
 bool isScene(const std::string& folder) { return !modelFolder(folder).empty(); }
 
-Lens lensOf(const ColmapCamera& camera) {
-  const auto* const model = std::find_if(std::begin(kModels), std::end(kModels),
-                                         [&](const Model& known) { return camera.model == known.name; });
-  if (model == std::end(kModels)) {
-    std::vector<std::string> names;
-    for (const Model& known : kModels) names.push_back(known.name);
-    throw DatasetError(camera.place + ": the camera model " + camera.model + " is not read (" +
-                       joinList(names) + " are); undistort the images with colmap image_undistorter");
-  }
-  if (camera.parameters.size() != model->parameters) {
-    throw DatasetError(camera.place + ": has " + std::to_string(camera.parameters.size()) + " parameters, " +
-                       camera.model + " has " + std::to_string(model->parameters));
-  }
-  std::vector<double> p = camera.parameters;
-  if (model->one_focal) p.insert(p.begin(), p.front());
-  std::vector<double> distortion(p.begin() + 4, p.end());
-  if (!distortion.empty() && distortion.size() < 4) distortion.resize(4);  // k1 [k2], no tangential part
+Lens lensOf(const ColmapModelCamera& camera) {
   try {
-    return Lens("camera " + std::to_string(camera.id), cameraMatrix(p[0], p[1], p[2] - 0.5, p[3] - 0.5),
-                distortion, camera.size);
+    return Lens("camera " + std::to_string(camera.id), cameraFromColmap(camera.camera));
   } catch (const std::invalid_argument& error) {
-    throw DatasetError(camera.place + ": " + error.what());
+    throw DatasetError(camera.place + ": " + error.what() +
+                       "; colmap image_undistorter makes images of the model PINHOLE");
   }
 }
 
@@ -114,8 +89,8 @@ std::string pairName(const std::string& image) {
 /// of cameras, and a lens with distortion takes milliseconds.
 class Lenses {
  public:
-  explicit Lenses(const std::vector<ColmapCamera>& cameras) {
-    for (const ColmapCamera& camera : cameras) cameras_.emplace(camera.id, camera);
+  explicit Lenses(const std::vector<ColmapModelCamera>& cameras) {
+    for (const ColmapModelCamera& camera : cameras) cameras_.emplace(camera.id, camera);
   }
 
   /// Throws DatasetError.
@@ -131,7 +106,7 @@ class Lenses {
   }
 
  private:
-  std::map<std::int64_t, ColmapCamera> cameras_;
+  std::map<std::int64_t, ColmapModelCamera> cameras_;
   std::map<std::int64_t, std::shared_ptr<const Lens>> lenses_;
 };
 

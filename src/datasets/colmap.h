@@ -15,9 +15,7 @@ namespace corrsel::core {
 /// common points, so that pairs with much and with little overlap are there in the shares that the scene has.
 /// The pose is known up to scale.
 ///
-/// Camera models: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV. The pairs of another
-/// camera are broken. COLMAP's pixel coordinates have the corner of the first pixel as their origin; half a
-/// pixel is subtracted from the principal point.
+/// Camera models are those of cameraFromColmap(). The pairs of another camera are broken.
 /// A scene that cannot be read is one broken pair.
 PosedDataset readColmap(const std::string& name, const std::string& root);
 

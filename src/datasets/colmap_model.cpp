@@ -86,12 +86,12 @@ void readCamerasText(const std::string& path, ColmapModel& model) {
       row.fail("has " + std::to_string(row.words.size()) +
                " entries, at least 4 are expected (CAMERA_ID MODEL WIDTH HEIGHT PARAMS...)");
     }
-    ColmapCamera camera;
+    ColmapModelCamera camera;
     camera.place = row.place();
     camera.id = wholeNumber(row, 0);
-    camera.model = row.words[1];
-    camera.size = sizeOf(row.number(2), row.number(3), camera.place);
-    camera.parameters = row.numbers(4, row.words.size() - 4);
+    camera.camera.model = row.words[1];
+    camera.camera.size = sizeOf(row.number(2), row.number(3), camera.place);
+    camera.camera.parameters = row.numbers(4, row.words.size() - 4);
     model.cameras.push_back(std::move(camera));
   }
 }
@@ -216,7 +216,7 @@ void readCamerasBinary(const std::string& path, ColmapModel& model) {
   BinaryFile file(path);
   const std::uint64_t cameras = file.count(24);
   for (std::uint64_t i = 0; i < cameras; ++i) {
-    ColmapCamera camera;
+    ColmapModelCamera camera;
     camera.id = file.next<std::uint32_t>();
     const auto number = file.next<std::int32_t>();
     camera.place = path + ": camera " + std::to_string(camera.id);
@@ -225,11 +225,12 @@ void readCamerasBinary(const std::string& path, ColmapModel& model) {
                          ", which is not known; " + kRemedy + " as text");
     }
     const Model& known = kModels[number];
-    camera.model = known.name;
+    camera.camera.model = known.name;
     const auto width = static_cast<double>(file.next<std::uint64_t>());
     const auto height = static_cast<double>(file.next<std::uint64_t>());
-    camera.size = sizeOf(width, height, camera.place);
-    for (std::size_t k = 0; k < known.parameters; ++k) camera.parameters.push_back(file.next<double>());
+    camera.camera.size = sizeOf(width, height, camera.place);
+    for (std::size_t k = 0; k < known.parameters; ++k)
+      camera.camera.parameters.push_back(file.next<double>());
     model.cameras.push_back(std::move(camera));
   }
 }

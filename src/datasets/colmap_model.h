@@ -1,20 +1,18 @@
 #pragma once
 
 #include <cstdint>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <vector>
 
+#include "corrsel/camera_formats.h"
 #include "geometry/rigid_motion.h"
 
 namespace corrsel::core {
 
 /// A camera of a sparse model of COLMAP.
-struct ColmapCamera {
+struct ColmapModelCamera {
   std::int64_t id = 0;
-  std::string model;  ///< "PINHOLE"...; a number where the model is not known
-  cv::Size size;      ///< of its images, px
-  std::vector<double> parameters;
+  ColmapCamera camera;
   std::string place;  ///< file and line, or file alone, for error texts
 };
 
@@ -30,7 +28,7 @@ struct ColmapImage {
 /// What COLMAP's format says about the cameras and images of a reconstruction
 /// (https://colmap.github.io/format.html). The 3D points themselves are not read.
 struct ColmapModel {
-  std::vector<ColmapCamera> cameras;
+  std::vector<ColmapModelCamera> cameras;
   std::vector<ColmapImage> images;
 };
 

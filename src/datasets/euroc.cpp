@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "base/text.h"
+#include "corrsel/camera_formats.h"
 #include "datasets/dataset_report.h"
 #include "datasets/files.h"
 #include "datasets/text_rows.h"
@@ -46,15 +47,18 @@ class SensorFile {
   }
 
   /// The numbers of a list.
-  std::vector<double> numbers(const std::string& key, std::size_t count) const {
+  std::vector<double> numbers(const std::string& key) const {
     const YAML::Node entry = root_[key];
     const YAML::Node node = entry && entry.IsMap() ? entry["data"] : entry;
-    std::vector<double> values;
     try {
-      values = node.as<std::vector<double>>();
+      return node.as<std::vector<double>>();
     } catch (const YAML::Exception&) {
       fail(key, node ? "is not a list of numbers" : "is missing");
     }
+  }
+
+  std::vector<double> numbers(const std::string& key, std::size_t count) const {
+    std::vector<double> values = numbers(key);
     if (values.size() != count) {
       fail(key, "has " + std::to_string(values.size()) + " numbers where " + std::to_string(count) +
                     " are expected");
@@ -64,15 +68,26 @@ class SensorFile {
 
   bool has(const std::string& key) const { return static_cast<bool>(root_[key]); }
 
-  /// Throws unless the value is one of `valid`.
-  void require(const std::string& key, const std::vector<std::string>& valid) const {
-    const std::string value = root_[key] && root_[key].IsScalar() ? root_[key].Scalar() : "";
-    for (const std::string& text : valid) {
-      if (value == text) return;
+  /// A word; empty where there is none.
+  std::string word(const std::string& key) const {
+    return root_[key] && root_[key].IsScalar() ? root_[key].Scalar() : "";
+  }
+
+  /// The camera, with the names of EuRoC or of Kalibr for its coefficients.
+  Camera camera() const {
+    KalibrCamera camera;
+    camera.camera_model = word("camera_model");
+    camera.intrinsics = numbers("intrinsics");
+    camera.distortion_model = word("distortion_model");
+    camera.distortion_coeffs =
+        numbers(has("distortion_coeffs") ? "distortion_coeffs" : "distortion_coefficients");
+    const std::vector<double> size = numbers("resolution", 2);
+    try {
+      camera.resolution = imageSize(size[0], size[1]);
+      return cameraFromKalibr(camera);
+    } catch (const std::invalid_argument& error) {
+      throw DatasetError(path_ + ": " + error.what() + "; undistort the images of other cameras first");
     }
-    throw DatasetError(path_ + ": '" + key + "' is '" + value + "', which is not read; " +
-                       joinList(valid, " and ") + (valid.size() == 1 ? " is" : " are") +
-                       "; undistort the images of other cameras first");
   }
 
   RigidMotion toBody() const {
@@ -93,24 +108,19 @@ class SensorFile {
 };
 
 /// One of the cameras, and the images that it took.
-struct Camera {
+struct CameraFolder {
   std::shared_ptr<const Lens> lens;
   RigidMotion to_body;
   std::map<std::int64_t, std::string> images;  ///< paths by time, ns
 };
 
-Camera readCamera(const std::string& folder) {
+CameraFolder readCamera(const std::string& folder) {
   const std::string path = below(folder, kSensor);
   const SensorFile sensor(path);
-  sensor.require("camera_model", {"pinhole"});
-  sensor.require("distortion_model", {"radial-tangential", "radtan"});
-  Camera camera;
+  CameraFolder camera;
   camera.to_body = sensor.toBody();
-  const std::vector<double> k = sensor.numbers("intrinsics", 4), size = sensor.numbers("resolution", 2);
   try {
-    camera.lens = std::make_shared<const Lens>(
-        fs::path(folder).filename().string(), cameraMatrix(k[0], k[1], k[2], k[3]),
-        sensor.numbers("distortion_coefficients", 4), imageSize(size[0], size[1]));
+    camera.lens = std::make_shared<const Lens>(fs::path(folder).filename().string(), sensor.camera());
   } catch (const std::invalid_argument& error) {
     throw DatasetError(path + ": " + error.what());
   }
@@ -143,8 +153,8 @@ Trajectory readPoses(const std::string& folder) {
   return poses;
 }
 
-void addStereo(const std::string& name, const std::string& sequence, const Camera& left, const Camera& right,
-               const PairChoice& choice, PosedDataset& dataset) {
+void addStereo(const std::string& name, const std::string& sequence, const CameraFolder& left,
+               const CameraFolder& right, const PairChoice& choice, PosedDataset& dataset) {
   std::vector<PosedPair> pairs;
   for (const auto& [time, image] : left.images) {
     const auto other = right.images.find(time);
@@ -170,11 +180,11 @@ void addStereo(const std::string& name, const std::string& sequence, const Camer
 void addSequence(const std::string& name, const std::string& folder, const PairChoice& choice,
                  PosedDataset& dataset) {
   const std::string sequence = folderName(folder), sensors = below(folder, kSensors);
-  const Camera left = readCamera(below(sensors, kLeft));
+  const CameraFolder left = readCamera(below(sensors, kLeft));
   if (left.lens->distorted()) dataset.remarks.push_back(sequence + ": " + left.lens->text());
   if (choice.pairs != FramePairs::kSteps) {
     if (isFolder(below(sensors, kRight))) {
-      const Camera right = readCamera(below(sensors, kRight));
+      const CameraFolder right = readCamera(below(sensors, kRight));
       if (right.lens->distorted()) dataset.remarks.push_back(sequence + ": " + right.lens->text());
       addStereo(name, sequence, left, right, choice, dataset);
     } else {

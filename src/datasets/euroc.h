@@ -10,7 +10,8 @@ namespace corrsel::core {
 /// IJRR 2016). A sequence is a folder, or the root itself, with `mav0/` (ASL format):
 /// - `cam0/data.csv`, `cam1/data.csv`: lines `timestamp [ns],filename`, of images in `data/` beside it;
 /// - `cam0/sensor.yaml`, `cam1/sensor.yaml`: `T_BS` (from the camera's frame to the body's), `intrinsics`,
-///   `distortion_coefficients`, `resolution`, and the models `pinhole` and `radial-tangential`;
+///   `distortion_coefficients` (or `distortion_coeffs`), `resolution`, `camera_model` and `distortion_model`,
+///   in the words of EuRoC or of Kalibr (cameraFromKalibr());
 /// - `state_groundtruth_estimate0/data.csv`: the pose of the body in the world, timestamp [ns], position [m],
 ///   quaternion w x y z, and columns that are not used. Its sensor.yaml may have a T_BS, too, which relates
 ///   the body of the ground truth to that of the cameras.

@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "corrsel/datasets/reader.h"
 #include "datasets/adelaide_rmf.h"
+#include "datasets/calibrated_generated.h"
 #include "datasets/colmap.h"
 #include "datasets/euroc.h"
 #include "datasets/evd.h"
@@ -48,6 +49,10 @@ Reader openGenerated(const std::string&, const std::string& path, int seed) {
   return std::make_unique<Generated>(path, seed);
 }
 
+Reader openCalibrated(const std::string& name, const std::string&, int seed) {
+  return std::make_unique<CalibratedGeneratedReader>(name, seed);
+}
+
 struct Entry {
   const char* name;
   Open open;
@@ -56,6 +61,9 @@ struct Entry {
 constexpr Entry kDatasets[] = {
     {"adelaidermf", openNamed<AdelaideRmfReader>},
     {"adelaidermf_reconstructed", openNamed<AdelaideRmfReader>},
+    {"calibrated30_generated", openCalibrated},
+    {"calibrated70_generated", openCalibrated},
+    {"calibrated95_generated", openCalibrated},
     {"colmap", openPosed<readColmap>},
     {"euroc", openPosed<readEuroc>},
     {"evd", openNamed<EvdReader>},
@@ -209,8 +217,9 @@ std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::s
   if (isUnrelated(name)) {
     return std::make_unique<UnrelatedReader>(openDataset(imageDataset(name), path, seed), seed);
   }
-  requireNotMisplaced(name, path);
   const Entry* const entry = findEntry(name);
+  if (!needsFolder(name)) return entry->open(name, path, seed);
+  requireNotMisplaced(name, path);
   const bool is_known = entry != nullptr;
   std::error_code ignored;
   if (!fs::is_directory(path, ignored) && !needsSamplePhotographs(name)) {
@@ -232,6 +241,8 @@ bool isUnrelated(const std::string& name) { return name.rfind(kUnrelatedPrefix, 
 std::string imageDataset(const std::string& name) {
   return isUnrelated(name) ? name.substr(std::char_traits<char>::length(kUnrelatedPrefix)) : name;
 }
+
+bool needsFolder(const std::string& name) { return !CalibratedGeneratedReader::isName(imageDataset(name)); }
 
 bool needsSamplePhotographs(const std::string& name) {
   const std::string images = imageDataset(name);

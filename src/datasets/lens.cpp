@@ -1,10 +1,10 @@
 #include "datasets/lens.h"
 
-#include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
+#include <vector>
 
 #include "base/text.h"
 #include "datasets/files.h"
@@ -23,35 +23,32 @@ std::string sizeText(const cv::Size& size) {
 
 }  // namespace
 
-Lens::Lens(const std::string& name, const cv::Matx33d& camera, const std::vector<double>& distortion,
-           const cv::Size& size)
-    : name_(name), original_(camera), camera_(camera), distortion_(distortion), size_(size) {
-  const bool finite = cv::checkRange(camera) && std::all_of(distortion.begin(), distortion.end(),
-                                                            [](double k) { return std::isfinite(k); });
-  if (!finite) throw std::invalid_argument(name + " has a number that is not finite");
-  const double fx = camera(0, 0), fy = camera(1, 1), cx = camera(0, 2), cy = camera(1, 2);
-  if (!(fx > 0 && fy > 0)) {
-    throw std::invalid_argument(name + " has the focal lengths " + formatNumber(fx) + " and " +
-                                formatNumber(fy) + " px; they must be above 0");
+Lens::Lens(const std::string& name, const Camera& camera) : name_(name), original_(camera), camera_(camera) {
+  try {
+    camera.check();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(name + ": " + error.what());
   }
+  if (camera.model == Camera::Model::kEquirectangular) return;
+  const cv::Size size = camera.size;
+  const double cx = camera.matrix(0, 2), cy = camera.matrix(1, 2);
   if (!size.empty() && !(cx >= 0 && cy >= 0 && cx < size.width && cy < size.height)) {
     throw std::invalid_argument(name + " has its principal point at (" + formatNumber(cx) + ", " +
                                 formatNumber(cy) + "), outside its images of " + sizeText(size));
   }
-  if (std::all_of(distortion_.begin(), distortion_.end(), [](double k) { return k == 0; })) {
-    distortion_.clear();
-  }
-  if (distortion_.empty()) return;
-  camera_ = cv::Mat(cv::getOptimalNewCameraMatrix(original_, distortion_, size_, 0));
+  if (camera.model != Camera::Model::kPinhole || camera.isPlainPinhole()) return;
+  camera_.distortion = {};
+  cv::Matx33d& k = camera_.matrix;
+  k = cv::Mat(cv::getOptimalNewCameraMatrix(original_.matrix, original_.distortion, size, 0));
   // OpenCV looks at nine points of each side only.
-  const cv::Point2d centre((size_.width - 1) / 2.0, (size_.height - 1) / 2.0);
+  const cv::Point2d centre((size.width - 1) / 2.0, (size.height - 1) / 2.0);
   for (int step = 0; step < kSteps && !(beyondBorder() <= kMaxBeyond); ++step) {
-    camera_(0, 0) *= kEnlargement;
-    camera_(1, 1) *= kEnlargement;
-    camera_(0, 2) = centre.x + (camera_(0, 2) - centre.x) * kEnlargement;
-    camera_(1, 2) = centre.y + (camera_(1, 2) - centre.y) * kEnlargement;
+    k(0, 0) *= kEnlargement;
+    k(1, 1) *= kEnlargement;
+    k(0, 2) = centre.x + (k(0, 2) - centre.x) * kEnlargement;
+    k(1, 2) = centre.y + (k(1, 2) - centre.y) * kEnlargement;
   }
-  if (!(beyondBorder() <= kMaxBeyond) || !(camera_(0, 0) > 0) || !(camera_(1, 1) > 0)) {
+  if (!(beyondBorder() <= kMaxBeyond) || !(k(0, 0) > 0) || !(k(1, 1) > 0)) {
     throw std::invalid_argument(name + " has a distortion that cannot be removed from images of " +
                                 sizeText(size) + "; check its coefficients and their order");
   }
@@ -59,24 +56,26 @@ Lens::Lens(const std::string& name, const cv::Matx33d& camera, const std::vector
 
 /// How far the border of the undistorted image lies outside the original one, px.
 double Lens::beyondBorder() const {
+  const cv::Size size = original_.size;
+  const cv::Matx33d& k = camera_.matrix;
   std::vector<cv::Point3d> rays;
   const auto add = [&](int x, int y) {
-    rays.emplace_back((x - camera_(0, 2)) / camera_(0, 0), (y - camera_(1, 2)) / camera_(1, 1), 1);
+    rays.emplace_back((x - k(0, 2)) / k(0, 0), (y - k(1, 2)) / k(1, 1), 1);
   };
-  for (int x = 0; x < size_.width; ++x) {
+  for (int x = 0; x < size.width; ++x) {
     add(x, 0);
-    add(x, size_.height - 1);
+    add(x, size.height - 1);
   }
-  for (int y = 0; y < size_.height; ++y) {
+  for (int y = 0; y < size.height; ++y) {
     add(0, y);
-    add(size_.width - 1, y);
+    add(size.width - 1, y);
   }
   std::vector<cv::Point2d> points;
-  cv::projectPoints(rays, cv::Vec3d(), cv::Vec3d(), original_, distortion_, points);
+  cv::projectPoints(rays, cv::Vec3d(), cv::Vec3d(), original_.matrix, original_.distortion, points);
   double beyond = 0;
   for (const cv::Point2d& point : points) {
     for (const double outside :
-         {-point.x, -point.y, point.x - (size_.width - 1), point.y - (size_.height - 1)}) {
+         {-point.x, -point.y, point.x - (size.width - 1), point.y - (size.height - 1)}) {
       if (!(outside <= beyond)) beyond = outside;  // NaN, too
     }
   }
@@ -84,27 +83,31 @@ double Lens::beyondBorder() const {
 }
 
 cv::Mat Lens::undistorted(const cv::Mat& image) const {
-  if (!size_.empty() && image.size() != size_) {
+  const cv::Size size = original_.size;
+  if (!size.empty() && image.size() != size) {
     throw std::invalid_argument("the image has " + sizeText(image.size()) + ", " + name_ + " is for " +
-                                sizeText(size_));
+                                sizeText(size));
   }
-  if (size_.empty() && !(camera_(0, 2) < image.cols && camera_(1, 2) < image.rows)) {
+  const cv::Matx33d& k = camera_.matrix;
+  if (size.empty() && !(k(0, 2) < image.cols && k(1, 2) < image.rows)) {
     throw std::invalid_argument("the image has " + sizeText(image.size()) + ", and the principal point of " +
-                                name_ + " lies outside it, at (" + formatNumber(camera_(0, 2)) + ", " +
-                                formatNumber(camera_(1, 2)) + "): the calibration is for another size");
+                                name_ + " lies outside it, at (" + formatNumber(k(0, 2)) + ", " +
+                                formatNumber(k(1, 2)) + "): the calibration is for another size");
   }
   if (!distorted()) return image;
   cv::Mat map_x, map_y, result;
-  cv::initUndistortRectifyMap(original_, distortion_, cv::noArray(), camera_, size_, CV_32FC1, map_x, map_y);
+  cv::initUndistortRectifyMap(original_.matrix, original_.distortion, cv::noArray(), k, size, CV_32FC1, map_x,
+                              map_y);
   // The outer half of a border pixel is that pixel, and not a mixture with black.
   cv::remap(image, result, map_x, map_y, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
   return result;
 }
 
 std::string Lens::text() const {
-  return "images of " + name_ + " (" + sizeText(size_) + ") are undistorted; their new camera has fx " +
-         roundedText(camera_(0, 0)) + ", fy " + roundedText(camera_(1, 1)) + ", cx " +
-         roundedText(camera_(0, 2)) + ", cy " + roundedText(camera_(1, 2)) + " px";
+  const cv::Matx33d& k = camera_.matrix;
+  return "images of " + name_ + " (" + sizeText(original_.size) +
+         ") are undistorted; their new camera has fx " + roundedText(k(0, 0)) + ", fy " +
+         roundedText(k(1, 1)) + ", cx " + roundedText(k(0, 2)) + ", cy " + roundedText(k(1, 2)) + " px";
 }
 
 cv::Size imageSize(double width, double height) {

@@ -71,7 +71,9 @@ class Lenses {
                ") is not of the form fx 0 cx 0 fy cy 0 0 1; " + kMeaning + " are expected");
     }
     try {
-      lens = std::make_shared<Lens>(which, camera, std::vector<double>(), cv::Size());
+      Camera pinhole;
+      pinhole.matrix = camera;
+      lens = std::make_shared<Lens>(which, pinhole);
     } catch (const std::invalid_argument& error) {
       row.fail(error.what());
     }

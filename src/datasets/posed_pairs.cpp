@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "datasets/dataset_report.h"
 #include "datasets/files.h"
+#include "datasets/posed_truth.h"
 
 namespace corrsel::core {
 namespace {
@@ -21,7 +22,7 @@ const cv::Matx33d kTurnedFrame(0, 1, 0, -1, 0, 0, 0, 0, 1);
 /// One image of a pair after all that is done to it.
 struct Prepared {
   cv::Mat image;
-  cv::Matx33d camera;
+  Camera camera;     ///< of this image
   RigidMotion turn;  ///< from the frame of the camera to that of the image
 };
 
@@ -34,9 +35,11 @@ Prepared prepared(const PosedImage& posed, const cv::Mat& stored) {
                        "; give the image in the size for which its camera was calibrated");
   }
   result.camera = posed.lens->camera();
+  result.camera.size = result.image.size();
   for (int turn = 0; turn < posed.quarter_turns; ++turn) {
-    result.camera = turnedPixels(result.image.size()) * result.camera * kTurnedFrame.t();
+    result.camera.matrix = turnedPixels(result.image.size()) * result.camera.matrix * kTurnedFrame.t();
     cv::rotate(result.image, result.image, cv::ROTATE_90_COUNTERCLOCKWISE);
+    result.camera.size = result.image.size();
     result.turn.rotation = kTurnedFrame * result.turn.rotation;
   }
   return result;
@@ -44,19 +47,6 @@ Prepared prepared(const PosedImage& posed, const cv::Mat& stored) {
 
 /// Whether the image is another one than the stored one.
 bool isChanged(const PosedImage& image) { return image.lens->distorted() || image.quarter_turns != 0; }
-
-GroundTruth truthOf(const RelativePose& pose) {
-  GroundTruth truth;
-  truth.pose = pose;
-  if (cv::norm(pose.translation) > 0) {
-    truth.kind = TruthKind::kFundamental;
-    truth.matrix = pose.fundamental();
-  } else {
-    truth.kind = TruthKind::kHomography;
-    truth.matrix = pose.right_camera * pose.rotation * pose.left_camera.inv();
-  }
-  return truth;
-}
 
 }  // namespace
 
@@ -86,12 +76,12 @@ ImagePair PosedPairReader::read(std::size_t index) const {
   pair.left = left.image;
   pair.right = right.image;
   const RigidMotion motion = right.turn * posed.motion * left.turn.inverse();
+  pair.left_camera = left.camera;
+  pair.right_camera = right.camera;
   RelativePose pose;
-  pose.left_camera = left.camera;
-  pose.right_camera = right.camera;
   pose.rotation = motion.rotation;
   pose.translation = motion.translation;
-  pair.truth = truthOf(pose);
+  pair.truth = truthOf(pose, left.camera, right.camera);
   return pair;
 }
 

@@ -17,7 +17,7 @@ namespace corrsel::core {
 struct PosedImage {
   std::string path;
   std::shared_ptr<const Lens> lens;
-  int quarter_turns = 0;  ///< counter-clockwise, by which the image is turned before use; 0 to 3
+  int quarter_turns = 0;  ///< counter-clockwise, by which the image of a pinhole is turned before use; 0 to 3
 };
 
 /// A pair of images whose relative pose is known.
@@ -46,8 +46,8 @@ struct PosedDataset {
 };
 
 /// Reads pairs of calibrated images. The images are turned by their quarter turns, or freed from the
-/// distortion of their lens, and calibration and pose are those of the images that result. The ground truth
-/// is the fundamental matrix of the pose; of a camera that only turned, the homography K' R K^-1.
+/// distortion of their lens (Lens), and calibration and pose are those of the images that result. The ground
+/// truth is that of truthOf(): the images of fisheye lenses stay as they are.
 class PosedPairReader : public DatasetReader {
  public:
   /// Pairs of equal names get numbers: a second "1-2" becomes "1-2#2".

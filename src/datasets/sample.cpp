@@ -11,9 +11,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
+#include "corrsel/camera_formats.h"
 #include "corrsel/random.h"
 #include "datasets/files.h"
 #include "datasets/generator.h"
+#include "datasets/lens.h"
 
 namespace corrsel::core {
 namespace {
@@ -283,6 +285,8 @@ ImagePair SampleReader::read(std::size_t index) const {
     pair.truth.kind = TruthKind::kDisparity;
     pair.truth.disparity = readDisparity(path(kAloeDisparity), pair.left.size());
     pair.truth.pose = aloePose(pair.left.size());
+    pair.left_camera = cameraFromOpenCv(pair.truth.pose->left_camera, {}, pair.left.size());
+    pair.right_camera = cameraFromOpenCv(pair.truth.pose->right_camera, {}, pair.right.size());
     pair.left_name = kAloeLeft;
     pair.right_name = kAloeRight;
     return pair;

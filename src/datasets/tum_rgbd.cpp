@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "base/text.h"
+#include "corrsel/camera_formats.h"
 #include "datasets/files.h"
 #include "datasets/text_rows.h"
 #include "datasets/trajectory.h"
@@ -53,8 +54,9 @@ Lens ownLens(const std::string& path) {
   const std::vector<double> k = rows[0].numbers(0, count);
   const std::vector<double> distortion(k.begin() + 4, k.end());
   // The size is stated nowhere; that of the Kinect's images is needed to remove a distortion.
-  return Lens(path, cameraMatrix(k[0], k[1], k[2], k[3]), distortion,
-              distortion.empty() ? cv::Size() : kSize);
+  return Lens("the camera of " + std::string(kCalibration),
+              cameraFromOpenCv(cameraMatrix(k[0], k[1], k[2], k[3]), distortion,
+                               distortion.empty() ? cv::Size() : kSize));
 }
 
 Lens lensOf(const std::string& folder) {
@@ -63,14 +65,14 @@ Lens lensOf(const std::string& folder) {
     try {
       return ownLens(path);
     } catch (const std::invalid_argument& error) {
-      throw DatasetError(error.what());
+      throw DatasetError(path + ": " + error.what());
     }
   }
   for (const Published& camera : kPublished) {
     if (name.find(camera.name) == std::string::npos && name.find(camera.abbreviation) != 0) continue;
     return Lens("the camera of " + std::string(camera.name),
-                cameraMatrix(camera.fx, camera.fy, camera.cx, camera.cy),
-                {std::begin(camera.distortion), std::end(camera.distortion)}, kSize);
+                cameraFromOpenCv(cameraMatrix(camera.fx, camera.fy, camera.cx, camera.cy),
+                                 {std::begin(camera.distortion), std::end(camera.distortion)}, kSize));
   }
   throw DatasetError(
       folder +

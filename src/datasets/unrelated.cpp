@@ -112,6 +112,8 @@ ImagePair UnrelatedReader::read(std::size_t index) const {
   result.right = right.right;
   result.left_name = left.left_name;
   result.right_name = right.right_name;
+  result.left_camera = left.left_camera;
+  result.right_camera = right.right_camera;
   result.stretched = left.stretched ? left.stretched : right.stretched;
   for (const auto& [image, scene] :
        {std::pair(&result.left, pair.left), std::pair(&result.right, pair.right)}) {

@@ -4,8 +4,10 @@
 #include <limits>
 #include <stdexcept>
 
+#include "geometry/essential.h"
 #include "geometry/fundamental.h"
 #include "geometry/homography.h"
+#include "geometry/rays.h"
 
 namespace corrsel::core {
 namespace {
@@ -37,6 +39,31 @@ cv::Matx33d oriented(const cv::Matx33d& h, const Correspondences& matches) {
   return inFront(h, x, y);
 }
 
+/// The errors against a truth of rays.
+std::vector<double> rayErrors(const GroundTruth& truth, const Correspondences& matches) {
+  if (!matches.left_camera || !matches.right_camera) {
+    throw std::invalid_argument("the ground truth is of the kind " + toString(truth.kind) +
+                                ", and the matches have no cameras; give both cameras");
+  }
+  RayMatches rays;
+  std::vector<std::uint8_t> exists;
+  unproject(matches, rays, exists);
+  std::vector<double> errors(matches.size());
+  if (truth.kind == TruthKind::kEssential) {
+    squaredTangentSampson(truth.matrix, rays, errors.data());
+    for (double& error : errors) error = std::sqrt(error);
+  } else {
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      const cv::Vec3d turned = truth.matrix * rays.left.direction(i), right = rays.right.direction(i);
+      errors[i] = std::atan2(cv::norm(turned.cross(right)), turned.dot(right)) / rays.right.pixelAngle(i);
+    }
+  }
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    if (exists[i] == 0) errors[i] = std::numeric_limits<double>::infinity();
+  }
+  return errors;
+}
+
 }  // namespace
 
 std::vector<double> groundTruthErrors(const GroundTruth& truth, const Correspondences& matches) {
@@ -44,6 +71,9 @@ std::vector<double> groundTruthErrors(const GroundTruth& truth, const Correspond
   if (truth.kind == TruthKind::kLabels && truth.labels.size() != n) {
     throw std::invalid_argument("ground truth has " + std::to_string(truth.labels.size()) + " labels for " +
                                 std::to_string(n) + " matches");
+  }
+  if (truth.kind == TruthKind::kEssential || truth.kind == TruthKind::kRotation) {
+    return rayErrors(truth, matches);
   }
   std::vector<double> errors(n, kUnknown);
   const cv::Matx33d homography = oriented(truth.matrix, matches);
@@ -57,6 +87,8 @@ std::vector<double> groundTruthErrors(const GroundTruth& truth, const Correspond
     }
     switch (truth.kind) {
       case TruthKind::kNone:
+      case TruthKind::kEssential:
+      case TruthKind::kRotation:
         break;
       case TruthKind::kHomography:
         errors[i] = std::sqrt(homographyError(homography, lx, ly, rx, ry));

@@ -16,6 +16,8 @@ namespace corrsel::core {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kSmallSine = 1e-9;
+constexpr double kAtRest = 1e-9;  // difference of a rotation from the identity
 
 double degrees(double radians) { return radians * 180.0 / CV_PI; }
 
@@ -61,6 +63,33 @@ double areaUnder(const std::vector<double>& sorted, const std::vector<std::size_
   return (area + (threshold - last_error) * recall) / threshold;
 }
 
+/// The rotation vector of a rotation: axis times angle, rad.
+cv::Vec3d rotationVector(const cv::Matx33d& r) {
+  const cv::Vec3d axis = 0.5 * cv::Vec3d(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1));
+  const double sine = cv::norm(axis), cosine = 0.5 * (r(0, 0) + r(1, 1) + r(2, 2) - 1);
+  const double angle = std::atan2(sine, cosine);
+  if (sine > kSmallSine) return axis * (angle / sine);
+  if (cosine > 0) return axis;
+  // Half a turn: R = 2 n n^T - I.
+  int largest = 0;
+  for (int i = 1; i < 3; ++i) {
+    if (r(i, i) > r(largest, largest)) largest = i;
+  }
+  cv::Vec3d column(r(0, largest), r(1, largest), r(2, largest));
+  column[largest] += 1;
+  return cv::normalize(column) * angle;
+}
+
+/// e^T C^-1 e of the first n parameters; NaN where C is not positive definite.
+double squaredNorm(const cv::Vec<double, 5>& error, const cv::Matx<double, 5, 5>& covariance, int n) {
+  cv::Mat c = cv::Mat(covariance)(cv::Rect(0, 0, n, n)).clone();
+  cv::Mat solved = cv::Mat(error).rowRange(0, n).clone();
+  if (!cv::checkRange(c) || !cv::checkRange(solved)) return kUndefined;
+  if (!cv::solve(c, cv::Mat(error).rowRange(0, n), solved, cv::DECOMP_CHOLESKY)) return kUndefined;
+  const double squared = cv::Mat(error).rowRange(0, n).dot(solved);
+  return squared >= 0 ? squared : kUndefined;
+}
+
 /// (x, y, 1) in the frame of a camera with the inverse K.
 cv::Vec3d ray(const cv::Matx33d& inverse, float x, float y) { return inverse * cv::Vec3d(x, y, 1); }
 
@@ -78,6 +107,43 @@ PoseErrors poseErrors(const cv::Matx33d& rotation, const cv::Vec3d& translation,
   errors.translation = std::min(angle, 180.0 - angle);
   errors.pose = std::max(errors.rotation, errors.translation);
   return errors;
+}
+
+cv::Vec<double, 5> poseDeviation(const Pose& estimate, const RelativePose& truth) {
+  const cv::Vec3d w = rotationVector(truth.rotation * estimate.rotation.t());
+  cv::Vec<double, 5> error(w[0], w[1], w[2], kUndefined, kUndefined);
+  const double length = cv::norm(truth.translation);
+  if (length == 0 || cv::norm(estimate.translation) == 0) return error;
+  const cv::Vec3d direction = truth.translation / length;
+  cv::Vec3d b1, b2;
+  translationBasis(estimate.translation, b1, b2);
+  const cv::Vec2d across(direction.dot(b1), direction.dot(b2));
+  const double sine = cv::norm(across), angle = std::atan2(sine, direction.dot(estimate.translation));
+  const cv::Vec2d offset =
+      sine > kSmallSine ? across * (angle / sine) : cv::Vec2d(angle > 1 ? angle : across[0], across[1]);
+  error[3] = offset[0];
+  error[4] = offset[1];
+  return error;
+}
+
+bool NormalizedError::inside() const {
+  return degrees > 0 && squared <= (degrees == 5 ? kChiSquared5 : kChiSquared3);
+}
+
+NormalizedError normalizedError(const PoseResult& estimate, const RelativePose& truth) {
+  NormalizedError error;
+  const bool translated = cv::norm(estimate.pose.translation) > 0;
+  if (estimate.motion == Motion::kNone || translated != (cv::norm(truth.translation) > 0)) return error;
+  const std::size_t degrees = translated ? 5 : 3;
+  error.squared =
+      squaredNorm(poseDeviation(estimate.pose, truth), estimate.covariance, static_cast<int>(degrees));
+  error.degrees = std::isnan(error.squared) ? 0 : degrees;
+  return error;
+}
+
+Motion trueMotion(const RelativePose& truth) {
+  if (cv::norm(truth.translation) > 0) return Motion::kGeneral;
+  return cv::norm(truth.rotation - cv::Matx33d::eye()) > kAtRest ? Motion::kRotation : Motion::kRest;
 }
 
 double errorAuc(std::vector<double> errors, double threshold) {

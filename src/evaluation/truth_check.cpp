@@ -66,6 +66,10 @@ std::string nameOf(TruthKind kind, bool several) {
       return several ? "the homographies" : "the homography";
     case TruthKind::kFundamental:
       return several ? "the fundamental matrices" : "the fundamental matrix";
+    case TruthKind::kEssential:
+      return several ? "the essential matrices" : "the essential matrix";
+    case TruthKind::kRotation:
+      return several ? "the rotations" : "the rotation";
     default:
       return several ? "the disparities" : "the disparity";
   }
@@ -136,6 +140,12 @@ std::vector<OtherReading> readingsOf(const GroundTruth& truth, const Corresponde
                   withDisparity("sixteenths", truth, 1.0 / 16), withDisparity("256ths", truth, 1.0 / 256)};
       break;
     }
+    case TruthKind::kEssential:
+      readings = {withMatrix(kTranspose, truth, truth.matrix.t())};
+      break;
+    case TruthKind::kRotation:
+      readings = {withMatrix("inverse", truth, truth.matrix.t())};
+      break;
     case TruthKind::kLabels:
     case TruthKind::kNone:
       break;
@@ -152,6 +162,8 @@ Correspondences shuffled(const Correspondences& matches) {
   result.right_y = matches.right_y;
   result.left_size = matches.left_size;
   result.right_size = matches.right_size;
+  result.left_camera = matches.left_camera;
+  result.right_camera = matches.right_camera;
   Random random(0);
   for (std::size_t i = result.size(); i > 1; --i) {
     const std::size_t j = random.index(static_cast<std::uint32_t>(i));

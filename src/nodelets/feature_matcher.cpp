@@ -43,6 +43,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings_.current());
     if (!message) return;  // the first image of a sequence
     stage_->report(message->seconds, message->header.stamp);
+    stage_->diagnostics().set("cameras", camerasText(*message));
     stage_->publish("correspondences", message);
   }
 

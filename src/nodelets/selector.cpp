@@ -1,4 +1,5 @@
 #include <corrsel/SelectorConfig.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nodelet/nodelet.h>
 #include <ros/param.h>
 
@@ -10,6 +11,7 @@
 
 #include "base/stopwatch.h"
 #include "corrsel/Correspondences.h"
+#include "corrsel/RelativePose.h"
 #include "corrsel/Selection.h"
 #include "corrsel/ros/selector_plugins.h"
 #include "ros/live/live_selector.h"
@@ -20,8 +22,9 @@
 
 namespace corrsel {
 
-/// Publishes, for every message on `correspondences`, the matches that the chosen selector keeps (`matches`)
-/// and its decision (`selection`).
+/// Publishes, for every message on `correspondences`, the matches that the chosen selector keeps (`matches`),
+/// its decision (`selection`), and, if it estimates one, the pose between the images (`relative_pose`,
+/// `pose`).
 class SelectorNodelet : public nodelet::Nodelet {
   struct Item {
     CorrespondencesConstPtr message;
@@ -50,7 +53,9 @@ class SelectorNodelet : public nodelet::Nodelet {
     stage_ = std::make_unique<Stage>(getNodeHandle(), getPrivateNodeHandle(), getName(), parameters,
                                      std::move(parts));
     stage_->diagnostics().limitInlierRatio(parameters.warn_inlier_ratio, parameters.error_inlier_ratio);
-    stage_->start({Stage::output<Correspondences>("matches"), Stage::output<Selection>("selection")});
+    stage_->start({Stage::output<Correspondences>("matches"), Stage::output<Selection>("selection"),
+                   Stage::output<RelativePose>("relative_pose"),
+                   Stage::output<geometry_msgs::PoseWithCovarianceStamped>("pose")});
   }
 
   /// The parameters that are set below the nodelet's namespace.
@@ -69,6 +74,8 @@ class SelectorNodelet : public nodelet::Nodelet {
     Selection& selection = *result.selection;
     const core::Stopwatch watch;
     stage_->publish("matches", result.matches);
+    if (result.relative_pose) stage_->publish("relative_pose", result.relative_pose);
+    if (result.pose) stage_->publish("pose", result.pose);
     selection.seconds.publish += watch.seconds();
     stage_->publish("selection", result.selection);
     stage_->report(selection.seconds, selection.header.stamp);
@@ -76,6 +83,7 @@ class SelectorNodelet : public nodelet::Nodelet {
       stage_->diagnostics().inlierRatio(static_cast<double>(selection.n_selected) / selection.n_input);
     }
     stage_->diagnostics().confidence(selection.confidence);
+    stage_->diagnostics().set("pose", result.verdict);
     if (!result.warning.empty()) stage_->warn(result.warning);
   }
 

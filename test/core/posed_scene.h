@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "corrsel/evaluation/errors.h"
 #include "corrsel/image_pair.h"
 #include "corrsel/random.h"
 #include "dataset_folder.h"
@@ -46,26 +47,16 @@ class PosedScene : public DatasetFolder {
   /// Writes the image of a camera with this pose. @param path  relative to the test's folder
   void writeView(const std::string& file, const RigidMotion& pose,
                  const std::vector<double>& distortion = {}) const {
-    const RigidMotion to_camera = pose.inverse();
-    std::vector<cv::Point3d> seen;
-    for (const cv::Point3d& point : points()) {
-      const cv::Vec3d at = to_camera.rotation * cv::Vec3d(point.x, point.y, point.z) + to_camera.translation;
-      seen.emplace_back(at[0], at[1], at[2]);
-    }
     std::vector<cv::Point2d> pixels;
-    cv::projectPoints(seen, cv::Vec3d(), cv::Vec3d(), camera(), distortion, pixels);
-    cv::Mat image(kHeight, kWidth, CV_8UC1, cv::Scalar(20));
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x) {
-        double value = 20;
-        for (const cv::Point2d& pixel : pixels) {
-          value += 200 * std::exp(-((x - pixel.x) * (x - pixel.x) + (y - pixel.y) * (y - pixel.y)) / 8);
-        }
-        image.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(value);
-      }
-    }
-    std::filesystem::create_directories((root_ / file).parent_path());
-    ASSERT_TRUE(cv::imwrite((root_ / file).string(), image));
+    cv::projectPoints(seenFrom(pose), cv::Vec3d(), cv::Vec3d(), camera(), distortion, pixels);
+    writeDots(file, pixels);
+  }
+
+  /// The same through a fisheye lens. @param distortion  OpenCV's four coefficients
+  void writeFisheyeView(const std::string& file, const RigidMotion& pose, const cv::Vec4d& distortion) const {
+    std::vector<cv::Point2d> pixels;
+    cv::fisheye::projectPoints(seenFrom(pose), pixels, cv::Vec3d(), cv::Vec3d(), camera(), distortion);
+    writeDots(file, pixels);
   }
 
   /// Where the dot near a place is, px; NaN where there is none.
@@ -113,6 +104,34 @@ class PosedScene : public DatasetFolder {
     EXPECT_GE(compared, 6);
   }
 
+  /// Checks that images of fisheye lenses are raw, that their dots lie where cameras and pose say, and that
+  /// the truth is that of the rays.
+  static void expectFisheyeTruth(const ImagePair& pair, const RigidMotion& left_pose) {
+    ASSERT_TRUE(pair.truth.pose && pair.left_camera && pair.right_camera);
+    EXPECT_EQ(pair.left_camera->model, Camera::Model::kFisheye);
+    EXPECT_EQ(pair.right_camera->model, Camera::Model::kFisheye);
+    EXPECT_EQ(pair.truth.kind, TruthKind::kEssential);
+    EXPECT_FALSE(pair.left_name.empty()) << "the images are those of the files";
+    const RigidMotion to_left = left_pose.inverse();
+    const RigidMotion to_right =
+        RigidMotion{pair.truth.pose->rotation, pair.truth.pose->translation} * to_left;
+    Correspondences dots;
+    for (const cv::Point3d& point : points()) {
+      const cv::Vec3d p(point.x, point.y, point.z);
+      cv::Point2d left, right;
+      ASSERT_TRUE(project(*pair.left_camera, to_left.rotation * p + to_left.translation, left));
+      ASSERT_TRUE(project(*pair.right_camera, to_right.rotation * p + to_right.translation, right));
+      const cv::Point2d left_dot = dotNear(pair.left, left), right_dot = dotNear(pair.right, right);
+      if (std::isnan(left_dot.x) || std::isnan(right_dot.x)) continue;
+      EXPECT_LT(cv::norm(left_dot - left), 0.25) << left << " " << left_dot;
+      EXPECT_LT(cv::norm(right_dot - right), 0.25) << right << " " << right_dot;
+      dots.add(left_dot, right_dot);
+    }
+    EXPECT_GE(dots.size(), 6u);
+    pair.addCamerasTo(dots);
+    for (const double error : groundTruthErrors(pair.truth, dots)) EXPECT_LT(error, 0.4);
+  }
+
   static std::string text(const cv::Matx33d& matrix) {
     std::string result;
     for (const double value : matrix.val) result += " " + std::to_string(value);
@@ -125,6 +144,33 @@ class PosedScene : public DatasetFolder {
     cv::Rodrigues(rotation, turn);
     const double angle = cv::norm(turn), s = angle > 0 ? std::sin(angle / 2) / angle : 0.5;
     return {std::cos(angle / 2), s * turn[0], s * turn[1], s * turn[2]};
+  }
+
+ private:
+  /// points() in the frame of a camera.
+  static std::vector<cv::Point3d> seenFrom(const RigidMotion& pose) {
+    const RigidMotion to_camera = pose.inverse();
+    std::vector<cv::Point3d> seen;
+    for (const cv::Point3d& point : points()) {
+      const cv::Vec3d at = to_camera.rotation * cv::Vec3d(point.x, point.y, point.z) + to_camera.translation;
+      seen.emplace_back(at[0], at[1], at[2]);
+    }
+    return seen;
+  }
+
+  void writeDots(const std::string& file, const std::vector<cv::Point2d>& pixels) const {
+    cv::Mat image(kHeight, kWidth, CV_8UC1, cv::Scalar(20));
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        double value = 20;
+        for (const cv::Point2d& pixel : pixels) {
+          value += 200 * std::exp(-((x - pixel.x) * (x - pixel.x) + (y - pixel.y) * (y - pixel.y)) / 8);
+        }
+        image.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(value);
+      }
+    }
+    std::filesystem::create_directories((root_ / file).parent_path());
+    ASSERT_TRUE(cv::imwrite((root_ / file).string(), image));
   }
 };
 

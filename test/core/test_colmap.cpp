@@ -158,17 +158,57 @@ TEST_F(Colmap, CamerasWithOneFocalLength) {
   }
 }
 
+TEST_F(Colmap, ImagesOfFisheyeLensesStayRaw) {
+  const cv::Vec4d distortion(-0.02, 0.01, 0, 0);
+  for (int i = 0; i < 3; ++i) {
+    writeFisheyeView("a/images/v/" + std::to_string(i) + ".png", poseOf(i), distortion);
+  }
+  std::vector<double> parameters = pinhole().parameters;
+  parameters.insert(parameters.end(), distortion.val, distortion.val + 4);
+  writeBinary("a/sparse/0", {{1, "OPENCV_FISHEYE", 5, parameters}}, images());
+  const PosedPairReader reader = open();
+  ASSERT_EQ(reader.size(), 2u);
+  EXPECT_EQ(reader.remarks().size(), 1u) << "nothing is undistorted";
+  for (std::size_t i = 0; i < 2; ++i) {
+    const ImagePair pair = reader.read(i);
+    expectFisheyeTruth(pair, poseOf(static_cast<int>(i)));
+    EXPECT_LT(cv::norm(pair.left_camera->matrix - camera()), 1e-9);
+    EXPECT_EQ(pair.left_camera->distortion[1], 0.01);
+    EXPECT_EQ(pair.right_camera->size, cv::Size(kWidth, kHeight));
+  }
+}
+
+TEST_F(Colmap, FisheyesFromOnePlaceHaveARotation) {
+  std::vector<Image> turned = images();
+  turned[0].pose = pose({0, 0.1, 0}, {1, 2, 3}).inverse();
+  turned[1].pose = pose({0, -0.1, 0}, {1, 2, 3}).inverse();
+  for (int i = 0; i < 3; ++i) writeFisheyeView("a/images/v/" + std::to_string(i) + ".png", poseOf(i), {});
+  writeText("a/sparse", {{1, "SIMPLE_RADIAL_FISHEYE", 8, {260, 163.5, 117.5, 0.01}}}, turned);
+  const ImagePair pair = open().read(0);
+  EXPECT_EQ(pair.truth.kind, TruthKind::kRotation);
+  EXPECT_EQ(pair.truth.matrix, pair.truth.pose->rotation);
+  EXPECT_EQ(pair.left_camera->distortion[0], 0.01);
+}
+
+TEST_F(Colmap, PairsHaveTheCamerasOfTheirImages) {
+  writeViews("a", {-0.2, 0.05, 0, 0});
+  writeText("a/sparse", {{1, "RADIAL", 3, {260, 163.5, 117.5, -0.2, 0.05}}}, images());
+  const ImagePair pair = open().read(0);
+  ASSERT_TRUE(pair.left_camera && pair.right_camera);
+  EXPECT_TRUE(pair.left_camera->isPlainPinhole()) << "the images are undistorted";
+  EXPECT_EQ(pair.left_camera->matrix, pair.truth.pose->left_camera);
+  EXPECT_EQ(pair.right_camera->size, cv::Size(kWidth, kHeight));
+}
+
 TEST_F(Colmap, OtherCamerasAreRefusedByName) {
   writeViews("a");
-  writeText("a/sparse", {{1, "OPENCV_FISHEYE", 5, {260, 260, 163, 117, 0, 0, 0, 0}}}, images());
+  writeText("a/sparse", {{1, "FOV", 7, {260, 260, 163, 117, 0.9}}}, images());
   const std::string error = errorOf<DatasetError>([&] { open().check(0); });
-  EXPECT_EQ(error.find(path("a/sparse/cameras.txt") +
-                       ": line 2: the camera model OPENCV_FISHEYE is not read (SIMPLE_PINHOLE, PINHOLE, "),
-            0u)
-      << error;
-  EXPECT_TRUE(contains(error, "undistort the images with colmap image_undistorter")) << error;
+  EXPECT_EQ(error.find(path("a/sparse/cameras.txt") + ": line 2: "), 0u) << error;
+  EXPECT_TRUE(mentions(error, {"FOV", "OPENCV_FISHEYE", "colmap image_undistorter"})) << error;
   writeText("a/sparse", {{1, "PINHOLE", 1, {260, 163, 117}}}, images());
-  EXPECT_TRUE(contains(errorOf<DatasetError>([&] { open().check(0); }), "has 3 parameters, PINHOLE has 4"));
+  EXPECT_TRUE(mentions(errorOf<DatasetError>([&] { open().check(0); }),
+                       {"cameras.txt: line 2", "PINHOLE", "3", "4"}));
 }
 
 TEST_F(Colmap, FaultsNameWhatIsMissing) {

@@ -37,11 +37,11 @@ TEST_F(ColmapModelFiles, TextAndBinaryAreTheSame) {
     EXPECT_TRUE(hasColmapModel(path()));
     const ColmapModel model = readColmapModel(path());
     ASSERT_EQ(model.cameras.size(), 2u);
-    EXPECT_EQ(model.cameras[0].model, "PINHOLE");
-    EXPECT_EQ(model.cameras[0].size, cv::Size(320, 240));
-    EXPECT_EQ(model.cameras[0].parameters, (std::vector<double>{260, 255, 163.5, 117.5}));
+    EXPECT_EQ(model.cameras[0].camera.model, "PINHOLE");
+    EXPECT_EQ(model.cameras[0].camera.size, cv::Size(320, 240));
+    EXPECT_EQ(model.cameras[0].camera.parameters, (std::vector<double>{260, 255, 163.5, 117.5}));
     EXPECT_EQ(model.cameras[1].id, 2);
-    EXPECT_EQ(model.cameras[1].parameters.size(), 12u);
+    EXPECT_EQ(model.cameras[1].camera.parameters.size(), 12u);
     ASSERT_EQ(model.images.size(), 3u);
     EXPECT_EQ(model.images[0].name, "b/two words.jpg");
     EXPECT_EQ(model.images[0].id, 7);

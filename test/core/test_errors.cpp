@@ -19,10 +19,14 @@ Correspondences matches(const std::vector<cv::Vec4f>& rows) {
 }
 
 TEST(Errors, KindsHaveTexts) {
-  const std::vector<std::string> texts = {"none", "homography", "fundamental", "labels", "disparity"};
+  const std::vector<std::string> texts = {"none",      "homography", "fundamental", "labels",
+                                          "disparity", "essential",  "rotation"};
   for (std::size_t i = 0; i < texts.size(); ++i) EXPECT_EQ(toString(static_cast<TruthKind>(i)), texts[i]);
-  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([] { toString(static_cast<TruthKind>(5)); }),
-                       {"ground truth", "5"}));
+  for (const std::string& text : texts) EXPECT_EQ(toString(truthKindFromString(text)), text);
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([] { toString(static_cast<TruthKind>(7)); }),
+                       {"ground truth", "7"}));
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([] { truthKindFromString("plane"); }),
+                       {"'plane'", "homography, fundamental"}));
 }
 
 TEST(Errors, UnknownWithoutTruth) {
@@ -53,6 +57,84 @@ TEST(Errors, FundamentalMeasuresInTheRightImage) {
   const std::vector<double> errors = groundTruthErrors(truth, matches({{3, 1, 1, 2}, {3, 1, 1, -3}}));
   EXPECT_DOUBLE_EQ(errors[0], 40 / std::sqrt(113.0));
   EXPECT_DOUBLE_EQ(errors[1], 0);
+}
+
+Camera fisheye() {
+  Camera camera;
+  camera.model = Camera::Model::kFisheye;
+  camera.matrix = {200, 0, 320, 0, 200, 240, 0, 0, 1};
+  return camera;
+}
+
+TEST(Errors, EssentialMatrixMeasuresAcrossTheEpipolarCurve) {
+  GroundTruth truth;
+  truth.kind = TruthKind::kEssential;
+  truth.matrix = {0, 0, 0, 0, 0, -1, 0, 1, 0};  // t along x, no rotation
+  Correspondences m;
+  m.left_camera = m.right_camera = fisheye();
+  const cv::Vec3d points[] = {{0, 0, 5}, {2, -1, 3}, {4, 3, 0.5}, {-3, 1, -1}};
+  for (const cv::Vec3d& point : points) {
+    cv::Point2d left, right, further;
+    ASSERT_TRUE(project(fisheye(), point, left) && project(fisheye(), point + cv::Vec3d(1, 0, 0), right));
+    ASSERT_TRUE(project(fisheye(), point + cv::Vec3d(1.001, 0, 0), further));
+    m.add(left, right);
+    // One pixel across the curve; the error is shared by both images.
+    const cv::Point2d along = (further - right) / cv::norm(further - right);
+    m.add(left, right + cv::Point2d(-along.y, along.x));
+  }
+  const std::vector<double> errors = groundTruthErrors(truth, m);
+  for (std::size_t i = 0; i < errors.size(); i += 2) {
+    EXPECT_NEAR(errors[i], 0, 1e-3) << i;
+    EXPECT_GT(errors[i + 1], 0.5) << i;
+    EXPECT_LT(errors[i + 1], 1) << i;
+  }
+  // A point without a ray: beyond 180 degrees from the axis.
+  m.add({5000, 240}, {320, 240});
+  m.add({kNaN, 240}, {320, 240});
+  EXPECT_EQ(groundTruthErrors(truth, m)[8], INFINITY);
+  EXPECT_EQ(groundTruthErrors(truth, m)[9], INFINITY);
+  m.right_camera.reset();
+  EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { groundTruthErrors(truth, m); }),
+                       {"essential", "both cameras"}));
+}
+
+TEST(Errors, OfPinholesAreSampsonDistances) {
+  Camera camera;
+  camera.matrix = {500, 0, 320, 0, 510, 240, 0, 0, 1};
+  RelativePose pose;
+  pose.left_camera = pose.right_camera = camera.matrix;
+  pose.rotation = {0.8, 0, 0.6, 0, 1, 0, -0.6, 0, 0.8};
+  pose.translation = {1, 0.5, 0.2};
+  GroundTruth truth;
+  truth.kind = TruthKind::kEssential;
+  truth.matrix = cv::Matx33d(0, -0.2, 0.5, 0.2, 0, -1, -0.5, 1, 0) * pose.rotation;
+  Correspondences m = matches({{100, 200, 400, 150}, {320, 240, 310, 260}, {600, 50, 20, 400}});
+  m.left_camera = m.right_camera = camera;
+  const std::vector<double> errors = groundTruthErrors(truth, m);
+  const cv::Matx33d f = pose.fundamental();
+  for (std::size_t i = 0; i < m.size(); ++i) {
+    const cv::Vec3d x(m.left_x[i], m.left_y[i], 1), y(m.right_x[i], m.right_y[i], 1);
+    const cv::Vec3d a = f * x, b = f.t() * y;
+    const double sampson =
+        std::abs(y.dot(a)) / std::sqrt(a[0] * a[0] + a[1] * a[1] + b[0] * b[0] + b[1] * b[1]);
+    EXPECT_NEAR(errors[i], sampson, 1e-9 * sampson);
+  }
+}
+
+TEST(Errors, RotationMeasuresTheAngleInPixels) {
+  GroundTruth truth;
+  truth.kind = TruthKind::kRotation;
+  truth.matrix = {0, 0, 1, 0, 1, 0, -1, 0, 0};  // a quarter turn
+  Camera panorama;
+  panorama.model = Camera::Model::kEquirectangular;
+  panorama.size = {1000, 500};
+  // The right point of the second match lies beyond the edge of the panorama from where it should be.
+  Correspondences m = matches({{300, 249.5f, 553, 249.5f}, {748.5f, 249.5f, 0.5f, 249.5f}, {1, 1, kNaN, 1}});
+  m.left_camera = m.right_camera = panorama;
+  const std::vector<double> errors = groundTruthErrors(truth, m);
+  EXPECT_NEAR(errors[0], 3, 1e-3);
+  EXPECT_NEAR(errors[1], 2, 1e-3);
+  EXPECT_EQ(errors[2], INFINITY);
 }
 
 TEST(Errors, LabelsAreRightOrWrong) {

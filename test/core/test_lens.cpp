@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
 
+#include "corrsel/camera_formats.h"
 #include "datasets/lens.h"
 #include "test_support.h"
 
@@ -16,11 +18,32 @@ const cv::Matx33d kKinect = cameraMatrix(517.3, 516.5, 318.6, 255.3);
 const std::vector<double> kKinectDistortion = {0.2624, -0.9531, -0.0054, 0.0026, 1.1633};
 
 TEST(Lens, WithoutDistortionTouchesNothing) {
-  const Lens lens("c", kKinect, {0, 0, 0, 0}, {640, 480});
+  const Lens lens("c", cameraFromOpenCv(kKinect, {0, 0, 0, 0}, {640, 480}));
   EXPECT_FALSE(lens.distorted());
-  EXPECT_EQ(lens.camera(), kKinect);
+  EXPECT_EQ(lens.camera().matrix, kKinect);
   const cv::Mat image(480, 640, CV_8UC3, cv::Scalar(1, 2, 3));
   EXPECT_EQ(lens.undistorted(image).data, image.data);
+}
+
+TEST(Lens, LeavesImagesOfFisheyesAndPanoramasAlone) {
+  Camera fisheye;
+  fisheye.model = Camera::Model::kFisheye;
+  fisheye.matrix = kKinect;
+  fisheye.distortion = {-0.02, 0.003};
+  fisheye.size = {640, 480};
+  Camera panorama;
+  panorama.model = Camera::Model::kEquirectangular;
+  panorama.size = {640, 480};
+  const cv::Mat image(480, 640, CV_8UC1, cv::Scalar(9));
+  for (const Camera& camera : {fisheye, panorama}) {
+    const Lens lens("c", camera);
+    EXPECT_FALSE(lens.distorted());
+    EXPECT_EQ(lens.camera(), camera);
+    EXPECT_EQ(lens.undistorted(image).data, image.data);
+    EXPECT_THROW(lens.undistorted(cv::Mat(240, 320, CV_8UC1)), std::invalid_argument);
+  }
+  fisheye.matrix(0, 2) = 900;
+  EXPECT_TRUE(contains(errorOf<std::invalid_argument>([&] { Lens("c", fisheye); }), "its principal point"));
 }
 
 TEST(Lens, LeavesNoBorder) {
@@ -38,7 +61,9 @@ TEST(Lens, LeavesNoBorder) {
       {cameraMatrix(500, 500, 320, 240), {0.3, 0, 0, 0}, {640, 480}},
   };
   for (const auto& lens : lenses) {
-    const Lens made("c", lens.camera, lens.distortion, lens.size);
+    const Lens made("c", cameraFromOpenCv(lens.camera, lens.distortion, lens.size));
+    EXPECT_TRUE(made.camera().isPlainPinhole());
+    EXPECT_EQ(made.camera().size, lens.size);
     EXPECT_TRUE(made.distorted());
     const cv::Mat result = made.undistorted(cv::Mat(lens.size, CV_8UC1, cv::Scalar(255)));
     EXPECT_EQ(result.size(), lens.size);
@@ -46,8 +71,8 @@ TEST(Lens, LeavesNoBorder) {
     cv::minMaxLoc(result, &least);
     EXPECT_EQ(least, 255) << lens.camera;
     // Not more than necessary is cut off.
-    EXPECT_LT(made.camera()(0, 0), 1.5 * lens.camera(0, 0));
-    EXPECT_GT(made.camera()(0, 0), 0.6 * lens.camera(0, 0));
+    EXPECT_LT(made.camera().matrix(0, 0), 1.5 * lens.camera(0, 0));
+    EXPECT_GT(made.camera().matrix(0, 0), 0.6 * lens.camera(0, 0));
     EXPECT_TRUE(contains(made.text(), "images of c ("));
   }
 }
@@ -64,20 +89,23 @@ TEST(Lens, SizesAreThoseOfImages) {
 
 TEST(Lens, NamesWhatIsWrong) {
   const auto errorFor = [](const cv::Matx33d& camera, const std::vector<double>& distortion) {
-    return errorOf<std::invalid_argument>([&] { Lens("cam0", camera, distortion, {640, 480}); });
+    Camera made;
+    made.matrix = camera;
+    std::copy(distortion.begin(), distortion.end(), made.distortion.begin());
+    made.size = {640, 480};
+    return errorOf<std::invalid_argument>([&] { Lens("cam0", made); });
   };
-  EXPECT_EQ(errorFor(cameraMatrix(NAN, 1, 1, 1), {}), "cam0 has a number that is not finite");
-  EXPECT_EQ(errorFor(cameraMatrix(500, -500, 320, 240), {}),
-            "cam0 has the focal lengths 500 and -500 px; they must be above 0");
+  EXPECT_TRUE(mentions(errorFor(cameraMatrix(NAN, 1, 1, 1), {}), {"cam0: ", "matrix", "nan"}));
+  EXPECT_TRUE(mentions(errorFor(cameraMatrix(500, -500, 320, 240), {}), {"cam0: ", "matrix", "-500"}));
   EXPECT_EQ(errorFor(cameraMatrix(500, 500, 900, 240), {}),
             "cam0 has its principal point at (900, 240), outside its images of 640x480 px");
   EXPECT_TRUE(contains(errorFor(cameraMatrix(500, 500, 320, 240), {-30, 0, 0, 0}),
                        "a distortion that cannot be removed"))
       << errorFor(cameraMatrix(500, 500, 320, 240), {-30, 0, 0, 0});
-  const Lens lens("cam0", kKinect, kKinectDistortion, {640, 480});
+  const Lens lens("cam0", cameraFromOpenCv(kKinect, kKinectDistortion, {640, 480}));
   EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { lens.undistorted(cv::Mat(240, 320, CV_8UC1)); }),
                        {"320x240", "cam0", "640x480"}));
-  const Lens unknown_size("K_a", kKinect, {}, {});
+  const Lens unknown_size("K_a", cameraFromOpenCv(kKinect, {}, {}));
   EXPECT_NO_THROW(unknown_size.undistorted(cv::Mat(480, 640, CV_8UC1)));
   EXPECT_TRUE(contains(
       errorOf<std::invalid_argument>([&] { unknown_size.undistorted(cv::Mat(240, 320, CV_8UC1)); }),

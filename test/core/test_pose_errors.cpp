@@ -57,6 +57,12 @@ TEST(Pose, CameraThatOnlyTurned) {
   EXPECT_EQ(none.pose, kFailedPose);
 }
 
+TEST(Pose, TrueMotions) {
+  EXPECT_EQ(trueMotion(truthOf(0, {0, 0, 0})), Motion::kRest);
+  EXPECT_EQ(trueMotion(truthOf(1e-3, {0, 0, 0})), Motion::kRotation);
+  EXPECT_EQ(trueMotion(truthOf(0, {0, 1e-3, 0})), Motion::kGeneral);
+}
+
 TEST(Pose, AreaUnderTheCurveByHand) {
   // Up to 1: a triangle of height 1/3. From 1 to 3: the mean of 1/3 and 2/3. From 3 to 5: 2/3.
   EXPECT_DOUBLE_EQ(errorAuc({10, 1, 3}, 5), (1.0 / 6 + 2.0 / 2 + 2 * 2.0 / 3) / 5);

@@ -437,6 +437,47 @@ class ExperimentsTest(unittest.TestCase):
         figures = {f.name for f in (folder / "figures").iterdir()}
         self.assertTrue({"pose_rig_orb+orb_none.svg", "corners_vgg_orb+orb_none.svg"} <= figures, figures)
 
+    def add_own_poses(self, folder):
+        """Write the poses that the selector pose gives itself on three pairs."""
+        name = dict(dataset="rig", features="given", preselection="none", selector="pose")
+        verdicts = (
+            ("general", "general", 1, 4, 5),
+            ("rotation", "rest", 2, 3, 3),
+            ("none", "general", None, None, 0),
+        )
+        rows = []
+        for i, (motion, true_motion, error, nees, degrees) in enumerate(verdicts):
+            row = dict(name, sequence="a", pair="%d" % i, seed=0, status="ok", n_selected=9, estimate_s=0.01)
+            row.update(model="essential", n_inliers=8, rotation_deg=3, pose_deg=3)
+            row.update(motion=motion, true_motion=true_motion, own_rotation_deg=error, nees=nees)
+            row.update(own_pose_deg=180 if error is None else error, nees_degrees=degrees, uncertain=0)
+            rows.append(row)
+        mean = dict(
+            name, poses=3, no_pose=0, auc_5=0.4, auc_10=0.7, auc_10_lo=0.6, auc_10_hi=0.8, auc_20=0.85
+        )
+        mean.update(own_poses=3, own_no_pose=1, own_auc_10=0.55, own_auc_10_lo=0.5, own_auc_10_hi=0.6)
+        mean.update(nees_poses=1, nees_mean=4, nees_median=4, nees_inside_95=1, nees_rotation_poses=1)
+        mean.update(nees_rotation_mean=3, nees_rotation_median=3, nees_rotation_inside_95=0, uncertain=2)
+        write_csv(folder / "poses.csv", reading.POSES_HEADER, rows)
+        write_csv(folder / "pose_summary.csv", reading.POSE_SUMMARY_HEADER, [mean])
+
+    def test_own_poses_covariances_and_verdicts(self):
+        folder = self.copy()
+        self.add_own_poses(folder)
+        text = self.make(folder)
+        self.page = Page(text)
+        own = self.cells("The selector's own pose, rig", "pose")
+        self.assertEqual((own["Pairs"], own["Without result"], own["at 10\u00b0"]), ("3", "1", "70.0"))
+        self.assertTrue(own["AUC at 10\u00b0 (95 %)"].startswith("55.0"), own)
+        row = [cell["text"] for cell in self.page.table("Covariance, rig")[-1]]
+        self.assertEqual(row, ["pose", "1", "4.0", "4.0", "100.0", "1", "3.0", "3.0", "0.0", "2"])
+        rows = [[cell["text"] for cell in line] for line in self.page.table("Verdicts, rig")]
+        self.assertIn(["pose", "rest", "0", "0", "1", "0", "0", "1"], rows)
+        self.assertIn(["pose", "general", "1", "0", "0", "1", "0", "2"], rows)
+        (folder / "poses.csv").unlink()
+        self.page = Page(self.make(folder))
+        self.assertTrue(self.page.table("Covariance, rig"))
+
     def test_preset_pose_without_poses_yet(self):
         folder = self.copy()
         write_config(folder, ["pose"])

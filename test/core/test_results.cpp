@@ -77,6 +77,55 @@ TEST(Results, PoseSummaryByHand) {
   EXPECT_TRUE(std::isnan(gms.corner_auc_3));
 }
 
+OwnPose ownPose(Motion motion, double error, double nees, std::size_t degrees) {
+  OwnPose own;
+  own.motion = motion;
+  own.true_motion = Motion::kGeneral;
+  own.pose_error = motion == Motion::kNone ? 180 : error;
+  if (motion != Motion::kNone) own.rotation_error = error;
+  own.normalized = {nees, degrees};
+  return own;
+}
+
+TEST(Results, SummaryOfOwnPosesByHand) {
+  std::vector<PoseRow> rows;
+  const auto add = [&rows](const OwnPose& own) {
+    PoseRow row = posesOf("1-" + std::to_string(rows.size() + 2))[0];
+    row.own = own;
+    rows.push_back(row);
+  };
+  add(ownPose(Motion::kGeneral, 2, 4, 5));
+  add(ownPose(Motion::kGeneral, 4, 12, 5));
+  add(ownPose(Motion::kNone, 0, kUndefined, 0));
+  OwnPose plane = ownPose(Motion::kPlanar, 1, 1000, 5);
+  plane.second_error = 0.5;
+  add(plane);
+  add(ownPose(Motion::kRotation, 0.5, 1, 3));
+  OwnPose uncertain = ownPose(Motion::kGeneral, 3, kUndefined, 0);
+  uncertain.uncertain = true;
+  add(uncertain);
+  rows.push_back(posesOf("1-9")[0]);  // without a pose of its own
+  const std::vector<PoseSummaryRow> summary = summarizePoses(rows);
+  ASSERT_EQ(summary.size(), 1U);
+  EXPECT_EQ(summary[0].poses, 7U);
+  const OwnPoseSummary& own = summary[0].own;
+  EXPECT_EQ(own.poses, 6U);
+  EXPECT_EQ(own.no_pose, 1U);
+  EXPECT_EQ(own.uncertain, 1U);
+  EXPECT_NEAR(own.auc_10, errorAuc({0.5, 1, 2, 3, 4, 180}, 10), 1e-12);
+  EXPECT_LE(own.auc_10_low, own.auc_10);
+  EXPECT_GE(own.auc_10_high, own.auc_10);
+  EXPECT_EQ(own.rotation_median, 2);
+  EXPECT_TRUE(std::isnan(own.translation_median));
+  EXPECT_EQ(own.pose_median, 2.5);
+  EXPECT_EQ(own.with_translation.poses, 2U);  // not the plane
+  EXPECT_EQ(own.with_translation.mean, 8);
+  EXPECT_EQ(own.with_translation.inside, 0.5);
+  EXPECT_EQ(own.rotations.poses, 1U);
+  EXPECT_EQ(own.rotations.median, 1);
+  EXPECT_EQ(own.rotations.inside, 1);
+}
+
 TEST(Results, CornersOfFailedHomographiesAreInfinite) {
   std::vector<PoseRow> rows;
   for (const auto& [pair, error] : {std::pair{"a", 0.5}, {"b", 2.0}, {"c", INFINITY}}) {

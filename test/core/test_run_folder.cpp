@@ -218,6 +218,12 @@ TEST_F(RunFolders, PosesOfChangedLinesAreRefused) {
       {[](PoseRow& row) { row.epipolar_precision = 1.5; }, "epipolar_precision = 1.5"},
       {[](PoseRow& row) { row.n_inliers = 41; }, "n_inliers = 41 exceeds n_selected = 40"},
       {[](PoseRow& row) { row.model = PoseModel::kNone; }, "rotation_deg = 2 with model none"},
+      {[](PoseRow& row) { row.own.emplace().rotation_error = 1; }, "own_rotation_deg = 1 with motion none"},
+      {[](PoseRow& row) { row.own.emplace().pose_error = 181; }, "own_pose_deg = 181 is outside [0, 180]"},
+      {[](PoseRow& row) {
+         row.own.emplace().normalized = {7, 4};
+       },
+       "nees = 7 with nees_degrees = 4"},
   };
   for (const auto& damaged : cases) {
     PoseRow row = posesOf("1-2")[0];

@@ -70,11 +70,15 @@ TEST(Tables, EveryColumnReadsTheCellItWrites) {
   check(pairs, "a,b,c,d,e,f,labels,2,3,40,5,,,8,9,,,ok,unknown,2.5,14,15,16,17,18");
   check(pairs, "a,b,c,d,e,f,none,2,3,40,0,,,8,,,,ok,nothing,2.5,14,15,16,17,18");
   check(pairs, "a,b,c,d,e,f,labels,2,3,40,5,,,,,,,failed,,,14,15,16,17,");
-  check(posesTable(), "a,b,c,d,e,f,7,ok,9,essential,8,0.5,0.25,0.5,0.75,,0.01");
-  check(posesTable(), "a,b,c,d,e,f,7,ok,9,none,0,,,180,0.75,inf,0.01");
-  check(posesTable(), "a,b,c,d,e,f,7,ok,9,,,,,,,2.5,0.01");
-  check(posesTable(), "a,b,c,d,e,f,7,unsupported_input,,,,,,,,,");
-  check(poseSummaryTable(), "a,b,c,d,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21");
+  check(posesTable(), "a,b,c,d,e,f,7,ok,9,essential,8,0.5,0.25,0.5,0.75,,0.01,,,,,,,,,");
+  check(posesTable(), "a,b,c,d,e,f,7,ok,9,none,0,,,180,0.75,inf,0.01,,,,,,,,,");
+  check(posesTable(), "a,b,c,d,e,f,7,ok,9,,,,,,,2.5,0.01,,,,,,,,,");
+  check(posesTable(), "a,b,c,d,e,f,7,ok,9,none,0,,,180,0.75,inf,0.01,planar,general,0.5,0.25,0.5,30,4.5,5,0");
+  check(posesTable(), "a,b,c,d,e,f,7,ok,9,none,0,,,180,0.75,inf,0.01,none,rest,,,180,,,0,1");
+  check(posesTable(), "a,b,c,d,e,f,7,unsupported_input,,,,,,,,,,,,,,,,,,");
+  check(poseSummaryTable(),
+        "a,b,c,d,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21,"
+        "22,23,24,25,26,27,28,29,30,31,32,33,34,35,36,37,38,39,40");
   check(summaryTable(), "a,b,c,d,1,2,3,4,5,6,7,8,9,10,11,12");
   check(stagesTable(), "1,a,b,c,d,2.5");
   check(stagesTable(), ",a,,,bag,2.5");
@@ -100,7 +104,7 @@ TEST(Tables, DamagedLinesAreRefused) {
   const std::string status = errorOf([] { scalingTable().parse("a,1,2,3,4,fine,0.5"); });
   EXPECT_TRUE(contains(status, "fine")) << status;
   const std::string model =
-      errorOf([] { posesTable().parse("a,b,c,d,e,f,7,ok,9,affine,8,0.5,0.25,0.5,0.75,,0.01"); });
+      errorOf([] { posesTable().parse("a,b,c,d,e,f,7,ok,9,affine,8,0.5,0.25,0.5,0.75,,0.01,,,,,,,,,"); });
   EXPECT_TRUE(contains(model, "model: 'affine'")) << model;
   const std::string kind = errorOf([] { truthChecksTable().parse("a,b,c,d,guess,inverse,5,1,2,3,4,6"); });
   EXPECT_TRUE(contains(kind, "truth: 'guess'")) << kind;

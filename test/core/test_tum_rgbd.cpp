@@ -137,8 +137,7 @@ TEST_F(TumRgbd, FaultsNameFileAndLine) {
   EXPECT_TRUE(contains(faultOf("rgb.txt", "1305031102.1\n"),
                        path("walk/rgb.txt") + ": line 1: has 1 entries where 2 are expected"));
   EXPECT_TRUE(contains(faultOf("calibration.txt", "1 2 3\n"), "has 3 entries where 4, 8 or 9 are expected"));
-  EXPECT_TRUE(contains(faultOf("calibration.txt", "-1 2 3 4\n"),
-                       "calibration.txt has the focal lengths -1 and 2 px; they must be above 0"));
+  EXPECT_TRUE(mentions(faultOf("calibration.txt", "-1 2 3 4\n"), {"calibration.txt: ", "matrix", "-1"}));
   EXPECT_TRUE(
       contains(faultOf("calibration.txt", "1 2 3 4\n1 2 3 4\n"), "has 2 lines where one is expected"));
   writeSequence("walk");

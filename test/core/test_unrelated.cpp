@@ -37,6 +37,8 @@ class FakeReader : public DatasetReader {
     pair.left_name = "left" + std::to_string(index);
     pair.right_name = "right" + std::to_string(index);
     pair.truth.kind = TruthKind::kHomography;
+    pair.left_camera.emplace().matrix(0, 2) = static_cast<double>(index);
+    pair.right_camera.emplace().matrix(0, 2) = static_cast<double>(index) + 100;
     pair.given.emplace();
     return pair;
   }
@@ -77,6 +79,8 @@ TEST(Unrelated, PairsImagesOfDifferentSequences) {
     EXPECT_NE(left.sequence, right.sequence);
     EXPECT_EQ(pair.left_name, "left" + std::to_string(pair.left.at<std::uint8_t>(0, 0)));
     EXPECT_EQ(pair.right_name, "right" + std::to_string(pair.right.at<std::uint8_t>(1, 1) - 100));
+    EXPECT_EQ(pair.left_camera->matrix(0, 2), pair.left.at<std::uint8_t>(0, 0));
+    EXPECT_EQ(pair.right_camera->matrix(0, 2), pair.right.at<std::uint8_t>(0, 0));
     EXPECT_EQ(pair.id.dataset, "unrelated_fake");
     EXPECT_EQ(pair.id.sequence, left.sequence + "+" + right.sequence);
     EXPECT_EQ(pair.id.pair, left.pair + "+" + right.pair);

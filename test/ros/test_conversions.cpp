@@ -41,6 +41,8 @@ void expectSame(const core::Correspondences& a, const core::Correspondences& b) 
   EXPECT_EQ(a.right_index, b.right_index);
   EXPECT_EQ(a.left_size, b.left_size);
   EXPECT_EQ(a.right_size, b.right_size);
+  EXPECT_EQ(a.left_camera, b.left_camera);
+  EXPECT_EQ(a.right_camera, b.right_camera);
 }
 
 PairInfo exampleInfo() {
@@ -51,6 +53,7 @@ PairInfo exampleInfo() {
   info.right_frame_id = "right_camera_optical";
   info.id = {"vgg", "graf", "1-3"};
   info.features = "sift+sift";
+  info.rig = RigPose{{0, -1, 0, 1, 0, 0, 0, 0, 1}, {-0.12, 0.0, 0.01}};
   info.n_left_features = 100;
   info.n_right_features = 200;
   info.seconds.wait = 0.125;
@@ -72,6 +75,12 @@ core::Correspondences exampleMatches() {
   matches.right_index = {9, 9};
   matches.left_size = {640, 480};
   matches.right_size = {800, 600};
+  matches.left_camera.emplace();
+  matches.left_camera->matrix = {500, 0, 320, 0, 510, 240, 0, 0, 1};
+  matches.left_camera->size = matches.left_size;
+  matches.right_camera = matches.left_camera;
+  matches.right_camera->model = core::Camera::Model::kFisheye;
+  matches.right_camera->distortion[0] = -0.02;
   return matches;
 }
 
@@ -96,6 +105,9 @@ TEST(CorrespondencesMessage, RoundTripKeepsEverything) {
   EXPECT_EQ(back.right_frame_id, info.right_frame_id);
   EXPECT_EQ(back.id, info.id);
   EXPECT_EQ(back.features, info.features);
+  ASSERT_TRUE(back.rig);
+  EXPECT_EQ(back.rig->rotation, info.rig->rotation);
+  EXPECT_EQ(back.rig->translation, info.rig->translation);
   EXPECT_EQ(back.n_left_features, info.n_left_features);
   EXPECT_EQ(back.n_right_features, info.n_right_features);
   EXPECT_EQ(back.seconds.detect, info.seconds.detect);
@@ -112,19 +124,30 @@ TEST(CorrespondencesMessage, RoundTripOfCoordinatesOnly) {
   EXPECT_TRUE(msg.distance.empty());
   EXPECT_TRUE(msg.left_frame.empty());
   EXPECT_EQ(msg.left_width, 0u);
+  EXPECT_EQ(msg.left_camera.model, Camera::MODEL_UNKNOWN);
+  EXPECT_TRUE(std::isnan(msg.rig_rotation[0]));
+  EXPECT_TRUE(std::isnan(msg.rig_translation[2]));
   EXPECT_TRUE(std::isnan(msg.seconds.detect));
-  expectSame(fromMsg(msg), matches);
+  PairInfo back = exampleInfo();
+  expectSame(fromMsg(msg, &back), matches);
+  EXPECT_FALSE(back.rig);
 }
 
 TEST(CorrespondencesMessage, RoundTripOfNothing) {
   expectSame(fromMsg(toMsg(core::Correspondences(), {})), core::Correspondences());
+  PairInfo back;
+  expectSame(fromMsg(Correspondences(), &back), core::Correspondences());
+  EXPECT_FALSE(back.rig) << "a message that was filled in by hand holds zeros";
 }
 
 TEST(CorrespondencesMessage, LengthsThatDisagreeAreNamed) {
   const auto with = [](const std::function<void(Correspondences&)>& damage) {
     Correspondences msg = toMsg(exampleMatches(), exampleInfo());
     damage(msg);
-    return [msg] { fromMsg(msg); };
+    return [msg] {
+      PairInfo info;
+      fromMsg(msg, &info);
+    };
   };
   expectRefused(with([](Correspondences& m) { m.left_y.pop_back(); }), "left_y");
   expectRefused(with([](Correspondences& m) { m.right_x.push_back(0); }), "right_x");
@@ -137,6 +160,11 @@ TEST(CorrespondencesMessage, LengthsThatDisagreeAreNamed) {
   expectRefused(with([](Correspondences& m) { m.right_index.pop_back(); }), "right_index");
   expectRefused(with([](Correspondences& m) { m.left_width = 0xffffffffu; }), "left_width");
   expectRefused(with([](Correspondences& m) { m.right_height = 0xffffffffu; }), "right_height");
+  expectRefused(with([](Correspondences& m) { m.left_camera.model = 9; }), "left_camera: model");
+  expectRefused(with([](Correspondences& m) { m.right_camera.matrix[0] = kNaN; }), "right_camera: matrix");
+  expectRefused(with([](Correspondences& m) { m.rig_rotation[0] = 2; }), "rig_rotation");
+  expectRefused(with([](Correspondences& m) { m.rig_translation[0] = kNaN; }), "rig_translation");
+  expectRefused(with([](Correspondences& m) { m.rig_translation.fill(0); }), "rig_translation");
 }
 
 core::Selection exampleSelection() {
@@ -212,7 +240,7 @@ TEST(SelectionMessage, NonsenseIsNamed) {
   expectRefused(with([](Selection& m) { m.probability[1] = 1.5F; }), "probability");
   expectRefused(with([](Selection& m) { m.probability[1] = kNaN; }), "probability");
   expectRefused(with([](Selection& m) { m.scene = 6; }), "scene");
-  expectRefused(with([](Selection& m) { m.model_kind = 3; }), "model_kind");
+  expectRefused(with([](Selection& m) { m.model_kind = 5; }), "model_kind");
   expectRefused(with([](Selection& m) { m.mask[1] = 2; }), "mask");
   expectRefused(with([](Selection& m) { m.score.pop_back(); }), "score");
   expectRefused(with([](Selection& m) { m.group.pop_back(); }), "group");
@@ -235,6 +263,8 @@ TEST(SelectionMessage, EveryStatusAndKindHasItsConstant) {
   EXPECT_EQ(static_cast<int>(core::ModelKind::kNone), Selection::MODEL_NONE);
   EXPECT_EQ(static_cast<int>(core::ModelKind::kHomography), Selection::MODEL_HOMOGRAPHY);
   EXPECT_EQ(static_cast<int>(core::ModelKind::kFundamental), Selection::MODEL_FUNDAMENTAL);
+  EXPECT_EQ(static_cast<int>(core::ModelKind::kEssential), Selection::MODEL_ESSENTIAL);
+  EXPECT_EQ(static_cast<int>(core::ModelKind::kRotation), Selection::MODEL_ROTATION);
   EXPECT_EQ(static_cast<int>(core::TruthKind::kNone), GroundTruth::KIND_NONE);
   EXPECT_EQ(static_cast<int>(core::TruthKind::kHomography), GroundTruth::KIND_HOMOGRAPHY);
   EXPECT_EQ(static_cast<int>(core::TruthKind::kFundamental), GroundTruth::KIND_FUNDAMENTAL);

@@ -14,7 +14,7 @@ import unittest
 import numpy as np
 import rosbag
 import rospy
-from corrsel.msg import Correspondences
+from corrsel.msg import Camera, Correspondences
 from ros_shell import free_port
 from sensor_msgs.msg import CameraInfo, Image
 
@@ -230,6 +230,8 @@ class LiveLaunch(unittest.TestCase):
             self.addCleanup(topic.unregister)
         self.assertTrue(cameras.answered(), self.text())
         self.assertTrue(all(pair.right_stamp < pair.header.stamp for pair in pairs))
+        self.assertEqual(pairs[-1].left_camera.model, Camera.MODEL_PINHOLE, "camera_info lies beside the image")
+        self.assertEqual(pairs[-1].right_camera, pairs[-1].left_camera)
         deadline = time.monotonic() + PATIENCE
         while not drawn and time.monotonic() < deadline:
             cameras.play()
@@ -270,6 +272,9 @@ class LiveLaunch(unittest.TestCase):
         path = self.record("recorded", "drive")
         with rosbag.Bag(str(path)) as bag:
             topics = bag.get_type_and_topic_info().topics
+            found = [message for _, message, _ in bag.read_messages(topics=["correspondences"])]
+        self.assertEqual(found[-1].right_camera.model, Camera.MODEL_PINHOLE)
+        self.assertAlmostEqual(found[-1].rig_translation[0], -0.1)
         for name, kind in (
             ("correspondences", "corrsel/Correspondences"),
             ("matches", "corrsel/Correspondences"),

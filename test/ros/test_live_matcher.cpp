@@ -6,6 +6,7 @@
 #include <string>
 
 #include "corrsel/random.h"
+#include "corrsel/ros/cameras.h"
 #include "corrsel/ros/conversions.h"
 #include "ros/live/live_matcher.h"
 
@@ -33,6 +34,17 @@ sensor_msgs::ImageConstPtr message(const cv::Mat& image, double stamp, const std
   header.stamp.fromSec(stamp);
   header.frame_id = frame;
   return cv_bridge::CvImage(header, image.channels() == 1 ? "mono8" : "bgr8", image).toImageMsg();
+}
+
+/// Of one camera of a rectified rig.
+/// @param baseline  m
+CalibrationPtr calibration(double focal_length, double baseline = 0) {
+  core::Camera camera;
+  camera.matrix = {focal_length, 0, kWidth / 2.0, 0, focal_length, kHeight / 2.0, 0, 0, 1};
+  camera.size = {kWidth, kHeight};
+  Calibration result{cameraInfo(camera), true, camera};
+  result.info.P[3] = -focal_length * baseline;
+  return std::make_shared<const Calibration>(result);
 }
 
 class LiveMatcherTest : public ::testing::Test {
@@ -79,6 +91,50 @@ TEST_F(LiveMatcherTest, PairsAreMatchedAsTheCoreDoes) {
     EXPECT_GE(seconds, 0.0);
     EXPECT_LT(seconds, 60.0);
   }
+}
+
+TEST_F(LiveMatcherTest, PairsHaveTheCamerasAndThePoseBetweenThem) {
+  ImageSet images;
+  images.left = message(view(0), 1.0);
+  images.right = message(view(30), 1.0);
+  PairInfo info;
+  const auto answer = [&] { return fromMsg(*matcher_.match(images, settings_), &info); };
+  const core::Correspondences without = answer();
+  EXPECT_FALSE(without.left_camera || without.right_camera || info.rig);
+  images.left_calibration = calibration(300);
+  const core::Correspondences half = answer();
+  EXPECT_EQ(half.left_camera, images.left_calibration->camera);
+  EXPECT_FALSE(half.right_camera || info.rig);
+  images.right_calibration = calibration(310);
+  const core::Correspondences alone = answer();
+  EXPECT_EQ(alone.right_camera, images.right_calibration->camera);
+  EXPECT_FALSE(info.rig) << "they have no baseline";
+  images.right_calibration = calibration(310, 0.12);
+  const core::Correspondences together = answer();
+  EXPECT_EQ(together.right_camera, images.right_calibration->camera);
+  ASSERT_TRUE(info.rig);
+  EXPECT_EQ(info.rig->rotation, cv::Matx33d::eye());
+  EXPECT_LT(cv::norm(info.rig->translation - cv::Vec3d(-0.12, 0, 0)), 1e-12);
+  EXPECT_EQ(together.left_x, without.left_x);
+}
+
+TEST_F(LiveMatcherTest, FramesOfASequenceHaveTheCameraThatTheyWereTakenWith) {
+  const auto answer = [&](const CalibrationPtr& of_frame, double stamp) {
+    ImageSet images;
+    images.left = message(view(static_cast<int>(10 * stamp)), stamp);
+    images.left_calibration = of_frame;
+    return matcher_.match(images, settings_);
+  };
+  const CalibrationPtr wide = calibration(300, 0.12), tele = calibration(600, 0.12);
+  EXPECT_FALSE(answer(wide, 1.0));
+  PairInfo info;
+  const core::Correspondences zoomed = fromMsg(*answer(tele, 2.0), &info);
+  EXPECT_EQ(zoomed.left_camera, tele->camera);
+  EXPECT_EQ(zoomed.right_camera, wide->camera);
+  EXPECT_FALSE(info.rig) << "it is one camera";
+  const core::Correspondences lost = fromMsg(*answer(nullptr, 3.0));
+  EXPECT_FALSE(lost.left_camera);
+  EXPECT_EQ(lost.right_camera, tele->camera);
 }
 
 TEST_F(LiveMatcherTest, ImagesOfTwelveBitsAreStretchedHoweverDarkTheNextOnesAre) {
@@ -133,11 +189,12 @@ TEST_F(LiveMatcherTest, SequencesMayLookFurtherBackOrAtKeyframes) {
   EXPECT_EQ(frame(20, 3.0)->right_stamp, ros::Time(1.0));
 
   LiveMatcher other(1);
-  matcher_.match({message(view(0), 4.0), nullptr, nullptr, nullptr, {}}, settings_);
+  matcher_.match({message(view(0), 4.0), nullptr, nullptr, nullptr, nullptr, nullptr, {}}, settings_);
   settings_.sequence.reference = core::SequenceOptions::Reference::kKeyframe;
   settings_.sequence.min_overlap = 0.5;
   const auto answer = [&](int shift, double stamp) {
-    return other.match({message(view(shift), stamp), nullptr, nullptr, nullptr, {}}, settings_);
+    return other.match({message(view(shift), stamp), nullptr, nullptr, nullptr, nullptr, nullptr, {}},
+                       settings_);
   };
   EXPECT_FALSE(answer(0, 1.0));
   EXPECT_EQ(answer(15, 2.0)->right_stamp, ros::Time(1.0));

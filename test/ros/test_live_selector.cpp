@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/selectors/factory.h"
+#include "fixed_pose_selector.h"
 #include "ros/live/live_selector.h"
 
 namespace corrsel {
@@ -73,6 +74,44 @@ TEST(LiveSelector, PassesOnNoMatchesThatAreUncertain) {
   EXPECT_TRUE(unsure.matches->left_x.empty());
   EXPECT_EQ(unsure.matches->header.stamp, input.header.stamp);
   EXPECT_EQ(unsure.warning.rfind("lpm: uncertain: the confidence is ", 0), 0u) << unsure.warning;
+}
+
+TEST(LiveSelector, PassesOnAPoseWhereTheSelectorHasOne) {
+  testing::addFixedPoseSelector();
+  LiveSelector selector;
+  SelectorConfig asked = config(testing::FixedPoseSelector::kName);
+  ASSERT_EQ(selector.configure(asked).error, "");
+  Correspondences input = message(70);
+  const LiveSelector::Result without = selector.select(input, 0.0);
+  EXPECT_FALSE(without.relative_pose || without.pose);
+  EXPECT_EQ(without.verdict, "not estimated");
+
+  core::Camera camera;
+  camera.matrix = {500, 0, 400, 0, 500, 300, 0, 0, 1};
+  input.left_camera = input.right_camera = toMsg(std::make_optional(camera));
+  const LiveSelector::Result with = selector.select(input, 0.0);
+  ASSERT_TRUE(with.relative_pose && with.pose);
+  EXPECT_EQ(with.verdict, "general");
+  EXPECT_EQ(with.relative_pose->header.stamp, input.header.stamp);
+  EXPECT_EQ(with.relative_pose->selector, testing::FixedPoseSelector::kName);
+  EXPECT_EQ(with.relative_pose->confidence, with.selection->confidence);
+  EXPECT_FALSE(with.relative_pose->scale_known);
+  EXPECT_EQ(with.pose->pose.pose.position.z, -1);
+  EXPECT_EQ(with.matches->left_camera.model, Camera::MODEL_PINHOLE) << "the selected matches have them, too";
+
+  input.rig_rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  input.rig_translation = {-0.12, 0, 0};
+  const LiveSelector::Result rig = selector.select(input, 0.0);
+  ASSERT_TRUE(rig.relative_pose && rig.pose);
+  EXPECT_TRUE(rig.relative_pose->scale_known);
+  EXPECT_DOUBLE_EQ(rig.pose->pose.pose.position.x, 0.12);
+
+  asked.options = "motion=0";
+  ASSERT_EQ(selector.configure(asked).error, "");
+  const LiveSelector::Result none = selector.select(input, 0.0);
+  EXPECT_TRUE(none.relative_pose);
+  EXPECT_FALSE(none.pose);
+  EXPECT_EQ(none.verdict, "none");
 }
 
 TEST(LiveSelector, WhatDoesNotWorkLeavesTheSelectorBeforeInForce) {

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "corrsel/evaluation/metrics.h"
+#include "corrsel/evaluation/pose.h"
 #include "corrsel/image_pair.h"
 #include "corrsel/pose/estimator.h"
 #include "corrsel/selection.h"
@@ -44,6 +46,17 @@ struct ResultRow {
 /// Name of the row of poses.csv whose selection is all ground-truth inliers.
 inline constexpr char kGroundTruthSelection[] = "ground_truth";
 
+/// The pose that a calibrated selector gave with its selection, compared with the true one.
+struct OwnPose {
+  Motion motion = Motion::kNone;                                       ///< the verdict
+  Motion true_motion = Motion::kNone;                                  ///< see trueMotion()
+  double rotation_error = kUndefined, translation_error = kUndefined;  ///< degrees, see PoseErrors
+  double pose_error = kUndefined;    ///< degrees; kFailedPose where the verdict is kNone
+  double second_error = kUndefined;  ///< pose error of PoseResult::second, degrees
+  NormalizedError normalized;        ///< see normalizedError()
+  bool uncertain = false;            ///< PoseResult::uncertain
+};
+
 /// One row of poses.csv: what the selected matches of a pair are good for. Undefined numbers are NaN here and
 /// empty in the file.
 struct PoseRow {
@@ -59,9 +72,30 @@ struct PoseRow {
   double epipolar_precision = kUndefined;  ///< NaN: no true translation
   double corner_error = kUndefined;        ///< px; +Inf without a homography; NaN: the truth is none
   double seconds = kUndefined;             ///< time of the estimators, s
+  std::optional<OwnPose> own;              ///< of selectors that give a pose, where the true one is known
 
   /// Returns whether there is a selection to estimate from, see ResultRow::evaluated().
   bool evaluated() const { return status != Status::kUnsupportedInput && status != Status::kFailed; }
+};
+
+/// The normalised errors of some poses, see NormalizedError.
+struct ConsistencySummary {
+  std::size_t poses = 0;
+  double mean = kUndefined, median = kUndefined;  ///< of NormalizedError::squared
+  double inside = kUndefined;                     ///< share of NormalizedError::inside()
+};
+
+/// Measures of the poses that a selector gives itself.
+struct OwnPoseSummary {
+  std::size_t poses = 0, no_pose = 0;  ///< pairs with a verdict; selections with the verdict kNone
+  double auc_5 = kUndefined, auc_10 = kUndefined, auc_20 = kUndefined;
+  double auc_10_low = kUndefined, auc_10_high = kUndefined;
+  double rotation_median = kUndefined, translation_median = kUndefined, pose_median = kUndefined;
+  std::size_t uncertain = 0;  ///< poses without a covariance, because none would hold
+  /// Poses with a translation; those of planes with a second pose are left out, because their covariance is
+  /// that of the pose that was named first.
+  ConsistencySummary with_translation;
+  ConsistencySummary rotations;  ///< of cameras that only turned
 };
 
 /// One row of pose_summary.csv: measures over the pairs with a known pose or homography.
@@ -79,6 +113,7 @@ struct PoseSummaryRow {
   double corner_auc_3_low = kUndefined, corner_auc_3_high = kUndefined;
   double corner_median = kUndefined;   ///< px
   double seconds_median = kUndefined;  ///< of the estimators, s
+  OwnPoseSummary own;
 };
 
 /// One row of summary.csv: means over pairs of the per-pair values.

@@ -50,13 +50,15 @@ class DatasetReader {
 /// of TUM RGB-D or of EuRoC (docs/datasets.md). The ids of the pairs contain the name as given.
 ///
 /// A name that begins with kUnrelatedPrefix means pairs of different scenes, made from the images of the
-/// dataset that the rest of the name means; `path` is the folder of that dataset.
+/// dataset that the rest of the name means; `path` is the folder of that dataset. It is not used where
+/// needsFolder() says so.
 ///
 /// Throws std::invalid_argument for a name that is empty, "." or ".." or has a path separator, and for an
 /// unknown name whose folder does not exist (listing the known ones). Throws DatasetError where a known
 /// dataset's folder is missing or has none of its files, and where no layout, or more than one, is
 /// recognised. The error tells what was looked for, what the first folders hold and what they lack.
-/// @param seed  used by datasets that generate or draw pairs (sample, heinly_generated, unrelated ones)
+/// @param seed  used by datasets that generate or draw pairs (sample, those whose names end with _generated,
+///              unrelated ones)
 std::unique_ptr<DatasetReader> openDataset(const std::string& name, const std::string& path, int seed = 0);
 
 /// Names that openDataset() knows, in alphabetical order.
@@ -69,6 +71,9 @@ bool isUnrelated(const std::string& name);
 
 /// Name of the dataset whose images are used: "vgg" for "vgg" and for "unrelated_vgg".
 std::string imageDataset(const std::string& name);
+
+/// Returns whether the dataset is read from a folder, in contrast to those that are generated from nothing.
+bool needsFolder(const std::string& name);
 
 /// Returns whether the dataset is made from the photographs that scripts/fetch_samples.sh collects. Its
 /// folder is then that of the sample set.

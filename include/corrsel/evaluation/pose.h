@@ -8,6 +8,7 @@
 #include "corrsel/correspondences.h"
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/evaluation/statistics.h"
+#include "corrsel/pose_result.h"
 #include "corrsel/relative_pose.h"
 
 namespace corrsel::core {
@@ -37,6 +38,35 @@ struct PoseErrors {
 /// above 90 degrees counts as 180 degrees less the angle. Where the true camera only turned, the pose error
 /// is the rotation error; where only the estimated translation is zero, it is kFailedPose.
 PoseErrors poseErrors(const cv::Matx33d& rotation, const cv::Vec3d& translation, const RelativePose& truth);
+
+/// The error of an estimated pose in the parameters of PoseResult::covariance: w, rad, with R_true =
+/// exp([w]_x) R; and a and b, rad, the components along translationBasis() of the rotation that turns t into
+/// the true direction. To first order, the true direction is that of t + a b1 + b b2. a and b are NaN where
+/// one of the translations is 0.
+cv::Vec<double, 5> poseDeviation(const Pose& estimate, const RelativePose& truth);
+
+/// How far an estimated pose is from the true one, measured by the covariance that was given with it.
+struct NormalizedError {
+  double squared = kUndefined;  ///< e^T C^-1 e; its mean is the number of degrees of freedom if C is right
+  std::size_t degrees = 0;      ///< of freedom: 5, of a rotation 3; 0 where the error is undefined
+
+  /// Whether the true pose lies inside the ellipsoid that should hold 95 % of them.
+  bool inside() const;
+};
+
+/// Normalised estimation error squared, NEES (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to
+/// Tracking and Navigation, 2001, Eq. 5.4.2-1). The rotation alone is compared where neither the estimate nor
+/// the truth has a translation. It is undefined where only one of them has, and where the covariance is not
+/// given (NaN) or is not positive definite.
+NormalizedError normalizedError(const PoseResult& estimate, const RelativePose& truth);
+
+/// 95 % quantiles of the chi-squared distribution.
+inline constexpr double kChiSquared5 = 11.0705;  ///< with 5 degrees of freedom
+inline constexpr double kChiSquared3 = 7.8147;   ///< with 3
+
+/// How the right camera moved, as far as a pose tells: kRest (neither turned nor translated, to 1e-9),
+/// kRotation or kGeneral.
+Motion trueMotion(const RelativePose& truth);
 
 /// Area under the curve of recall against error up to `threshold`, divided by the threshold: 0 to 1. The
 /// curve connects the points (error i, i / N) of the sorted errors by straight lines, begins at the origin,

@@ -28,6 +28,7 @@ struct TruthCheck {
 /// - homography: its inverse, its transpose, the transpose of its inverse, the matrix of coordinates in the
 ///   order (row, column), and the matrix of coordinates divided by the sizes of the images;
 /// - fundamental matrix: its transpose, (row, column), and divided coordinates;
+/// - essential matrix: its transpose; rotation: its inverse;
 /// - disparity: the opposite sign, the disparity of the right image, and the unit 1/16 or 1/256 px;
 /// - the readings that the source of the pair adds (ImagePair::other_readings).
 /// Labels, and pairs without ground truth, have no other reading. id and features of the rows are empty.

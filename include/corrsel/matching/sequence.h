@@ -44,6 +44,7 @@ class Sequence {
   struct Frame {
     std::uint64_t id;  ///< given by the caller, e.g. the stamp in ns
     std::shared_ptr<const Features> features;
+    std::optional<Camera> camera = {};  ///< calibration of the image
   };
 
   /// Throws std::invalid_argument for options out of range.

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 
 #include "corrsel/Correspondences.h"
@@ -20,6 +21,7 @@
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/ground_truth.h"
 #include "corrsel/image_pair.h"
+#include "corrsel/ros/cameras.h"
 #include "corrsel/selection.h"
 
 namespace corrsel {
@@ -40,6 +42,7 @@ struct PairInfo {
   std::string right_frame_id;  ///< frame of the right image
   core::PairId id;             ///< empty in live use
   std::string features;        ///< "detector+descriptor" or "given"
+  std::optional<RigPose> rig;  ///< of a calibrated rig
   std::uint32_t n_left_features = 0, n_right_features = 0;
   StageTimes seconds = unmeasured();
 };
@@ -59,7 +62,8 @@ Correspondences toMsg(core::Correspondences matches, const PairInfo& info);
 /// Converts a message to matches.
 /// @param info  filled with everything else in the message where it is not null
 /// Throws std::invalid_argument that names the field if array lengths disagree, if a frame does not have six
-/// numbers per match, or if an image size is larger than any image can be.
+/// numbers per match, if an image size is larger than any image can be, or if a camera is none. The rig is
+/// read with `info` only, and must be a rotation and a translation.
 core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info = nullptr);
 
 /// Converts a selection to a message.

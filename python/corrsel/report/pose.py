@@ -1,6 +1,6 @@
 """What selections are good for: errors of the pose, and of the corners of the image under a homography."""
 import csv
-from collections import namedtuple
+from collections import OrderedDict, namedtuple
 
 import numpy as np
 from markupsafe import Markup
@@ -8,6 +8,7 @@ from markupsafe import Markup
 from .figures import draw_part, line_figures, new_axes, part_ending, visible
 from .markup import DASH, article, best_cell, group_heading, joined, paragraph, selector_name, sources, table
 from .markup import with_headings
+from .own_pose import consistency_article
 from .reading import POSES_HEADER, RowTable, group_of
 from .selectors import DARK, is_baseline, selector_key
 from .tables import ReportError, read_columns
@@ -58,7 +59,31 @@ CORNERS = Measure(
     10.0,
     "AUC in percent. A pair without a homography has an infinite error.",
 )
-MEASURES = (POSE, CORNERS)
+OWN = Measure(
+    "own_pose",
+    "The selector's own pose",
+    "own_poses",
+    "own_auc_10",
+    "AUC at 10 degrees of its own pose",
+    "own_no_pose",
+    (
+        ("AUC at 5\u00b0", "own_auc_5", "percent"),
+        ("AUC at 10\u00b0 (95 %)", "own_auc_10", "percent"),
+        ("AUC at 20\u00b0", "own_auc_20", "percent"),
+        ("Common estimator at 5\u00b0", "auc_5", "percent"),
+        ("at 10\u00b0", "auc_10", "percent"),
+        ("at 20\u00b0", "auc_20", "percent"),
+        ("Median rotation (\u00b0)", "own_rotation_deg_median", "angle"),
+        ("Median translation (\u00b0)", "own_translation_deg_median", "angle"),
+        ("Median pose (\u00b0)", "own_pose_deg_median", "angle"),
+    ),
+    "own_pose_deg",
+    "pose error (degrees)",
+    20.0,
+    "AUC in percent. The common estimator is that of the table above, on the same matches. A verdict without a pose, and"
+    " one without a translation where the camera has moved, count as 180 degrees.",
+)
+MEASURES = (POSE, OWN, CORNERS)
 FORMATS = {
     "percent": lambda value: "%.1f" % (100 * value),
     "angle": lambda value: "%.2f" % value,
@@ -229,4 +254,7 @@ def html(run, figures):
             title = Markup("%s: %s") % (measure.title, group_heading(group))
             result = paragraph(statement(rows, measure))
             out.append(article(title, result, measure_table(group, rows, measure), curves))
+            if measure is OWN:
+                named = OrderedDict((name, rows[name]) for name in ordered(rows))
+                out.append(consistency_article(group, named, poses))
     return joined(out)

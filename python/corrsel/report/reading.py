@@ -48,12 +48,16 @@ MEASURES = ["tau_px", "n_correct", "precision", "recall_paper", "recall_same_tau
 ROW_HEADER = [name for name in PAIRS_HEADER if name != "n_correct_labels"] + MEASURES
 POSES_HEADER = (
     "dataset,sequence,pair,features,preselection,selector,seed,status,n_selected,model,n_inliers,rotation_deg,"
-    "translation_deg,pose_deg,epipolar_precision,corner_px,estimate_s"
+    "translation_deg,pose_deg,epipolar_precision,corner_px,estimate_s,motion,true_motion,own_rotation_deg,"
+    "own_translation_deg,own_pose_deg,second_pose_deg,nees,nees_degrees,uncertain"
 ).split(",")
 POSE_SUMMARY_HEADER = (
     "dataset,features,preselection,selector,poses,no_pose,auc_5,auc_10,auc_10_lo,auc_10_hi,auc_20,maa_10,"
     "rotation_deg_median,translation_deg_median,pose_deg_median,epipolar_precision,homographies,no_homography,"
-    "corner_auc_1,corner_auc_3,corner_auc_3_lo,corner_auc_3_hi,corner_auc_5,corner_px_median,estimate_s_median"
+    "corner_auc_1,corner_auc_3,corner_auc_3_lo,corner_auc_3_hi,corner_auc_5,corner_px_median,estimate_s_median,"
+    "own_poses,own_no_pose,own_auc_5,own_auc_10,own_auc_10_lo,own_auc_10_hi,own_auc_20,own_rotation_deg_median,"
+    "own_translation_deg_median,own_pose_deg_median,uncertain,nees_poses,nees_mean,nees_median,nees_inside_95,"
+    "nees_rotation_poses,nees_rotation_mean,nees_rotation_median,nees_rotation_inside_95"
 ).split(",")
 SUMMARY_HEADER = (
     "dataset,features,preselection,selector,tau_px,pairs,precision,recall_paper,f_paper,f_paper_lo,"

@@ -12,7 +12,7 @@ from .words import plural
 
 TEXT_COLUMNS = set(
     "dataset sequence pair features preselection selector status scene seed truth stage error file threads remark"
-    " model".split()
+    " model motion true_motion".split()
 )
 BLOCK = 1000  # rows that are converted at a time; as many stay in the processor's cache
 NAMED_LINES = 10  # of those that cannot be read

@@ -1,14 +1,14 @@
 """The results of a run as plain text, for a terminal."""
 from .compared import percent
 from .left_out import left_out_sentence
-from .pose import CORNERS, GROUND_TRUTH, MEASURES, POSE, groups_of, interval_of, ranking
+from .pose import CORNERS, GROUND_TRUTH, MEASURES, OWN, POSE, groups_of, interval_of, ranking
 from .selectors import BASELINE
 from .remarks import remark_sentences
 from .standings import standing
 from .words import features_text, is_unrelated, milliseconds, plural, preselection_text
 
 GAP = "  "
-AREA_HEADS = {POSE: "pose AUC 10 deg %", CORNERS: "corner AUC 3 px %"}
+AREA_HEADS = {POSE: "pose AUC 10 deg %", OWN: "own pose %", CORNERS: "corner AUC 3 px %"}
 WINNERS_TEXTS = {0, 2, 3, 4, 5, 6}  # columns of words
 
 

@@ -40,8 +40,9 @@ void requestStop(int signal) {
 }
 
 /// Folder of a dataset below data_root. Datasets that are made from the sample photographs use the folder of
-/// the sample set, which is in the cache unless data_root has it.
+/// the sample set, which is in the cache unless data_root has it. Those that need no folder have none.
 std::string datasetFolder(const std::string& name, const std::string& data_root) {
+  if (!core::needsFolder(name)) return "";
   if (core::needsSamplePhotographs(name)) {
     const fs::path below = fs::path(data_root) / "sample";
     return data_root.empty() || !fs::is_directory(below) ? core::sampleFolder() : below.string();

@@ -148,7 +148,11 @@ void DatasetBagSource::Impl::build(const ros::Time& stamp, const Group& group, c
   }
   const char* topic = bag_topics::kGroundTruth;
   try {
-    if (truth != group.end()) pair.truth = fromMsg(*truth->second.truth);
+    if (truth != group.end()) {
+      pair.truth = fromMsg(*truth->second.truth);
+      pair.left_camera = fromMsg(truth->second.truth->left_lens);
+      pair.right_camera = fromMsg(truth->second.truth->right_lens);
+    }
     topic = bag_topics::kCorrespondences;
     if (given != group.end()) pair.given = fromMsg(*given->second.given);
   } catch (const std::invalid_argument& error) {

@@ -105,7 +105,10 @@ void DatasetBagWriter::write(const core::ImagePair& pair) {
     right = {right_header, imageEncoding(pair, pair.right, "right"), pair.right};
   }
 
-  impl_->write(bag_topics::kGroundTruth, stamp, toMsg(pair.truth, info));
+  GroundTruth truth = toMsg(pair.truth, info);
+  truth.left_lens = toMsg(pair.left_camera);
+  truth.right_lens = toMsg(pair.right_camera);
+  impl_->write(bag_topics::kGroundTruth, stamp, truth);
   if (pair.given) impl_->write(bag_topics::kCorrespondences, stamp, toMsg(*pair.given, info));
   ++impl_->pairs;
   if (!images) return;

@@ -10,7 +10,9 @@
 #include <utility>
 
 #include "base/text.h"
+#include "corrsel/camera_formats.h"
 #include "corrsel/datasets/reader.h"
+#include "corrsel/ros/cameras.h"
 #include "corrsel/ros/conversions.h"
 #include "datasets/stretching.h"
 #include "ros/bags/bag_scan.h"
@@ -50,16 +52,21 @@ std::string imageTopic(const BagFile& file, const std::string& given) {
   return "";
 }
 
-bool isRectified(const std::string& images, const std::string& topic) {
-  return images == "auto" ? topic.find("image_rect") != std::string::npos : images == "rectified";
-}
-
 /// What a bag holds about one camera.
-struct Camera {
+struct CameraTopics {
   std::string topic;  ///< of the images
   bool rectified = false;
   std::vector<Stamped> images;
   Calibration calibration;
+
+  /// The camera of the images as they are; nothing where camera_info is missing or wrong.
+  std::optional<core::Camera> camera() const {
+    try {
+      if (calibration.info) return cameraOf(*calibration.info, rectified);
+    } catch (const std::invalid_argument&) {  // makeRig() says what is wrong
+    }
+    return std::nullopt;
+  }
 };
 
 }  // namespace
@@ -73,9 +80,10 @@ struct OwnBagSource::Impl {
   BagFile file;
   BagTopics options;
   std::vector<std::string>& notes;
-  Camera left, right;
+  CameraTopics left, right;
   std::string truth_topic;  ///< empty: none
   std::vector<Stamped> truths;
+  std::optional<RawRig> raw_rig;  ///< in place of `rig`, of raw images of fisheye lenses
   std::shared_ptr<const StereoRig> rig;
   std::vector<core::OtherReading> other_declarations;  ///< of the rig's images
   std::string rig_problem;                             ///< why there is no rig
@@ -84,20 +92,20 @@ struct OwnBagSource::Impl {
 
   Impl(BagFile bag, const BagTopics& topics, std::vector<std::string>& all_notes);
   void findTopics();
-  Camera findCamera(const std::string& side, const std::string& images, const std::string& info) const;
+  CameraTopics findCamera(const std::string& side, const std::string& images, const std::string& info) const;
   void scan();
   void makeRig();
   void makePairs();
   void checkSizes() const;
   [[noreturn]] void failUnpaired(const Partners& found) const;
   [[noreturn]] void failWithoutTruth(const Partners& found) const;
-  cv::Mat image(const Camera& camera, const Stamped& message, bool all_bits) const;
+  cv::Mat image(const CameraTopics& camera, const Stamped& message, bool all_bits) const;
   void read(const Pair& from, core::ImagePair& pair) const;
 };
 
-Camera OwnBagSource::Impl::findCamera(const std::string& side, const std::string& images,
-                                      const std::string& info) const {
-  Camera camera;
+CameraTopics OwnBagSource::Impl::findCamera(const std::string& side, const std::string& images,
+                                            const std::string& info) const {
+  CameraTopics camera;
   camera.topic = imageTopic(file, images);
   if (camera.topic.empty()) {
     fail("bag " + file.path() + " has no images for " + side + " on " + images + ", raw or " +
@@ -127,7 +135,7 @@ void OwnBagSource::Impl::scan() {
   std::vector<BagScan::Topic> topics = {{left.topic}, {right.topic}};
   if (!truth_topic.empty()) topics.push_back({truth_topic});
   BagScan scan(file, topics, {left.calibration.topic, right.calibration.topic});
-  for (Camera* camera : {&left, &right}) {
+  for (CameraTopics* camera : {&left, &right}) {
     camera->images = scan.take(camera->topic);
     camera->calibration = scan.calibration(camera->calibration.topic);
   }
@@ -137,7 +145,7 @@ void OwnBagSource::Impl::scan() {
 
 void OwnBagSource::Impl::makeRig() {
   std::vector<std::string> missing, present;
-  for (const Camera* camera : {&left, &right}) {
+  for (const CameraTopics* camera : {&left, &right}) {
     (camera->calibration.info ? present : missing).push_back(camera->calibration.topic);
     describeChanges(camera->calibration, notes);
   }
@@ -153,14 +161,19 @@ void OwnBagSource::Impl::makeRig() {
     const RigCamera left_camera{*left.calibration.info, left.rectified, left.calibration.topic};
     const RigCamera right_camera{*right.calibration.info, right.rectified, right.calibration.topic};
     rig = std::make_shared<const StereoRig>(left_camera, right_camera);
-    other_declarations = otherDeclarations(left_camera, right_camera, rig);
+    raw_rig = rawRigOf(left_camera, right_camera);
+    if (raw_rig) {
+      notes.push_back("images of fisheye lenses are not rectified: they are evaluated by their rays");
+    } else {
+      other_declarations = otherDeclarations(left_camera, right_camera, rig);
+    }
   } catch (const std::invalid_argument& error) {
     rig_problem = error.what();
   }
 }
 
 void OwnBagSource::Impl::failUnpaired(const Partners& found) const {
-  for (const Camera* camera : {&left, &right}) {
+  for (const CameraTopics* camera : {&left, &right}) {
     if (camera->images.empty()) fail("bag " + file.path() + " has no readable image on " + camera->topic);
   }
   fail("bag " + file.path() + ": no image on " + right.topic + " comes within " +
@@ -235,7 +248,7 @@ void OwnBagSource::Impl::checkSizes() const {
   } catch (const std::exception&) {  // next() reports it
     return;
   }
-  const auto check = [this](const Camera& camera, const auto& rectify) {
+  const auto check = [this](const CameraTopics& camera, const auto& rectify) {
     try {
       rectify();
     } catch (const std::invalid_argument& error) {
@@ -247,7 +260,7 @@ void OwnBagSource::Impl::checkSizes() const {
 }
 
 /// Throws std::invalid_argument or an exception of rosbag.
-cv::Mat OwnBagSource::Impl::image(const Camera& camera, const Stamped& message, bool all_bits) const {
+cv::Mat OwnBagSource::Impl::image(const CameraTopics& camera, const Stamped& message, bool all_bits) const {
   if (file.has(camera.topic, kImageType)) {
     const sensor_msgs::ImageConstPtr raw = message.message.instantiate<sensor_msgs::Image>();
     if (raw != nullptr) return (all_bits ? fromMsgInAllBits(raw) : fromMsg(raw))->image.clone();
@@ -264,24 +277,34 @@ void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
   pair.id = file.idAt(from.left.stamp);
   const std::string* topic = &left.topic;
   try {
-    const auto stored = [&](const Camera& camera, const Stamped& message) {
+    const auto stored = [&](const CameraTopics& camera, const Stamped& message) {
       return core::StoredImage{camera.topic, [&](bool all_bits) {
                                  topic = &camera.topic;
                                  return image(camera, message, all_bits);
                                }};
     };
     core::readStretched(stored(left, from.left), stored(right, from.right), pair);
+    if (!from.truth && raw_rig) {
+      pair.left_camera = raw_rig->left;
+      pair.right_camera = raw_rig->right;
+      pair.truth = raw_rig->truth;
+      return;
+    }
     if (!from.truth) {
       topic = &left.topic;
       pair.left = rig->rectifyLeft(pair.left);
       topic = &right.topic;
       pair.right = rig->rectifyRight(pair.right);
       pair.truth = truthOf(*rig);
+      pair.left_camera = core::cameraFromOpenCv(rig->pose().left_camera, {}, pair.left.size());
+      pair.right_camera = core::cameraFromOpenCv(rig->pose().right_camera, {}, pair.right.size());
       pair.other_readings = other_declarations;
       return;
     }
     topic = &truth_topic;
     pair.truth = readTruth(from.truth->message);
+    pair.left_camera = left.camera();
+    pair.right_camera = right.camera();
   } catch (const std::exception& error) {  // also a damaged chunk
     fail(pair.id.text() + ": " + *topic + ": " + error.what());
   }

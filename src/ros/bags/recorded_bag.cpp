@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "corrsel/camera_formats.h"
 #include "corrsel/datasets/reader.h"
 #include "corrsel/evaluation/errors.h"
 #include "corrsel/ros/conversions.h"
@@ -102,6 +103,13 @@ void requireSize(const cv::Size& images, const cv::Size& calibrated, const std::
       std::to_string(calibrated.height) + " px; record the camera_info that belongs to the images");
 }
 
+core::Camera pinhole(const cv::Matx33d& matrix, const cv::Size& size) {
+  core::Camera camera;
+  camera.matrix = matrix;
+  camera.size = size;
+  return camera;
+}
+
 /// Moves matches of a rig's images to its rectified images; those that are not in both of them are left out.
 core::Correspondences rectified(const StereoRig& rig, core::Correspondences matches) {
   const std::vector<cv::Matx23d> left = rig.rectifyLeft(pointsOf(matches.left_x, matches.left_y));
@@ -115,6 +123,8 @@ core::Correspondences rectified(const StereoRig& rig, core::Correspondences matc
   moveSide(right, matches.right_x, matches.right_y, matches.right_frame);
   matches.left_size = rig.leftArea().size();
   matches.right_size = rig.rightArea().size();
+  matches.left_camera = pinhole(rig.pose().left_camera, matches.left_size);
+  matches.right_camera = pinhole(rig.pose().right_camera, matches.right_size);
   return kept.size() == matches.size() ? matches : matches.subset(kept);
 }
 
@@ -135,6 +145,7 @@ struct RecordedMatchesSource::Impl {
   std::string left_frame, right_frame;  ///< of the first matches
   std::vector<Calibration> calibrations;
   Calibration left, right;
+  std::optional<RawRig> raw_rig;  ///< in place of `rig`, of matches in raw images of fisheye lenses
   std::shared_ptr<const StereoRig> rig;
   std::vector<core::OtherReading> other_declarations;  ///< of the rig's images
   std::string rig_problem;                             ///< why there is no rig
@@ -154,6 +165,7 @@ struct RecordedMatchesSource::Impl {
   double shareNearLines(const StereoRig& candidate) const;
   bool simultaneous(const Stamped& message) const;
   void makePairs();
+  void evaluateByRig(core::Correspondences& matches, core::ImagePair& pair) const;
   core::Correspondences read(const Stamped& message, core::ImagePair& pair) const;
   core::Correspondences read(const Stamped& message) const {
     core::ImagePair ignored;
@@ -278,8 +290,8 @@ void RecordedMatchesSource::Impl::makeRig() {
     if (!camera->info) rig_problem = "no message on " + camera->topic + " can be read";
   }
   if (!rig_problem.empty()) return;
+  bool are_rectified = options.images == "rectified";
   if (options.images != "auto") {
-    const bool are_rectified = options.images == "rectified";
     rig = makeRig(are_rectified);
     if (rig) {
       const auto [left_camera, right_camera] = cameras(are_rectified);
@@ -298,13 +310,17 @@ void RecordedMatchesSource::Impl::makeRig() {
                       percent(std::min(raw, is_rectified)) +
                       " otherwise; images:=raw and images:=rectified "
                       "decide it");
-      if (!take_raw) rig = other;
-    } else if (other) {
-      rig = other;
+      are_rectified = !take_raw;
+    } else {
+      are_rectified = other != nullptr;
     }
+    if (are_rectified) rig = other;
   }
   if (!rig) return;
   rig_problem.clear();
+  const auto [left_camera, right_camera] = cameras(are_rectified);
+  raw_rig = rawRigOf(left_camera, right_camera);
+  if (raw_rig) other_declarations.clear();
   // The first matches show whether camera_info belongs to their images.
   try {
     const core::Correspondences first = read(matches.front());
@@ -349,6 +365,22 @@ void RecordedMatchesSource::Impl::makePairs() {
       (apart > 0 ? "their images were not taken at the same time (within " +
                        core::formatNumber(options.max_stamp_difference) + " s)"
                  : rig_problem));
+}
+
+/// Gives a pair cameras and truth of the rig, and moves its matches to rectified images.
+void RecordedMatchesSource::Impl::evaluateByRig(core::Correspondences& matches, core::ImagePair& pair) const {
+  if (raw_rig) {
+    pair.left_camera = raw_rig->left;
+    pair.right_camera = raw_rig->right;
+    pair.truth = raw_rig->truth;
+  } else {
+    matches = rectified(*rig, std::move(matches));
+    pair.left_camera = core::cameraFromOpenCv(rig->pose().left_camera, {}, matches.left_size);
+    pair.right_camera = core::cameraFromOpenCv(rig->pose().right_camera, {}, matches.right_size);
+    pair.truth = truthOf(*rig);
+    pair.other_readings = other_declarations;
+  }
+  pair.addCamerasTo(matches);
 }
 
 /// Fills in the names of the pair and of its images. Throws std::invalid_argument, or an exception of rosbag.
@@ -400,9 +432,7 @@ bool RecordedMatchesSource::next(core::ImagePair& pair) {
     } else if (from.by_rig) {
       requireSize(matches.left_size, impl_->rig->leftSize(), impl_->left.topic);
       requireSize(matches.right_size, impl_->rig->rightSize(), impl_->right.topic);
-      matches = rectified(*impl_->rig, std::move(matches));
-      pair.truth = truthOf(*impl_->rig);
-      pair.other_readings = impl_->other_declarations;
+      impl_->evaluateByRig(matches, pair);
     }
     pair.given = std::move(matches);
   } catch (const std::exception& error) {  // also a damaged chunk

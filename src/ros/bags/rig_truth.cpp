@@ -2,6 +2,9 @@
 
 #include <stdexcept>
 
+#include "corrsel/ros/cameras.h"
+#include "datasets/posed_truth.h"
+
 namespace corrsel {
 namespace {
 
@@ -37,6 +40,26 @@ core::GroundTruth truthOf(const StereoRig& rig) {
   truth.matrix = rig.fundamental();
   truth.pose = rig.pose();
   return truth;
+}
+
+std::optional<RawRig> rawRigOf(const RigCamera& left, const RigCamera& right) {
+  if (left.rectified || right.rectified) return std::nullopt;
+  try {
+    RawRig rig{cameraOf(left.info, false), cameraOf(right.info, false), {}};
+    const auto isFisheye = [](const core::Camera& camera) {
+      return camera.model == core::Camera::Model::kFisheye;
+    };
+    if (!isFisheye(rig.left) && !isFisheye(rig.right)) return std::nullopt;
+    const std::optional<RigPose> pose = rigOf(left.info, false, right.info, false);
+    if (!pose) return std::nullopt;
+    core::RelativePose relative;
+    relative.rotation = pose->rotation;
+    relative.translation = pose->translation;
+    rig.truth = core::truthOf(relative, rig.left, rig.right);
+    return rig;
+  } catch (const std::invalid_argument&) {  // StereoRig says what is wrong with the calibration
+    return std::nullopt;
+  }
 }
 
 std::vector<cv::Point2f> pointsOf(const std::vector<float>& x, const std::vector<float>& y) {

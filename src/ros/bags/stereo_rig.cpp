@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "base/text.h"
+#include "corrsel/ros/cameras.h"
 
 namespace corrsel {
 namespace {
 
 constexpr double kMinBaseline = 1e-6;         // m
-constexpr double kRotationTolerance = 1e-3;   // largest entry of R R^T - I
 constexpr int kMinSide = 16;                  // px
 constexpr double kDerivativeStep = 0.5;       // px
 constexpr double kInversionTolerance = 0.05;  // px, of a point that is distorted again
@@ -40,11 +40,6 @@ bool allZero(const Array& numbers) {
 template <class Array>
 bool allFinite(const Array& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](double number) { return std::isfinite(number); });
-}
-
-bool isRotation(const cv::Matx33d& matrix) {
-  const cv::Matx33d difference = matrix * matrix.t() - cv::Matx33d::eye();
-  return cv::norm(difference, cv::NORM_INF) <= kRotationTolerance && cv::determinant(matrix) > 0;
 }
 
 void requireIntrinsics(const std::string& name, const char* field, double fx, double fy, double w) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "corrsel/ros/cameras.h"
 
 namespace corrsel {
 namespace {
@@ -18,18 +19,24 @@ double seconds(const ros::Time& later, const ros::Time& earlier) {
   return later.toSec() - earlier.toSec();
 }
 
+bool areRectified(FeatureMatcherParameters::Images images, const std::string& topic) {
+  using Images = FeatureMatcherParameters::Images;
+  return images == Images::kAuto ? isRectified("auto", topic) : images == Images::kRectified;
+}
+
 }  // namespace
 
 CameraInput::CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
-                         const FeatureMatcherParameters& parameters, const std::string& image_topic,
-                         const std::string& mask_topic, Callback on_image)
+                         const FeatureMatcherParameters& parameters, const std::string& prefix,
+                         Callback on_image)
     : nh_(nh),
-      mask_topic_(mask_topic),
+      mask_topic_(prefix + "mask"),
       use_mask_(parameters.use_mask),
       on_image_(std::move(on_image)),
-      images_(nh, pnh, parameters.image_transport, image_topic,
+      images_(nh, pnh, parameters.image_transport, prefix + "image",
               static_cast<std::uint32_t>(parameters.subscriber_queue_size),
-              [this](const sensor_msgs::ImageConstPtr& msg) { receive(msg); }) {}
+              [this](const sensor_msgs::ImageConstPtr& msg) { receive(msg); }),
+      camera_info_(nh, prefix + "camera_info", areRectified(parameters.images, images_.topic())) {}
 
 void CameraInput::subscribe() {
   {
@@ -45,11 +52,13 @@ void CameraInput::subscribe() {
       mask_ = msg->data.empty() ? nullptr : msg;
     });
   }
+  camera_info_.subscribe();
   images_.subscribe();
 }
 
 void CameraInput::unsubscribe() {
   images_.unsubscribe();
+  camera_info_.unsubscribe();
   masks_.shutdown();
   const std::lock_guard<std::mutex> lock(mutex_);
   subscribed_ = false;

@@ -13,23 +13,24 @@
 #include <vector>
 
 #include "base/stopwatch.h"
+#include "ros/live/camera_info_input.h"
 #include "ros/live/image_subscriber.h"
 #include "ros/live/nodelet_parameters.h"
 
 namespace corrsel {
 
-/// One camera: its images, its newest mask, and irregularities of its stamps.
+/// One camera: its images, its newest mask and calibration, and irregularities of its stamps.
 class CameraInput {
  public:
   /// @param backwards  whether the stamp is earlier than that of the previous image
   using Callback = std::function<void(const sensor_msgs::ImageConstPtr&, bool backwards)>;
 
   /// Does not subscribe yet.
-  /// @param parameters  subscriber_queue_size, image_transport and use_mask are used
+  /// @param parameters  subscriber_queue_size, image_transport, images and use_mask are used
+  /// @param prefix      of the topics `image`, `mask` and `camera_info`: "left/"
   /// @param on_image    called on the queue of `nh`, which must call one callback at a time
   CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
-              const FeatureMatcherParameters& parameters, const std::string& image_topic,
-              const std::string& mask_topic, Callback on_image);
+              const FeatureMatcherParameters& parameters, const std::string& prefix, Callback on_image);
   ~CameraInput() { unsubscribe(); }
 
   void subscribe();
@@ -40,6 +41,9 @@ class CameraInput {
   /// Newest mask, which is valid for all later images; null = none. A mask without pixels removes it. Must be
   /// called on the queue.
   const sensor_msgs::ImageConstPtr& mask() const { return mask_; }
+
+  /// The calibration of an image of this camera, see CameraInfoInput. Must be called on the queue.
+  CalibrationPtr calibration(const sensor_msgs::Image& image) { return camera_info_.of(image); }
 
   /// Number of images since construction. Any thread.
   std::size_t count() const;
@@ -79,6 +83,7 @@ class CameraInput {
   bool use_mask_;
   Callback on_image_;
   ImageSubscriber images_;
+  CameraInfoInput camera_info_;
   ros::Subscriber masks_;
   sensor_msgs::ImageConstPtr mask_;
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "base/stopwatch.h"
+#include "ros/live/camera_info_input.h"
 #include "ros/live/live_source.h"
 #include "ros/live/nodelet_parameters.h"
 
@@ -20,6 +21,8 @@ struct ImageSet {
   sensor_msgs::ImageConstPtr right;       ///< null in sequence mode
   sensor_msgs::ImageConstPtr left_mask;   ///< newest mask of the camera, null = none
   sensor_msgs::ImageConstPtr right_mask;  ///< newest mask of the camera, null = none
+  CalibrationPtr left_calibration;        ///< null = none that fits the image
+  CalibrationPtr right_calibration;       ///< null = none that fits the image
   core::Stopwatch waiting;                ///< started when the set was complete
 };
 

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
+#include <cmath>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "corrsel/ros/cameras.h"
 #include "corrsel/ros/conversions.h"
 #include "features/parts/grey_image.h"
 
@@ -38,18 +41,35 @@ PairInfo infoOf(const ImageSet& images, const LiveMatcher::Settings& settings, d
   return info;
 }
 
+std::optional<core::Camera> cameraOf(const CalibrationPtr& calibration) {
+  return calibration ? std::make_optional(calibration->camera) : std::nullopt;
+}
+
+std::string modelText(const Camera& camera) {
+  if (camera.model == Camera::MODEL_UNKNOWN) return "unknown";
+  return core::toString(static_cast<core::Camera::Model>(camera.model - Camera::MODEL_PINHOLE));
+}
+
+/// The features and the calibration of an image.
+struct Side {
+  const core::Features& features;
+  std::optional<core::Camera> camera;
+};
+
 /// Matches the features and makes the message.
 /// @param conversion_seconds  spent on the images
 /// @param kept  filled with the matches where not null
-boost::shared_ptr<Correspondences> finish(const core::Features& left, const core::Features& right,
+boost::shared_ptr<Correspondences> finish(const Side& left, const Side& right,
                                           const core::MatchOptions& options, int threads,
                                           double conversion_seconds, PairInfo info,
                                           core::Correspondences* kept = nullptr) {
   core::Stopwatch watch;
-  core::Correspondences matches = core::matchFeatures(left, right, options, threads);
+  core::Correspondences matches = core::matchFeatures(left.features, right.features, options, threads);
+  matches.left_camera = left.camera;
+  matches.right_camera = right.camera;
   info.seconds.match = watch.restart();
-  info.n_left_features = static_cast<std::uint32_t>(left.keypoints.size());
-  info.n_right_features = static_cast<std::uint32_t>(right.keypoints.size());
+  info.n_left_features = static_cast<std::uint32_t>(left.features.keypoints.size());
+  info.n_right_features = static_cast<std::uint32_t>(right.features.keypoints.size());
   if (kept != nullptr) *kept = matches;
   auto message = boost::make_shared<Correspondences>(toMsg(std::move(matches), info));
   message->seconds.publish = conversion_seconds + watch.seconds();
@@ -89,7 +109,10 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
       core::extractPair(*settings.extractor, left_pixels, right_pixels, threads_, left_region, right_region);
   info.seconds.detect = features.first.detect_seconds + features.second.detect_seconds;
   info.seconds.describe = features.first.describe_seconds + features.second.describe_seconds;
-  return finish(features.first, features.second, settings.match, threads_, conversion_seconds, info);
+  const CalibrationPtr &from = images.left_calibration, &to = images.right_calibration;
+  if (from && to) info.rig = rigOf(from->info, from->rectified, to->info, to->rectified);
+  return finish({features.first, cameraOf(from)}, {features.second, cameraOf(to)}, settings.match, threads_,
+                conversion_seconds, info);
 }
 
 boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& images,
@@ -105,6 +128,7 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
   info.seconds.detect = features->detect_seconds;
   info.seconds.describe = features->describe_seconds;
 
+  const std::optional<core::Camera> camera = cameraOf(images.left_calibration);
   const std::uint64_t id = info.header.stamp.toNSec();
   sequence_.setOptions(settings.sequence);
   const core::Sequence::Frame* reference = sequence_.reference();
@@ -122,11 +146,16 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
   if (reference != nullptr) {
     info.right_stamp.fromNSec(reference->id);
     info.right_frame_id = info.header.frame_id;
-    message =
-        finish(*features, *reference->features, settings.match, threads_, conversion_seconds, info, &matches);
+    message = finish({*features, camera}, {*reference->features, reference->camera}, settings.match, threads_,
+                     conversion_seconds, info, &matches);
   }
-  sequence_.add({id, std::move(features)}, matches);
+  sequence_.add({id, std::move(features), camera}, matches);
   return message;
+}
+
+std::string camerasText(const Correspondences& message) {
+  return "left " + modelText(message.left_camera) + ", right " + modelText(message.right_camera) +
+         (std::isnan(message.rig_translation[0]) ? "" : ", a rig");
 }
 
 }  // namespace corrsel

@@ -3,6 +3,7 @@
 #include <boost/shared_ptr.hpp>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <string>
 
 #include "corrsel/Correspondences.h"
 #include "corrsel/features/extractor.h"
@@ -14,7 +15,8 @@ namespace corrsel {
 
 /// Turns the images of live cameras into messages with putative matches. An image without a partner is
 /// matched with an earlier one of the same camera; the newer image is then the left side of the message and
-/// the earlier one its right side.
+/// the earlier one its right side. The message has the calibrations of the images as they were when each
+/// image came, and of a pair the pose between two cameras that were calibrated together.
 ///
 /// Images of 16 bits that use fewer of them are scaled by the number of bits that the largest value so far
 /// needed (8, 10, 12, 14 or 16), for all cameras alike. It never falls, so that the scale does not change
@@ -49,5 +51,9 @@ class LiveMatcher {
   core::Sequence sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_
 };
+
+/// Which cameras a message has, for diagnostics: "left pinhole, right fisheye, a rig" or "left unknown, right
+/// unknown".
+std::string camerasText(const Correspondences& message);
 
 }  // namespace corrsel

@@ -7,6 +7,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "corrsel/ros/conversions.h"
+#include "corrsel/ros/pose.h"
 #include "corrsel/selectors/factory.h"
 #include "ros/live/parameters.h"
 
@@ -35,6 +36,16 @@ void refuseBrackets(const std::string& text, const SelectorConfig& config) {
   const bool is_parameter = readOptions(config, prefix).count(name) > 0;
   throw std::invalid_argument("'" + text + "': a nodelet takes no options in brackets; set the parameter " +
                               (is_parameter ? prefix + name : "options to '" + name + "=" + value + "'"));
+}
+
+/// Makes the messages of a selection's pose, if it has one.
+void addPose(const core::Selection& selection, const PairInfo& info, const std::string& spec,
+             LiveSelector::Result& result) {
+  if (!selection.pose) return;
+  result.relative_pose = boost::make_shared<RelativePose>(toPoseMsg(selection, info, spec));
+  result.verdict = core::toString(selection.pose->motion);
+  const auto pose = poseOfRight(*result.relative_pose);
+  if (pose) result.pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(*pose);
 }
 
 /// 0 for times that were not measured, because somebody else has made the matches.
@@ -195,6 +206,7 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
       reliable ? core::selectedRows(selection.mask) : std::vector<std::uint32_t>();
   result.matches = boost::make_shared<Correspondences>(toMsg(input.subset(rows), info));
   result.selection = boost::make_shared<Selection>(toMsg(selection, info, active.spec));
+  addPose(selection, info, active.spec, result);
   result.selection->seconds.publish += watch.seconds();
 
   if (selection.n_input == 0) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <corrsel/SelectorConfig.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 
 #include <boost/shared_ptr.hpp>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "corrsel/Correspondences.h"
+#include "corrsel/RelativePose.h"
 #include "corrsel/Selection.h"
 #include "corrsel/options.h"
 #include "corrsel/selectors/selector.h"
@@ -32,8 +34,12 @@ class LiveSelector {
 
   struct Result {
     boost::shared_ptr<Correspondences> matches;  ///< the selected ones; none where the status is `uncertain`
-    boost::shared_ptr<Selection> selection;      ///< its time of publishing lacks that of these two messages
-    std::string warning;                         ///< why the selection is not as requested; empty = it is
+    boost::shared_ptr<Selection> selection;      ///< its time of publishing lacks that of these messages
+    boost::shared_ptr<RelativePose> relative_pose;  ///< null where the selector estimates none
+    /// poseOfRight(); null where there is none, or none to be relied on
+    boost::shared_ptr<geometry_msgs::PoseWithCovarianceStamped> pose;
+    std::string verdict = "not estimated";  ///< the motion between the images, for diagnostics
+    std::string warning;                    ///< why the selection is not as requested; empty = it is
   };
   struct Change {
     std::string spec;                   ///< "name" or "name:preset", in force

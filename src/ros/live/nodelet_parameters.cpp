@@ -50,6 +50,11 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
                  {{Mode::kPair, "pair", "Pairs of left/image and right/image"},
                   {Mode::kSequence, "sequence", "Images of one camera, each with an earlier one"}},
                  "The images that are matched", &P::mode);
+  visitor.choice("images",
+                 {{Images::kAuto, "auto", "Rectified if the name of their topic contains image_rect"},
+                  {Images::kRaw, "raw", "K and D of camera_info hold"},
+                  {Images::kRectified, "rectified", "P of camera_info holds"}},
+                 "Whether the images are rectified, which camera_info does not say", &P::images);
   visitor.text("image_transport",
                "Transport of the images: raw, compressed, or the name of an installed plug-in",
                &P::image_transport);

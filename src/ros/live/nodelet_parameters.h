@@ -31,8 +31,10 @@ struct LiveParameters : core::OptionSet {
 /// Start-up parameters of the FeatureMatcher nodelet.
 struct FeatureMatcherParameters : LiveParameters {
   enum class Mode : std::uint8_t { kPair, kSequence };
+  enum class Images : std::uint8_t { kAuto, kRaw, kRectified };
 
   Mode mode = Mode::kPair;
+  Images images = Images::kAuto;
   std::string image_transport = "raw";
   bool use_mask = false;
   bool approximate_sync = false;

@@ -88,12 +88,11 @@ PairSynchronizer::PairSynchronizer(const ros::NodeHandle& nh, const ros::NodeHan
       approximate_sync_(parameters.approximate_sync),
       max_interval_(parameters.approximate_sync_max_interval),
       left_(
-          nh, pnh, parameters, "left/image", "left/mask",
+          nh, pnh, parameters, "left/",
           [this](const sensor_msgs::ImageConstPtr& msg, bool backwards) { receive(kLeft, msg, backwards); }),
-      right_(nh, pnh, parameters, "right/image", "right/mask",
-             [this](const sensor_msgs::ImageConstPtr& msg, bool backwards) {
-               receive(kRight, msg, backwards);
-             }) {
+      right_(nh, pnh, parameters, "right/", [this](const sensor_msgs::ImageConstPtr& msg, bool backwards) {
+        receive(kRight, msg, backwards);
+      }) {
   makeSynchronizer();
 }
 
@@ -133,6 +132,8 @@ void PairSynchronizer::receive(Side side, const sensor_msgs::ImageConstPtr& msg,
     set.right = std::move(pair.second);
     set.left_mask = left_.mask();
     set.right_mask = right_.mask();
+    set.left_calibration = left_.calibration(*set.left);
+    set.right_calibration = right_.calibration(*set.right);
     ++n_sets_;
     on_set_(std::move(set));
   }

@@ -17,8 +17,8 @@
 
 namespace corrsel {
 
-/// Brings `left/image` and `right/image` together by their stamps, with the newest `left/mask` and
-/// `right/mask`.
+/// Brings `left/image` and `right/image` together by their stamps, with the newest masks (`left/mask`,
+/// `right/mask`) and calibrations (`left/camera_info`, `right/camera_info`).
 ///
 /// When the stamps of a camera go backwards (a bag that is played in a loop, a clock that was set), all
 /// waiting images are dropped. message_filters would keep them as the newest ones, and pairs would never form

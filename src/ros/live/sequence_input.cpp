@@ -7,10 +7,11 @@ namespace corrsel {
 SequenceInput::SequenceInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
                              const FeatureMatcherParameters& parameters, Callback on_set)
     : on_set_(std::move(on_set)),
-      camera_(nh, pnh, parameters, "image", "mask", [this](const sensor_msgs::ImageConstPtr& msg, bool) {
+      camera_(nh, pnh, parameters, "", [this](const sensor_msgs::ImageConstPtr& msg, bool) {
         ImageSet set;
         set.left = msg;
         set.left_mask = camera_.mask();
+        set.left_calibration = camera_.calibration(*msg);
         ++n_sets_;
         on_set_(std::move(set));
       }) {}

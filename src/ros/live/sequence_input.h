@@ -10,7 +10,8 @@
 
 namespace corrsel {
 
-/// Every image of `image` is a set, with the newest mask of `mask`.
+/// Every image of `image` is a set, with the newest mask of `mask` and the newest calibration of
+/// `camera_info`.
 class SequenceInput : public ImageSource {
  public:
   SequenceInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,

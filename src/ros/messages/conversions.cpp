@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "features/parts/grey_image.h"
 #include "features/parts/image_bytes.h"
+#include "ros/messages/image_side.h"
 
 namespace corrsel {
 namespace {
@@ -25,7 +26,6 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kFrameNumbers = std::tuple_size<core::AffineFrame>::value;
 constexpr int kEightBits = cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION;
-constexpr std::uint32_t kMaxImageSide = 1u << 20;  // px; OpenCV reads images up to this
 
 [[noreturn]] void refuse(const std::string& message, const std::string& field, const std::string& what) {
   throw std::invalid_argument(message + " message: " + field + " " + what);
@@ -87,16 +87,17 @@ cv::Matx33d readMatrix(const std::string& message, const std::string& field, con
   return matrix;
 }
 
-/// Messages that are filled in by hand hold zeros where nothing was set.
-bool isDefined(double number) { return !std::isnan(number) && number != 0; }
+/// Whether anything was set: messages that are filled in by hand hold zeros where nothing was.
+template <class Array>
+bool isDefined(const Array& numbers) {
+  return std::any_of(numbers.begin(), numbers.end(),
+                     [](double number) { return !std::isnan(number) && number != 0; });
+}
 
 /// Nothing where all numbers are NaN or zero.
 std::optional<core::RelativePose> readPose(const std::string& message, const GroundTruth& msg) {
-  const auto defined = [](const auto& numbers) {
-    return std::any_of(numbers.begin(), numbers.end(), isDefined);
-  };
-  if (!defined(msg.left_camera) && !defined(msg.right_camera) && !defined(msg.rotation) &&
-      !defined(msg.translation)) {
+  if (!isDefined(msg.left_camera) && !isDefined(msg.right_camera) && !isDefined(msg.rotation) &&
+      !isDefined(msg.translation)) {
     return {};
   }
   core::RelativePose pose;
@@ -110,6 +111,26 @@ std::optional<core::RelativePose> readPose(const std::string& message, const Gro
     throw std::invalid_argument(message + ": " + error.what());
   }
   return pose;
+}
+
+/// Nothing where the rig is not calibrated.
+std::optional<RigPose> readRig(const std::string& message, const Correspondences& msg) {
+  if (!isDefined(msg.rig_rotation) && !isDefined(msg.rig_translation)) return {};
+  RigPose rig;
+  rig.rotation = readMatrix(message, "rig_rotation", msg.rig_rotation);
+  readNumbers(message, "rig_translation", msg.rig_translation, rig.translation.val);
+  if (!isRotation(rig.rotation)) refuse(message, "rig_rotation", "is not a rotation");
+  if (!isDefined(msg.rig_translation)) refuse(message, "rig_translation", "is zero");
+  return rig;
+}
+
+std::optional<core::Camera> readCamera(const std::string& message, const std::string& field,
+                                       const Camera& msg) {
+  try {
+    return fromMsg(msg);
+  } catch (const std::invalid_argument& error) {
+    refuse(message, field + ":", error.what());
+  }
 }
 
 bool isSupported(const std::string& encoding) {
@@ -196,7 +217,7 @@ void requireSense(const Selection& msg) {
   if (msg.status > Selection::STATUS_UNCERTAIN) {
     refuse(kSelectionName, "status", "is " + std::to_string(msg.status) + ", which is unknown");
   }
-  if (msg.model_kind > Selection::MODEL_FUNDAMENTAL) {
+  if (msg.model_kind > Selection::MODEL_ROTATION) {
     refuse(kSelectionName, "model_kind", "is " + std::to_string(msg.model_kind) + ", which is unknown");
   }
   if (msg.scene > Selection::SCENE_SEVERAL_MOTIONS) {
@@ -253,6 +274,11 @@ Correspondences toMsg(core::Correspondences matches, const PairInfo& info) {
   msg.left_height = static_cast<std::uint32_t>(matches.left_size.height);
   msg.right_width = static_cast<std::uint32_t>(matches.right_size.width);
   msg.right_height = static_cast<std::uint32_t>(matches.right_size.height);
+  msg.left_camera = toMsg(matches.left_camera);
+  msg.right_camera = toMsg(matches.right_camera);
+  const RigPose rig = info.rig.value_or(RigPose());
+  writeMatrix(rig.rotation, info.rig.has_value(), msg.rig_rotation);
+  writeNumbers(rig.translation.val, info.rig.has_value(), msg.rig_translation);
   msg.left_x = std::move(matches.left_x);
   msg.left_y = std::move(matches.left_y);
   msg.right_x = std::move(matches.right_x);
@@ -285,6 +311,8 @@ core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
   core::Correspondences matches;
   matches.left_size = imageSize(kName, "left", msg.left_width, msg.left_height);
   matches.right_size = imageSize(kName, "right", msg.right_width, msg.right_height);
+  matches.left_camera = readCamera(kName, "left_camera", msg.left_camera);
+  matches.right_camera = readCamera(kName, "right_camera", msg.right_camera);
   matches.left_x = msg.left_x;
   matches.left_y = msg.left_y;
   matches.right_x = msg.right_x;
@@ -301,6 +329,7 @@ core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
     info->right_frame_id = msg.right_frame_id;
     info->id = {msg.dataset, msg.sequence, msg.pair};
     info->features = msg.features;
+    info->rig = readRig(kName, msg);
     info->n_left_features = msg.n_left_features;
     info->n_right_features = msg.n_right_features;
     info->seconds = msg.seconds;
@@ -372,7 +401,8 @@ GroundTruth toMsg(const core::GroundTruth& truth, const PairInfo& info) {
   msg.pair = info.id.pair;
   msg.kind = static_cast<std::uint8_t>(truth.kind);
   writeMatrix(truth.matrix,
-              truth.kind == core::TruthKind::kHomography || truth.kind == core::TruthKind::kFundamental,
+              truth.kind == core::TruthKind::kHomography || truth.kind == core::TruthKind::kFundamental ||
+                  truth.kind == core::TruthKind::kEssential || truth.kind == core::TruthKind::kRotation,
               msg.matrix);
   if (truth.kind == core::TruthKind::kLabels) msg.labels = truth.labels;
   if (truth.kind == core::TruthKind::kDisparity) {
@@ -398,7 +428,7 @@ GroundTruth toMsg(const core::GroundTruth& truth, const PairInfo& info) {
 
 core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info) {
   static const std::string kName = "GroundTruth";
-  if (msg.kind > GroundTruth::KIND_DISPARITY) {
+  if (msg.kind > GroundTruth::KIND_ROTATION) {
     refuse(kName, "kind", "is " + std::to_string(msg.kind) + ", which is unknown");
   }
   core::GroundTruth truth;
@@ -408,6 +438,8 @@ core::GroundTruth fromMsg(const GroundTruth& msg, PairInfo* info) {
       break;
     case core::TruthKind::kHomography:
     case core::TruthKind::kFundamental:
+    case core::TruthKind::kEssential:
+    case core::TruthKind::kRotation:
       truth.matrix = readMatrix(kName, "matrix", msg.matrix);
       break;
     case core::TruthKind::kLabels:
