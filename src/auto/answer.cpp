@@ -98,6 +98,7 @@ void writeAnswer(const Decision& decision, const Evidence& evidence, const AutoO
   result.status = decision.status;
   result.scene = decision.scene;
   result.message = decision.message;
+  if (decision.scene != SceneKind::kNothing) result.pose = evidence.pose;
   switch (decision.answer) {
     case Answer::kNothing:
       return;
@@ -114,7 +115,7 @@ void writeAnswer(const Decision& decision, const Evidence& evidence, const AutoO
     case Answer::kFundamentalAndMore:
       takeFundamentalInliers(memory);
       if (isSignificant(evidence.homography.confidence)) addPlaneOfScene(memory);
-      setModel(ModelKind::kFundamental, evidence.fundamental->model, evidence.fundamental->confidence,
+      setModel(evidence.fundamental->kind, evidence.fundamental->model, evidence.fundamental->confidence,
                result);
   }
   if (decision.answer == Answer::kHomographyAndMore) {

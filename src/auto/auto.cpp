@@ -85,6 +85,7 @@ void AutoSelector::run(const Correspondences& matches, Workspace& workspace, Sel
   Decision decision = decide(gathering.evidence(), options_.model);
   for (; decision.need != Need::kNone; decision = decide(gathering.evidence(), options_.model))
     gathering.gather(decision.need);
+  if (options_.model != AutoOptions::Model::kHomography) gathering.findPose();
   writeAnswer(decision, gathering.evidence(), options_, memory, effort, result);
   if (effort.timed_out) reportTimeLimit(effort, options_.max_seconds, result);
 }

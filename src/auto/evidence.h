@@ -5,6 +5,9 @@
 #include <opencv2/core/matx.hpp>
 #include <optional>
 
+#include "corrsel/pose_result.h"
+#include "corrsel/selection.h"
+
 namespace corrsel::core {
 
 /// The best homography.
@@ -22,10 +25,11 @@ struct HomographyLeftover {
   bool loose = false;     ///< a sizable number of single matches, farther from it than the threshold
 };
 
-/// The best fundamental matrix.
+/// The best fundamental matrix; with cameras, the best essential matrix.
 struct FundamentalEvidence {
   bool found = false;
-  cv::Matx33d model = cv::Matx33d::zeros();  ///< px
+  ModelKind kind = ModelKind::kFundamental;  ///< or kEssential
+  cv::Matx33d model = cv::Matx33d::zeros();  ///< px, or of rays
   double confidence = 0;                     ///< -log10 units
   bool explains_loose = false;  ///< at least half of the loose leftover of the homography agrees with it
 };
@@ -36,8 +40,12 @@ struct Evidence {
   bool local_support = false;  ///< whether any match has significant local support
   HomographyEvidence homography;
   std::optional<HomographyLeftover> homography_leftover;
-  std::optional<bool> parallax;  ///< of the matches off the homography (parallax.h)
+  /// Whether the matches off the homography show parallax (parallax.h); with cameras, whether the verdict
+  /// about the motion is kGeneral (calibrated/verdict.h).
+  std::optional<bool> parallax;
   std::optional<FundamentalEvidence> fundamental;
+  bool pose_known = false;                   ///< whether the pose was searched; only with cameras
+  std::optional<PoseResult> pose;            ///< what was found
   std::optional<bool> fundamental_leftover;  ///< whether it leaves a sizable coherent group over
   std::optional<double> local_confidence;    ///< of the extended local set, -log10 units
 };

@@ -7,12 +7,14 @@
 #include "auto/fundamental_search.h"
 #include "auto/homography_search.h"
 #include "base/gather.h"
+#include "geometry/essential.h"
 #include "geometry/residual.h"
 
 namespace corrsel::core {
 namespace {
 
-constexpr double kLooseShare = 0.07;  // of the matches off the homography: a loose leftover
+constexpr double kLooseShare = 0.07;        // of the matches off the homography: a loose leftover
+constexpr double kPoseConfidence = 0.9999;  // of having drawn an all-inlier sample
 constexpr double kNearFundamental =
     3;  // times the threshold: a member of the local set is not left over by F
 
@@ -119,9 +121,30 @@ void Gathering::addHomographyLeftover() {
           static_cast<double>(loose_places) > kLooseShare * static_cast<double>(errors.size() - n_inliers)};
 }
 
+void Gathering::findPose() {
+  if (evidence_.pose_known || !isCalibrated()) return;
+  evidence_.pose_known = true;
+  if (effort_.timed_out) return;
+  PoseParameters parameters;
+  parameters.search.threshold = parameters.threshold;
+  parameters.search.seed = static_cast<std::uint64_t>(options_.seed);
+  parameters.search.confidence = kPoseConfidence;
+  parameters.supported = &memory_.support.extended();
+  Selection remarks;
+  evidence_.pose =
+      memory_.pose_search.find(memory_.matches, parameters, effort_.deadline, effort_.workspace, remarks);
+  effort_.hypotheses += static_cast<std::uint64_t>(remarks.iterations);
+  effort_.timed_out = effort_.timed_out || remarks.status == Status::kTimeLimit;
+}
+
 void Gathering::addParallax() {
   if (effort_.timed_out) {
     evidence_.parallax = false;
+    return;
+  }
+  if (isCalibrated()) {
+    findPose();
+    evidence_.parallax = evidence_.pose && evidence_.pose->motion == Motion::kGeneral;
     return;
   }
   const PlaneOfMatches plane = {
@@ -132,15 +155,31 @@ void Gathering::addParallax() {
                             static_cast<std::uint64_t>(options_.seed), parallax_fundamental_);
 }
 
-void Gathering::addFundamental() {
+/// The essential matrix of the pose, if the camera moved.
+FundamentalEvidence Gathering::essential() {
+  FundamentalEvidence result;
+  result.kind = ModelKind::kEssential;
+  findPose();
+  result.found = evidence_.pose &&
+                 (evidence_.pose->motion == Motion::kGeneral || evidence_.pose->motion == Motion::kPlanar);
+  if (!result.found) return result;
+  result.model = essentialOf(evidence_.pose->pose);
+  result.confidence = memory_.significance.essential(result.model, effort_.hypotheses).confidence;
+  return result;
+}
+
+FundamentalEvidence Gathering::fundamental() {
   FundamentalSearch search(options_, memory_, effort_,
                            evidence_.homography.found ? &normalized_homography_ : nullptr);
   search.run(evidence_.parallax.value_or(false) ? &parallax_fundamental_ : nullptr);
-  FundamentalEvidence& found = evidence_.fundamental.emplace(search.best());
+  return search.best();
+}
+
+void Gathering::addFundamental() {
+  FundamentalEvidence& found = evidence_.fundamental.emplace(isCalibrated() ? essential() : fundamental());
   if (!found.found) return;
   std::vector<double>& errors = memory_.fundamental_errors;
-  errors.resize(memory_.size());
-  pixelErrors(Residual::kSampson, found.model, memory_.matches, errors.data());
+  selectionErrors(found.kind, found.model, memory_.matches, memory_.rays, errors);
   memory_.thresholds.adaptFundamental(errors);
   if (!evidence_.homography_leftover) return;
   const double squared = memory_.thresholds.fundamental * memory_.thresholds.fundamental;

@@ -21,6 +21,9 @@ class Gathering {
 
   void gather(Need need);
 
+  /// Searches the pose, if both cameras are given and it is not known yet.
+  void findPose();
+
   const Evidence& evidence() const { return evidence_; }
 
  private:
@@ -28,6 +31,9 @@ class Gathering {
   void findHomography();
   void addHomographyLeftover();
   void addParallax();
+  bool isCalibrated() const { return memory_.matches.left_camera && memory_.matches.right_camera; }
+  FundamentalEvidence essential();
+  FundamentalEvidence fundamental();
   void addFundamental();
   void addFundamentalLeftover();
 

@@ -9,6 +9,7 @@
 #include "auto/plausibility.h"
 #include "auto/thresholds.h"
 #include "base/deadline.h"
+#include "calibrated/pose_search.h"
 #include "corrsel/correspondences.h"
 #include "geometry/normalization.h"
 #include "posterior/match_probability.h"
@@ -59,9 +60,11 @@ struct AutoMemory {
   ParallaxTest parallax;
   Mask near_homography;                    // within twice the threshold
   Mask loose;                              // members of the local set outside of the homography
-  std::vector<double> fundamental_errors;  // squared Sampson distances, px^2
-  Mask near_fundamental;                   // what it does not leave over
-  std::vector<float> displacements;        // of the inliers of the homography, px
+  std::vector<double> fundamental_errors;  // squared (tangent) Sampson distances, px^2
+  PoseSearch pose_search;
+  RayMatches rays;
+  Mask near_fundamental;             // what it does not leave over
+  std::vector<float> displacements;  // of the inliers of the homography, px
 
   // The answer.
   Plausibility plausibility;

@@ -77,8 +77,9 @@ bool PoseSearch::refine(const Correspondences& matches, const PoseParameters& pa
     return refinement_.refine(set_, columns, threshold, parameters.covariance, candidates, pose);
   };
   if (!again()) return false;
-  if (parameters.covariance && chanceShare() > kChanceWithoutSupport && findSupport(matches)) {
-    candidates = &support_.extended();
+  if (parameters.covariance && chanceShare() > kChanceWithoutSupport &&
+      findSupport(matches, parameters.supported)) {
+    candidates = &candidates_;
     if (!again()) return false;
   }
   for (int round = 0; parameters.adaptive && round < 2; ++round) {
@@ -98,14 +99,20 @@ double PoseSearch::chanceShare() const {
   return refinement_.chance().expectedAmongCounting() / std::max(1.0, fitted);
 }
 
-/// Computes the local support of the search set. @return whether enough of the agreeing matches have it
-bool PoseSearch::findSupport(const Correspondences& matches) {
-  gather(matches, search_set_.rows(), supported_);
-  order_.resize(set_.size());
-  std::iota(order_.begin(), order_.end(), 0U);
-  support_.compute(supported_, input_.best_first != nullptr ? *input_.best_first : order_);
+/// Finds out which matches of the search set have local support.
+/// @return whether enough of the agreeing ones have it
+bool PoseSearch::findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known) {
+  if (known != nullptr) {
+    gather(*known, search_set_.rows(), candidates_);
+  } else {
+    gather(matches, search_set_.rows(), supported_);
+    order_.resize(set_.size());
+    std::iota(order_.begin(), order_.end(), 0U);
+    support_.compute(supported_, input_.best_first != nullptr ? *input_.best_first : order_);
+    candidates_ = support_.extended();
+  }
   std::size_t count = 0;
-  for (const std::uint32_t i : refinement_.agreeing()) count += support_.extended()[i];
+  for (const std::uint32_t i : refinement_.agreeing()) count += candidates_[i];
   return count >= kMinSupported;
 }
 

@@ -23,6 +23,8 @@ struct PoseParameters {
   bool adaptive = false;
   bool covariance = true;
   double max_seconds = 0;  ///< for the message, s
+  /// Per match, whether it has local support (LocalSupport::extended()), where that is known already.
+  const std::vector<std::uint8_t>* supported = nullptr;
   SearchParameters search;
 };
 
@@ -42,7 +44,7 @@ class PoseSearch {
 
  private:
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
-  bool findSupport(const Correspondences& matches);
+  bool findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known);
   double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
@@ -55,7 +57,8 @@ class PoseSearch {
   Correspondences supported_;  // the search set, for the local support
   std::vector<std::uint32_t> order_;
   LocalSupport support_;
-  double fitted_threshold_ = 0;  // of the last refinement, px
+  std::vector<std::uint8_t> candidates_;  // per match of the search set: whether it has local support
+  double fitted_threshold_ = 0;           // of the last refinement, px
 };
 
 }  // namespace corrsel::core

@@ -15,7 +15,7 @@ constexpr std::size_t kSample = 256, kBlock = 64;  // matches that score candida
 constexpr std::int32_t kOutlierCost = 1024;        // whole numbers add up alike in any order
 // Two inliers among the first 64 are the least with which a candidate is scored on.
 constexpr std::int64_t kHopeless = (static_cast<std::int64_t>(kBlock) - 1) * kOutlierCost;
-constexpr int kMaxDrawn = 2000, kMaxScored = 200;
+constexpr int kMaxDrawn = 2000, kMaxScored = 100;
 constexpr double kPrefix = 10, kPrefixGrowth = 1.02;  // matches among which pairs are drawn
 constexpr double kSearchWidth = 2, kFitWidth = 3;     // of the threshold
 constexpr double kMinSpread = 10;                     // angle of a pair over that of the threshold
@@ -43,6 +43,37 @@ void squaredErrors(const FloatMatrix& rotation, const float* left, const float* 
   const float *const y = left + n, *const z = y + n, *const v = right + n, *const w = v + n;
   for (std::size_t i = 0; i < count; ++i)
     out[i] = weight[i] * squaredDistance(rotation, left[i], y[i], z[i], right[i], v[i], w[i]);
+}
+
+/// Errors under a homography H. @param q  H H^T
+void squaredErrors(const FloatMatrix& h, const FloatMatrix& q, const RayColumns& columns,
+                   const float* left_angle, const float* right_angle, float* __restrict out) {
+  const std::size_t n = columns.size;
+  const float *const left = columns.left.data(), *const right = columns.right.data();
+  for (std::size_t i = 0; i < n; ++i) {
+    const float x = left[i], y = left[n + i], z = left[2 * n + i];
+    float a = h.m[0] * x + h.m[1] * y + h.m[2] * z;
+    float b = h.m[3] * x + h.m[4] * y + h.m[5] * z;
+    float c = h.m[6] * x + h.m[7] * y + h.m[8] * z;
+    const float scale = 1 / std::sqrt(a * a + b * b + c * c + 1e-30F);
+    a *= scale, b *= scale, c *= scale;
+    const float u = a - right[i], v = b - right[n + i], w = c - right[2 * n + i];
+    // The covariance of the error in units of s'^2, K = I + g P H H^T P with the projection P across the ray.
+    const float s = left_angle[i] * scale / right_angle[i], g = s * s;
+    const float qa = q.m[0] * a + q.m[1] * b + q.m[2] * c, qb = q.m[3] * a + q.m[4] * b + q.m[5] * c,
+                qc = q.m[6] * a + q.m[7] * b + q.m[8] * c, along = a * qa + b * qb + c * qc;
+    const float xx = 1 + g * (q.m[0] - 2 * a * qa + along * a * a);
+    const float yy = 1 + g * (q.m[4] - 2 * b * qb + along * b * b);
+    const float zz = 1 + g * (q.m[8] - 2 * c * qc + along * c * c);
+    const float xy = g * (q.m[1] - a * qb - b * qa + along * a * b);
+    const float xz = g * (q.m[2] - a * qc - c * qa + along * a * c);
+    const float yz = g * (q.m[5] - b * qc - c * qb + along * b * c);
+    const float ax = yy * zz - yz * yz, ay = xz * yz - xy * zz, az = xy * yz - xz * yy;
+    const float by = xx * zz - xz * xz, bz = xy * xz - xx * yz, cz = xx * yy - xy * xy;
+    const float determinant = xx * ax + xy * ay + xz * az;
+    const float form = u * u * ax + v * v * by + w * w * cz + 2 * (u * v * ay + u * w * az + v * w * bz);
+    out[i] = form / (determinant * right_angle[i] * right_angle[i]);
+  }
 }
 
 /// Root mean square of a ray's derivatives, as rad per px.
@@ -104,33 +135,8 @@ void RayTransfer::repairedErrors(const cv::Matx33d& rotation, std::size_t shift,
 }
 
 void RayTransfer::homographyErrors(const cv::Matx33d& homography, float* out) const {
-  const FloatMatrix h(homography), q(homography * homography.t());
-  const std::size_t n = size();
-  const float *const left = columns_->left.data(), *const right = columns_->right.data();
-  for (std::size_t i = 0; i < n; ++i) {
-    const float x = left[i], y = left[n + i], z = left[2 * n + i];
-    float a = h.m[0] * x + h.m[1] * y + h.m[2] * z;
-    float b = h.m[3] * x + h.m[4] * y + h.m[5] * z;
-    float c = h.m[6] * x + h.m[7] * y + h.m[8] * z;
-    const float scale = 1 / std::sqrt(a * a + b * b + c * c + 1e-30F);
-    a *= scale, b *= scale, c *= scale;
-    const float u = a - right[i], v = b - right[n + i], w = c - right[2 * n + i];
-    // The covariance of the error in units of s'^2, K = I + g P H H^T P with the projection P across the ray.
-    const float s = left_angle_[i] * scale / right_angle_[i], g = s * s;
-    const float qa = q.m[0] * a + q.m[1] * b + q.m[2] * c, qb = q.m[3] * a + q.m[4] * b + q.m[5] * c,
-                qc = q.m[6] * a + q.m[7] * b + q.m[8] * c, along = a * qa + b * qb + c * qc;
-    const float xx = 1 + g * (q.m[0] - 2 * a * qa + along * a * a);
-    const float yy = 1 + g * (q.m[4] - 2 * b * qb + along * b * b);
-    const float zz = 1 + g * (q.m[8] - 2 * c * qc + along * c * c);
-    const float xy = g * (q.m[1] - a * qb - b * qa + along * a * b);
-    const float xz = g * (q.m[2] - a * qc - c * qa + along * a * c);
-    const float yz = g * (q.m[5] - b * qc - c * qb + along * b * c);
-    const float ax = yy * zz - yz * yz, ay = xz * yz - xy * zz, az = xy * yz - xz * yy;
-    const float by = xx * zz - xz * xz, bz = xy * xz - xx * yz, cz = xx * yy - xy * xy;
-    const float determinant = xx * ax + xy * ay + xz * az;
-    const float form = u * u * ax + v * v * by + w * w * cz + 2 * (u * v * ay + u * w * az + v * w * bz);
-    out[i] = form / (determinant * right_angle_[i] * right_angle_[i]);
-  }
+  squaredErrors(FloatMatrix(homography), FloatMatrix(homography * homography.t()), *columns_,
+                left_angle_.data(), right_angle_.data(), out);
 }
 
 cv::Matx33d RotationSearch::find(const RayTransfer& transfer, const std::vector<std::uint32_t>* best_first,

@@ -45,7 +45,7 @@ class RayTransfer {
 /// normalised sum, the normalised cross product and their product, left and right (Black, A passive system
 /// for determining the attitude of a satellite, 1964). Every second pair is drawn from a growing prefix of
 /// the best matches, where an order is known. Pairs whose angles differ in both images are skipped. At most
-/// 200 candidates are scored by the truncated sum of errors of the first 256 matches, and given up as soon as
+/// 100 candidates are scored by the truncated sum of errors of the first 256 matches, and given up as soon as
 /// the sum passes the best one, or where hardly any of the first 64 agree. The best one is refined by
 /// Procrustes' method with Geman-McClure weights (Arun, Huang and Blostein, PAMI 1987), first on these
 /// matches and then on all.

@@ -26,7 +26,8 @@ constexpr double kMinVariance = 1e-4;  // px^2, what rounding leaves
 constexpr double kRestDisplacement = 0.3;
 constexpr double kRestSquares = 36;  // of three components in units of their variance
 constexpr double kMinInFront = 0.95;
-constexpr double kMinExtent = 3;  // of the threshold: matches within it are one place
+constexpr std::size_t kMaxFitted = 512;  // matches to which planes and their poses are fitted
+constexpr double kMinExtent = 3;         // of the threshold: matches within it are one place
 
 double squared(double value) { return value * value; }
 
@@ -252,14 +253,17 @@ double MotionVerdict::parallax(const cv::Matx33d& rotation, const std::vector<st
 /// Makes a general motion a planar one where the matches show no depth.
 void MotionVerdict::decidePlane(const VerdictInput& input, Verdict& verdict) {
   cv::Vec3d normal;
-  if (!plane_.find(verdict.pose, transfer_, posed_, input.threshold, input.seed, normal)) return;
+  rows_.assign(posed_.begin(),
+               posed_.begin() + static_cast<std::ptrdiff_t>(std::min(posed_.size(), kMaxFitted)));
+  if (!plane_.find(verdict.pose, transfer_, rows_, unit_, input.seed, normal)) return;
   errors_.resize(transfer_.size());
   transfer_.homographyErrors(homographyOf(verdict.pose, normal), errors_.data());
   if (translates(errors_, kHomographyParameters)) return;
   verdict.motion = Motion::kPlanar;
   collect(errors_, squared(kFarWidth * unit_), rows_);
+  if (rows_.size() > kMaxFitted) rows_.resize(kMaxFitted);
   gatherRays(input.matches, rows_, fitted_);
-  const std::optional<Pose> other = otherPoseOfPlane(verdict.pose, normal, fitted_, input.threshold);
+  const std::optional<Pose> other = otherPoseOfPlane(verdict.pose, normal, fitted_, unit_);
   if (other) choosePose(*other, verdict);
 }
 

@@ -36,6 +36,8 @@ struct AutoOptions : ConfidenceOptions {
 ///     (homography_search.h). Where the decision asks for it, it is tested whether the matches off H show
 ///     parallax (parallax.h), a fundamental matrix F is searched (fundamental_search.h), and it is tested
 ///     what a model leaves over of L (leftover.h).
+///     With the cameras of both images, the pose is searched instead (pose.h): its essential matrix takes the
+///     place of F, and the verdict about the motion that of the test of parallax.
 ///  2. Decision (decision.h). A table states which evidence leads to which scene and answer.
 ///  3. Answer (answer.h). Matches agree with H if the smaller one of their transfer errors in both images is
 ///     at most `threshold`. They agree with F if their Sampson distance is at most `fundamental_threshold`,
@@ -44,7 +46,7 @@ struct AutoOptions : ConfidenceOptions {
 ///     Where there are several motions, planes are searched among what the model leaves over
 ///     (sequential_planes.h), with hypotheses from L2, and L2 is selected, too.
 ///
-/// Input: coordinates. Image sizes, descriptor distances and frames are used where they exist.
+/// Input: coordinates. Cameras, image sizes, descriptor distances and frames are used where they exist.
 ///
 /// Options: `threshold` and `fundamental_threshold` are the errors that the user allows, px. Where they are
 /// 0, they follow the noise of the inliers (src/auto/thresholds.h). Below `min_confidence`, the best guess is
@@ -55,7 +57,8 @@ struct AutoOptions : ConfidenceOptions {
 /// 1 and up for those of the planes that move in another way, and -1 for selected matches that only agree
 /// with their surroundings. The score is the local support, the log likelihood ratio of a Poisson count. The
 /// iterations are hypotheses. `scene` holds what was found, and the message says it in words. `sigma` and
-/// `probability` are filled as addProbability() does.
+/// `probability` are filled as addProbability() does. With cameras, `pose` holds what the selector `pose`
+/// returns, whatever the scene is, and the model of a rigid scene is an essential matrix.
 ///
 /// Presets: `h` and `f` restrict the answer to that model; `fast` does without the hard search.
 ///
