@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "corrsel/camera.h"
+#include "corrsel/pose_prior.h"
 
 namespace corrsel::core {
 
@@ -29,6 +30,7 @@ struct Correspondences {
 
   cv::Size left_size, right_size;                   ///< image sizes, px; 0x0 if unknown
   std::optional<Camera> left_camera, right_camera;  ///< optional: calibration, used by calibrated selectors
+  std::optional<PosePrior> prior;  ///< optional: what is known of the motion, used by the selector `pose`
 
   std::size_t size() const { return left_x.size(); }
   bool empty() const { return left_x.empty(); }
@@ -36,11 +38,12 @@ struct Correspondences {
   /// Appends a match that has coordinates only. @pre no optional column is in use
   void add(const cv::Point2f& left, const cv::Point2f& right);
 
-  /// Returns an empty text if all columns have the same length and the cameras are valid, otherwise a
-  /// sentence that names the wrong column or the wrong member of a camera.
+  /// Returns an empty text if all columns have the same length and the cameras and the prior are valid,
+  /// otherwise a sentence that names the wrong column or the wrong member of a camera or of the prior.
   std::string inconsistency() const;
 
-  /// Returns the given rows, in that order, with every column, and the sizes and cameras. O(rows).
+  /// Returns the given rows, in that order, with every column, and the sizes, the cameras and the prior.
+  /// O(rows).
   Correspondences subset(const std::vector<std::uint32_t>& rows) const;
 };
 

@@ -13,6 +13,7 @@ Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 
     Matches                            putative matches with all their columns
     Camera                             a calibrated camera: pinhole, fisheye or panorama, to rays and back
     relative_pose, RelativePose        how a calibrated camera has moved between two images, with a covariance
+    PosePrior                          what is known of the motion beforehand, for example from an inertial unit
     PoseResult, Pose                   what Selection.pose of a calibrated selector holds
     match, match_features              putative matches of two images, or of their features
     extract, Extractor, Features       keypoints, affine frames and descriptors
@@ -33,7 +34,7 @@ import importlib.util as _importlib_util
 _HOMES = {
     ("_options", "_core"): ("Option", "options"),
     ("camera", "_core"): ("Camera",),
-    ("pose", "_core"): ("Pose", "PoseResult", "RelativePose"),
+    ("pose", "_core"): ("Pose", "PosePrior", "PoseResult", "RelativePose"),
     ("selectors", "_core"): (
         "Matches",
         "Selection",

@@ -4,6 +4,8 @@ import collections
 
 import numpy as np
 
+from . import _arrays, _core
+
 Pose = collections.namedtuple("Pose", "rotation translation")
 Pose.__doc__ = """A pose of the right camera relative to the left one, up to scale.
 
@@ -12,6 +14,100 @@ A point X of the left camera lies at rotation @ X + z * translation in the frame
 rotation      3 x 3
 translation   3 numbers, of length 1 or 0
 """
+
+
+class PosePrior:
+    """What is known of the motion between two images besides their matches: exactly one of
+
+    rotation     3 x 3: the rotation of a Pose, for example from an inertial unit
+    vertical     (down_left, down_right): the same direction, such as that of gravity, in the frames of both cameras,
+                 two vectors of 3 numbers and of any length
+    rig          (rotation, translation): the pose of a calibrated rig. The translation, of any length above 0, may be
+                 the baseline
+
+    What is known is taken as exact: its error should be small against a pixel. Attributes are read-only arrays, or
+    tuples of two, or None; directions have length 1.
+
+    Raises TypeError for anything but numbers, and ValueError naming the argument for another shape, for numbers that
+    are not finite, for a matrix that is no rotation, and unless exactly one is given.
+    """
+
+    __slots__ = ("rotation", "vertical", "rig")
+
+    def __init__(self, *, rotation=None, vertical=None, rig=None):
+        values = {"rotation": rotation, "vertical": vertical, "rig": rig}
+        given = [name for name, value in values.items() if value is not None]
+        if len(given) != 1:
+            raise ValueError(
+                "%s given; needed: exactly one of rotation, vertical and rig"
+                % (" and ".join(given) + " are" if given else "nothing is")
+            )
+        if rotation is not None:
+            values["rotation"] = _rotation("rotation", rotation)
+        elif vertical is not None:
+            left, right = _two("vertical", vertical, "(down_left, down_right)")
+            values["vertical"] = _direction("vertical[0]", left), _direction("vertical[1]", right)
+        else:
+            turn, shift = _two("rig", rig, "(rotation, translation)")
+            values["rig"] = _rotation("rig[0]", turn), _direction("rig[1]", shift)
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        _core.check_prior(self)
+
+    def __setattr__(self, name, value):
+        raise AttributeError("attributes of PosePrior cannot be replaced; make a new PosePrior")
+
+    def __eq__(self, other):
+        if not isinstance(other, PosePrior):
+            return NotImplemented
+        return self._numbers() == other._numbers()
+
+    def __hash__(self):
+        return hash(self._numbers())
+
+    def __reduce__(self):
+        return _prior_from, ({name: getattr(self, name) for name in self.__slots__},)
+
+    def __repr__(self):
+        return "<corrsel.PosePrior: %s>" % self._kind()
+
+    def _kind(self):
+        return next(name for name in self.__slots__ if getattr(self, name) is not None)
+
+    def _numbers(self):
+        kind = self._kind()
+        value = getattr(self, kind)
+        parts = (value,) if kind == "rotation" else value
+        return (kind,) + tuple(number for part in parts for number in part.ravel().tolist())
+
+
+def _prior_from(values):
+    return PosePrior(**values)
+
+
+def _two(name, values, meaning):
+    try:
+        first, second = values
+    except (TypeError, ValueError):
+        raise ValueError("%s is %r; needed: %s" % (name, values, meaning)) from None
+    return first, second
+
+
+def _rotation(name, values):
+    array = _arrays.matrix(name, values)
+    array.setflags(write=False)
+    return array
+
+
+def _direction(name, values):
+    array = _arrays.reals(name, values, (3,))
+    length = np.linalg.norm(array)
+    if not (np.isfinite(length) and length > 0):
+        raise ValueError("%s is %s; needed: finite numbers that are not all 0" % (name, array.tolist()))
+    if abs(length - 1) > 1e-15:  # so that a copy is the same
+        array = array / length
+    array.setflags(write=False)
+    return array
 
 
 class PoseResult:
@@ -27,7 +123,8 @@ class PoseResult:
                  None where the translation is zero
     covariance   5 x 5, in the order w1, w2, w3, a, b, rad: the true rotation is exp([w]x) @ rotation, with w in the
                  frame of the right camera, and the true translation is the direction of translation + a b1 + b b2.
-                 Without a translation the rows and columns of a and b are nan; where no covariance holds, all are
+                 Without a translation the rows and columns of a and b are nan; where no covariance holds, all are.
+                 It is 0 in directions that are known by a PosePrior
     uncertain    whether outliers that agree by chance are so many that no covariance holds
     noise        standard deviation of each coordinate of a feature, px; nan where it is not known
     parallax     root mean square of the displacements that the rotation does not explain, px; nan for "none"

@@ -4,7 +4,7 @@ import numpy as np
 
 from . import _arrays, _core, _options
 from .camera import Camera
-from .pose import PoseResult, RelativePose
+from .pose import PosePrior, PoseResult, RelativePose
 
 _COLUMNS = (
     "left",
@@ -16,7 +16,7 @@ _COLUMNS = (
     "left_index",
     "right_index",
 )
-_OF_IMAGES = ("left_size", "right_size", "left_camera", "right_camera")
+_OF_IMAGES = ("left_size", "right_size", "left_camera", "right_camera", "prior")
 
 
 class Matches:
@@ -30,6 +30,7 @@ class Matches:
     left_index, right_index   numbers of the features in their images: N, or None
     left_size, right_size     image sizes (width, height), px, or None where unknown
     left_camera, right_camera   Camera of each image, or None: calibrated selectors such as "pose" need both
+    prior             PosePrior: what is known of the motion, or None. The selector "pose" uses it
 
     Real numbers are kept as float32 (float64 is converted), feature numbers as uint32. Arrays of those types are not
     copied. `matches[rows]` has the rows that a mask, a slice or an array of row numbers names. Attributes cannot be
@@ -54,7 +55,8 @@ class Matches:
         left_size=None,
         right_size=None,
         left_camera=None,
-        right_camera=None
+        right_camera=None,
+        prior=None
     ):
         point, one = "one row (x, y) per match", "one element per match"
         frame = "one frame [[a11, a12, x], [a21, a22, y]] per match"
@@ -80,6 +82,7 @@ class Matches:
             ("right_size", _arrays.size("right_size", right_size)),
             ("left_camera", _camera("left_camera", left_camera)),
             ("right_camera", _camera("right_camera", right_camera)),
+            ("prior", _prior(prior)),
         ):
             object.__setattr__(self, name, value)
 
@@ -116,10 +119,10 @@ class Matches:
 
     def __repr__(self):
         columns = [name for name in _COLUMNS[2:] if getattr(self, name) is not None]
-        cameras = [name for name in _OF_IMAGES[2:] if getattr(self, name) is not None]
+        known = [name for name in _OF_IMAGES[2:] if getattr(self, name) is not None]
         return "<corrsel.Matches: %d matches with %s, %s and %s>" % (
             len(self),
-            ", ".join(columns + cameras) or "positions only",
+            ", ".join(columns + known) or "positions only",
             "left_size=%s" % (self.left_size,),
             "right_size=%s" % (self.right_size,),
         )
@@ -131,6 +134,12 @@ def _matches_from(columns):
 
 def _camera(name, value):
     return None if value is None else _require_camera(name, value)
+
+
+def _prior(value):
+    if value is not None and not isinstance(value, PosePrior):
+        raise TypeError("prior is %s; needed: corrsel.PosePrior" % type(value).__name__)
+    return value
 
 
 def _require_camera(name, value):
@@ -328,6 +337,9 @@ def relative_pose(
     right_index=None,
     left_size=None,
     right_size=None,
+    rotation=None,
+    vertical=None,
+    rig=None,
     **options
 ):
     """Return the RelativePose between two calibrated images, of N putative matches: how the camera has moved, with its
@@ -337,21 +349,26 @@ def relative_pose(
     camera_left, camera_right   Camera of each image
     distance, second_distance   descriptor distances: N. The search is faster with them, as it tries the best ratios
                    first. They and the other columns are those of select()
+    rotation       the known rotation, 3 x 3; two matches then determine the direction of the translation
+    vertical       (down_left, down_right), the same known direction in both cameras; three matches then do
+    rig            (rotation, translation), the known pose: nothing is searched, matches are judged by it. At most one
+                   of the three is given. They are taken as exact, and are those of PosePrior
     options        of the selector "pose", by keyword: threshold, seed, max_seconds...; see options("pose")
 
     Data never raise an exception: look at motion, and at status. This is
-    Matches(left, right, ...).with_cameras(camera_left, camera_right).select("pose", **options) with its pose and mask.
+    Matches(left, right, ..., left_camera=camera_left, right_camera=camera_right, prior=PosePrior(...))
+    .select("pose", **options) with its pose and mask.
 
     Raises TypeError for a camera that is not a Camera and for arrays of another dtype; ValueError for arrays of another
     shape or length, naming the argument, and for an unknown option or one out of its range.
     """
     for name, camera in (("camera_left", camera_left), ("camera_right", camera_right)):
         _require_camera(name, camera)
+    known = {"rotation": rotation, "vertical": vertical, "rig": rig}
     return RelativePose(
-        select(
+        Matches(
             left,
             right,
-            "pose",
             distance=distance,
             second_distance=second_distance,
             left_frame=left_frame,
@@ -362,8 +379,8 @@ def relative_pose(
             right_size=right_size,
             left_camera=camera_left,
             right_camera=camera_right,
-            **options
-        )
+            prior=None if all(value is None for value in known.values()) else PosePrior(**known),
+        ).select("pose", **options)
     )
 
 

@@ -1,7 +1,7 @@
 #include "corrsel/correspondences.h"
 
+#include <optional>
 #include <stdexcept>
-#include <utility>
 
 namespace corrsel::core {
 namespace {
@@ -13,6 +13,17 @@ std::vector<T> pick(const std::vector<T>& column, const std::vector<std::uint32_
   picked.reserve(rows.size());
   for (const std::uint32_t row : rows) picked.push_back(column[row]);
   return picked;
+}
+
+/// What check() of an optional value finds wrong; empty if nothing is.
+template <class T>
+std::string faultOf(const char* name, const std::optional<T>& value) {
+  try {
+    if (value) value->check();
+  } catch (const std::invalid_argument& error) {
+    return std::string(name) + "." + error.what();
+  }
+  return "";
 }
 
 }  // namespace
@@ -39,13 +50,9 @@ std::string Correspondences::inconsistency() const {
         wrong("right_index", right_index.size(), true)}) {
     if (!text.empty()) return text;
   }
-  for (const auto& [name, camera] :
-       {std::pair("left_camera", &left_camera), std::pair("right_camera", &right_camera)}) {
-    try {
-      if (*camera) (*camera)->check();
-    } catch (const std::invalid_argument& error) {
-      return std::string(name) + "." + error.what();
-    }
+  for (const std::string& text : {faultOf("left_camera", left_camera), faultOf("right_camera", right_camera),
+                                  faultOf("prior", prior)}) {
+    if (!text.empty()) return text;
   }
   return "";
 }
@@ -66,6 +73,7 @@ Correspondences Correspondences::subset(const std::vector<std::uint32_t>& rows) 
   result.right_size = right_size;
   result.left_camera = left_camera;
   result.right_camera = right_camera;
+  result.prior = prior;
   return result;
 }
 

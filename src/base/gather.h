@@ -29,6 +29,7 @@ inline void gather(const Correspondences& from, const std::vector<std::uint32_t>
   to.right_size = from.right_size;
   to.left_camera = from.left_camera;
   to.right_camera = from.right_camera;
+  to.prior = from.prior;
 }
 
 }  // namespace corrsel::core

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "geometry/essential.h"
-#include "geometry/pose_fit.h"
 
 namespace corrsel::core {
 namespace {
@@ -41,7 +40,8 @@ void PoseRefinement::gather(const Pose& pose, const RayMatches& matches, bool ro
 }
 
 bool PoseRefinement::refine(const RayMatches& matches, const RayColumns& columns, double threshold,
-                            bool robust, const std::vector<std::uint8_t>* candidates, Pose& pose) {
+                            bool robust, const std::vector<std::uint8_t>* candidates,
+                            const PoseFreedom& freedom, Pose& pose) {
   measure(pose, matches, threshold, candidates);
   std::vector<std::uint32_t> before;
   for (int round = 0; round < kRounds; ++round) {
@@ -55,7 +55,7 @@ bool PoseRefinement::refine(const RayMatches& matches, const RayColumns& columns
     before = rows_;
     const std::size_t agreed = agreeing_.size();
     Pose fitted = pose;
-    if (std::isnan(fitPose(fitted_, threshold, kSteps, fitted))) return false;
+    if (freedom.size > 0 && std::isnan(fitPose(fitted_, threshold, kSteps, fitted, freedom))) return false;
     measure(fitted, matches, threshold, candidates);
     if (static_cast<double>(agreeing_.size()) < kMinAgreeing * static_cast<double>(agreed)) {
       measure(pose, matches, threshold, candidates);

@@ -6,6 +6,7 @@
 #include "calibrated/chance_agreements.h"
 #include "corrsel/pose_result.h"
 #include "geometry/normalization.h"
+#include "geometry/pose_fit.h"
 #include "geometry/rays.h"
 
 namespace corrsel::core {
@@ -25,9 +26,10 @@ class PoseRefinement {
   /// @param robust     whether agreements by chance are left out
   /// @param candidates per match, whether it may take part, for example because it has local support;
   ///                   nullptr = all
+  /// @param freedom    directions in which the pose may move; without any it is only measured
   /// @return false if the candidates do not determine the pose, which is then unchanged
   bool refine(const RayMatches& matches, const RayColumns& columns, double threshold, bool robust,
-              const std::vector<std::uint8_t>* candidates, Pose& pose);
+              const std::vector<std::uint8_t>* candidates, const PoseFreedom& freedom, Pose& pose);
 
   /// Rows of the candidates within the threshold and in front, under the last pose, ascending.
   const std::vector<std::uint32_t>& agreeing() const { return agreeing_; }

@@ -7,10 +7,11 @@
 
 #include "base/gather.h"
 #include "geometry/essential.h"
-#include "geometry/pose_fit.h"
+#include "geometry/known_motion.h"
 #include "geometry/rotation.h"
 #include "posterior/noise_scale.h"
 #include "search/essential_model.h"
+#include "search/prior_models.h"
 #include "search/prosac_proposal.h"
 
 namespace corrsel::core {
@@ -20,14 +21,39 @@ constexpr std::size_t kMinAgreeing = 8;  // five matches always agree with thems
 constexpr double kMaxChance = 0.02;      // share of chance agreements up to which the covariance holds
 constexpr double kChanceWithoutSupport = 0.001;  // share above which local support is asked for
 constexpr std::size_t kMinSupported = 20;
-constexpr double kNoiseCut = 2.5;       // times the threshold: larger residuals do not count for the noise
-constexpr double kRotationWidth = 1.5;  // of the threshold
-constexpr int kEssentialParameters = 5, kRotationParameters = 3;
+constexpr std::size_t kFewAgreeing = 250;  // below it, a second search begins with local support
+constexpr double kNoiseCut = 2.5;          // times the threshold: larger residuals do not count for the noise
+constexpr double kRotationWidth = 1.5;     // of the threshold
+
+/// The model by which samples are solved: that of the prior, which is not of a rig.
+const Model& modelFor(const std::optional<PosePrior>& prior, Workspace& workspace) {
+  if (!prior) return workspace.part<EssentialModel>();
+  if (prior->kind == PosePrior::Kind::kRotation) {
+    KnownRotationModel& model = workspace.part<KnownRotationModel>();
+    model.setPrior(*prior);
+    return model;
+  }
+  KnownVerticalModel& model = workspace.part<KnownVerticalModel>();
+  model.setPrior(*prior);
+  return model;
+}
+
+/// The inverse of the information about a rotation in the directions that are free; 0 in the others.
+cv::Matx33d inverseOf(const cv::Matx33d& information, const PoseFreedom& freedom) {
+  if (freedom.size == PoseFreedom::all().size) return information.inv();
+  cv::Matx33d result = cv::Matx33d::zeros();
+  for (int k = 0; k < freedom.size; ++k) {  // one of them at most turns
+    const cv::Vec3d axis(freedom.directions[k].val);
+    const double known = axis.dot(information * axis);
+    if (known > 0) result += axis * axis.t() * (1 / known);
+  }
+  return result;
+}
 
 /// Covariance of a rotation (first three rows and columns) from the matches that agree with it.
 cv::Matx<double, 5, 5> rotationCovariance(const cv::Matx33d& rotation, const RayMatches& matches,
-                                          double threshold, double& noise) {
-  PoseResult undefined;
+                                          const PoseFreedom& pose_freedom, double threshold, double& noise) {
+  PoseResult undefined;  // whose covariance is NaN
   cv::Matx33d information = cv::Matx33d::zeros();
   double squares = 0;
   std::size_t count = 0;
@@ -37,13 +63,14 @@ cv::Matx<double, 5, 5> rotationCovariance(const cv::Matx33d& rotation, const Ray
     const double left = matches.left.pixelAngle(i), right = matches.right.pixelAngle(i);
     const cv::Vec3d d = rotation * matches.left.direction(i);
     information += (cv::Matx33d::eye() - d * d.t()) * (1 / (left * left + right * right));
-    squares += squared / 2;
+    squares += squared;
     ++count;
   }
-  const double freedom = 2.0 * static_cast<double>(count) - kRotationParameters;
+  const int parameters = pose_freedom.size - PoseFreedom::translation().size;
+  const double freedom = 2.0 * static_cast<double>(count) - parameters;
   if (!(freedom > 0)) return undefined.covariance;
   noise = std::sqrt(squares / freedom);
-  const cv::Matx33d covariance = information.inv() * (noise * noise);
+  const cv::Matx33d covariance = inverseOf(information, pose_freedom) * (noise * noise);
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column) undefined.covariance(row, column) = covariance(row, column);
   return undefined.covariance;
@@ -60,7 +87,7 @@ void fail(Selection& result, Status status, const std::string& message) {
 double PoseSearch::noise(double threshold) const {
   ResidualKind kind;
   kind.dimensions = 1;
-  kind.parameters = kEssentialParameters;
+  kind.parameters = freedom_.size;
   kind.cut = kNoiseCut * threshold;
   kind.background = refinement_.chance().share() * static_cast<double>(set_.size()) / threshold;
   return estimateNoiseScale(refinement_.errors(), kind).sigma;
@@ -74,11 +101,11 @@ bool PoseSearch::refine(const Correspondences& matches, const PoseParameters& pa
   const std::vector<std::uint8_t>* candidates = nullptr;
   double threshold = parameters.threshold;
   const auto again = [&] {
-    return refinement_.refine(set_, columns, threshold, parameters.covariance, candidates, pose);
+    return refinement_.refine(set_, columns, threshold, parameters.covariance, candidates, freedom_, pose);
   };
   if (!again()) return false;
   if (parameters.covariance && chanceShare() > kChanceWithoutSupport &&
-      findSupport(matches, parameters.supported)) {
+      isSupported(supported(matches, parameters.supported))) {
     candidates = &candidates_;
     if (!again()) return false;
   }
@@ -100,20 +127,51 @@ double PoseSearch::chanceShare() const {
 }
 
 /// Finds out which matches of the search set have local support.
-/// @return whether enough of the agreeing ones have it
-bool PoseSearch::findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known) {
+const std::vector<std::uint8_t>& PoseSearch::supported(const Correspondences& matches,
+                                                       const std::vector<std::uint8_t>* known) {
+  if (support_known_) return candidates_;
+  support_known_ = true;
   if (known != nullptr) {
     gather(*known, search_set_.rows(), candidates_);
-  } else {
-    gather(matches, search_set_.rows(), supported_);
-    order_.resize(set_.size());
-    std::iota(order_.begin(), order_.end(), 0U);
-    support_.compute(supported_, input_.best_first != nullptr ? *input_.best_first : order_);
-    candidates_ = support_.extended();
+    return candidates_;
   }
+  gather(matches, search_set_.rows(), supported_);
+  support_.compute(supported_, order());
+  candidates_ = support_.extended();
+  return candidates_;
+}
+
+/// The search set by quality; where that is unknown, in random order.
+std::vector<std::uint32_t> PoseSearch::order() const {
+  if (input_.best_first != nullptr) return *input_.best_first;
+  std::vector<std::uint32_t> result(set_.size());
+  std::iota(result.begin(), result.end(), 0U);
+  return result;
+}
+
+/// Whether enough of the agreeing matches have local support.
+bool PoseSearch::isSupported(const std::vector<std::uint8_t>& supported) const {
   std::size_t count = 0;
-  for (const std::uint32_t i : refinement_.agreeing()) count += candidates_[i];
+  for (const std::uint32_t i : refinement_.agreeing()) count += supported[i];
   return count >= kMinSupported;
+}
+
+/// Searches by quality. Where few matches agree, a second search begins with those that have local support,
+/// and the better model remains.
+SearchOutcome PoseSearch::search(const Correspondences& matches, const PoseParameters& parameters,
+                                 const SearchParts& parts, const Deadline& deadline, Workspace& workspace) {
+  SearchOutcome first =
+      core::search(input_.matches, parts, parameters.search, input_.best_first, deadline, workspace);
+  if (!parameters.covariance || first.timed_out || first.best.inliers >= kFewAgreeing) return first;
+  const std::vector<std::uint8_t>& supports = supported(matches, parameters.supported);
+  std::vector<std::uint32_t> by_support = order();
+  std::stable_partition(by_support.begin(), by_support.end(),
+                        [&](std::uint32_t i) { return supports[i] != 0; });
+  SearchOutcome second =
+      core::search(input_.matches, parts, parameters.search, &by_support, deadline, workspace);
+  second.iterations += first.iterations;
+  if (first.best.cost <= second.best.cost) second.best = first.best;
+  return second;
 }
 
 /// Fills the answer by the verdict.
@@ -126,41 +184,64 @@ void PoseSearch::describe(const PoseParameters& parameters, const Verdict& verdi
     found.noise = noise(fitted_threshold_);
     found.uncertain = chanceShare() > kMaxChance;
     if (parameters.covariance && !found.uncertain)
-      poseCovariance(found.pose, refinement_.fitted(), fitted_threshold_, found.covariance);
+      poseCovariance(found.pose, refinement_.fitted(), fitted_threshold_, found.covariance, freedom_);
   } else if (verdict.motion != Motion::kNone) {
     found.pose.rotation = verdict.rotation;
-    found.covariance =
-        rotationCovariance(verdict.rotation, set_, kRotationWidth * parameters.threshold, found.noise);
+    found.covariance = rotationCovariance(verdict.rotation, set_, freedom_,
+                                          kRotationWidth * parameters.threshold, found.noise);
   }
+}
+
+/// Root mean square displacement of the agreeing matches from the rotation, px; NaN without any.
+double PoseSearch::parallax(const cv::Matx33d& rotation) const {
+  double sum = 0;
+  for (const std::uint32_t i : refinement_.agreeing()) sum += squaredRotationError(rotation, set_, i);
+  return std::sqrt(sum / static_cast<double>(refinement_.agreeing().size()));
+}
+
+/// Measures the matches by the known pose.
+PoseResult PoseSearch::judgeRig(const Correspondences& matches, const PoseParameters& parameters) {
+  PoseResult found;
+  found.motion = Motion::kGeneral;
+  found.pose = {parameters.prior->rotation, parameters.prior->translation};
+  found.covariance = cv::Matx<double, 5, 5>::zeros();
+  Pose pose = found.pose;
+  if (refine(matches, parameters, pose)) found.noise = noise(fitted_threshold_);
+  found.parallax = parallax(pose.rotation);
+  return found;
 }
 
 std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const PoseParameters& parameters,
                                            const Deadline& deadline, Workspace& workspace,
                                            Selection& result) {
-  EssentialModel& model = workspace.part<EssentialModel>();
   Proposal& proposal = workspace.part<ProsacProposal>();
   input_.readRays(matches, parameters.search.seed, result);
   const std::vector<std::uint32_t>& set = search_set_.choose(matches, input_.rows());
-  if (!isEnough(set.size(), model, result)) return std::nullopt;
+  const bool is_rig = parameters.prior && parameters.prior->kind == PosePrior::Kind::kRig;
+  const Model* const model = is_rig ? nullptr : &modelFor(parameters.prior, workspace);
+  if (model != nullptr && !isEnough(set.size(), *model, result)) return std::nullopt;
   input_.takeWithRays(matches, set, proposal, result);
   gatherRays(input_.rays(), set, set_);
-  SearchOutcome outcome =
-      search(input_.matches, {model, proposal}, parameters.search, input_.best_first, deadline, workspace);
+  freedom_ = freedomOf(parameters.prior);
+  if (model == nullptr) return judgeRig(matches, parameters);
+  support_known_ = false;
+  const SearchOutcome outcome = search(matches, parameters, {*model, proposal}, deadline, workspace);
   result.iterations = outcome.iterations;
   if (outcome.timed_out) reportEnd(outcome, parameters.max_seconds, result);
   Pose pose;
   const bool posed = outcome.best.exists() && outcome.best.inliers >= kMinAgreeing &&
-                     choosePose(outcome.best.model, set_, parameters.threshold, pose);
+                     choosePose(outcome.best.model, set_, parameters.threshold, pose, parameters.prior);
   const bool refined = posed && refine(matches, parameters, pose);
-  const Verdict verdict =
-      verdict_.decide({set_, input_.matches.rays, input_.best_first, refined ? &pose : nullptr,
-                       parameters.threshold, parameters.search.seed});
+  Verdict verdict = verdict_.decide({set_, input_.matches.rays, input_.best_first, refined ? &pose : nullptr,
+                                     parameters.threshold, parameters.search.seed, parameters.prior});
   if (verdict.motion == Motion::kNone) {
     fail(result, posed && !refined ? Status::kDegenerate : Status::kNoModel,
          posed && !refined ? "the matches do not determine a pose"
                            : "no motion of the camera explains more matches than chance");
     return std::nullopt;
   }
+  // The other pose of the plane may fit better than the one that was refined.
+  if (verdict.motion == Motion::kPlanar) refine(matches, parameters, verdict.pose);
   PoseResult found;
   describe(parameters, verdict, found);
   return found;

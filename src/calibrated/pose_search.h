@@ -9,9 +9,11 @@
 #include "calibrated/search_set.h"
 #include "calibrated/verdict.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/pose_prior.h"
 #include "corrsel/pose_result.h"
 #include "corrsel/selection.h"
 #include "corrsel/workspace.h"
+#include "geometry/pose_fit.h"
 #include "search/local_support.h"
 #include "search/selecting.h"
 
@@ -25,11 +27,14 @@ struct PoseParameters {
   double max_seconds = 0;  ///< for the message, s
   /// Per match, whether it has local support (LocalSupport::extended()), where that is known already.
   const std::vector<std::uint8_t>* supported = nullptr;
+  std::optional<PosePrior> prior;  ///< what is known of the motion; that of the matches is not used
   SearchParameters search;
 };
 
 /// Searches for the relative pose of calibrated cameras, refines it, and decides what motion the matches
-/// show. Keeps its memory between calls.
+/// show. What is known of the motion the pose keeps to exactly, and its covariance
+/// is 0 in known directions. The pose of a rig is not searched: only the noise and the parallax are found
+/// out. Keeps its memory between calls.
 class PoseSearch {
  public:
   /// @param matches     with both cameras
@@ -43,11 +48,18 @@ class PoseSearch {
   const RayMatches& rays() const { return input_.rays(); }
 
  private:
+  PoseResult judgeRig(const Correspondences& matches, const PoseParameters& parameters);
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
-  bool findSupport(const Correspondences& matches, const std::vector<std::uint8_t>* known);
+  SearchOutcome search(const Correspondences& matches, const PoseParameters& parameters,
+                       const SearchParts& parts, const Deadline& deadline, Workspace& workspace);
+  const std::vector<std::uint8_t>& supported(const Correspondences& matches,
+                                             const std::vector<std::uint8_t>* known);
+  std::vector<std::uint32_t> order() const;
+  bool isSupported(const std::vector<std::uint8_t>& supported) const;
   double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
+  double parallax(const cv::Matx33d& rotation) const;
 
   SearchSet search_set_;
   SearchInput input_;
@@ -55,9 +67,10 @@ class PoseSearch {
   MotionVerdict verdict_;
   RayMatches set_;             // the rays of the search set
   Correspondences supported_;  // the search set, for the local support
-  std::vector<std::uint32_t> order_;
   LocalSupport support_;
+  bool support_known_ = false;
   std::vector<std::uint8_t> candidates_;  // per match of the search set: whether it has local support
+  PoseFreedom freedom_;                   // of the pose under the prior
   double fitted_threshold_ = 0;           // of the last refinement, px
 };
 

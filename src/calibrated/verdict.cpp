@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "geometry/essential.h"
+#include "geometry/known_motion.h"
 #include "geometry/pose_fit.h"
 #include "geometry/residual.h"
 #include "posterior/noise_scale.h"
@@ -18,14 +19,14 @@ constexpr std::size_t kMinRepaired = 10000;  // re-paired matches that are drawn
 constexpr double kMinChance = 1e-3;
 constexpr int kPoseParameters = 5, kRotationParameters = 3, kHomographyParameters = 8;
 constexpr double kRotationWidth = 1.5, kFarWidth = 3, kNearWidth = 2.5;  // of the unit
-constexpr double kRotationDecades = 8, kPoseDecades = 9, kFarDecades = 9;
+constexpr double kRotationDecades = 8, kPoseDecades = 9, kFarDecades = 12;
 constexpr double kMinRatio = 1.3, kMinDeviations = 5;
 constexpr double kNoiseCut = 5;  // of the threshold: larger errors do not count for the noise
 constexpr double kUnitPerNoise = 4 / 3.;
 constexpr double kMinVariance = 1e-4;  // px^2, what rounding leaves
 constexpr double kRestDisplacement = 0.3;
-constexpr double kRestSquares = 36;  // of three components in units of their variance
-constexpr double kMinInFront = 0.95;
+constexpr double kRestSquares = 36;      // of three components in units of their variance
+constexpr double kMinInFront = 0.95;     // of the matches that the other pose of a plane has in front
 constexpr std::size_t kMaxFitted = 512;  // matches to which planes and their poses are fitted
 constexpr double kMinExtent = 3;         // of the threshold: matches within it are one place
 
@@ -87,15 +88,16 @@ Verdict MotionVerdict::decide(const VerdictInput& input) {
   Verdict verdict;
   if (input.matches.size() < kMinMatches) return verdict;
   transfer_.assign(input.columns);
+  parameters_ = freedomOf(input.prior).size;
   measurePose(input);
   measureNoise(input);
-  const cv::Matx33d rotation =
-      rotations_.find(transfer_, input.best_first, input.pose ? &input.pose->rotation : nullptr,
-                      kRotationWidth * unit_, input.seed);
+  const cv::Matx33d rotation = constrained(
+      input.prior, rotations_.find(transfer_, input.best_first, input.pose ? &input.pose->rotation : nullptr,
+                                   kRotationWidth * unit_, input.seed));
   measureRotation(input, rotation);
   const bool rotates = isReal(input, rotated_, 2, rotation_chance_, kRotationDecades) ||
                        isReal(input, near_rotation_, 2, near_rotation_chance_, kRotationDecades);
-  const bool posed = isReal(input, posed_, 5, pose_chance_, kPoseDecades);
+  const bool posed = isReal(input, posed_, static_cast<std::size_t>(parameters_), pose_chance_, kPoseDecades);
   if (posed && (!rotates || translates(rotation_errors_, kRotationParameters))) {
     verdict.motion = Motion::kGeneral;
     verdict.pose = *input.pose;
@@ -103,9 +105,10 @@ Verdict MotionVerdict::decide(const VerdictInput& input) {
     decidePlane(input, verdict);
     verdict.parallax = parallax(verdict.pose.rotation, posed_);
   } else if (rotates) {
+    if (rotated_.size() < kMinMatches) rotated_ = near_rotation_;
     const bool rests = isAtRest(input, rotation);
     verdict.motion = rests ? Motion::kRest : Motion::kRotation;
-    if (!rests) verdict.rotation = rotation;
+    if (!rests || input.prior) verdict.rotation = rotation;
     verdict.parallax = parallax(verdict.rotation, rotated_);
   }
   return verdict;
@@ -142,7 +145,7 @@ void MotionVerdict::measureNoise(const VerdictInput& input) {
   if (input.pose) {
     ResidualKind kind;
     kind.dimensions = 1;
-    kind.parameters = kPoseParameters;
+    kind.parameters = parameters_;
     kind.cut = kNoiseCut * input.threshold;
     kind.background = pose_chance_ * static_cast<double>(input.matches.size()) / input.threshold;
     wide_errors_.assign(pose_errors_.begin(), pose_errors_.end());
@@ -193,7 +196,7 @@ bool MotionVerdict::isReal(const VerdictInput& input, const std::vector<std::uin
 
 /// Whether the pose explains more than a simpler model does.
 /// @param errors      of that model
-/// @param parameters  of that model
+/// @param parameters  of that model where nothing is known of the motion; a prior fixes as many of the pose
 bool MotionVerdict::translates(const std::vector<float>& errors, int parameters) {
   const auto far_limit = static_cast<float>(squared(kFarWidth * unit_));
   const auto near_limit = static_cast<float>(squared(kNearWidth * unit_));
@@ -220,7 +223,7 @@ bool MotionVerdict::translates(const std::vector<float>& errors, int parameters)
     pose_sum += static_cast<double>(pose_errors_[*row]);
   }
   const auto count = static_cast<double>(near_.size() - dropped);
-  const double freedom = count - kPoseParameters, gained = count + kPoseParameters - parameters;
+  const double freedom = count - parameters_, gained = count + kPoseParameters - parameters;
   if (!(freedom > 0 && gained > 0)) return false;
   const double variance = std::max(kMinVariance, pose_sum / freedom);
   const double ratio = (simple_sum - pose_sum) / gained / variance;
@@ -260,6 +263,7 @@ void MotionVerdict::decidePlane(const VerdictInput& input, Verdict& verdict) {
   transfer_.homographyErrors(homographyOf(verdict.pose, normal), errors_.data());
   if (translates(errors_, kHomographyParameters)) return;
   verdict.motion = Motion::kPlanar;
+  if (input.prior) return;
   collect(errors_, squared(kFarWidth * unit_), rows_);
   if (rows_.size() > kMaxFitted) rows_.resize(kMaxFitted);
   gatherRays(input.matches, rows_, fitted_);

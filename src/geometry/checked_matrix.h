@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cmath>
-#include <opencv2/core/matx.hpp>
+#include <opencv2/core.hpp>  // determinant()
 #include <stdexcept>
 #include <string>
 
@@ -29,6 +29,18 @@ void requireFinite(const char* name, const cv::Matx<double, Rows, Columns>& matr
       throw std::invalid_argument(std::string(name) + " = " + matrixText(matrix) + " is not finite");
     }
   }
+}
+
+/// Throws std::invalid_argument naming the matrix and its value where it differs from a rotation by more than
+/// 1e-4.
+inline void requireRotation(const char* name, const cv::Matx33d& r) {
+  constexpr double kTolerance = 1e-4;
+  requireFinite(name, r);
+  const double fault = cv::norm(r * r.t() - cv::Matx33d::eye());
+  if (fault <= kTolerance && cv::determinant(r) > 0) return;
+  throw std::invalid_argument(
+      std::string(name) + " = " + matrixText(r) +
+      " is not a rotation: its rows must be orthogonal, of length 1, and its determinant 1");
 }
 
 /// Throws std::invalid_argument naming the matrix and its value unless it is [fx s cx; 0 fy cy; 0 0 1] with

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "geometry/cross_matrix.h"
+#include "geometry/known_motion.h"
 #include "geometry/match_rays.h"
 #include "kernels/kernels.h"
 
@@ -13,7 +14,8 @@ namespace {
 
 constexpr std::size_t kVotes = 100;  // agreeing matches that choose among the four poses
 constexpr std::size_t kBlock = 64;
-constexpr double kMinGradient = 1e-30;  // keeps r finite where its gradient vanishes, as at an epipole
+constexpr double kPriorTolerance = 1e-3;  // of the rotation of a pose that satisfies a prior
+constexpr double kMinGradient = 1e-30;    // keeps r finite where its gradient vanishes, as at an epipole
 
 /// The nearest rotation to a matrix that is one but for rounding: a step of Newton's iteration.
 cv::Matx33d orthonormal(const cv::Matx33d& r) { return r * (cv::Matx33d::eye() * 1.5 - r.t() * r * 0.5); }
@@ -33,6 +35,14 @@ cv::Matx33d cofactors(const cv::Matx33d& e) {
   const cv::Vec3d e0(e(0, 0), e(1, 0), e(2, 0)), e1(e(0, 1), e(1, 1), e(2, 1)), e2(e(0, 2), e(1, 2), e(2, 2));
   const cv::Vec3d c0 = e1.cross(e2), c1 = e2.cross(e0), c2 = e0.cross(e1);
   return {c0[0], c1[0], c2[0], c0[1], c1[1], c2[1], c0[2], c1[2], c2[2]};
+}
+
+/// Makes two poses with the same rotation satisfy the prior. @return whether they did but for rounding
+bool keepTo(const std::optional<PosePrior>& prior, Pose& pose, Pose& opposite) {
+  const cv::Matx33d rotation = constrained(prior, pose.rotation);
+  const double difference = cv::norm(rotation - pose.rotation);
+  pose.rotation = opposite.rotation = rotation;
+  return difference <= kPriorTolerance;
 }
 
 /// How many of the matches lie strictly in front of both cameras: with t, and with -t.
@@ -89,9 +99,12 @@ void squaredTangentSampson(const cv::Matx33d& essential, const RayMatches& match
   kernels().pose.errors(essential.val, matchRaysOf(matches), 0, matches.size(), out);
 }
 
-bool choosePose(const cv::Matx33d& essential, const RayMatches& matches, double threshold, Pose& pose) {
+bool choosePose(const cv::Matx33d& essential, const RayMatches& matches, double threshold, Pose& pose,
+                const std::optional<PosePrior>& prior) {
   Pose poses[4];
   if (!posesOf(essential, poses)) return false;
+  bool satisfies[2];
+  for (int k = 0; k < 2; ++k) satisfies[k] = keepTo(prior, poses[2 * k], poses[2 * k + 1]);
   std::size_t agreeing = 0;
   SideVotes votes[2];
   for (std::size_t begin = 0; begin < matches.size() && agreeing < kVotes; begin += kBlock) {
@@ -105,6 +118,7 @@ bool choosePose(const cv::Matx33d& essential, const RayMatches& matches, double 
       for (int k = 0; k < 2; ++k) votes[k].add(scaledDepths(poses[2 * k], left, right));
     }
   }
+  for (int k = 0; k < 2; ++k) votes[k] = satisfies[k] ? votes[k] : SideVotes();
   const std::size_t counts[4] = {votes[0].positive, votes[0].negative, votes[1].positive, votes[1].negative};
   const std::size_t* const best = std::max_element(counts, counts + 4);
   if (agreeing == 0 || 2 * *best < agreeing) return false;

@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <opencv2/core/matx.hpp>
+#include <optional>
 
+#include "corrsel/pose_prior.h"
 #include "corrsel/pose_result.h"
 #include "geometry/rays.h"
 
@@ -40,7 +42,9 @@ void squaredTangentSampson(const cv::Matx33d& essential, const RayMatches& match
 
 /// Chooses among the four poses with this essential matrix the one that has most of the first 100 matches
 /// with an error of at most the threshold strictly in front of both cameras.
+/// @param prior  poses that differ from it are left out, and the pose keeps to it exactly
 /// @return false if less than half of them are in front under the best pose, or none agrees
-bool choosePose(const cv::Matx33d& essential, const RayMatches& matches, double threshold, Pose& pose);
+bool choosePose(const cv::Matx33d& essential, const RayMatches& matches, double threshold, Pose& pose,
+                const std::optional<PosePrior>& prior = std::nullopt);
 
 }  // namespace corrsel::core

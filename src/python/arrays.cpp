@@ -99,6 +99,21 @@ core::Camera cameraFrom(const py::handle& object) {
   return camera;
 }
 
+cv::Vec3d vectorOfThree(const py::handle& object) {
+  const std::vector<double> numbers = vectorFrom<double>(object);
+  if (numbers.size() != 3) throw std::invalid_argument("a vector has not three numbers");
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+core::PosePrior priorFrom(const py::handle& prior) {
+  const py::object rotation = prior.attr("rotation"), vertical = prior.attr("vertical");
+  if (!rotation.is_none()) return core::PosePrior::ofRotation(matrixFrom(rotation));
+  const auto [first, second] =
+      py::cast<std::pair<py::object, py::object>>(vertical.is_none() ? prior.attr("rig") : vertical);
+  if (vertical.is_none()) return core::PosePrior::ofRig(matrixFrom(first), vectorOfThree(second));
+  return core::PosePrior::ofVertical(vectorOfThree(first), vectorOfThree(second));
+}
+
 core::Correspondences correspondencesFrom(const py::handle& matches) {
   core::Correspondences result;
   std::tie(result.left_x, result.left_y) = coordinates(matches.attr("left"));
@@ -115,6 +130,8 @@ core::Correspondences correspondencesFrom(const py::handle& matches) {
   const py::object left_camera = matches.attr("left_camera"), right_camera = matches.attr("right_camera");
   if (!left_camera.is_none()) result.left_camera = cameraFrom(left_camera);
   if (!right_camera.is_none()) result.right_camera = cameraFrom(right_camera);
+  const py::object prior = matches.attr("prior");
+  if (!prior.is_none()) result.prior = priorFrom(prior);
   const std::string inconsistency = result.inconsistency();
   if (!inconsistency.empty()) throw std::invalid_argument(inconsistency);
   return result;

@@ -11,6 +11,7 @@
 #include "corrsel/camera.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/options.h"
+#include "corrsel/pose_prior.h"
 
 /// Between numpy arrays and the value types of the core. The Python package has checked and converted its
 /// arguments before they come here (python/corrsel/_arrays.py); what is checked here again protects memory.
@@ -72,6 +73,12 @@ cv::Matx33d matrixFrom(const py::handle& object);
 
 /// Reads a corrsel.Camera. Throws std::invalid_argument like Camera::check().
 core::Camera cameraFrom(const py::handle& camera);
+
+/// The elements of an array of three numbers.
+cv::Vec3d vectorOfThree(const py::handle& object);
+
+/// Reads a corrsel.PosePrior.
+core::PosePrior priorFrom(const py::handle& prior);
 
 /// Reads a corrsel.Matches.
 core::Correspondences correspondencesFrom(const py::handle& matches);

@@ -183,12 +183,6 @@ py::dict evaluate(const std::string& kind, const py::object& errors, const py::o
   return result;
 }
 
-cv::Vec3d vectorOfThree(const py::object& values) {
-  const std::vector<double> numbers = vectorFrom<double>(values);
-  if (numbers.size() != 3) throw std::invalid_argument("a translation has not three numbers");
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
 core::RelativePose poseFrom(const py::object& rotation, const py::object& translation) {
   core::RelativePose pose;
   pose.rotation = matrixFrom(rotation);
@@ -255,6 +249,7 @@ PYBIND11_MODULE(_core, module) {
   });
   module.def("threshold_accuracy", &core::thresholdAccuracy);
   addCameras(module);
+  module.def("check_prior", [](const py::object& prior) { priorFrom(prior).check(); });
   module.attr("FAILED_POSE") = core::kFailedPose;
   module.attr("POSE_THRESHOLDS") = core::kPoseThresholds;
   module.attr("ACCURACY_THRESHOLDS") = core::kAccuracyThresholds;

@@ -73,6 +73,7 @@ void PoseSelector::run(const Correspondences& matches, Workspace& workspace, Sel
   parameters.search.max_iterations = options_.max_iterations;
   parameters.search.confidence = options_.confidence;
   parameters.search.seed = static_cast<std::uint64_t>(options_.seed);
+  parameters.prior = matches.prior;
   auto& [search, errors] = workspace.part<PoseMemory>();
   result.pose = search.find(matches, parameters, deadline, workspace, result);
   if (result.pose) selectByPose(search.rays(), options_.threshold, errors, result);

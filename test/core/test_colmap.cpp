@@ -183,7 +183,7 @@ TEST_F(Colmap, FisheyesFromOnePlaceHaveARotation) {
   turned[0].pose = pose({0, 0.1, 0}, {1, 2, 3}).inverse();
   turned[1].pose = pose({0, -0.1, 0}, {1, 2, 3}).inverse();
   for (int i = 0; i < 3; ++i) writeFisheyeView("a/images/v/" + std::to_string(i) + ".png", poseOf(i), {});
-  writeText("a/sparse", {{1, "SIMPLE_RADIAL_FISHEYE", 8, {260, 163.5, 117.5, 0.01}}}, turned);
+  writeBinary("a/sparse", {{1, "SIMPLE_RADIAL_FISHEYE", 8, {260, 163.5, 117.5, 0.01}}}, turned);
   const ImagePair pair = open().read(0);
   EXPECT_EQ(pair.truth.kind, TruthKind::kRotation);
   EXPECT_EQ(pair.truth.matrix, pair.truth.pose->rotation);

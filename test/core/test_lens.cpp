@@ -95,7 +95,7 @@ TEST(Lens, NamesWhatIsWrong) {
     made.size = {640, 480};
     return errorOf<std::invalid_argument>([&] { Lens("cam0", made); });
   };
-  EXPECT_TRUE(mentions(errorFor(cameraMatrix(NAN, 1, 1, 1), {}), {"cam0: ", "matrix", "nan"}));
+  EXPECT_TRUE(mentions(errorFor(cameraMatrix(NAN, 1, 1, 1), {}), {"cam0: ", "matrix", "not finite"}));
   EXPECT_TRUE(mentions(errorFor(cameraMatrix(500, -500, 320, 240), {}), {"cam0: ", "matrix", "-500"}));
   EXPECT_EQ(errorFor(cameraMatrix(500, 500, 900, 240), {}),
             "cam0 has its principal point at (900, 240), outside its images of 640x480 px");

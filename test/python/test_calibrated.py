@@ -522,5 +522,104 @@ class RelativePose(unittest.TestCase):
         self.assertTrue(np.shares_memory(swapped.left, matches.left))
 
 
+class Priors(unittest.TestCase):
+    """Motions that are known in part."""
+
+    rotation, translation = RelativePose.rotation, RelativePose.translation
+    down = np.array([0.1, 0.9, -0.2])
+
+    def setUp(self):
+        self.camera = cameras()["fisheye"]
+        self.scene = Scene(self.camera, self.rotation, self.translation, right_share=0.4)
+
+    def pose(self, **known):
+        return corrsel.relative_pose(self.scene.left, self.scene.right, self.camera, self.camera, **known)
+
+    def check(self, pose):
+        self.assertEqual((pose.status, pose.motion), ("ok", "general"), pose.message)
+        errors = corrsel.pose_errors(pose.rotation, pose.translation, self.rotation, self.translation)
+        self.assertLess(errors.pose, 2)
+
+    def test_a_known_rotation(self):
+        pose = self.pose(rotation=self.rotation)
+        self.check(pose)
+        np.testing.assert_array_equal(pose.rotation, self.rotation)
+        np.testing.assert_array_equal(pose.covariance[:3], np.zeros((3, 5)))
+        self.assertGreater(np.linalg.eigvalsh(pose.covariance[3:, 3:])[0], 0)
+
+    def test_a_known_vertical(self):
+        right = self.rotation @ self.down
+        pose = self.pose(vertical=(9.81 * self.down, right))
+        self.check(pose)
+        np.testing.assert_allclose(pose.rotation @ self.down, right, atol=1e-12)
+        axis = right / np.linalg.norm(right)
+        turns = pose.covariance[:3, :3]
+        np.testing.assert_allclose(turns, (axis @ turns @ axis) * np.outer(axis, axis), atol=1e-15)
+        self.assertGreater(axis @ turns @ axis, 1e-10)
+
+    def test_a_known_rig(self):
+        pose = self.pose(rig=(self.rotation, self.translation))
+        self.check(pose)
+        np.testing.assert_array_equal(pose.rotation, self.rotation)
+        np.testing.assert_allclose(
+            pose.translation, self.translation / np.linalg.norm(self.translation), atol=1e-15
+        )
+        np.testing.assert_array_equal(pose.covariance, np.zeros((5, 5)))
+        self.assertGreater(pose.mask[self.scene.inlier].mean(), 0.7)
+        self.assertLess(pose.mask[~self.scene.inlier].mean(), 0.1)
+
+    def test_it_belongs_to_the_matches(self):
+        prior = corrsel.PosePrior(rotation=self.rotation)
+        matches = corrsel.Matches(self.scene.left, self.scene.right, prior=prior)
+        matches = matches.with_cameras(self.camera, self.camera)
+        for kept in (matches, matches[:], pickle.loads(pickle.dumps(matches))):
+            self.assertEqual(kept.prior, prior)
+            selection = kept.select("pose")
+            np.testing.assert_array_equal(
+                selection.pose.translation, self.pose(rotation=self.rotation).translation
+            )
+        self.assertIn("prior", repr(matches))
+
+    def test_priors_are_values(self):
+        priors = [
+            corrsel.PosePrior(rotation=self.rotation),
+            corrsel.PosePrior(vertical=(self.down, self.rotation @ self.down)),
+            corrsel.PosePrior(rig=(self.rotation, self.translation)),
+        ]
+        for prior, kind in zip(priors, ("rotation", "vertical", "rig")):
+            again = pickle.loads(pickle.dumps(prior))
+            self.assertEqual((again, hash(again)), (prior, hash(prior)))
+            self.assertEqual(repr(prior), "<corrsel.PosePrior: %s>" % kind)
+        self.assertEqual(len(set(priors)), 3)
+        self.assertNotEqual(priors[0], self.rotation.tolist())
+        np.testing.assert_allclose(np.linalg.norm(priors[1].vertical, axis=1), 1, atol=1e-15)
+        with self.assertRaisesRegex(AttributeError, "cannot be replaced"):
+            priors[0].rotation = None
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            priors[0].rotation[0, 0] = 1
+
+    def test_errors_name_the_argument(self):
+        eye, down = np.eye(3), [0, 1, 0]
+        for known, text in (
+            ({"rotation": eye, "rig": (eye, down)}, "rotation and rig are given; needed: exactly one"),
+            ({"rotation": 1.01 * eye}, "rotation = .* is not a rotation"),
+            ({"rotation": eye[:2]}, r"rotation has shape \(2, 3\)"),
+            ({"vertical": down}, r"vertical is \[0, 1, 0\]; needed: \(down_left, down_right\)"),
+            ({"vertical": (down, [0, 0, 0])}, r"vertical\[1\] is \[0.0, 0.0, 0.0\]; needed"),
+            ({"vertical": (down, [0, np.nan, 0])}, r"vertical\[1\] is .*nan.*finite"),
+            ({"rig": eye}, "(?s)rig is .*needed: .rotation, translation"),
+            ({"rig": (-eye, down)}, "rotation = .* is not a rotation"),
+            ({"rig": (eye, [0, 0, 0])}, r"rig\[1\] is \[0.0, 0.0, 0.0\]"),
+        ):
+            with self.subTest(known=known), self.assertRaisesRegex(ValueError, text):
+                self.pose(**known)
+        with self.assertRaisesRegex(ValueError, "nothing is given; needed: exactly one"):
+            corrsel.PosePrior()
+        with self.assertRaisesRegex(TypeError, "rotation has dtype"):
+            corrsel.PosePrior(rotation="R")
+        with self.assertRaisesRegex(TypeError, "prior is ndarray; needed: corrsel.PosePrior"):
+            corrsel.Matches(self.scene.left, self.scene.right, prior=eye)
+
+
 if __name__ == "__main__":
     unittest.main()

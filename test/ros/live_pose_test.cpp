@@ -1,5 +1,6 @@
 // Calibrations arrive beside the images, whenever they like, and poses go out with the selections.
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

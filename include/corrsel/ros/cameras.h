@@ -37,8 +37,8 @@ bool isRotation(const cv::Matx33d& matrix);
 /// refuses.
 core::Camera cameraOf(const sensor_msgs::CameraInfo& info, bool rectified);
 
-/// The camera_info of a camera's images, which are raw: K, D and the size of the camera, R = I,
-/// with the model of core::cameraToInfo(), which throws for a panorama, and P = [K 0].
+/// The camera_info of a camera's images, which are raw: K, D and the size of the camera, R = I and P = [K 0],
+/// with the model of core::cameraToInfo(), which throws for a panorama.
 sensor_msgs::CameraInfo cameraInfo(const core::Camera& camera);
 
 /// What the camera_info of two cameras tell about the pose between them (REP 104): R and P of cameras that

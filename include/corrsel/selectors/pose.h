@@ -33,6 +33,11 @@ struct PoseOptions : ConfidenceOptions {
 /// verdict (src/calibrated/verdict.h) decides whether they show a translation. The mask holds all matches
 /// that agree with the pose to `threshold` and lie in front, or with the rotation to 1.5 times `threshold`.
 ///
+/// What is known of the motion (Correspondences::prior) the pose keeps to exactly, and its covariance is 0 in
+/// the known directions. With a known rotation samples have two matches, with a known vertical three
+/// (src/search/prior_models.h), and a plane has one pose. With a known rig nothing is searched: matches are
+/// judged by its pose, and the motion is always `general`.
+///
 /// Input: coordinates and both cameras (Correspondences::left_camera, right_camera). Images need not be
 /// rectified. Descriptor distances are used where they are there. Matches without a ray are ignored and
 /// counted.
@@ -40,9 +45,10 @@ struct PoseOptions : ConfidenceOptions {
 /// Output: `pose`, see PoseResult. The model is E (general, planar) or R (rotation, rest), for unit rays. The
 /// score is the negated squared error, px^2. `sigma` is the noise.
 ///
-/// Failure: `unsupported_input` without cameras, `too_few` (fewer than 5 points), `degenerate` (all points of
-/// one image equal, or a pose that the matches do not determine), `no_model` (fewer than 8 agree),
-/// `uncertain` (chance explains the agreement), `time_limit` (the best pose so far).
+/// Failure: `unsupported_input` without cameras, `too_few` (fewer than 5 points; with a prior, fewer than 2
+/// or 3), `degenerate` (all points of one image equal, or a pose that the matches do not determine),
+/// `no_model` (fewer than 8 agree), `uncertain` (chance explains the agreement), `time_limit` (the best pose
+/// so far).
 ///
 /// Cost: O(samples + N).
 ///

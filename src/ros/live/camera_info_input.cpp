@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/text.h"
 #include "corrsel/ros/cameras.h"
 
 namespace corrsel {
@@ -47,6 +48,7 @@ void CameraInfoInput::receive(const sensor_msgs::CameraInfo& info) {
     calibration_ = std::make_shared<const Calibration>(Calibration{info, rectified_, camera});
     ROS_INFO_STREAM("camera_info on " << topic_ << (first ? ": " : " has changed: ")
                                       << core::toString(camera.model) << ", " << sizeText(camera.size)
+                                      << ", focal length " << core::formatNumber(camera.matrix(0, 0)) << " px"
                                       << (rectified_ ? ", of rectified images" : ", of raw images"));
   } catch (const std::invalid_argument& error) {
     ROS_WARN_STREAM("camera_info on " << topic_ << ": " << error.what()

@@ -31,7 +31,9 @@ bool allZero(const Array& numbers) {
 template <class Array>
 std::string listOf(const Array& numbers) {
   std::vector<std::string> texts;
-  for (const double number : numbers) texts.push_back(core::formatNumber(number));
+  for (const double number : numbers) {  // formatNumber() writes NaN as nothing
+    texts.push_back(std::isnan(number) ? "nan" : core::formatNumber(number));
+  }
   return "[" + core::joinList(texts, ", ") + "]";
 }
 

@@ -8,8 +8,7 @@
 #include <limits>
 #include <opencv2/core.hpp>
 #include <stdexcept>
-
-#include "base/text.h"
+#include <string>
 
 namespace corrsel {
 namespace {
@@ -55,7 +54,7 @@ geometry_msgs::Quaternion noQuaternion() {
 cv::Matx33d readRotation(const std::string& field, const geometry_msgs::Quaternion& msg) {
   const Eigen::Quaterniond q(msg.w, msg.x, msg.y, msg.z);
   if (!(std::abs(q.norm() - 1.0) <= kLengthTolerance)) {
-    refuse(field, "has the length " + core::formatNumber(q.norm()) + ", expected a unit quaternion");
+    refuse(field, "has the length " + std::to_string(q.norm()) + ", expected a unit quaternion");
   }
   cv::Matx33d rotation;
   Eigen::Map<Matrix3>(rotation.val) = q.normalized().toRotationMatrix();
@@ -68,14 +67,14 @@ cv::Vec3d readDirection(const std::string& field, const geometry_msgs::Vector3& 
   const double length = cv::norm(t);
   if (is_zero && length == 0) return t;
   if (is_zero || !(std::abs(length - 1.0) <= kLengthTolerance)) {
-    refuse(field, "has the length " + core::formatNumber(length) + ", expected " + (is_zero ? "0" : "1"));
+    refuse(field, "has the length " + std::to_string(length) + ", expected " + (is_zero ? "0" : "1"));
   }
   return t / length;
 }
 
 void requireNotNegative(const std::string& field, double number) {
   if (number < 0 || std::isinf(number)) {
-    refuse(field, "is " + core::formatNumber(number) + ", expected a number from 0, or NaN");
+    refuse(field, "is " + std::to_string(number) + ", expected a number from 0, or NaN");
   }
 }
 
@@ -159,7 +158,7 @@ void requireSense(const RelativePose& msg) {
   requireNotNegative("parallax", msg.parallax);
   requireNotNegative("scale", msg.scale);
   if (msg.scale_known != 0 && !(msg.scale > 0)) {
-    refuse("scale", "is " + core::formatNumber(msg.scale) + ", but scale_known is set");
+    refuse("scale", "is " + std::to_string(msg.scale) + ", but scale_known is set");
   }
 }
 
