@@ -192,22 +192,29 @@ void PoseSearch::describe(const PoseParameters& parameters, const Verdict& verdi
   }
 }
 
-/// Root mean square displacement of the agreeing matches from the rotation, px; NaN without any.
-double PoseSearch::parallax(const cv::Matx33d& rotation) const {
-  double sum = 0;
-  for (const std::uint32_t i : refinement_.agreeing()) sum += squaredRotationError(rotation, set_, i);
-  return std::sqrt(sum / static_cast<double>(refinement_.agreeing().size()));
+/// Root mean square displacement from the rotation of the matches that agree with the refined pose, px; NaN
+/// without any.
+double PoseSearch::parallax(const Pose& pose, double threshold) const {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < set_.size(); ++i) {
+    if (!(refinement_.errors()[i] <= threshold * threshold) || !isInFront(pose, set_, i, threshold)) continue;
+    sum += squaredRotationError(pose.rotation, set_, i);
+    ++count;
+  }
+  return std::sqrt(2 * sum / count);
 }
 
 /// Measures the matches by the known pose.
-PoseResult PoseSearch::judgeRig(const Correspondences& matches, const PoseParameters& parameters) {
+PoseResult PoseSearch::judgeRig(const PoseParameters& parameters) {
   PoseResult found;
   found.motion = Motion::kGeneral;
   found.pose = {parameters.prior->rotation, parameters.prior->translation};
   found.covariance = cv::Matx<double, 5, 5>::zeros();
   Pose pose = found.pose;
-  if (refine(matches, parameters, pose)) found.noise = noise(fitted_threshold_);
-  found.parallax = parallax(pose.rotation);
+  const double threshold = parameters.threshold;
+  if (refinement_.refine(set_, input_.matches.rays, threshold, true, nullptr, freedom_, pose))
+    found.noise = noise(threshold);
+  found.parallax = parallax(pose, threshold);
   return found;
 }
 
@@ -223,8 +230,8 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   input_.takeWithRays(matches, set, proposal, result);
   gatherRays(input_.rays(), set, set_);
   freedom_ = freedomOf(parameters.prior);
-  if (model == nullptr) return judgeRig(matches, parameters);
   support_known_ = false;
+  if (model == nullptr) return judgeRig(parameters);
   const SearchOutcome outcome = search(matches, parameters, {*model, proposal}, deadline, workspace);
   result.iterations = outcome.iterations;
   if (outcome.timed_out) reportEnd(outcome, parameters.max_seconds, result);

@@ -48,7 +48,7 @@ class PoseSearch {
   const RayMatches& rays() const { return input_.rays(); }
 
  private:
-  PoseResult judgeRig(const Correspondences& matches, const PoseParameters& parameters);
+  PoseResult judgeRig(const PoseParameters& parameters);
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
   SearchOutcome search(const Correspondences& matches, const PoseParameters& parameters,
                        const SearchParts& parts, const Deadline& deadline, Workspace& workspace);
@@ -59,7 +59,7 @@ class PoseSearch {
   double chanceShare() const;
   double noise(double threshold) const;
   void describe(const PoseParameters& parameters, const Verdict& verdict, PoseResult& found) const;
-  double parallax(const cv::Matx33d& rotation) const;
+  double parallax(const Pose& pose, double threshold) const;
 
   SearchSet search_set_;
   SearchInput input_;
