@@ -20,6 +20,7 @@ namespace {
 constexpr std::size_t kMaxAccurate = 40000;
 
 struct Contestant {
+  std::shared_ptr<const std::vector<Scene>> inputs;
   Call call;
   int batch = 1;  // calls per repetition
   int every = 1;  // takes part in every so many rounds
@@ -58,22 +59,24 @@ bool hasScenes(const Method& method) { return !std::isnan(method.scene.inlier_ra
 
 /// The scenes of a method; matchers have one that is empty.
 std::shared_ptr<const std::vector<Scene>> inputsOf(const Method& method) {
+  if (method.calibrated) return scenes(*method.calibrated, method.scenes);
   if (hasScenes(method)) return scenes(method.scene, method.scenes);
   return std::make_shared<const std::vector<Scene>>(1);
 }
 
 /// Everything before the timed rounds.
 void warmUp(const Method& method, Contestant& contestant, Measurement& result) {
-  const auto inputs = inputsOf(method);
-  contestant.call = method.prepare(*inputs);
+  contestant.inputs = inputsOf(method);
+  const std::vector<Scene>& inputs = *contestant.inputs;
+  contestant.call = method.prepare(inputs);
   double seconds = 0;
   const auto timed = [&](std::size_t k) {
     Mask mask;
     seconds = secondsOf(method.wall_time, [&] { mask = contestant.call(k); });
     return mask;
   };
-  for (std::size_t k = 0; k < inputs->size(); ++k) result.masks.push_back(timed(k));
-  if (hasScenes(method)) evaluate(*inputs, result);
+  for (std::size_t k = 0; k < inputs.size(); ++k) result.masks.push_back(timed(k));
+  if (hasScenes(method)) evaluate(inputs, result);
   // The only call so far may have been slower than those to come: look again where that is cheap.
   if (seconds < kSlowCall) timed(0);
   contestant.batch = int(std::ceil(kMinSeconds / std::max(seconds, 1e-7)));
@@ -85,6 +88,11 @@ Mask bytes(const cv::Mat& mask, std::size_t n) {
 }
 
 }  // namespace
+
+void Method::setScene(const core::CalibratedSceneSpec& spec) {
+  scene = {MatchSceneKind::kSpace, spec.n, spec.inlier_ratio};
+  calibrated = spec;
+}
 
 double ProcessorTime::now() {
   timespec time{};

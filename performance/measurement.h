@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,10 @@ struct Method {
   std::function<Call(const std::vector<Scene>&)> prepare;
   bool same_mask = false;  ///< must select exactly what the first method of the comparison selects
   bool wall_time = false;  ///< instead of processor time; for comparisons of thread counts
+  /// Scenes of calibrated cameras instead; `scene` holds what the tables show of them.
+  std::optional<core::CalibratedSceneSpec> calibrated = {};
+
+  void setScene(const core::CalibratedSceneSpec& spec);
 };
 
 /// The measurements of one method; times are NaN where it failed.

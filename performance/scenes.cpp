@@ -2,6 +2,7 @@
 
 #include <map>
 #include <tuple>
+#include <utility>
 
 namespace corrsel::performance {
 
@@ -17,6 +18,18 @@ std::shared_ptr<const std::vector<Scene>> scenes(SceneSpec spec, std::size_t cou
     entry = std::make_shared<const std::vector<Scene>>(std::move(list));
   }
   return entry;
+}
+
+std::shared_ptr<const std::vector<Scene>> scenes(core::CalibratedSceneSpec spec, std::size_t count) {
+  std::vector<Scene> list;
+  for (spec.seed = 0; spec.seed < count; ++spec.seed) {
+    core::CalibratedScene made = core::makeCalibratedScene(spec);
+    Scene scene;
+    scene.matches = std::move(made.matches);
+    scene.inlier = std::move(made.inlier);
+    list.push_back(std::move(scene));
+  }
+  return std::make_shared<const std::vector<Scene>>(std::move(list));
 }
 
 double modelRecall(const Scene& scene, const cv::Matx33d& model, double threshold) {

@@ -12,6 +12,7 @@
 #include "five_point.h"
 #include "kernels/kernels.h"
 #include "opencv_version.h"
+#include "pose.h"
 #include "yardstick.h"
 
 namespace corrsel::performance {
@@ -300,6 +301,51 @@ std::vector<Comparison> fivePoints() {
   return list;
 }
 
+/// The selector `pose` beside what other libraries offer.
+Comparison besidePose(const CalibratedSceneSpec& scene, const std::string& suffix, double limit,
+                      const OptionMap& options) {
+  const std::size_t count = scenesFor(scene.n);
+  Comparison result{"pose" + at({MatchSceneKind::kSpace, scene.n, scene.inlier_ratio}) + suffix,
+                    {pose(scene, count, options), openCvPose("cv RANSAC", scene, count, cv::RANSAC),
+                     openCvPose("cv USAC_MAGSAC", scene, count, CORRSEL_USAC(MAGSAC))},
+                    {}};
+  result.methods[0].name += suffix;
+#ifdef CORRSEL_POSELIB
+  result.methods.push_back(poseLibPose(scene, count));
+#endif
+  setLimit(result.name, limit, result);
+  return result;
+}
+
+/// Half of the matches right, and a tenth, which is hard without descriptor distances to order them by.
+std::vector<Comparison> poses() {
+  const OptionMap no_covariance = {{"covariance", "false"}};
+  CalibratedSceneSpec half, fisheye, tenth;
+  half.n = fisheye.n = kLiveSize;
+  half.inlier_ratio = fisheye.inlier_ratio = kTargetRatio;
+  half.distances = fisheye.distances = tenth.distances = false;
+  fisheye.left_camera = fisheye.right_camera = core::sceneFisheye();
+  tenth.n = kTargetSize;
+  tenth.inlier_ratio = 0.1;
+  CalibratedSceneSpec half_ordered = half, tenth_ordered = tenth;
+  half_ordered.distances = tenth_ordered.distances = true;
+  std::vector<Comparison> list = {besidePose(half, "", 42, {}),
+                                  besidePose(half, "/no_covariance", 35, no_covariance),
+                                  besidePose(half_ordered, "/order", 28, {}),
+                                  besidePose(half_ordered, "/order/no_covariance", 24, no_covariance),
+                                  besidePose(fisheye, "/fisheye", 42, {}),
+                                  besidePose(tenth, "", 85, {}),
+                                  besidePose(tenth_ordered, "/order", 16, {})};
+  // The rays of such a lens take longer, the rest does not.
+  const std::size_t count = scenesFor(kLiveSize);
+  Method pinhole = pose(half, count);
+  pinhole.name = "pose, pinhole";
+  list.push_back(
+      {"pose/fisheye", {pose(fisheye, count), pinhole}, {faster("pose/fisheye", 1, 0.87, Demand::kNone)}});
+  list.back().methods[0].name = "pose, fisheye";
+  return list;
+}
+
 /// Matching of all descriptors with all.
 std::vector<Comparison> matching() {
   const std::string at = "/N:" + std::to_string(kTargetSize);
@@ -560,6 +606,7 @@ std::vector<Comparison> comparisons(bool all) {
   append(growths());
   append(matching());
   append(fivePoints());
+  append(poses());
   if (!all) {
     list.erase(
         std::remove_if(list.begin(), list.end(), [](const Comparison& c) { return c.targets.empty(); }),
@@ -573,8 +620,10 @@ std::vector<Comparison> comparisons(bool all) {
 
 void run(const Comparison& comparison, Report& report) {
   std::vector<Method> methods = comparison.methods;
-  if (comparison.with_yardstick)
+  if (comparison.with_yardstick) {
     methods.push_back(function("yardstick", methods[0].scene, methods[0].scenes, yardstick, false));
+    methods.back().calibrated = methods[0].calibrated;
+  }
   const Measurements all = measure(methods);
   const Measurements measured(all.begin(), all.begin() + std::ptrdiff_t(comparison.methods.size()));
   const bool all_ours =

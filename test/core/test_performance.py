@@ -99,6 +99,20 @@ class Performance(unittest.TestCase):
         ratio, ours, yardstick = map(float, verdict.groups())
         self.assertAlmostEqual(ratio, ours / yardstick, delta=0.05 * ratio)
 
+    def test_poses_are_compared_with_those_of_opencv(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = Path(folder, "a.csv")
+            done = run("--filter", "^pose/N:2000/eps:0.5/order/it", "--csv", str(table))
+            self.assertIn(done.returncode, (0, 1), done.stderr)
+            rows = list(csv.DictReader(table.read_text().splitlines()))
+        self.assertEqual([row["against"] for row in rows[:2]], ["cv RANSAC", "cv USAC_MAGSAC"])
+        for row in rows:
+            self.assertEqual((row["selector"], row["n"], row["inlier_ratio"]), ("pose/order", "2000", "0.5"))
+            self.assertGreater(float(row["ours_precision"]), 95)
+            self.assertGreater(float(row["ours_recall"]), 50)
+        self.assertGreater(float(rows[0]["peer_precision"]), 80)
+        self.assertRegex(done.stdout, r"pose/N:2000/eps:0.5/order: \S+x the time of the yardstick")
+
     def test_says_what_it_cannot_do(self):
         self.assertEqual(run("--nonsense").returncode, 2)
         self.assertEqual(run("--csv").returncode, 2)
