@@ -21,10 +21,11 @@ constexpr int kPoseParameters = 5, kRotationParameters = 3, kHomographyParameter
 constexpr double kRotationWidth = 1.5, kFarWidth = 3, kNearWidth = 2.5;  // of the unit
 constexpr double kRotationDecades = 8, kPoseDecades = 9, kFarDecades = 12;
 constexpr double kMinRatio = 1.3, kMinDeviations = 5;
+constexpr double kMinOwnDeviations = 7, kMinShared = 1 / 9.;  // of the gains themselves
 constexpr double kNoiseCut = 5;  // of the threshold: larger errors do not count for the noise
 constexpr double kUnitPerNoise = 4 / 3.;
-constexpr double kMinVariance = 1e-4;  // px^2, what rounding leaves
-constexpr double kRestDisplacement = 0.3;
+constexpr double kMinVariance = 1e-4;    // px^2, what rounding leaves
+constexpr double kRestDisplacement = 1;  // of the unit
 constexpr double kRestSquares = 36;      // of three components in units of their variance
 constexpr double kMinInFront = 0.95;     // of the matches that the other pose of a plane has in front
 constexpr std::size_t kMaxFitted = 512;  // matches to which planes and their poses are fitted
@@ -98,7 +99,7 @@ Verdict MotionVerdict::decide(const VerdictInput& input) {
   const bool rotates = isReal(input, rotated_, 2, rotation_chance_, kRotationDecades) ||
                        isReal(input, near_rotation_, 2, near_rotation_chance_, kRotationDecades);
   const bool posed = isReal(input, posed_, static_cast<std::size_t>(parameters_), pose_chance_, kPoseDecades);
-  if (posed && (!rotates || translates(rotation_errors_, kRotationParameters))) {
+  if (posed && (!rotates || translates(input, rotation_errors_, kRotationParameters))) {
     verdict.motion = Motion::kGeneral;
     verdict.pose = *input.pose;
     verdict.rotation = rotation;
@@ -197,20 +198,24 @@ bool MotionVerdict::isReal(const VerdictInput& input, const std::vector<std::uin
 /// Whether the pose explains more than a simpler model does.
 /// @param errors      of that model
 /// @param parameters  of that model where nothing is known of the motion; a prior fixes as many of the pose
-bool MotionVerdict::translates(const std::vector<float>& errors, int parameters) {
+bool MotionVerdict::translates(const VerdictInput& input, const std::vector<float>& errors, int parameters) {
   const auto far_limit = static_cast<float>(squared(kFarWidth * unit_));
   const auto near_limit = static_cast<float>(squared(kNearWidth * unit_));
+  const bool from_rotation = parameters == kRotationParameters;
   std::size_t far = 0, far_agreeing = 0;
+  double by_chance = 0;
   near_.clear();
   for (std::uint32_t i = 0; i < errors.size(); ++i) {
     if (!(errors[i] <= far_limit)) {
       ++far;
       far_agreeing += agrees_[i];
+      by_chance += from_rotation ? chanceOfDisplaced(input, errors[i]) : pose_chance_;
     } else if (pose_errors_[i] <= near_limit) {
       near_.push_back(i);
     }
   }
-  if (-log10BinomialTail(far, far_agreeing, pose_chance_) > kFarDecades) return true;
+  const double mean_chance = far > 0 ? by_chance / static_cast<double>(far) : pose_chance_;
+  if (-log10BinomialTail(far, far_agreeing, mean_chance) > kFarDecades) return true;
   const std::size_t dropped = std::min(near_.size(), countOfChance(static_cast<double>(far) * near_chance_));
   const auto gains_more = [&](std::uint32_t a, std::uint32_t b) {
     return errors[a] - pose_errors_[a] > errors[b] - pose_errors_[b];
@@ -227,7 +232,33 @@ bool MotionVerdict::translates(const std::vector<float>& errors, int parameters)
   if (!(freedom > 0 && gained > 0)) return false;
   const double variance = std::max(kMinVariance, pose_sum / freedom);
   const double ratio = (simple_sum - pose_sum) / gained / variance;
-  return ratio > kMinRatio && std::log(ratio) > kMinDeviations * std::sqrt(2 / gained + 2 / freedom);
+  return ratio > kMinRatio && std::log(ratio) > kMinDeviations * std::sqrt(2 / gained + 2 / freedom) &&
+         (!from_rotation || isShared(kept, errors));
+}
+
+/// The chance that a match agrees with the pose and lies in front whose feature was found at another place
+/// nearby: in any direction from the place that the rotation explains. It is larger than that of wrong
+/// matches, which are anywhere in the image.
+/// @param error  of the rotation, squared, px^2, beyond kFarWidth
+double MotionVerdict::chanceOfDisplaced(const VerdictInput& input, float error) const {
+  const double sine = input.threshold / std::sqrt(static_cast<double>(error));
+  return std::isfinite(error) ? std::max(pose_chance_, std::asin(std::min(1.0, sine)) / CV_PI) : pose_chance_;
+}
+
+/// Whether the displacements from the rotation along the epipolar lines exceed those across for the matches
+/// in common, and not only for a few whose error is large: the sum of the differences of the squares, which
+/// is 0 in the mean without a translation, in units of the root of the sum of their squares. This holds for
+/// noise of any distribution; the pose, however, is the one that aligns the largest errors.
+bool MotionVerdict::isShared(std::vector<std::uint32_t>::const_iterator first,
+                             const std::vector<float>& errors) const {
+  double sum = 0, squares = 0;
+  for (auto row = first; row != near_.end(); ++row) {
+    const double difference = static_cast<double>(errors[*row]) - 2 * static_cast<double>(pose_errors_[*row]);
+    sum += difference;
+    squares += squared(difference);
+  }
+  const auto count = static_cast<double>(near_.end() - first);
+  return sum > 0 && squared(sum) > std::min(squared(kMinOwnDeviations), kMinShared * count) * squares;
 }
 
 /// Whether the rotation moves the points by no more than its own uncertainty.
@@ -241,7 +272,7 @@ bool MotionVerdict::isAtRest(const VerdictInput& input, const cv::Matx33d& rotat
   const auto count = static_cast<double>(rotated_.size());
   const double variance =
       std::max({kMinVariance, squared(noise_), errors / (2 * count - kRotationParameters)});
-  return 2 * moved / count < squared(kRestDisplacement) || moved < kRestSquares * variance;
+  return 2 * moved / count < squared(kRestDisplacement * unit_) || moved < kRestSquares * variance;
 }
 
 /// Root mean square displacement of the matches from the rotation, px.
@@ -261,7 +292,7 @@ void MotionVerdict::decidePlane(const VerdictInput& input, Verdict& verdict) {
   if (!plane_.find(verdict.pose, transfer_, rows_, unit_, input.seed, normal)) return;
   errors_.resize(transfer_.size());
   transfer_.homographyErrors(homographyOf(verdict.pose, normal), errors_.data());
-  if (translates(errors_, kHomographyParameters)) return;
+  if (translates(input, errors_, kHomographyParameters)) return;
   verdict.motion = Motion::kPlanar;
   if (input.prior) return;
   collect(errors_, squared(kFarWidth * unit_), rows_);

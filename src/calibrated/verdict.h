@@ -48,17 +48,22 @@ struct Verdict {
 ///  - far: of the m matches with an error of M above 3 units, k agree with E and lie in front;
 ///    evidence = -log10 P(Bin(m, q) >= k), significant above 12: eight of these allow for the choice of E
 ///    among the solutions of many samples, and for its refinement. q is the share of re-paired matches that
-///    agree and lie in front, at least 1e-3.
+///    agree and lie in front, at least 1e-3. Against R it is the mean over the m matches of the larger of
+///    that and asin(min(1, threshold / error)) / pi, the chance of a feature that was found at another place
+///    nearby, in any direction. The coarse levels of a pyramid find many such features.
 ///  - near: over the n matches within 3 units of M and 2.5 of E, with the sums of squares S_M and S_E and p
 ///    parameters of M, F = ((S_M - S_E) / (n + 5 - p)) / (S_E / (n - 5)). Significant where F > 1.3 and ln F
 ///    exceeds 5 standard deviations, sqrt(2 / (n + 5 - p) + 2 / (n - 5)). Before that, as many matches as may
-///    be near M by chance are left out, those with the largest gain.
+///    be near M by chance are left out, those with the largest gain. F takes the noise for normal. Real noise
+///    has heavier tails, and E aligns its largest errors with the epipolar lines. So against R the squared
+///    errors along the lines must also exceed those across in common: with their differences g,
+///    sum(g)^2 > min(49, n / 9) sum(g^2).
 ///
 /// A model is real if at least 8 matches agree that are not all at one place, and the probability that so
 /// many do by chance is below 1e-9 (E) or 1e-8 (R, in 1.5 or in 3 units; its q is at least 1e-3, too). A real
 /// E shows a translation where far or near is significant against R, or R is not real. Then the motion is
 /// kPlanar if neither is significant against the plane, otherwise kGeneral. Without a translation it is
-/// kRotation if R is real, and kRest if R moves the points by less than 0.3 px (root mean square), or by no
+/// kRotation if R is real, and kRest if R moves the points by less than a unit (root mean square), or by no
 /// more than its own uncertainty. Otherwise it is kNone.
 ///
 /// The pose of a plane is the one that has more of the matches in front, or, where both have nearly as many
@@ -78,7 +83,9 @@ class MotionVerdict {
   Verdict decide(const VerdictInput& input);
 
  private:
-  bool translates(const std::vector<float>& errors, int parameters);
+  bool translates(const VerdictInput& input, const std::vector<float>& errors, int parameters);
+  double chanceOfDisplaced(const VerdictInput& input, float error) const;
+  bool isShared(std::vector<std::uint32_t>::const_iterator first, const std::vector<float>& errors) const;
   void measurePose(const VerdictInput& input);
   void measureNoise(const VerdictInput& input);
   void measureRotation(const VerdictInput& input, const cv::Matx33d& rotation);

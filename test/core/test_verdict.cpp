@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <vector>
 
@@ -111,6 +112,27 @@ TEST(MotionVerdict, AtRest) {
     EXPECT_EQ(verdict.rotation, cv::Matx33d::eye());
     EXPECT_LT(verdict.parallax, 5);
   });
+}
+
+// The pose aligns the few large errors with its epipolar lines, and the many small ones agree with any pose.
+TEST(MotionVerdict, NoiseWithHeavyTailsAtRest) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    SceneOptions options;
+    options.scenario = Scenario::kRest;
+    options.size = 1000;
+    options.right_share = 0.9;
+    options.noise = 0.05;
+    Scene scene = generate(options, seed);
+    Random random(seed);
+    for (std::size_t i = 0; i < scene.inlier.size(); ++i) {
+      if (!scene.inlier[i] || random.index(20) != 0) continue;
+      const double angle = random.uniform(0, 2 * CV_PI);
+      const double distance = random.uniform(0.5, 4);
+      scene.matches.right_x[i] += static_cast<float>(distance * std::cos(angle));
+      scene.matches.right_y[i] += static_cast<float>(distance * std::sin(angle));
+    }
+    EXPECT_EQ(decide(scene, 1, seed).motion, Motion::kRest) << seed;
+  }
 }
 
 TEST(MotionVerdict, Rotation) {
