@@ -28,10 +28,10 @@ struct HomographyLeftover {
 /// The best fundamental matrix; with cameras, the best essential matrix.
 struct FundamentalEvidence {
   bool found = false;
-  ModelKind kind = ModelKind::kFundamental;  ///< or kEssential
   cv::Matx33d model = cv::Matx33d::zeros();  ///< px, or of rays
   double confidence = 0;                     ///< -log10 units
   bool explains_loose = false;  ///< at least half of the loose leftover of the homography agrees with it
+  ModelKind kind = ModelKind::kFundamental;  ///< or kEssential
 };
 
 /// What is known about the matches of a pair: all that the decision (decision.h) goes by. What is optional is
