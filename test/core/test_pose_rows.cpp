@@ -48,7 +48,9 @@ TEST(PoseRows, CommonEstimatorSeesEveryCamera) {
     EXPECT_EQ(row.model, PoseModel::kEssential) << toString(camera.model);
     EXPECT_LT(row.pose_error, 1) << toString(camera.model);
     EXPECT_FALSE(row.own);
-    if (camera.isPlainPinhole()) EXPECT_EQ(row.epipolar_precision, 1);
+    if (camera.isPlainPinhole()) {
+      EXPECT_EQ(row.epipolar_precision, 1);
+    }
   }
 }
 
