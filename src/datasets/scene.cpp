@@ -294,4 +294,11 @@ MatchScene makeScene(const SceneSpec& spec) {
   return scene;
 }
 
+Camera sceneCamera() {
+  Camera camera;
+  camera.matrix = {kFocal, 0, kCentre.x, 0, kFocal, kCentre.y, 0, 0, 1};
+  camera.size = {kWidth, kHeight};
+  return camera;
+}
+
 }  // namespace corrsel::core

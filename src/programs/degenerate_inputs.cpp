@@ -1,10 +1,12 @@
 #include "programs/degenerate_inputs.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <opencv2/core/types.hpp>
 
 #include "corrsel/random.h"
+#include "corrsel/selectors/factory.h"
 
 namespace corrsel {
 namespace {
@@ -43,6 +45,16 @@ void complete(Correspondences& matches, bool right, Random& random) {
     matches.right_index.push_back(static_cast<std::uint32_t>(i));
   }
   matches.left_size = matches.right_size = {kWidth, kHeight};
+}
+
+/// Adds cameras with an angle of view of 65 degrees, for selectors that do nothing without.
+void addNeededCameras(const core::Selector& selector, Correspondences& matches) {
+  const std::vector<std::string> needed = core::neededInput(selector);
+  if (std::find(needed.begin(), needed.end(), "left_camera") == needed.end()) return;
+  core::Camera camera;
+  camera.matrix = {kWidth * 0.78, 0, kWidth / 2.0, 0, kWidth * 0.78, kHeight / 2.0, 0, 0, 1};
+  camera.size = {kWidth, kHeight};
+  matches.left_camera = matches.right_camera = camera;
 }
 
 Correspondences outliers(std::size_t n, Random& random) {
@@ -90,7 +102,8 @@ std::vector<DegenerateInput> degenerateInputs() {
           {"outliers, one of them 30 times", outlier_matches.subset(rows)}};
 }
 
-std::string describeSelection(const core::Selector& selector, const Correspondences& matches) {
+std::string describeSelection(const core::Selector& selector, Correspondences matches) {
+  addNeededCameras(selector, matches);
   const core::Selection selection = selector.select(matches);
   const std::string status = "`" + core::toString(selection.status) + "`";
   if (matches.empty() || selection.status == core::Status::kTooFew) return status;
@@ -107,6 +120,7 @@ std::size_t minMatches(const core::Selector& selector) {
   Random random(1);
   Correspondences all = plane(kMaxMatches, random);
   complete(all, true, random);
+  addNeededCameras(selector, all);
   std::vector<std::uint32_t> rows;
   while (rows.size() < kMaxMatches && selector.select(all.subset(rows)).status == core::Status::kTooFew) {
     rows.push_back(static_cast<std::uint32_t>(rows.size()));

@@ -21,7 +21,7 @@ std::vector<DegenerateInput> degenerateInputs();
 
 /// Status and share of the selected matches: "`ok`: all", most (at least half), some, few (less than 5 %) or
 /// none.
-std::string describeSelection(const core::Selector& selector, const core::Correspondences& matches);
+std::string describeSelection(const core::Selector& selector, core::Correspondences matches);
 
 /// The smallest number of matches of a scene with which the status is not `too_few`.
 std::size_t minMatches(const core::Selector& selector);

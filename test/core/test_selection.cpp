@@ -32,8 +32,11 @@ TEST(Selection, ModelKindTexts) {
   EXPECT_EQ(toString(ModelKind::kHomography), "homography");
   EXPECT_EQ(toString(ModelKind::kFundamental), "fundamental");
   EXPECT_EQ(static_cast<int>(ModelKind::kFundamental), 2);
-  EXPECT_EQ(errorOf<std::invalid_argument>([] { toString(static_cast<ModelKind>(3)); }),
-            "unknown model kind 3");
+  EXPECT_EQ(toString(ModelKind::kEssential), "essential");
+  EXPECT_EQ(toString(ModelKind::kRotation), "rotation");
+  EXPECT_EQ(static_cast<int>(ModelKind::kRotation), 4);
+  EXPECT_EQ(errorOf<std::invalid_argument>([] { toString(static_cast<ModelKind>(5)); }),
+            "unknown model kind 5");
 }
 
 TEST(Selection, SceneTextsAreFixedAndReadBack) {

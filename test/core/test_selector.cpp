@@ -222,8 +222,8 @@ TEST(Selector, RefusesNonsense) {
        "the selector returned a mask that holds 255; allowed are 0 and 1"},
       {[](const Correspondences&, Selection& r) { r.status = static_cast<Status>(9); },
        "the selector returned a status or a kind of model that does not exist: 9, 0"},
-      {[](const Correspondences&, Selection& r) { r.model_kind = static_cast<ModelKind>(3); },
-       "the selector returned a status or a kind of model that does not exist: 0, 3"},
+      {[](const Correspondences&, Selection& r) { r.model_kind = static_cast<ModelKind>(5); },
+       "the selector returned a status or a kind of model that does not exist: 0, 5"},
       {[](const Correspondences&, Selection& r) {
          r.model_kind = ModelKind::kHomography;
          r.model(2, 1) = std::numeric_limits<double>::quiet_NaN();

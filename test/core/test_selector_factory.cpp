@@ -38,7 +38,7 @@ TEST(SelectorFactory, KnowsPresets) {
             (std::vector<std::string>{"h", "f", "count", "msac", "lo", "prosac", "lo_prosac"}));
   EXPECT_EQ(selectorPresets("st"), (std::vector<std::string>{"leordeanu_hebert"}));
   EXPECT_EQ(selectorPresets("gtm"), (std::vector<std::string>{"paper", "equilibrium"}));
-  EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "uniform", "frames", "paper"}));
+  EXPECT_EQ(selectorPresets("usac"), (std::vector<std::string>{"h", "f", "e", "uniform", "frames", "paper"}));
   EXPECT_EQ(selectorPresets("vfc"), (std::vector<std::string>{"sparse", "guided"}));
   EXPECT_EQ(selectorPresets("nnsr"), (std::vector<std::string>{"lowe"}));
   EXPECT_TRUE(selectorPresets("keep_all").empty());
@@ -74,7 +74,7 @@ TEST(SelectorFactory, NamesValuesOutOfRange) {
   EXPECT_EQ(refusal("gms", {{"alpha", "-0.5"}}), "gms: option alpha = -0.5 is outside [0, 100]");
   EXPECT_EQ(refusal("ransac", {{"threshold", "0"}}), "ransac: option threshold = 0 is outside [0.01, 1000]");
   EXPECT_EQ(refusal("ransac", {{"model", "affine"}}),
-            "option ransac.model: 'affine' is not one of homography, fundamental");
+            "option ransac.model: 'affine' is not one of homography, fundamental, essential");
   EXPECT_EQ(refusal("ransac", {}, {{"seed", "-1"}}), "ransac: option seed = -1 is outside [0, 2147483647]");
   EXPECT_EQ(refusal("lpm", {{"k", "33"}}), "lpm: option k = 33 is outside [1, 32]");
   EXPECT_EQ(refusal("st", {{"threshold", "1.5"}}), "st: option threshold = 1.5 is outside [-1, 1]");
@@ -395,13 +395,15 @@ class EverySelector : public ::testing::TestWithParam<std::string> {
   bool fundamental() const { return is("ransac:f") || is("usac:f"); }
   /// Searches a model by random samples.
   bool samples() const { return name() == "ransac" || name() == "usac"; }
+  bool calibrated() const { return needsCameras(*createSelector(spec())); }
   Selection select(const Correspondences& matches) const { return createSelector(spec())->select(matches); }
 
   /// A scene that the selector can solve.
   Scene scene(std::size_t n = 600, double inlier_ratio = 0.6, double noise = 0.5,
               std::uint64_t seed = 1) const {
     const SceneOptions options{n, inlier_ratio, noise, seed};
-    Scene scene = fundamental() ? stereoScene(options) : homographyScene(options);
+    Scene scene = fundamental() || calibrated() ? stereoScene(options) : homographyScene(options);
+    if (calibrated()) addStereoCameras(scene);
     if (name() == "gtm" || !isListed(name())) addFrames(scene);
     return scene;
   }

@@ -39,7 +39,9 @@ Answers answersOf(const std::string& spec, MatchSceneKind kind, double inlier_ra
   Answers answers;
   const auto selector = createSelector(spec);
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-    const Selection selection = selector->select(makeScene({kind, kMatches, inlier_ratio, seed}).matches);
+    Correspondences matches = makeScene({kind, kMatches, inlier_ratio, seed}).matches;
+    if (testing::needsCameras(*selector)) matches.left_camera = matches.right_camera = sceneCamera();
+    const Selection selection = selector->select(matches);
     answers.selected += selection.n_selected;
     answers.masks.add(selection.mask.data(), selection.mask.size());
     const double norm = cv::norm(selection.model);

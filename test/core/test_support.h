@@ -191,11 +191,14 @@ inline Scene homographyScene(const SceneOptions& options = {}) {
   return scene;
 }
 
+/// The matrix of both cameras of a stereoScene().
+inline cv::Matx33d stereoCamera() { return {700, 0, 400, 0, 700, 300, 0, 0, 1}; }
+
 /// Matches of points in space seen by two cameras; outliers end at least 20 px from the epipolar line.
 inline Scene stereoScene(const SceneOptions& options = {}) {
   Random random(options.seed);
   Scene scene;
-  const cv::Matx33d camera(700, 0, 400, 0, 700, 300, 0, 0, 1);
+  const cv::Matx33d camera = stereoCamera();
   const double angle = 0.1;
   const cv::Matx33d rotation(std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0,
                              std::cos(angle));
@@ -219,6 +222,20 @@ inline Scene stereoScene(const SceneOptions& options = {}) {
     addMatch(scene, random, left, right, inlier);
   }
   return scene;
+}
+
+/// Gives a stereoScene() its cameras.
+inline void addStereoCameras(Scene& scene) {
+  Camera camera;
+  camera.matrix = stereoCamera();
+  camera.size = scene.matches.left_size;
+  scene.matches.left_camera = scene.matches.right_camera = camera;
+}
+
+/// Whether a selector does nothing without the cameras of both images.
+inline bool needsCameras(const Selector& selector) {
+  const std::vector<std::string> needed = neededInput(selector);
+  return std::find(needed.begin(), needed.end(), "left_camera") != needed.end();
 }
 
 /// Gives every match of a homographyScene() local frames: inliers the derivative of the homography with

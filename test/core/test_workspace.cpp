@@ -92,6 +92,10 @@ TEST(Workspace, OneServesAllSelectorsAndChangesNothing) {
       Scene scene = homographyScene({std::size_t(500 - 100 * round), 0.6, 1.0, std::uint64_t(round + 1)});
       addFrames(scene);
       const auto selector = createSelector(name);
+      if (needsCameras(*selector)) {
+        scene = stereoScene({std::size_t(500 - 100 * round), 0.6, 0.5, std::uint64_t(round + 1)});
+        addStereoCameras(scene);
+      }
       const Selection expected = selector->select(scene.matches);
       const Selection s = selector->select(scene.matches, workspace);
       EXPECT_EQ(s.status, Status::kOk);

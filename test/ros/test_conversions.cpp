@@ -334,7 +334,7 @@ TEST(GroundTruthMessage, PartOfAPoseIsNamed) {
 
 TEST(GroundTruthMessage, NonsenseIsNamed) {
   GroundTruth msg = toMsg(core::GroundTruth(), {});
-  msg.kind = 5;
+  msg.kind = 7;
   expectRefused([&] { fromMsg(msg); }, "kind");
   msg.kind = GroundTruth::KIND_HOMOGRAPHY;  // the matrix is NaN
   expectRefused([&] { fromMsg(msg); }, "matrix");

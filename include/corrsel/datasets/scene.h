@@ -80,4 +80,7 @@ struct MatchScene {
 /// Cost: O(n / inlier_ratio).
 MatchScene makeScene(const SceneSpec& spec);
 
+/// The camera of both images of makeScene(). The matches do not carry it.
+Camera sceneCamera();
+
 }  // namespace corrsel::core
