@@ -233,6 +233,10 @@ class LiveLaunch(unittest.TestCase):
         self.assertEqual(
             pairs[-1].left_camera.model, Camera.MODEL_PINHOLE, "camera_info lies beside the image"
         )
+        # The earlier frame may have come before the first camera_info.
+        deadline = time.monotonic() + PATIENCE
+        while pairs[-1].right_camera != pairs[-1].left_camera and time.monotonic() < deadline:
+            cameras.play()
         self.assertEqual(pairs[-1].right_camera, pairs[-1].left_camera)
         deadline = time.monotonic() + PATIENCE
         while not drawn and time.monotonic() < deadline:
