@@ -205,7 +205,7 @@ class Search {
       parts_.model.escapeDegeneracy(verifier_, sample, memory_.degeneracy, best);
     // A model with little more than its own sample is noise and not worth the steps.
     constexpr std::size_t kWorthwhile = 4;
-    if (parameters_.local_optimization && !optimized_ &&
+    if (parameters_.local_optimization && !model_.refines_fully &&
         best.distinct >= kWorthwhile * static_cast<std::size_t>(model_.sample_size)) {
       optimizeLocally(parts_.model, verifier_, best);
       optimized_ = true;
