@@ -88,7 +88,7 @@ struct Selection {
   std::optional<PoseResult> pose;  ///< of calibrated selectors
   std::string message;             ///< one sentence for people; empty if there is nothing to report
   std::size_t n_input = 0;         ///< matches given
-  std::size_t n_ignored = 0;  ///< matches dropped beforehand because a coordinate was NaN, infinite or absurd
+  std::size_t n_ignored = 0;  ///< matches with a coordinate that is NaN, infinite or absurd, or without a ray
   std::size_t n_selected = 0;  ///< ones in the mask
   int iterations = 0;          ///< hypotheses, EM steps or passes: the method's own count
   double seconds = 0.0;        ///< wall time of select(), s

@@ -54,6 +54,7 @@ void fail(Selection& result, std::size_t n, Status status, const std::string& me
   result.sigma = std::numeric_limits<double>::quiet_NaN();
   result.probability.clear();
   result.pose.reset();
+  result.n_ignored = 0;
   result.status = status;
   result.message = message;
 }
@@ -64,6 +65,10 @@ void requireSense(const Selection& result, std::size_t n) {
   if (result.mask.size() != n || (!result.score.empty() && result.score.size() != n)) {
     throw std::length_error("the selector returned a mask of " + std::to_string(result.mask.size()) +
                             " and " + std::to_string(result.score.size()) + " scores for " +
+                            std::to_string(n) + " matches");
+  }
+  if (result.n_ignored > n) {
+    throw std::length_error("the selector ignored " + std::to_string(result.n_ignored) + " of " +
                             std::to_string(n) + " matches");
   }
   if (!result.group.empty() && result.group.size() != n) {

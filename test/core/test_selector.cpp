@@ -280,11 +280,21 @@ TEST(Selector, UnusableRowsHaveNoGroup) {
   EXPECT_EQ(stub.select(m).group, (std::vector<std::int32_t>{0, -1, 2, 3}));
 }
 
+TEST(Selector, AddsWhatTheAlgorithmIgnores) {
+  const Stub stub([](const Correspondences&, Selection& result) { result.n_ignored = 2; });
+  Correspondences m = matches(4);
+  EXPECT_EQ(stub.select(m).n_ignored, 2u);
+  m.left_x[1] = kNaN;
+  EXPECT_EQ(stub.select(m).n_ignored, 3u);
+  const Stub wrong([](const Correspondences&, Selection& result) { result.n_ignored = 80; });
+  EXPECT_EQ(wrong.select(m).status, Status::kFailed);
+  EXPECT_EQ(wrong.select(m).n_ignored, 1u);
+}
+
 TEST(Selector, CountsByItself) {
   const Stub stub([](const Correspondences&, Selection& result) {
     result.mask[0] = 1;
     result.n_input = 70;
-    result.n_ignored = 80;
     result.n_selected = 90;
     result.seconds = 1000;
   });

@@ -61,8 +61,10 @@ class Selector {
   /// confidence as addConfidence() does, unless run() has set it.
   virtual double minConfidence() const { return 0.0; }
 
-  /// The algorithm. `matches` holds finite coordinates only. `result.mask` has the length of the input and is
-  /// zero. Memory that should last until the next call is a part of the workspace, see Workspace::part().
+  /// The algorithm. `matches` holds finite coordinates only; `result.n_ignored` receives the number of others
+  /// that the algorithm cannot use, for example because they have no ray. `result.mask` has the length of the
+  /// input and is zero. Memory that should last until the next call is a part of the workspace, see
+  /// Workspace::part().
   virtual void run(const Correspondences& matches, Workspace& workspace, Selection& result) const = 0;
 };
 
