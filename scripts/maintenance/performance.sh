@@ -16,7 +16,7 @@ for argument in "$@"; do
   case $argument in -h | --help) sed -n '2,11s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;; esac
 done
 install_packages "${build_packages[@]}" "${performance_packages[@]}"
-build performance -- -DCMAKE_BUILD_TYPE=Release "-DPOSELIB_DIR=${POSELIB_DIR:-}"
+build performance -- -DCMAKE_BUILD_TYPE=Release "-Dcorrsel_POSELIB_DIR=${POSELIB_DIR:-}"
 mkdir -p "$cache_dir"
 "$package_dir/scripts/fetch_samples.sh" "$cache_dir/sample"
 say "measuring (tables: $cache_dir/performance.csv and .md, unless other files are given)"
