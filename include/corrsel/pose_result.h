@@ -12,7 +12,7 @@ namespace corrsel::core {
 /// toString() are part of the file formats.
 enum class Motion : std::uint8_t {
   kNone = 0,      ///< no motion of a camera explains more matches than chance
-  kRest = 1,      ///< neither turned nor translated
+  kRest = 1,      ///< moved the points by less than a pixel, or by less than the threshold if that is more
   kRotation = 2,  ///< turned; a translation does not show
   kGeneral = 3,   ///< translated, in a scene with depth
   kPlanar = 4     ///< translated before a plane, or before a scene whose depth does not show: two poses

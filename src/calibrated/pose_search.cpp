@@ -23,7 +23,6 @@ constexpr double kChanceWithoutSupport = 0.001;  // share above which local supp
 constexpr std::size_t kMinSupported = 20;
 constexpr std::size_t kFewAgreeing = 250;  // below it, a second search begins with local support
 constexpr double kNoiseCut = 2.5;          // times the threshold: larger residuals do not count for the noise
-constexpr double kRotationWidth = 1.5;     // of the threshold
 
 /// The model by which samples are solved: that of the prior, which is not of a rig.
 const Model& modelFor(const std::optional<PosePrior>& prior, Workspace& workspace) {

@@ -19,11 +19,14 @@
 
 namespace corrsel::core {
 
+/// Matches agree with a rotation up to this many thresholds, because its error has two coordinates.
+inline constexpr double kRotationWidth = 1.5;
+
 /// How a pose is searched.
 struct PoseParameters {
-  double threshold = 1;  ///< px
-  bool adaptive = false;
-  bool covariance = true;
+  double threshold = 1;    ///< px
+  bool adaptive = false;   ///< refine with a threshold that follows the noise
+  bool covariance = true;  ///< compute it, and leave agreements by chance out of the refinement
   double max_seconds = 0;  ///< for the message, s
   /// Per match, whether it has local support (LocalSupport::extended()), where that is known already.
   const std::vector<std::uint8_t>* supported = nullptr;
@@ -32,9 +35,9 @@ struct PoseParameters {
 };
 
 /// Searches for the relative pose of calibrated cameras, refines it, and decides what motion the matches
-/// show. What is known of the motion the pose keeps to exactly, and its covariance
-/// is 0 in known directions. The pose of a rig is not searched: only the noise and the parallax are found
-/// out. Keeps its memory between calls.
+/// show. The pose keeps exactly to what is known of the motion, and its covariance is 0 in known directions.
+/// The pose of a rig is not searched, and only the noise and the parallax are found out. Keeps its memory
+/// between calls.
 class PoseSearch {
  public:
   /// @param matches     with both cameras

@@ -35,8 +35,10 @@ struct SearchOutcome {
 /// the proposal gives hypotheses. Each is scored until it cannot be the best one (bail-out, SPRT;
 /// search/verifier.h, search/sprt.h). A new best one is taken off a degenerate configuration by its model,
 /// and refined (search/local_optimization.h). A search that has not ended after 2000 hypotheses also draws
-/// samples from the matches that agree with the best of the later ones (search/inner_sampling.h). The clock
-/// is read every 100 samples and after each new best model; slow proposals read it each time.
+/// samples from the matches that agree with the best of the later ones (search/inner_sampling.h). Models
+/// that are refined to convergence (ModelTraits::refines_fully) have no inner samples: hypotheses are then
+/// compared before their refinement, and a number of samples that depends on the inliers is drawn at least.
+/// The clock is read every 100 samples and after each new best model; slow proposals read it each time.
 /// @param matches     in random order (Ordering::shuffle())
 /// @param best_first  positions in `matches` without repetition, best first, which is of use to proposals
 ///                    with uses_quality. Only these matches take part. nullptr: all take part, all alike

@@ -10,8 +10,6 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kRotationWidth = 1.5;  // of the threshold
-
 struct PoseMemory {
   PoseSearch search;
   std::vector<double> errors;

@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "cameras.h"
 #include "corrsel/camera.h"
 #include "corrsel/pose_result.h"
 #include "corrsel/random.h"
@@ -22,14 +23,7 @@ inline Camera pinhole() {
   return camera;
 }
 
-inline Camera fisheye() {
-  Camera camera;
-  camera.model = Camera::Model::kFisheye;
-  camera.matrix = {400, 0, 639.5, 0, 400, 479.5, 0, 0, 1};
-  camera.distortion = {-0.02, 0.003};
-  camera.size = {1280, 960};
-  return camera;
-}
+inline Camera fisheye() { return testing::fisheyeCamera(); }
 
 inline Camera panorama() {
   Camera camera;

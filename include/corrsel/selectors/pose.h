@@ -28,10 +28,12 @@ struct PoseOptions : ConfidenceOptions {
 ///
 /// Algorithm: one match per point takes part (src/calibrated/search_set.h). The search of src/search/search.h
 /// draws samples of five matches by PROSAC and scores essential matrices by the tangent Sampson error
-/// (src/search/essential_model.h). The best pose is refined by the Geman-McClure loss over the matches that
-/// agree, lie in front of both cameras and do not agree by chance (src/calibrated/pose_refinement.h). The
-/// verdict (src/calibrated/verdict.h) decides whether they show a translation. The mask holds all matches
-/// that agree with the pose to `threshold` and lie in front, or with the rotation to 1.5 times `threshold`.
+/// (src/search/essential_model.h). Where fewer than 250 matches agree, a second search begins with those that
+/// have local support. The best pose is refined by the Geman-McClure loss over the matches that agree, lie in
+/// front of both cameras and do not agree by chance (src/calibrated/pose_refinement.h); where chance
+/// agreements matter, over those with local support only. The verdict (src/calibrated/verdict.h) decides
+/// whether they show a translation. The mask holds all matches that agree with the pose to `threshold` and
+/// lie in front, or with the rotation to 1.5 times `threshold`.
 ///
 /// What is known of the motion (Correspondences::prior) the pose keeps to exactly, and its covariance is 0 in
 /// the known directions. With a known rotation samples have two matches, with a known vertical three
