@@ -21,7 +21,7 @@ import functools
 
 import numpy as np
 
-from . import _core, _doors
+from . import _arrays, _core, _doors
 from .camera import Camera
 from .selectors import Matches, Selector
 
@@ -33,6 +33,8 @@ _METHODS = {4: "acransac", **dict.fromkeys((8, 16, *range(32, 39)), "usac")}
 _ALL_POINTS = {0: "0", 1: "FM_7POINT", 2: "FM_8POINT"}
 #: What the selectors' max_iterations = 0 stands for.
 _HYPOTHESES = {"homography": 60000, "fundamental": 40000, "essential": 20000}
+#: Least confidence of a result, as "auto", "acransac" and "pose" have it.
+_CONFIDENCE = 4.0
 #: Cameras with a smaller focal length, px, are taken to be those of normalised coordinates.
 _NORMALISED = 10.0
 
@@ -159,7 +161,7 @@ class _Search:
         self.kind = kind
         limits = (max(float(threshold), 0.0), int(iterations or 0), float(confidence))
         self.selector = _selector(_name_of(method), kind, not isinstance(method, str), *limits)
-        self.fit = _selector("usac", kind, False, *limits)
+        self.fit = _selector("usac", kind, True, *limits)
 
     def run(self, matches):
         """Return the model, or None, and the mask."""
@@ -195,7 +197,7 @@ class _Search:
 def _selector(name, kind, as_cv2, threshold, iterations, confidence):
     """Return a Selector restricted to models of one kind, with the limits of a call.
 
-    as_cv2   whether errors of a homography are measured as cv2 does
+    as_cv2   whether errors of a homography are measured as cv2 does, and a result that chance explains is none
     """
     plain = Selector(name)
     _check_input(name, kind)
@@ -214,14 +216,16 @@ def _selector(name, kind, as_cv2, threshold, iterations, confidence):
         values["max_iterations"] = iterations
     if "confidence" in options and confidence > options["confidence"].value:
         values["confidence"] = confidence
-    if as_cv2 and "error" in options:
-        values["error"] = "transfer"
+    if as_cv2:
+        values["min_confidence"] = _CONFIDENCE
+        if "error" in options:
+            values["error"] = "transfer"
     return Selector(name, **values)
 
 
 def _check_input(name, kind):
     """Refuse a selector that needs what calls of cv2 do not give."""
-    given = ["cameras"] if kind == "essential" else []
+    given = ("left_camera", "right_camera") if kind == "essential" else ()
     missing = [need for need in _core.Selector(name, {}).needed_input() if need not in given]
     if missing:
         raise ValueError(
@@ -297,7 +301,13 @@ def _is_distortion(arguments):
 def _one_camera(cameraMatrix, method="pose", prob=0.999, threshold=1.0, maxIters=1000, mask=None):
     if isinstance(maxIters, np.ndarray):
         mask, maxIters = maxIters, 0
-    return ((np.asarray(cameraMatrix), None),) * 2, (method, prob, threshold, maxIters, mask)
+    return ((_arrays.matrix("cameraMatrix", cameraMatrix), None),) * 2, (
+        method,
+        prob,
+        threshold,
+        maxIters,
+        mask,
+    )
 
 
 def _focal_length(
@@ -317,7 +327,10 @@ def _two_cameras(
     threshold=1.0,
     mask=None,
 ):
-    cameras = (np.asarray(cameraMatrix1), distCoeffs1), (np.asarray(cameraMatrix2), distCoeffs2)
+    cameras = (
+        (_arrays.matrix("cameraMatrix1", cameraMatrix1), distCoeffs1),
+        (_arrays.matrix("cameraMatrix2", cameraMatrix2), distCoeffs2),
+    )
     return cameras, (method, prob, threshold, 0, mask)
 
 
