@@ -6,7 +6,6 @@ from setuptools import setup
 setup(
     **generate_distutils_setup(
         packages=["corrsel", "corrsel.files", "corrsel.report"],
-        py_modules=["corrsel_rtabmap"],
         package_dir={"": "python"},
         package_data={"corrsel.report": ["*.css", "*.js", "templates/*.html"]},
     )
