@@ -33,8 +33,8 @@ _METHODS = {4: "acransac", **dict.fromkeys((8, 16, *range(32, 39)), "usac")}
 _ALL_POINTS = {0: "0", 1: "FM_7POINT", 2: "FM_8POINT"}
 #: What the selectors' max_iterations = 0 stands for.
 _HYPOTHESES = {"homography": 60000, "fundamental": 40000, "essential": 20000}
-#: Least confidence of a result, as "auto", "acransac" and "pose" have it.
-_CONFIDENCE = 4.0
+#: Least confidence of a result for a method of cv2. Random matches have 0; six exact ones of a plane have 4.
+_CONFIDENCE = 1.0
 #: Cameras with a smaller focal length, px, are taken to be those of normalised coordinates.
 _NORMALISED = 10.0
 
@@ -238,6 +238,10 @@ def _name_of(method):
     """Return the name of the selector for an argument `method`."""
     if isinstance(method, str):
         return method
+    if not isinstance(method, (int, np.integer)):
+        raise TypeError(
+            "method is %r; needed: a number of cv2 or the name of a selector, e.g. 'auto'" % (method,)
+        )
     if method in _ALL_POINTS:
         raise ValueError(
             "method %s rejects no matches; call cv2 itself for that, or give the name of a selector, e.g. 'auto'"

@@ -229,7 +229,8 @@ class Arguments(unittest.TestCase):
             (ValueError, "method 0 rejects no matches; call cv2 itself", lambda: self.call(0)),
             (ValueError, "method FM_8POINT rejects no matches", lambda: self.call(2)),
             (ValueError, "method is 99; needed: a robust method of cv2", lambda: self.call(99)),
-            (ValueError, "method is None; needed", lambda: self.call(None)),
+            (TypeError, "method is None; needed", lambda: self.call(None)),
+            (TypeError, "method is array", lambda: self.call(self.left)),
             (ValueError, "unknown selector 'ransak'", lambda: self.call("ransak")),
             (ValueError, "'gms' needs left_size and right_size.*corrsel.select", lambda: self.call("gms")),
             (ValueError, "threshold", lambda: self.call("usac", 1e6)),
@@ -281,6 +282,21 @@ class Data(unittest.TestCase):
                             self.assertIsNone(model)
                         self.assertEqual((mask.shape, mask.dtype), ((len(left), 1), np.uint8))
                         self.assertEqual(mask.any(), model is not None)
+
+    def test_few_exact_matches_suffice(self):
+        random = np.random.RandomState(1)
+        points = np.column_stack([random.uniform((-2, -2, 4), (2, 2, 8), (12, 3))])
+        left, right = ((view @ MATRIX.T)[:, :2] / view[:, 2:] for view in (points, points + (0.5, 0, 0.1)))
+        plane = left @ [[1.1, -0.05], [0.1, 0.9]] + (5, 8)
+        for method in (8, 38):
+            for count, function, other in (
+                (6, opencv.findHomography, plane),
+                (12, opencv.findFundamentalMat, right),
+                (12, FUNCTIONS["essential"], right),
+            ):
+                model, mask = function(left[:count], other[:count], method)
+                self.assertIsNotNone(model)
+                self.assertEqual(mask.sum(), count)
 
     def test_some_matches_with_nan(self):
         left, right, truth = generated_pair(2, True, 300, 0.8)
