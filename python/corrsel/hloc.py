@@ -8,8 +8,7 @@
     conf = door.register("auto")                                    # a configuration of hloc.match_features
     hloc.match_features.main(conf, pairs, features, matches=matches)
 
-Neither hloc nor torch is imported before register() is called. The program corrsel_verify does the same as verify() for large
-databases, on all cores.
+Neither hloc nor torch is imported before register() is called.
 """
 
 import collections
@@ -22,14 +21,11 @@ import numpy as np
 
 from . import _doors
 from .features import Features, match_features
-from .files.hloc import read_hloc, write_hloc
+from .files.hloc import MOST_KEYPOINTS, read_hloc, write_hloc
 from .files.truth import read_pair_list
 from .selectors import Matches, Selector
 
 __all__ = ["Verified", "match", "register", "verify"]
-
-#: Largest number of a keypoint that hloc stores, in 16 bits.
-_LARGEST = 32767
 
 Verified = collections.namedtuple("Verified", "pairs accepted matches kept")
 Verified.__doc__ = (
@@ -54,26 +50,25 @@ def verify(matches, features, output, pairs=None, selector="auto", *, scores="co
     lose matches. The time is that of the selector, pair by pair.
 
     Raises corrsel.files.pairs.InputError that names file, group and value for files that cannot be used, among them
-    numbers of keypoints beyond 32767, which hloc cannot store; and what corrsel.Selector() raises.
+    images with more than 32768 keypoints, whose numbers hloc cannot store; and what corrsel.Selector() raises.
     """
     chosen = Selector(selector, **options)
     listed = None if pairs is None else _distinct(read_pair_list(pathlib.Path(pairs)))
-    total, accepted, putative, remaining = 0, 0, 0, 0
+    counts = []
 
     def answers():
-        nonlocal total, accepted, putative, remaining
         for pair in read_hloc(matches, features, listed, scores):
             selection = chosen.select(_matches_of(pair))
             keep = _doors.kept(selection)
-            total, putative = total + 1, putative + len(keep)
-            accepted, remaining = accepted + bool(keep.any()), remaining + int(keep.sum())
+            counts.append((len(keep), np.count_nonzero(keep)))
             yield pair, keep, {
                 "corrsel_status": selection.status,
                 "corrsel_confidence": selection.confidence,
             }
 
     write_hloc(matches, output, answers())
-    return Verified(total, accepted, putative, remaining)
+    putative, remaining = np.array(counts, int).reshape(-1, 2).T.tolist()
+    return Verified(len(counts), sum(count > 0 for count in remaining), sum(putative), sum(remaining))
 
 
 def match(data, selector="auto", **options):
@@ -157,10 +152,10 @@ def _features(data, side):
             "keypoints%s has shape %s and descriptors%s %s; needed: 1 x N x 2 and 1 x D x N"
             % (side, keypoints.shape, side, descriptors.shape)
         )
-    if keypoints.shape[1] > _LARGEST + 1:
+    if keypoints.shape[1] > MOST_KEYPOINTS:
         raise ValueError(
             "keypoints%s has %d keypoints, but hloc stores their numbers in 16 bits; lower max_keypoints to %d"
-            % (side, keypoints.shape[1], _LARGEST + 1)
+            % (side, keypoints.shape[1], MOST_KEYPOINTS)
         )
     frame = None
     if "scales" + side in data and "oris" + side in data:

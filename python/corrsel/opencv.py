@@ -111,7 +111,8 @@ def findEssentialMat(points1, points2, *arguments, **keywords):
     Raises what findHomography() raises, and ValueError for a camera that corrsel.Camera.from_opencv() refuses.
     """
     cameras, (method, prob, threshold, maxIters, mask) = _calibration(arguments, keywords)
-    scale = 1000 / cameras[0][0][0, 0] if cameras[0][0][0, 0] < _NORMALISED else 1.0
+    focal = cameras[0][0][0, 0]
+    scale = 1000 / focal if 0 < focal < _NORMALISED else 1.0
     zoom = np.diag([scale, scale, 1])
     left, right = (Camera.from_opencv(zoom @ matrix, distortion) for matrix, distortion in cameras)
     points = (scale * side for side in _both(points1, points2, "points1", "points2"))
@@ -284,13 +285,8 @@ def _points(name, values):
 
 def _calibration(arguments, keywords):
     """Return the cameras, two pairs of matrix and distortion, and the other arguments of findEssentialMat()."""
-    by_matrix = np.ndim(arguments[0]) == 2 if arguments else False
-    if (
-        "cameraMatrix1" in keywords
-        or by_matrix
-        and _is_distortion(arguments[1:])
-        or "distCoeffs1" in keywords
-    ):
+    by_matrix = bool(arguments) and np.ndim(arguments[0]) == 2
+    if {"cameraMatrix1", "distCoeffs1"} & set(keywords) or by_matrix and _is_distortion(arguments[1:]):
         return _two_cameras(*arguments, **keywords)
     if "cameraMatrix" in keywords or by_matrix:
         return _one_camera(*arguments, **keywords)
@@ -305,13 +301,8 @@ def _is_distortion(arguments):
 def _one_camera(cameraMatrix, method="pose", prob=0.999, threshold=1.0, maxIters=1000, mask=None):
     if isinstance(maxIters, np.ndarray):
         mask, maxIters = maxIters, 0
-    return ((_arrays.matrix("cameraMatrix", cameraMatrix), None),) * 2, (
-        method,
-        prob,
-        threshold,
-        maxIters,
-        mask,
-    )
+    camera = (_arrays.matrix("cameraMatrix", cameraMatrix), None)
+    return (camera, camera), (method, prob, threshold, maxIters, mask)
 
 
 def _focal_length(

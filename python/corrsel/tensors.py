@@ -88,17 +88,17 @@ def match_adalam(desc1, desc2, lafs1, lafs2, config=None, hw1=None, hw2=None, dm
 
     Raises ValueError that names the argument and its shape.
     """
-    centres = [_frames(name, lafs) for name, lafs in (("lafs1", lafs1), ("lafs2", lafs2))]
-    sizes = [_size_of(frame[:, :, 2], hw) for frame, hw in zip(centres, (hw1, hw2))]
+    frames = [_frames(name, lafs) for name, lafs in (("lafs1", lafs1), ("lafs2", lafs2))]
+    sizes = [_size_of(frame[:, :, 2], hw) for frame, hw in zip(frames, (hw1, hw2))]
     if dm is None:
-        sides = zip(centres, (desc1, desc2), sizes)
+        sides = zip(frames, (desc1, desc2), sizes)
         left, right = (
             Features(frame[:, :, 2], _doors.to_floats(desc), frame=frame, image_size=size)
             for frame, desc, size in sides
         )
         matches = match_features(left, right)
     else:
-        matches = _nearest(_doors.to_floats(dm), centres, sizes)
+        matches = _nearest(_doors.to_floats(dm), frames, sizes)
     matches = matches[_doors.kept(matches.select("adalam", **_adalam_options(config or {})))]
     rows = np.stack([matches.left_index, matches.right_index], axis=1).astype(np.int64)
     return _doors.like(desc1, matches.distance[:, None]), _doors.like(desc1, rows)
@@ -127,9 +127,7 @@ class _Output:
 
     def pair(self, row):
         """Return the _Pair of one pair of images."""
-        keypoints = [self._of_pair(values, row, 2) for values in self.keypoints]
-        for name, values in zip(("keypoints0", "keypoints1"), keypoints):
-            _arrays.floats(name, values, (None, 2), "(x, y) of each keypoint")
+        keypoints = [self._keypoints("keypoints%d" % side, row, side) for side in (0, 1)]
         indices = _doors.to_numpy(self._element(self.key, row))
         counts = tuple(len(values) for values in keypoints)
         try:
@@ -188,15 +186,20 @@ class _Output:
     def _element(self, key, row):
         return self.output[key][row] if self.batch else self.output[key]
 
-    def _of_pair(self, array, row, dimensions):
-        """Return the part of an array that belongs to one pair."""
-        if array.ndim <= dimensions:
-            return array
-        return array[row if len(array) == self.count else 0]
+    def _keypoints(self, name, row, side):
+        values = self.keypoints[side]
+        if values.ndim == 3 and len(values) != self.count:
+            raise ValueError(
+                "%s has shape %s; needed: %d x N x 2, as there are matches of so many pairs"
+                % (name, values.shape, self.count)
+            )
+        values = values[row] if values.ndim == 3 else values
+        return _arrays.floats(name, values, (None, 2), "(x, y) of each keypoint")
 
-    def _size(self, size, row):
-        values = self._of_pair(_doors.to_numpy(size), row, 1)
-        return tuple(int(side) for side in values)
+    @staticmethod
+    def _size(size, row):
+        values = _doors.to_numpy(size)
+        return tuple(int(side) for side in (values[row] if values.ndim == 2 else values))
 
 
 def _is_flat(values, dimensions):

@@ -130,6 +130,16 @@ class Verify(unittest.TestCase):
         with h5py.File(str(self.output), "r") as file:
             self.assertEqual(list(file), ["q.jpg"])
 
+    def test_groups_of_older_files(self):
+        """A_B instead of A/B."""
+        with h5py.File(str(self.matches), "a") as file:
+            file.move("db-1.jpg/db-2.jpg", "db-1.jpg_db-2.jpg")
+            del file["db-1.jpg/q.jpg"]
+        self.assertEqual(self.verify()[:2], (1, 1))
+        with h5py.File(str(self.output), "r") as file:
+            self.assertEqual(list(file), ["db-1.jpg_db-2.jpg"])
+            self.assertGreater((file["db-1.jpg_db-2.jpg/matches0"][()] >= 0).sum(), 0.95 * self.truth.sum())
+
     def test_scores_of_zero_are_no_distances(self):
         self.scores[:] = 0
         self.write(NAMES[0], NAMES[1], self.numbers)
@@ -247,7 +257,7 @@ class Matcher(unittest.TestCase):
         module.BaseModel = base
         known = {"hloc": package, "hloc.utils": types.ModuleType("hloc.utils"), module.__name__: module}
         known["hloc.matchers"] = types.ModuleType("hloc.matchers")
-        self.enterContext_(mock.patch.dict(sys.modules, known))
+        self.enter(mock.patch.dict(sys.modules, known))
         conf = hloc.register("auto", seed=5)
         self.assertEqual(conf["output"], "matches-corrsel-auto")
         path = "hloc.matchers." + conf["model"]["name"]
@@ -260,7 +270,7 @@ class Matcher(unittest.TestCase):
         self.assertEqual(len(classes), 1)
         return classes[0](conf["model"])
 
-    def enterContext_(self, context):
+    def enter(self, context):
         """unittest's enterContext() of Python 3.11."""
         context.__enter__()
         self.addCleanup(context.__exit__, None, None, None)

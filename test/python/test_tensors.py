@@ -184,6 +184,12 @@ class Dictionaries(unittest.TestCase):
             (KeyError, "keypoints0", self.output, None),
             (KeyError, "keypoints", self.output, {"keypoint": self.left}),
             (ValueError, r"keypoints0 has shape \(507, 3\)", self.output, np.ones((1, 507, 3))),
+            (
+                ValueError,
+                r"keypoints0 has shape \(2, 507, 2\); needed: 1 x N",
+                self.output,
+                np.ones((2, 507, 2)),
+            ),
             (ValueError, "matches0 has the shape 507", self.output, self.left[:, :100]),
             (
                 ValueError,

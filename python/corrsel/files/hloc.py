@@ -11,7 +11,8 @@ try:
 except ImportError:  # needed for these files alone
     h5py = None
 
-_LARGEST = 32767  # number of a keypoint that hloc can store
+#: Most keypoints of an image: hloc stores their numbers in 16 bits.
+MOST_KEYPOINTS = 32768
 
 
 def read_hloc(matches, features, listed=None, scores="confidence"):
@@ -50,7 +51,7 @@ def write_hloc(matches, output, answers):
     The groups are those of `matches`. Rejected matches are -1 in matches0 and 0 in matching_scores0. Raises InputError if
     the output cannot be written, or is the file of the matches.
     """
-    if os.path.exists(str(output)) and os.path.samefile(str(matches), str(output)):
+    if os.path.realpath(str(matches)) == os.path.realpath(str(output)):
         raise InputError("%s is the file of the matches; give another name for the output" % output)
     part = str(output) + ".part"
     try:
@@ -58,7 +59,8 @@ def write_hloc(matches, output, answers):
             for pair, keep, attributes in answers:
                 group, reverse = _group_of(source, pair.left_name, pair.right_name, None, matches)
                 rejected = (pair.right_index if reverse else pair.left_index)[~keep]
-                source.copy(group, target.require_group(os.path.dirname(group)), os.path.basename(group))
+                folder, _, name = group.rpartition("/")
+                source.copy(group, target.require_group(folder) if folder else target, name)
                 for name, value in (("matches0", -1), ("matching_scores0", 0)):
                     if name in target[group]:
                         _overwrite(target[group][name], rejected, value, pair.source)
@@ -201,10 +203,10 @@ def _read_pair(match_file, group, feature_file, names, paths, scores):
     counts = tuple(len(values) for values in keypoints)
     place = "%s: %s" % (matches, group)
     numbers = _values(item, "matches0", place)
-    if numbers.dtype == np.int16 and counts[1] > _LARGEST + 1:
+    if numbers.dtype == np.int16 and counts[1] > MOST_KEYPOINTS:
         raise InputError(
-            "%s/matches0 holds numbers of 16 bits, but %s has %d keypoints, of which numbers beyond %d are lost; "
-            "match again with at most %d keypoints" % (place, names[1], counts[1], _LARGEST, _LARGEST + 1)
+            "%s/matches0 holds numbers of 16 bits, but %s has %d keypoints, so that some numbers are lost; match again "
+            "with at most %d keypoints" % (place, names[1], counts[1], MOST_KEYPOINTS)
         )
     left, right, rows, total = matched_rows(numbers, counts, matches, group + "/matches0")
     pair = MatchedPair(
