@@ -5,6 +5,7 @@ import collections
 import time
 import unittest
 
+import corrsel
 import numpy as np
 from corrsel import opencv
 from generated_pairs import MATRIX, SIZE, generated_pair
@@ -223,6 +224,24 @@ class Arguments(unittest.TestCase):
         model, mask = opencv.findEssentialMat(*bent, MATRIX, distortion, MATRIX, distortion)
         self.assertGreater(mask.ravel()[truth].mean(), 0.75)
         self.assertGreater(abs((model * expected).sum()), 0.999)
+
+    def test_every_selector_answers_or_names_what_it_needs(self):
+        for kind, function in FUNCTIONS.items():
+            left, right, truth = generated_pair(8, kind == "homography", 300, 0.7)
+            answered = 0
+            for name in corrsel.selector_names() + ["auto:f", "usac[threshold=2]", "lpm:v2"]:
+                with self.subTest(kind, selector=name):
+                    try:
+                        model, mask = function(left, right, name)
+                    except ValueError as error:
+                        self.assertRegex(
+                            str(error), "^method '%s' needs .*(distance|frame|size|camera)" % name
+                        )
+                        continue
+                    self.assertEqual(model.shape, (3, 3))
+                    self.assertGreater(truth[mask.ravel() != 0].mean(), 0.97)
+                    answered += 1
+            self.assertGreater(answered, 20)
 
     def test_wrong_arguments(self):
         for error, text, call in (
