@@ -143,19 +143,17 @@ TEST(PairVerifier, UnrelatedImagesAreRejectedWithAReason) {
 }
 
 TEST(PairVerifier, AWrongFocalLengthGivesAnUncalibratedPair) {
-  for (const double factor : {0.2, 5.0}) {
-    calibrated_scene::SceneOptions options = optionsOf(Scenario::kGeneral);
-    options.right_share = 0.9;
-    StoredScene stored(options, 4);
-    for (StoredImage* image : {&stored.first, &stored.second}) {
-      image->camera->matrix(0, 0) *= factor;
-      image->camera->matrix(1, 1) *= factor;
-    }
-    const VerifiedPair pair = stored.verify();
-    ASSERT_EQ(pair.geometry.config, TwoViewConfig::kUncalibrated) << factor << " " << pair.message;
-    EXPECT_FALSE(pair.geometry.pose || pair.geometry.essential);
-    EXPECT_GT(stored.recallAndPrecision(pair).first, 0.9) << factor;
+  calibrated_scene::SceneOptions options = optionsOf(Scenario::kGeneral);
+  options.right_share = 0.9;
+  StoredScene stored(options, 4);
+  for (StoredImage* image : {&stored.first, &stored.second}) {
+    image->camera->matrix(0, 0) /= 5;
+    image->camera->matrix(1, 1) /= 5;
   }
+  const VerifiedPair pair = stored.verify();
+  ASSERT_EQ(pair.geometry.config, TwoViewConfig::kUncalibrated) << pair.message;
+  EXPECT_FALSE(pair.geometry.pose || pair.geometry.essential);
+  EXPECT_GT(stored.recallAndPrecision(pair).first, 0.9);
 }
 
 TEST(PairVerifier, CamerasWithDistortionHaveNoMatricesOfPixels) {

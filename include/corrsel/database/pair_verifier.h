@@ -46,7 +46,8 @@ struct PairInput {
 ///     inliers are stored, and otherwise the configuration is `planar_or_panoramic`.
 ///  4. Where both images are calibrated, the selector `pose` gets the inliers. If its essential matrix keeps
 ///     half of those of the fundamental matrix, the pair is `calibrated`, and of a homography it is `planar`
-///     or `panoramic`. Otherwise the focal lengths do not hold, and nothing changes.
+///     or `panoramic`. Otherwise the focal lengths do not hold, and nothing changes. That finds focal lengths
+///     that are far too short; those that are too long explain most matches, too.
 ///  5. Several motions are one relation where it explains 80 % of the inliers; the others are dropped.
 ///     Otherwise they are stored as `multiple`, without a matrix.
 /// A pose is stored unless a plane leaves two. F of an essential matrix is stored for cameras without
