@@ -3,7 +3,7 @@ import contextlib
 
 import numpy as np
 
-from .pairs import InputError, MatchedPair, distances, image_size, matched_rows, points, vector
+from .pairs import InputError, MatchedPair, image_size, matched_rows, points, set_scores, vector
 
 try:
     import h5py
@@ -172,10 +172,6 @@ def _read_pair(match_file, group, feature_file, names, paths, scores):
     )
     if "matching_scores0" in item:
         name = group + "/matching_scores0"
-        pair.distance = distances(
-            vector(_values(item, "matching_scores0", place), matches, name, total)[rows],
-            matches,
-            name,
-            scores,
-        )
+        values = vector(_values(item, "matching_scores0", place), matches, name, total)[rows]
+        set_scores(pair, values, "matching_scores0", scores)
     return pair
