@@ -83,6 +83,7 @@ std::vector<MatchColumn> columnsOf(const Correspondences& matches) {
   }
   addFloats(columns, "distance", matches.distance);
   addFloats(columns, "second_distance", matches.second_distance);
+  addFloats(columns, "match_probability", matches.probability);
   addNumbers(columns, "index_left", matches.left_index);
   addNumbers(columns, "index_right", matches.right_index);
   addFrames(columns, "left", matches.left_frame);

@@ -168,8 +168,9 @@ def write_npz(run, output):
         }
         if INDICES[0] in columns:
             arrays.update(index0=left[1].astype(np.uint32), index1=right[1].astype(np.uint32))
-        if "distance" in columns:
-            arrays["distance"] = columns["distance"].astype(np.float32)
+        for name in ("distance", "match_probability"):
+            if name in columns:
+                arrays[name] = columns[name].astype(np.float32)
         for name, size in (("image_size0", saved.left_size), ("image_size1", saved.right_size)):
             if size != (0, 0):
                 arrays[name] = np.array(size, np.int32)
