@@ -11,8 +11,8 @@
 namespace corrsel::core {
 namespace {
 
-const cv::Scalar kPaper = cv::Scalar::all(24), kInk = cv::Scalar::all(235);
-const cv::Scalar kRejectedLine = cv::Scalar::all(20), kRejectedPoint = cv::Scalar::all(10);
+const cv::Scalar kPaper = cv::Scalar::all(232), kInk = cv::Scalar::all(20);
+const cv::Scalar kRejected = cv::Scalar::all(15);
 /// Wider pairs of images are put above each other.
 constexpr double kWidestPair = 3.2;
 
@@ -55,7 +55,7 @@ void place(const cv::Mat& image, cv::Mat target) {
   cv::cvtColor(toColour(image), grey, cv::COLOR_BGR2GRAY);
   if (grey.depth() == CV_16U) grey.convertTo(grey, CV_8U, 1.0 / 257);
   if (grey.size() != target.size()) cv::resize(grey, grey, target.size(), 0, 0, cv::INTER_AREA);
-  grey.convertTo(grey, CV_8U, 0.45, 70);
+  grey.convertTo(grey, CV_8U, 0.6, 45);
   cv::cvtColor(grey, target, cv::COLOR_GRAY2BGR);
 }
 
@@ -76,7 +76,7 @@ std::vector<std::size_t> thinned(const std::vector<std::size_t>& rows, std::size
 
 /// The rejected matches first, then the kept ones group by group.
 std::vector<Class> classesOf(const Correspondences& matches, const Selection& selection) {
-  Class rejected{{}, cv::Scalar::all(130), "rejected"};
+  Class rejected{{}, kRejected, "rejected"};
   std::map<std::int32_t, Class> kept;
   const bool grouped = !selection.group.empty();
   for (std::size_t i = 0; i < matches.size(); ++i) {
@@ -105,6 +105,7 @@ class Picture {
       : matches_(matches), layout_(layout), canvas_(std::move(canvas)) {}
 
   /// Lines through which the image can be seen.
+  /// @param opacity  1 = nothing is seen through them
   void lines(const std::vector<std::size_t>& rows, const cv::Scalar& colour, int thickness, double opacity) {
     cv::Mat drawn = canvas_.clone();
     for (const std::size_t i : rows) {
@@ -114,17 +115,19 @@ class Picture {
     cv::addWeighted(drawn, opacity, canvas_, 1 - opacity, 0, canvas_);
   }
 
-  void crosses(const std::vector<std::size_t>& rows, const cv::Scalar& colour, int size, int thickness) {
+  void crosses(const std::vector<std::size_t>& rows, const cv::Scalar& colour, int size, double opacity) {
+    cv::Mat drawn = canvas_.clone();
     for (const std::size_t i : rows) {
       for (const cv::Point2d& point : {layout_.leftPoint(matches_, i), layout_.rightPoint(matches_, i)})
-        cv::drawMarker(canvas_, point, colour, cv::MARKER_TILTED_CROSS, size, thickness, cv::LINE_AA);
+        cv::drawMarker(drawn, point, colour, cv::MARKER_TILTED_CROSS, size, 1, cv::LINE_AA);
     }
+    cv::addWeighted(drawn, opacity, canvas_, 1 - opacity, 0, canvas_);
   }
 
   void discs(const std::vector<std::size_t>& rows, const cv::Scalar& colour, int radius) {
     for (const std::size_t i : rows) {
       for (const cv::Point2d& point : {layout_.leftPoint(matches_, i), layout_.rightPoint(matches_, i)}) {
-        cv::circle(canvas_, point, radius + 1, kPaper, cv::FILLED, cv::LINE_AA);
+        cv::circle(canvas_, point, radius + 1, kInk, cv::FILLED, cv::LINE_AA);
         cv::circle(canvas_, point, radius, colour, cv::FILLED, cv::LINE_AA);
       }
     }
@@ -141,11 +144,11 @@ void drawClasses(const std::vector<Class>& classes, const Correspondences& match
   Picture picture(matches, layout, canvas);
   const int unit = std::max(1, cvRound(layout.size.width / 800.0));
   const Class& rejected = classes.front();
-  picture.lines(thinned(rejected.rows, max_lines), kRejectedLine, 1, 0.35);
-  picture.crosses(rejected.rows, kRejectedPoint, 3 * unit + 1, 1);
+  picture.lines(thinned(rejected.rows, max_lines), kRejected, 1, 0.3);
+  picture.crosses(rejected.rows, kRejected, 2 * unit + 1, 0.7);
   const std::size_t groups = std::max<std::size_t>(1, classes.size() - 1);
   for (auto kept = classes.begin() + 1; kept != classes.end(); ++kept)
-    picture.lines(thinned(kept->rows, max_lines / groups), kept->colour, unit, 0.6);
+    picture.lines(thinned(kept->rows, max_lines / groups), kept->colour, std::max(1, unit / 2), 0.6);
   for (auto kept = classes.begin() + 1; kept != classes.end(); ++kept)
     picture.discs(kept->rows, kept->colour, unit + 1);
 }
@@ -172,18 +175,21 @@ class Caption {
     rows_++;
   }
 
-  void sample(const cv::Scalar& colour) {
-    items_.push_back({"", colour, x_, rows_});
-    x_ += 2 * height_;
+  /// A line as in the picture: with discs for the kept matches, with crosses for the rejected ones.
+  void sample(const cv::Scalar& colour, bool kept) {
+    items_.push_back({"", colour, x_, rows_, kept});
+    x_ += 5 * height_ / 2;
   }
 
   void text(const std::string& words) {
-    items_.push_back({words, kInk, x_, rows_});
+    items_.push_back({words, kInk, x_, rows_, false});
     x_ += widthOf(words) + height_;
   }
 
   /// Whether a sample with words fits into the line.
-  bool fits(const std::string& words) const { return x_ + 2 * height_ + widthOf(words) < width_ - margin(); }
+  bool fits(const std::string& words) const {
+    return x_ + 5 * height_ / 2 + widthOf(words) < width_ - margin();
+  }
 
   cv::Mat draw() const {
     cv::Mat strip(rows_ * 3 * height_ / 2 + height_ / 2, width_, CV_8UC3, kPaper);
@@ -194,10 +200,7 @@ class Caption {
                     item.colour, thickness_, cv::LINE_AA);
         continue;
       }
-      const cv::Point from(item.x, base), to(item.x + 3 * height_ / 2, base);
-      cv::line(strip, from, to, item.colour, 2 * thickness_, cv::LINE_AA);
-      for (const cv::Point& end : {from, to})
-        cv::circle(strip, end, height_ / 5, item.colour, cv::FILLED, cv::LINE_AA);
+      drawSample(strip, item, base);
     }
     return strip;
   }
@@ -207,7 +210,25 @@ class Caption {
     std::string words;
     cv::Scalar colour;
     int x, row;
+    bool kept;
   };
+
+  void drawSample(cv::Mat& strip, const Item& item, int y) const {
+    const cv::Point from(item.x + height_ / 4, y), to(item.x + 7 * height_ / 4, y);
+    const int radius = std::max(2, height_ / 5);
+    if (!item.kept) {
+      cv::line(strip, from, to, cv::Scalar::all(120), 1, cv::LINE_AA);
+      for (const cv::Point& end : {from, to})
+        cv::drawMarker(strip, end, item.colour, cv::MARKER_TILTED_CROSS, 2 * radius, thickness_, cv::LINE_AA);
+      return;
+    }
+    cv::line(strip, from, to, kInk, 2 * thickness_ + 2, cv::LINE_AA);
+    cv::line(strip, from, to, item.colour, 2 * thickness_, cv::LINE_AA);
+    for (const cv::Point& end : {from, to}) {
+      cv::circle(strip, end, radius + 1, kInk, cv::FILLED, cv::LINE_AA);
+      cv::circle(strip, end, radius, item.colour, cv::FILLED, cv::LINE_AA);
+    }
+  }
 
   int margin() const { return height_; }
   int widthOf(const std::string& words) const {
@@ -225,16 +246,16 @@ cv::Mat captionOf(const std::string& title, const std::vector<Class>& classes, i
   caption.text(title);
   caption.line();
   bool first = true;
-  const auto add = [&](const Class& entry) {
+  const auto add = [&](const Class& entry, bool kept) {
     if (entry.rows.empty()) return;
     const std::string words = entry.name + " " + std::to_string(entry.rows.size());
     if (!first && !caption.fits(words)) caption.line();
     first = false;
-    caption.sample(entry.colour);
+    caption.sample(entry.colour, kept);
     caption.text(words);
   };
-  std::for_each(classes.begin() + 1, classes.end(), add);
-  add(classes.front());
+  for (auto kept = classes.begin() + 1; kept != classes.end(); ++kept) add(*kept, true);
+  add(classes.front(), false);
   return caption.draw();
 }
 
@@ -280,7 +301,7 @@ cv::Mat drawSelection(const cv::Mat& left_image, const cv::Mat& right_image, con
   const cv::Mat left = imageOrGround(left_image, matches.left_size, matches.left_x, matches.left_y);
   const cv::Mat right = imageOrGround(right_image, matches.right_size, matches.right_x, matches.right_y);
   const Layout layout = layoutOf(left.size(), right.size(), options.max_width);
-  cv::Mat images(layout.size, CV_8UC3, kPaper);
+  cv::Mat images(layout.size, CV_8UC3, kInk);
   place(left, images(layout.left));
   place(right, images(layout.right));
   const std::vector<Class> classes = classesOf(matches, selection);

@@ -39,7 +39,7 @@ cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Corresponde
 
 struct SelectionDrawingOptions {
   int max_width = 1600;         ///< of the picture, px; larger images are reduced. 0 = no limit
-  std::size_t max_lines = 200;  ///< of the kept and of the rejected matches each; their points are all drawn
+  std::size_t max_lines = 100;  ///< of the kept and of the rejected matches each; their points are all drawn
   std::string title;  ///< first line of the caption; empty: what drawSelection() found in `selection`
 };
 

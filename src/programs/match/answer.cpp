@@ -59,6 +59,12 @@ std::string groupText(const core::Selection& selection) {
   return std::to_string(parts.size()) + " with " + core::joinList(parts) + " matches";
 }
 
+std::string confidenceText(double confidence) {
+  if (confidence == 0) return "0: chance explains the agreement";
+  return formatted("%.1f: chance is expected to show 10^-%.1f agreements as good as this", confidence,
+                   confidence);
+}
+
 std::string matrixLines(const std::string& name, const cv::Matx33d& matrix) {
   std::string text;
   for (int row = 0; row < 3; ++row) {
@@ -155,11 +161,7 @@ std::string textOf(const MatchAnswer& answer) {
   if (!selection.group.empty()) text += line("groups", groupText(selection));
   text += line("status", core::toString(selection.status) +
                              (selection.message.empty() ? "" : ": " + selection.message));
-  if (std::isfinite(selection.confidence)) {
-    text +=
-        line("confidence", formatted("%.1f: chance is expected to show 10^-%.1f agreements as good as this",
-                                     selection.confidence, selection.confidence));
-  }
+  if (std::isfinite(selection.confidence)) text += line("confidence", confidenceText(selection.confidence));
   if (std::isfinite(selection.sigma)) text += line("noise", formatted("%.2f px", selection.sigma));
   text += modelLines(selection);
   return text +

@@ -48,7 +48,7 @@ CommandLineTable argumentTable(const MatchFront& front) {
        {"putative", "FILE", "", "write all matches as they were before the selection, as CSV, too"},
        {"picture", "FILE", "", "draw what was kept, in the colours of its groups, and what was rejected"},
        {"width", "PX", "1600", "largest width of the picture; 0 = that of the images"},
-       {"lines", "N", "200", "largest number of lines in the picture, of kept and of rejected matches each"},
+       {"lines", "N", "100", "largest number of lines in the picture, of kept and of rejected matches each"},
        {"threads", "N", "1", "threads that may be used; the result does not depend on it"},
        {"json", "", "", "print the answer as JSON"}},
       "CAMERA is fx,fy,cx,cy in px, or a YAML file of Kalibr or EuRoC: camchain.yaml, camchain.yaml:cam1.\n"
