@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -110,10 +112,26 @@ std::optional<cv::Matx33d> modelOf(const core::Selection& selection, ModelKind k
   return selection.model;
 }
 
+/// Whether there are more different matches than a sample has. Otherwise any model of a sample would agree
+/// with all.
+bool canVerify(const core::Correspondences& matches, ModelKind kind) {
+  const std::size_t sample = kind == ModelKind::kHomography ? 4 : kind == ModelKind::kFundamental ? 7 : 5;
+  std::set<std::array<float, 4>> distinct;
+  for (std::size_t i = 0; i < matches.size() && distinct.size() <= sample; ++i) {
+    const std::array<float, 4> match = {matches.left_x[i], matches.left_y[i], matches.right_x[i],
+                                        matches.right_y[i]};
+    if (std::all_of(match.begin(), match.end(), [](float value) { return std::isfinite(value); }))
+      distinct.insert(match);
+  }
+  return distinct.size() > sample;
+}
+
 /// The model of the wanted kind that a selection has, or one that is fitted to the matches that it kept.
 Found find(const core::Correspondences& matches, const Method& method, ModelKind kind, const Limits& limits) {
-  const core::Selection selection = selectorFor(method, kind, limits)->select(matches);
+  const auto selector = selectorFor(method, kind, limits);
   Found found{std::nullopt, std::vector<std::uint8_t>(matches.size(), 0)};
+  if (!canVerify(matches, kind)) return found;
+  const core::Selection selection = selector->select(matches);
   if (!isResult(selection)) return found;
   found.model = modelOf(selection, kind);
   if (found.model) {

@@ -129,7 +129,11 @@ core::Camera cameraOf(const std::string& text, const cv::Size& image, const Matc
   }
   const std::size_t colon = text.rfind(":cam");
   const std::string path = text.substr(0, colon);
-  readBytes(path);
+  std::error_code ignored;
+  if (!fs::is_regular_file(path, ignored)) {
+    throw UsageError("the camera is '" + text +
+                     "', which is no file; valid: fx,fy,cx,cy in px, or a YAML file of Kalibr or EuRoC");
+  }
   core::Camera camera = front.camera(path, colon == std::string::npos ? "cam0" : text.substr(colon + 1));
   if (!camera.size.empty() && camera.size != image) {
     fail(path,
