@@ -4,13 +4,14 @@ from . import _arrays, _features
 from .selectors import Matches, Selection
 
 
-def draw(image_left, image_right, matches, selection, *, max_width=1600, max_lines=100, title=""):
+def draw(image_left, image_right, matches, selection, *, width=1600, max_lines=100, title=""):
     """Return a picture of a selection: height x width x 3, BGR, uint8, as cv2.imwrite() and cv2.imshow() take it.
 
     image_left, image_right   as in corrsel.match(); None = plain ground of the size that the matches state
     matches      Matches: those that the selector was given
     selection    Selection of these matches
-    max_width    of the picture, px; larger images are reduced. 0 = no limit
+    width        of the picture, px, to which the images are reduced or enlarged, but at most twice; 0 = they stay as
+                 they are
     max_lines    largest number of lines of the kept and of the rejected matches each; their points are all drawn
     title        first line of the caption; by default, it tells what the selector found
 
@@ -29,7 +30,7 @@ def draw(image_left, image_right, matches, selection, *, max_width=1600, max_lin
         None if image_right is None else _arrays.image("image_right", image_right),
         matches,
         selection,
-        int(max_width),
+        int(width),
         int(max_lines),
         str(title),
     )

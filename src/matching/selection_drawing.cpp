@@ -15,8 +15,9 @@ const cv::Scalar kPaper = cv::Scalar::all(232), kInk = cv::Scalar::all(20);
 const cv::Scalar kRejected = cv::Scalar::all(15);
 /// Wider pairs of images are put above each other.
 constexpr double kWidestPair = 3.2;
+constexpr double kLargestScale = 2;
 
-/// Where both images lie in the picture, and by which factor they are reduced.
+/// Where both images lie in the picture, and by which factor they are scaled.
 struct Layout {
   double scale = 1;
   cv::Rect left, right;
@@ -35,15 +36,16 @@ struct Layout {
   }
 };
 
-Layout layoutOf(const cv::Size& left, const cv::Size& right, int max_width) {
+Layout layoutOf(const cv::Size& left, const cv::Size& right, int picture_width) {
   const bool stacked = left.width + right.width > kWidestPair * std::max(left.height, right.height);
   const int width = stacked ? std::max(left.width, right.width) : left.width + right.width;
+  const int gap = std::max(2, (picture_width > 0 ? picture_width : width) / 200);
   Layout layout;
-  if (max_width > 0 && width > max_width) layout.scale = static_cast<double>(max_width) / width;
-  const auto reduced = [&layout](int side) { return std::max(1, cvRound(layout.scale * side)); };
-  const int gap = std::max(2, reduced(width) / 200);
-  layout.left = {0, 0, reduced(left.width), reduced(left.height)};
-  layout.right = {0, 0, reduced(right.width), reduced(right.height)};
+  if (picture_width > 0)
+    layout.scale = std::min(kLargestScale, static_cast<double>(picture_width - (stacked ? 0 : gap)) / width);
+  const auto scaled = [&layout](int side) { return std::max(1, cvRound(layout.scale * side)); };
+  layout.left = {0, 0, scaled(left.width), scaled(left.height)};
+  layout.right = {0, 0, scaled(right.width), scaled(right.height)};
   (stacked ? layout.right.y : layout.right.x) = gap + (stacked ? layout.left.height : layout.left.width);
   layout.size = (layout.left | layout.right).size();
   return layout;
@@ -54,7 +56,10 @@ void place(const cv::Mat& image, cv::Mat target) {
   cv::Mat grey;
   cv::cvtColor(toColour(image), grey, cv::COLOR_BGR2GRAY);
   if (grey.depth() == CV_16U) grey.convertTo(grey, CV_8U, 1.0 / 257);
-  if (grey.size() != target.size()) cv::resize(grey, grey, target.size(), 0, 0, cv::INTER_AREA);
+  if (grey.size() != target.size()) {
+    const bool smaller = target.cols < grey.cols;
+    cv::resize(grey, grey, target.size(), 0, 0, smaller ? cv::INTER_AREA : cv::INTER_LINEAR);
+  }
   grey.convertTo(grey, CV_8U, 0.6, 45);
   cv::cvtColor(grey, target, cv::COLOR_GRAY2BGR);
 }
@@ -77,7 +82,7 @@ std::vector<std::size_t> thinned(const std::vector<std::size_t>& rows, std::size
 /// The rejected matches first, then the kept ones group by group.
 std::vector<Class> classesOf(const Correspondences& matches, const Selection& selection) {
   Class rejected{{}, kRejected, "rejected"};
-  std::map<std::int32_t, Class> kept;
+  std::map<std::uint32_t, Class> kept;  // unsigned, so that -1 comes last
   const bool grouped = !selection.group.empty();
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (!drawable(matches, i)) continue;
@@ -85,11 +90,11 @@ std::vector<Class> classesOf(const Correspondences& matches, const Selection& se
       rejected.rows.push_back(i);
       continue;
     }
-    const std::int32_t group = grouped ? selection.group[i] : 0;
-    kept[group].rows.push_back(i);
+    kept[grouped ? static_cast<std::uint32_t>(selection.group[i]) : 0U].rows.push_back(i);
   }
   std::vector<Class> classes = {rejected};
-  for (auto& [group, members] : kept) {
+  for (auto& [key, members] : kept) {
+    const auto group = static_cast<std::int32_t>(key);
     members.colour = selectionColour(group);
     members.name = !grouped || kept.size() == 1 ? "kept"
                    : group < 0                  ? "kept, in no group"
@@ -248,7 +253,7 @@ cv::Mat captionOf(const std::string& title, const std::vector<Class>& classes, i
   bool first = true;
   const auto add = [&](const Class& entry, bool kept) {
     if (entry.rows.empty()) return;
-    const std::string words = entry.name + " " + std::to_string(entry.rows.size());
+    const std::string words = entry.name + ": " + std::to_string(entry.rows.size());
     if (!first && !caption.fits(words)) caption.line();
     first = false;
     caption.sample(entry.colour, kept);
@@ -289,18 +294,19 @@ std::string inWords(SceneKind scene) {
 
 cv::Mat drawSelection(const cv::Mat& left_image, const cv::Mat& right_image, const Correspondences& matches,
                       const Selection& selection, const SelectionDrawingOptions& options) {
-  if (selection.mask.size() != matches.size()) {
-    throw std::invalid_argument("the selection is of " + std::to_string(selection.mask.size()) +
-                                " matches, but there are " + std::to_string(matches.size()) +
+  const std::size_t rows = selection.mask.size(), groups = selection.group.size();
+  if (rows != matches.size() || (groups != 0 && groups != rows)) {
+    throw std::invalid_argument("the selection is of " + std::to_string(rows) + " matches, but there are " +
+                                std::to_string(matches.size()) +
                                 "; give the matches that the selector was given");
   }
-  if (options.max_width < 0) {
-    throw std::invalid_argument("max_width is " + std::to_string(options.max_width) +
-                                "; valid: 0 (no limit) or more, px");
+  if (options.width < 0) {
+    throw std::invalid_argument("width is " + std::to_string(options.width) +
+                                "; valid: 0 (that of the images) or more, px");
   }
   const cv::Mat left = imageOrGround(left_image, matches.left_size, matches.left_x, matches.left_y);
   const cv::Mat right = imageOrGround(right_image, matches.right_size, matches.right_x, matches.right_y);
-  const Layout layout = layoutOf(left.size(), right.size(), options.max_width);
+  const Layout layout = layoutOf(left.size(), right.size(), options.width);
   cv::Mat images(layout.size, CV_8UC3, kInk);
   place(left, images(layout.left));
   place(right, images(layout.right));

@@ -206,12 +206,12 @@ core::Selection drawnSelection(const py::object& of) {
 }
 
 py::array draw(const py::object& left, const py::object& right, const py::object& matches,
-               const py::object& selection, int max_width, std::size_t max_lines, const std::string& title) {
+               const py::object& selection, int width, std::size_t max_lines, const std::string& title) {
   const cv::Mat left_pixels = left.is_none() ? cv::Mat() : imageFrom(left);
   const cv::Mat right_pixels = right.is_none() ? cv::Mat() : imageFrom(right);
   const core::Correspondences input = correspondencesFrom(matches);
   const core::Selection drawn = drawnSelection(selection);
-  const core::SelectionDrawingOptions options{max_width, max_lines, title};
+  const core::SelectionDrawingOptions options{width, max_lines, title};
   cv::Mat picture;
   {
     const py::gil_scoped_release released;

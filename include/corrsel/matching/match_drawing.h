@@ -38,7 +38,9 @@ cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Corresponde
                     const std::vector<std::int32_t>& group = {});
 
 struct SelectionDrawingOptions {
-  int max_width = 1600;         ///< of the picture, px; larger images are reduced. 0 = no limit
+  /// Of the picture, px, to which the images are reduced or enlarged, but at most twice; 0 = they stay as
+  /// they are.
+  int width = 1600;
   std::size_t max_lines = 100;  ///< of the kept and of the rejected matches each; their points are all drawn
   std::string title;  ///< first line of the caption; empty: what drawSelection() found in `selection`
 };
@@ -52,7 +54,7 @@ struct SelectionDrawingOptions {
 /// @param selection  of these matches
 /// @return 8-bit BGR
 /// Throws std::invalid_argument where the selection is not of these matches, naming both numbers, and for a
-/// negative max_width.
+/// negative width.
 cv::Mat drawSelection(const cv::Mat& left, const cv::Mat& right, const Correspondences& matches,
                       const Selection& selection, const SelectionDrawingOptions& options = {});
 

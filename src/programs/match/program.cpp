@@ -47,7 +47,8 @@ CommandLineTable argumentTable(const MatchFront& front) {
        {"csv", "FILE", "", "write the kept matches"},
        {"putative", "FILE", "", "write all matches as they were before the selection, as CSV, too"},
        {"picture", "FILE", "", "draw what was kept, in the colours of its groups, and what was rejected"},
-       {"width", "PX", "1600", "largest width of the picture; 0 = that of the images"},
+       {"width", "PX", "1600",
+        "width of the picture, to which images are enlarged at most twice; 0 = that of the images"},
        {"lines", "N", "100", "largest number of lines in the picture, of kept and of rejected matches each"},
        {"threads", "N", "1", "threads that may be used; the result does not depend on it"},
        {"json", "", "", "print the answer as JSON"}},
@@ -206,7 +207,7 @@ void writeFiles(const ArgumentValues& values, const MatchFront& front, const Mat
   if (front.write_npz && values.given("npz")) front.write_npz(values.text("npz"), answer);
   if (values.given("picture")) {
     core::SelectionDrawingOptions options;
-    options.max_width = values.integer("width", 0, 100000);
+    options.width = values.integer("width", 0, 100000);
     options.max_lines = static_cast<std::size_t>(values.integer("lines", 0, 1000000));
     const cv::Mat picture = core::drawSelection(answer.left.pixels, answer.right.pixels, answer.matches,
                                                 answer.selection, options);
