@@ -74,8 +74,14 @@ class Front:
             image_size1=np.array(matches.right_size, np.int32),
             **{name: selection[name] for name in ("model", "model_kind", "status", "image0", "image1")},
         )
-        with open(path, "wb") as stream:  # numpy would add an ending
-            np.savez_compressed(stream, **arrays)
+        try:
+            with open(path, "wb") as stream:  # numpy would add an ending
+                np.savez_compressed(stream, **arrays)
+        except OSError as error:
+            raise OSError(
+                "%s: cannot be written (%s); check that the folder exists, its permissions and the free space"
+                % (path, error.strerror)
+            ) from error
 
 
 def main(words):

@@ -240,6 +240,16 @@ py::dict npzValues(const MatchAnswer& answer) {
   return values;
 }
 
+/// Calls a function of a corrsel.__main__.Front. Its exceptions become those of C++, with their text alone.
+template <class... Arguments>
+py::object callFront(const py::object& front, const char* function, const Arguments&... arguments) {
+  try {
+    return front.attr(function)(arguments...);
+  } catch (const py::error_already_set& error) {
+    throw std::runtime_error(py::str(error.value()));
+  }
+}
+
 /// Exit code, output and errors of the program that matches two images, with a corrsel.__main__.Front.
 py::tuple matchProgram(const std::string& program, const std::vector<std::string>& words,
                        const py::object& front) {
@@ -247,18 +257,19 @@ py::tuple matchProgram(const std::string& program, const std::vector<std::string
   functions.program = program;
   functions.decode = [&front](const std::vector<std::uint8_t>& bytes) {
     const py::bytes data(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    const py::object image = front.attr("decode")(data);
+    const py::object image = callFront(front, "decode", data);
     return image.is_none() ? cv::Mat() : imageFrom(image).clone();
   };
   functions.encode = [&front](const std::string& ending, const cv::Mat& image) {
-    const std::string bytes = py::cast<py::bytes>(front.attr("encode")(ending, pixelsFrom(image)));
+    const std::string bytes = py::cast<py::bytes>(callFront(front, "encode", ending, pixelsFrom(image)));
     return std::vector<std::uint8_t>(bytes.begin(), bytes.end());
   };
   functions.camera = [&front](const std::string& path, const std::string& name) {
-    return cameraFrom(front.attr("camera")(path, name));
+    return cameraFrom(callFront(front, "camera", path, name));
   };
   functions.write_npz = [&front](const std::string& path, const MatchAnswer& answer) {
-    front.attr("write_npz")(path, python::toDict(core::Correspondences(answer.matches)), npzValues(answer));
+    callFront(front, "write_npz", path, python::toDict(core::Correspondences(answer.matches)),
+              npzValues(answer));
   };
   std::ostringstream out, errors;
   const int code = runMatch(words, functions, out, errors);
