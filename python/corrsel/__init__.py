@@ -15,6 +15,7 @@ Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 
     relative_pose, RelativePose        how a calibrated camera has moved between two images, with a covariance
     PosePrior                          what is known of the motion beforehand, for example from an inertial unit
     PoseResult, Pose                   what Selection.pose of a calibrated selector holds
+    draw                               a picture of what was kept and what was rejected
     match, match_features              putative matches of two images, or of their features
     extract, Extractor, Features       keypoints, affine frames and descriptors
     extractor_names, detector_names, descriptor_names, missing_algorithms
@@ -70,6 +71,7 @@ _HOMES = {
         "match_features",
         "missing_algorithms",
     ),
+    ("drawing", "_features"): ("draw",),
     ("_core", "_core"): ("__version__",),
 }
 
