@@ -111,7 +111,7 @@ def _cmake(*arguments):
         raise RuntimeError("CMake is missing. On Debian: apt-get install " + PACKAGES) from error
     with process:
         for line in process.stdout:
-            sys.stdout.write(line)
+            print(line, end="", flush=True)
             lines.append(line)
     if process.returncode:
         raise RuntimeError(
