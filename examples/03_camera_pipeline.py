@@ -10,7 +10,7 @@ OpenCV. One line is printed for every frame but the first.
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Iterator
+from typing import TYPE_CHECKING, Iterator, List
 
 import corrsel
 import cv2
@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # numpy has these types from 1.21 on
     from numpy.typing import NDArray
 
 
-def frames(files: list[str]) -> Iterator[NDArray[np.uint8]]:
+def frames(files: List[str]) -> Iterator[NDArray[np.uint8]]:
     """Yield the images in their order."""
     for file in files:
         image = cv2.imread(file, cv2.IMREAD_GRAYSCALE)
@@ -44,7 +44,7 @@ def action(selection: corrsel.Selection) -> str:
     return "do not use the matches" if selection.status != "ok" else "use the matches without a model"
 
 
-def main(files: list[str]) -> None:
+def main(files: List[str]) -> None:
     extractor = corrsel.Extractor("orb+orb", orb={"max_features": 1000})
     selector = corrsel.Selector("auto", max_seconds=0.1)
     earlier = None

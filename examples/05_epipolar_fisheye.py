@@ -11,7 +11,7 @@ corrsel, numpy and OpenCV. The program prints the pose, its errors, and how far 
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Sequence
+from typing import TYPE_CHECKING, Sequence, Tuple
 
 import corrsel
 import cv2
@@ -32,7 +32,7 @@ BOXES = (((-2.5, 0.2, 2), (-1.3, 1.4, 3)), ((0.9, -0.4, 2.4), (1.9, 1.4, 3.4)), 
 
 def hits(
     origin: NDArray[np.float64], rays: NDArray[np.float64], corners: Sequence[Sequence[float]]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> Tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the distances along rays at which they enter and leave a box."""
     with np.errstate(divide="ignore"):
         limits = (np.array(corners)[:, None] - origin) / rays

@@ -25,7 +25,7 @@ build_packages=(
 )
 performance_packages=(libbenchmark-dev libnanoflann-dev)
 test_packages=(
-  libgtest-dev librostest-dev python3-opencv python3-rosdep2 python3-rostest sqlite3
+  libgtest-dev librostest-dev mypy python3-opencv python3-rosdep2 python3-rostest python3-venv sqlite3
 )
 sanitizer_packages=(clang libclang-rt-14-dev lld)
 
