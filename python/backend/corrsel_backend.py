@@ -1,7 +1,7 @@
 """What pip calls to build corrsel (PEP 517): build_wheel and build_sdist, with Python's standard library alone.
 
 Debian 11 and 12 have no backend for CMake projects, and pip has to work without a network. CMake compiles, and everything
-that `cmake --install` puts below the package's folder becomes part of the wheel. The libraries of corrsel lie in corrsel/lib,
+that `cmake --install` puts into the folder for Python packages becomes part of the wheel. The libraries of corrsel lie in corrsel/lib,
 where the modules find them by a relative path. OpenCV's libraries are those of the system, so the wheel has the tag of Linux
 and none of manylinux.
 
@@ -47,7 +47,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         _cmake("--build", build, *_parallel())
         _cmake("--install", build, "--prefix", prefix, "--strip")
         pybind11 = re.search(r"pybind11 (\d+)\.(\d+)", configured)
-        return pack(pathlib.Path(prefix), wheel_directory, tuple(map(int, pybind11.groups())))
+        return pack(pathlib.Path(prefix, "python"), wheel_directory, tuple(map(int, pybind11.groups())))
 
 
 def build_sdist(sdist_directory, config_settings=None):
@@ -66,16 +66,16 @@ def build_sdist(sdist_directory, config_settings=None):
     return name + ".tar.gz"
 
 
-def pack(prefix, wheel_directory, pybind11):
+def pack(folder, wheel_directory, pybind11):
     """Write the wheel of an installation. Return its file name.
 
-    prefix     the folder that holds the package corrsel, with its libraries in corrsel/lib
+    folder     Python's folder of packages, which holds corrsel with its libraries in corrsel/lib
     pybind11   its version as a tuple
     """
     python = "cp%d%d" % sys.version_info[:2]
     tag = "-".join((python, python + sys.abiflags, re.sub(r"\W", "_", sysconfig.get_platform())))
     name = "corrsel-" + _package_xml("version")
-    contents = {file: path.read_bytes() for file, path in _installed(prefix)}
+    contents = {file: path.read_bytes() for file, path in _installed(folder)}
     opencv = {
         match.decode()
         for data in contents.values()
@@ -123,10 +123,10 @@ def _cmake(*arguments):
 def _cmake_options():
     options = {
         "CMAKE_BUILD_TYPE": "Release",
-        "CMAKE_INSTALL_LIBDIR": "corrsel/lib",
+        "CMAKE_INSTALL_LIBDIR": "python/corrsel/lib",
         "Python3_EXECUTABLE": sys.executable,
         "corrsel_BENCHMARK": "OFF",
-        "corrsel_PYTHON_DESTINATION": ".",
+        "corrsel_PYTHON_DESTINATION": "python",
         "corrsel_ROS": "OFF",
     }
     given = shlex.split(os.environ.get("CMAKE_ARGS", ""))
@@ -142,17 +142,17 @@ def _parallel():
     return ["--parallel", str(max(1, min(len(os.sched_getaffinity(0)), fitting)))]
 
 
-def _installed(prefix):
-    """Yield name in the wheel and path of every file of the package; libraries under the name that programs look for.
+def _installed(folder):
+    """Yield name in the wheel and path of every file; libraries under the name that programs look for.
 
     A library is installed as libname.so -> libname.so.0.1 -> libname.so.0.1.0, and a wheel has no links.
     """
-    links = [path for path in prefix.rglob("*.so.*") if path.is_symlink()]
+    links = [path for path in folder.rglob("*.so.*") if path.is_symlink()]
     names = {link.resolve(): link for link in links}
-    for path in sorted((prefix / "corrsel").rglob("*")):
-        relative = path.relative_to(prefix)
-        if path.is_file() and not path.is_symlink() and relative.parts[:3] != ("corrsel", "lib", "cmake"):
-            yield names.get(path.resolve(), path).relative_to(prefix).as_posix(), path
+    for path in sorted(folder.rglob("*")):
+        name = names.get(path.resolve(), path).relative_to(folder).as_posix()
+        if path.is_file() and not path.is_symlink() and not name.startswith("corrsel/lib/cmake/"):
+            yield name, path
 
 
 def _sources():

@@ -14,10 +14,8 @@ import installed
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "python" / "corrsel"
-#: Modules with public names; their homes are private.
-MODULES = sorted(
-    {home for home, _ in corrsel._HOMES} - {"_core"} | {"matches"}
-)  # pylint: disable=protected-access
+#: Modules with types. _types has no module, only names for the others.
+MODULES = sorted({path.stem for path in PACKAGE.glob("*.pyi")} - {"__init__", "_types"})
 #: Python calls them by itself, and no program names them.
 IMPLIED = {"__delattr__", "__eq__", "__reduce__", "__repr__", "__setattr__"}
 

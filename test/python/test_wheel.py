@@ -53,11 +53,10 @@ def backend_of(root):
 
 def stage(folder, installation):
     """Make in a folder what the installation of a wheel's build would be, of what another build has installed."""
-    shutil.copytree(
-        ROOT / "python" / "corrsel", folder / "corrsel", ignore=shutil.ignore_patterns("__pycache__")
-    )
-    (folder / "corrsel" / "lib" / "cmake").mkdir(parents=True)
-    (folder / "corrsel" / "lib" / "cmake" / "corrselConfig.cmake").write_text("")
+    package = folder / "python" / "corrsel"
+    shutil.copytree(ROOT / "python" / "corrsel", package, ignore=shutil.ignore_patterns("__pycache__"))
+    (package / "lib" / "cmake").mkdir(parents=True)
+    (package / "lib" / "cmake" / "corrselConfig.cmake").write_text("")
     (folder / "include").mkdir()
     (folder / "include" / "corrsel.h").write_text("")
     modules = list(installation.rglob("corrsel/_*.so"))
@@ -65,11 +64,11 @@ def stage(folder, installation):
     while modules:
         module = modules.pop()
         is_library = module.name.startswith("lib")
-        shutil.copy(module, folder / "corrsel" / ("lib" if is_library else ""), follow_symlinks=True)
+        shutil.copy(module, package / ("lib" if is_library else ""), follow_symlinks=True)
         for name in set(re.findall(rb"libcorrsel_\w+\.so\.[\d.]*\d", module.read_bytes())) - libraries:
             libraries.add(name)
             modules.append(next(installation.rglob(name.decode())))
-    for library in (folder / "corrsel" / "lib").glob("*.so.*"):  # as CMake installs them
+    for library in (package / "lib").glob("*.so.*"):  # as CMake installs them
         version = library.rename(library.with_name(library.name + ".0"))
         library.symlink_to(version.name)
         library.with_name(library.name.split(".so")[0] + ".so").symlink_to(library.name)
@@ -155,7 +154,7 @@ class Wheel(unittest.TestCase):
 
     def test_cmake_compiles_the_package_alone(self):
         configured, built, *_ = self.notes.read_text().splitlines()
-        for option in ("ROS=OFF", "BENCHMARK=OFF", "PYTHON_DESTINATION=."):
+        for option in ("ROS=OFF", "BENCHMARK=OFF", "PYTHON_DESTINATION=python"):
             self.assertIn("-Dcorrsel_" + option, configured)
         self.assertIn("-DPython3_EXECUTABLE=%s" % self.python, configured)
         self.assertRegex(built, r"--build \S+ --parallel \d+$")
