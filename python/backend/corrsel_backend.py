@@ -39,14 +39,11 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         prefix = os.path.join(folder, "prefix")
         build = os.environ.get("CORRSEL_PIP_BUILD_DIR") or os.path.join(folder, "build")
         configured = _cmake("-S", str(ROOT), "-B", build, *_cmake_options())
-        reason = re.search(r"Python package: not built.*(?:\n .*)*", configured)
-        if reason:
-            raise RuntimeError(
-                "%s. On Debian: apt-get install %s" % (" ".join(reason.group().split()), PACKAGES)
-            )
+        pybind11 = re.search(r"Python package: for .*pybind11 (\d+)\.(\d+)", configured)
+        if not pybind11:
+            raise RuntimeError(_without_package(configured))
         _cmake("--build", build, *_parallel())
         _cmake("--install", build, "--prefix", prefix, "--strip")
-        pybind11 = re.search(r"pybind11 (\d+)\.(\d+)", configured)
         return pack(pathlib.Path(prefix, "python"), wheel_directory, tuple(map(int, pybind11.groups())))
 
 
@@ -118,6 +115,14 @@ def _cmake(*arguments):
             "cmake %s failed: the reason is above, before this traceback" % shlex.quote(arguments[0])
         )
     return "".join(lines)
+
+
+def _without_package(configured):
+    """Return why CMake would build no Python package."""
+    reason = re.search(r"Python package: not built.*", configured)
+    if not reason:
+        return "CMake builds no Python package: look at CMAKE_ARGS, '%s'" % os.environ.get("CMAKE_ARGS", "")
+    return "%s. On Debian: apt-get install %s" % (reason.group(), PACKAGES)
 
 
 def _cmake_options():

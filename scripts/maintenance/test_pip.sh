@@ -62,8 +62,8 @@ tar -C archive -xf archive/corrsel-*.tar.gz
 mv archive/corrsel-*/ corrsel
 python3 -m venv --system-site-packages venv
 cd corrsel
-for command in "install" "wheel --no-deps --wheel-dir /srv/wheels"; do
-  /srv/venv/bin/python -m pip $command --no-build-isolation . >/tmp/pip.log 2>&1 || { tail -n 40 /tmp/pip.log; exit 1; }
+for command in "install" "wheel --no-build-isolation --no-deps --wheel-dir /srv/wheels"; do
+  /srv/venv/bin/python -m pip $command . >/tmp/pip.log 2>&1 || { tail -n 40 /tmp/pip.log; exit 1; }
 done
 cd /srv/empty
 ls -l /srv/archive /srv/wheels

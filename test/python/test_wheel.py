@@ -205,6 +205,12 @@ class Wheel(unittest.TestCase):
             text, r"pybind11 is missing \(pybind11-dev\)\. On Debian: apt-get install .*pybind11-dev"
         )
 
+    def test_says_that_options_left_the_package_out(self):
+        path = self.cmake("left_out", "-- corrsel 0.1.0: building core")
+        code, text = self.pip("wheel", "--wheel-dir", self.work, ROOT, path=path)
+        self.assertNotEqual(code, 0)
+        self.assertIn("CMake builds no Python package: look at CMAKE_ARGS", text)
+
     def test_says_that_cmake_is_missing(self):
         code, text = self.pip("wheel", "--wheel-dir", self.work, ROOT, path=str(self.work / "stage"))
         self.assertNotEqual(code, 0)
