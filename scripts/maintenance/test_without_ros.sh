@@ -22,7 +22,7 @@ folder=${1:-$cache_dir/without_ros}
 mirror=${CORRSEL_DEBIAN_MIRROR:-http://deb.debian.org/debian}
 core_packages=(build-essential cmake libeigen3-dev libopencv-dev)
 other_packages=(
-  dpkg-dev file libgtest-dev libmatio-dev libyaml-cpp-dev nlohmann-json3-dev pkg-config
+  dpkg-dev file libgtest-dev libhdf5-dev libmatio-dev libsqlite3-dev libyaml-cpp-dev nlohmann-json3-dev pkg-config
   pybind11-dev python3-dev python3-jinja2 python3-matplotlib python3-numpy python3-yaml
 )
 
