@@ -25,7 +25,7 @@ import zipfile
 from xml.etree import ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PACKAGES = "cmake g++ libeigen3-dev libopencv-dev make pybind11-dev python3-dev"
+PACKAGES = "cmake g++ libeigen3-dev libhdf5-dev libopencv-dev libsqlite3-dev make pkg-config pybind11-dev python3-dev"
 #: What a part of the package needs besides numpy, by the name of the extra.
 EXTRAS = {"hloc": ("h5py",), "images": ("opencv-python",), "report": ("jinja2", "matplotlib", "pyyaml")}
 #: A compiler takes at most this much memory, bytes.
@@ -73,15 +73,10 @@ def pack(folder, wheel_directory, pybind11):
     tag = "-".join((python, python + sys.abiflags, re.sub(r"\W", "_", sysconfig.get_platform())))
     name = "corrsel-" + _package_xml("version")
     contents = {file: path.read_bytes() for file, path in _installed(folder)}
-    opencv = {
-        match.decode()
-        for data in contents.values()
-        for match in re.findall(rb"libopencv_\w+\.so\.[\d.]*\d", data)
-    }
     # Earlier versions of pybind11 read arrays of numpy 2 wrongly.
     numpy = "numpy" if pybind11 >= (2, 12) else "numpy<2"
     info = name + ".dist-info/"
-    contents[info + "METADATA"] = _metadata([numpy], sorted(opencv)).encode()
+    contents[info + "METADATA"] = _metadata([numpy], _needed(contents)).encode()
     contents[info + "WHEEL"] = (
         "Wheel-Version: 1.0\nGenerator: corrsel_backend\nRoot-Is-Purelib: false\nTag: %s\n" % tag
     ).encode()
@@ -158,6 +153,15 @@ def _installed(folder):
         name = names.get(path.resolve(), path).relative_to(folder).as_posix()
         if path.is_file() and not path.is_symlink() and not name.startswith("corrsel/lib/cmake/"):
             yield name, path
+
+
+def _needed(contents):
+    """Return the names of the shared libraries that files need and that are none of them."""
+    found = set()
+    for file, data in contents.items():
+        if ".so" in file:
+            found |= {name.decode() for name in re.findall(rb"(?<=\0)lib[\w+.-]+\.so[.\d]*(?=\0)", data)}
+    return sorted(found - {file.rpartition("/")[2] for file in contents})
 
 
 def _sources():

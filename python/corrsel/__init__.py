@@ -101,12 +101,17 @@ def _remedy(reason):
     """Return what to do where a module in C++ cannot be loaded."""
     import re  # pylint: disable=import-outside-toplevel  # only where something is missing
 
-    library = re.search(r"libopencv_(\w+)\.so\.([\d.]*\d)", reason)
-    if library:
+    library = re.match(r"lib(\S+)\.so\.([\d.]*\d): cannot open", reason)
+    if library and library.group(1).startswith("opencv_"):
         return (
             "OpenCV's libraries are those of the system. Install Debian's package libopencv-%s%s; where the release has "
             "another version of OpenCV, build corrsel on it: 'pip install .' in the folder of its sources"
-            % library.groups()
+            % (library.group(1)[len("opencv_") :], library.group(2))
+        )
+    if library:
+        return (
+            "This library is one of the system. Install the package that has it, or build corrsel on this system: "
+            "'pip install .' in the folder of its sources"
         )
     return (
         "It is built where pybind11 and Python's development files are found, for the Python that CMake reports; "

@@ -179,7 +179,11 @@ class Wheel(unittest.TestCase):
         with zipfile.ZipFile(self.build("names")) as archive:
             (metadata,) = [name for name in archive.namelist() if name.endswith("/METADATA")]
             text = archive.read(metadata).decode()
-        self.assertRegex(text, r"\nRequires-External: libopencv_core\.so\.[\d.]+\n")
+        libraries = set(re.findall(r"^Requires-External: (.*)$", text, re.M))
+        self.assertRegex(
+            " ".join(sorted(libraries)), r"\blibopencv_core\.so\.[\d.]+ .*\blibstdc\+\+\.so\.6\b"
+        )
+        self.assertFalse([name for name in libraries if "corrsel" in name])
         self.assertIn("\nRequires-Dist: numpy<2\n", text)  # pybind11 of the stand-in is older than 2.12
         self.assertIn('\nRequires-Dist: jinja2; extra == "report"\n', text)
 
@@ -216,21 +220,28 @@ class Wheel(unittest.TestCase):
         self.assertNotEqual(code, 0)
         self.assertIn("CMake is missing. On Debian: apt-get install cmake", text)
 
-    def test_names_the_package_of_a_missing_library(self):
-        other = self.work / "other"
+    def with_a_missing_library(self, folder, library):
+        """Return what the package prints where the version of a library of the system does not exist, and that version."""
+        other = self.work / folder
         (installation,) = (self.work / "venv" / "lib").glob("python3*/site-packages/corrsel")
         shutil.copytree(installation, other / "corrsel")
-        (library,) = (other / "corrsel" / "lib").glob("libcorrsel_core.so.*")
-        name = re.compile(rb"(?<=libopencv_core\.so\.)[\d.]*\d")
-        needed = name.search(library.read_bytes()).group()
+        (core,) = (other / "corrsel" / "lib").glob("libcorrsel_core.so.*")
+        name = re.compile(rb"(?<=%s\.so\.)[\d.]*\d" % library)
+        needed = name.search(core.read_bytes()).group()
         for file in other.rglob("*.so*"):
             file.write_bytes(name.sub(lambda match: re.sub(rb"\d", b"9", match.group()), file.read_bytes()))
         code, text = self.run_installed(
             'import sys; sys.path.insert(0, "%s"); %s' % (other, SELECTION.strip())
         )
         self.assertNotEqual(code, 0)
-        package = "libopencv-core" + re.sub(r"\d", "9", needed.decode())
-        self.assertIn("Install Debian's package %s; where the release" % package, text)
+        return text, re.sub(r"\d", "9", needed.decode())
+
+    def test_names_the_package_of_a_missing_library(self):
+        text, version = self.with_a_missing_library("without_opencv", b"libopencv_core")
+        self.assertIn("Install Debian's package libopencv-core%s; where the release" % version, text)
+        text, version = self.with_a_missing_library("without_other", rb"libstdc\+\+")
+        self.assertIn("(libstdc++.so.%s: cannot open" % version, text)
+        self.assertIn("This library is one of the system. Install the package that has it", text)
 
     def test_archive_holds_the_sources(self):
         sources = self.unpacked("archive")
