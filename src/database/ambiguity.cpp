@@ -44,27 +44,27 @@ class SecondRelation {
   using Rows = std::vector<std::uint32_t>;
   using Mask = std::vector<std::uint8_t>;
 
-  void takeUsable();
+  void takeSample(const Correspondences& matches, const Mask& mask);
   bool findFirst(const Selection& selection);
   bool findHomography(cv::Matx33d& homography);
-  bool sortByShift(const Mask& selected);
+  bool sortByShift();
   void takeSupported();
   bool mayContest(std::size_t enough);
   void addContested(const std::vector<float>& x, const std::vector<float>& y);
-  double evaluate(const cv::Matx33d& second, const Mask& selected);
+  double evaluate(const cv::Matx33d& second);
   bool isBetween(const cv::Matx33d& second, std::uint32_t row) const;
   cv::Point2d predicted(const cv::Matx33d& h, std::uint32_t row) const;
 
-  const Correspondences* matches_ = nullptr;
   Workspace* workspace_ = nullptr;
   double displaced_ = 0;  // px
   cv::Matx33d first_;     // homography of the first relation, or of its largest plane
   std::vector<KeyedRow> sorted_, scratch_;
-  Rows rows_;                       // usable matches, in the order of their coordinates
-  std::vector<cv::Point2f> shift_;  // by row: from where the first relation expects the match to where it is
-  Rows agreeing_, far_;             // selected matches near the first relation, and all matches far from it
-  Rows supported_;                  // of the latter, those whose neighbours are shifted in the same way
-  Mask contested_;                  // by row, of the supported ones
+  Correspondences usable_, sample_;  // the matches without those at infinity, and those that are examined
+  Mask selected_;                    // per match of the sample, as everything below
+  std::vector<cv::Point2f> shift_;   // by row: from where the first relation expects the match to where it is
+  Rows agreeing_, far_;              // selected matches near the first relation, and all matches far from it
+  Rows supported_;                   // of the latter, those whose neighbours are shifted in the same way
+  Mask contested_;                   // by row, of the supported ones
   Rows searched_, near_, members_;
   Mask of_first_, of_second_;
   std::vector<float> x_, y_;
@@ -74,22 +74,27 @@ class SecondRelation {
 };
 
 cv::Point2d SecondRelation::predicted(const cv::Matx33d& h, std::uint32_t row) const {
-  const cv::Vec3d p = h * cv::Vec3d(matches_->left_x[row], matches_->left_y[row], 1);
+  const cv::Vec3d p = h * cv::Vec3d(sample_.left_x[row], sample_.left_y[row], 1);
   return {p[0] / p[2], p[1] / p[2]};
 }
 
-void SecondRelation::takeUsable() {
+/// Takes the usable matches in a random order that does not depend on theirs, at most kMaxExamined.
+void SecondRelation::takeSample(const Correspondences& matches, const Mask& mask) {
   const auto usable = [](float value) { return std::abs(value) <= kAbsurd; };  // false for NaN
-  sortByCoordinates(*matches_, sorted_, scratch_);
-  rows_.clear();
-  for (const KeyedRow& entry : sorted_) {
-    const std::uint32_t i = entry.row;
-    if (usable(matches_->left_x[i]) && usable(matches_->left_y[i]) && usable(matches_->right_x[i]) &&
-        usable(matches_->right_y[i]))
-      rows_.push_back(i);
-  }
-  Random(0).shuffle(rows_);
-  rows_.resize(std::min(rows_.size(), kMaxExamined));
+  members_.clear();
+  for (std::uint32_t i = 0; i < matches.size(); ++i)
+    if (usable(matches.left_x[i]) && usable(matches.left_y[i]) && usable(matches.right_x[i]) &&
+        usable(matches.right_y[i]))
+      members_.push_back(i);
+  gather(matches, members_, usable_);
+  sortByCoordinates(usable_, sorted_, scratch_);
+  searched_.clear();
+  for (const KeyedRow& entry : sorted_) searched_.push_back(entry.row);
+  Random(0).shuffle(searched_);
+  searched_.resize(std::min(searched_.size(), kMaxExamined));
+  gather(usable_, searched_, sample_);
+  selected_.resize(searched_.size());
+  for (std::size_t i = 0; i < searched_.size(); ++i) selected_[i] = mask[members_[searched_[i]]];
 }
 
 /// Finds the homography that most of the matches in searched_ agree with, and leaves the others there.
@@ -100,7 +105,7 @@ bool SecondRelation::findHomography(cv::Matx33d& homography) {
   const HomographyModel model;
   const SearchParts parts = {model, workspace_->part<LocalProposal>()};
   Selection remarks;
-  planes_.find(*matches_, searched_, nullptr, parts, options, Deadline(0), *workspace_, remarks);
+  planes_.find(sample_, searched_, nullptr, parts, options, Deadline(0), *workspace_, remarks);
   homography = planes_.model();
   return planes_.planes() > 0;
 }
@@ -111,26 +116,26 @@ bool SecondRelation::findFirst(const Selection& selection) {
     return true;
   }
   searched_.clear();
-  for (const std::uint32_t row : rows_)
-    if (selection.mask[row] != 0) searched_.push_back(row);
-  Random(0).shuffle(searched_);
+  for (std::uint32_t row = 0; row < sample_.size(); ++row)
+    if (selected_[row] != 0) searched_.push_back(row);
   searched_.resize(std::min(searched_.size(), kMaxSearched));
   return findHomography(first_);
 }
 
 /// Finds out which matches are near the first relation. @return whether there are enough of the selected ones
-bool SecondRelation::sortByShift(const Mask& selected) {
+bool SecondRelation::sortByShift() {
   agreeing_.clear();
   far_.clear();
-  shift_.resize(matches_->size());
+  shift_.resize(sample_.size());
   std::size_t others = 0;
-  for (const std::uint32_t row : rows_) {
+  for (std::uint32_t row = 0; row < sample_.size(); ++row) {
     const cv::Point2d p = predicted(first_, row);
-    const cv::Point2d shift(matches_->right_x[row] - p.x, matches_->right_y[row] - p.y);
+    const cv::Point2d shift(sample_.right_x[row] - p.x, sample_.right_y[row] - p.y);
     shift_[row] = shift;
-    const bool far = !(shift.dot(shift) <= displaced_ * displaced_);
+    if (!(shift.dot(shift) < kAbsurd * kAbsurd)) continue;
+    const bool far = shift.dot(shift) > displaced_ * displaced_;
     if (far) far_.push_back(row);
-    if (selected[row] == 0) continue;
+    if (selected_[row] == 0) continue;
     if (far)
       ++others;
     else
@@ -144,8 +149,8 @@ void SecondRelation::takeSupported() {
   supported_.clear();
   const std::size_t n = far_.size();
   if (n <= kNearest) return;
-  gather(matches_->left_x, far_, x_);
-  gather(matches_->left_y, far_, y_);
+  gather(sample_.left_x, far_, x_);
+  gather(sample_.left_y, far_, y_);
   neighbours_.build(x_.data(), y_.data(), n, kNearest + 1);
   near_.resize(n * (kNearest + 1));
   neighbours_.nearestToAll(x_.data(), y_.data(), n, kNearest + 1, near_.data());
@@ -164,9 +169,9 @@ void SecondRelation::takeSupported() {
 /// Whether enough of the supported matches have matches of the first relation near them in one of the images.
 /// This is a cheap test before the search; evaluate() decides.
 bool SecondRelation::mayContest(std::size_t enough) {
-  contested_.assign(matches_->size(), 0);
-  addContested(matches_->left_x, matches_->left_y);
-  addContested(matches_->right_x, matches_->right_y);
+  contested_.assign(sample_.size(), 0);
+  addContested(sample_.left_x, sample_.left_y);
+  addContested(sample_.right_x, sample_.right_y);
   return static_cast<std::size_t>(std::count(contested_.begin(), contested_.end(), 1)) >= enough;
 }
 
@@ -194,20 +199,21 @@ bool SecondRelation::isBetween(const cv::Matx33d& second, std::uint32_t row) con
 
 /// The evidence for the relation that was just found over that for the first one; 0 if it does not contest
 /// it.
-double SecondRelation::evaluate(const cv::Matx33d& second, const Mask& selected) {
-  of_first_.assign(matches_->size(), 0);
-  of_second_.assign(matches_->size(), 0);
+double SecondRelation::evaluate(const cv::Matx33d& second) {
+  of_first_.assign(sample_.size(), 0);
+  of_second_.assign(sample_.size(), 0);
   std::size_t members = 0, between = 0;
   for (const std::uint32_t row : far_) {
     of_second_[row] = planes_.group()[row] == 0 ? 1 : 0;
     members += of_second_[row];
     between += isBetween(second, row) ? 1 : 0;
   }
-  for (const std::uint32_t row : rows_) of_first_[row] = selected[row] != 0 && of_second_[row] == 0 ? 1 : 0;
+  for (std::uint32_t row = 0; row < sample_.size(); ++row)
+    of_first_[row] = selected_[row] != 0 && of_second_[row] == 0 ? 1 : 0;
   const std::size_t second_places = leftover_.distinctPlaces(of_second_);
   const std::size_t first_places = leftover_.distinctPlaces(of_first_);
   // Matches that agree with both relations contest neither.
-  for (const std::uint32_t row : rows_)
+  for (std::uint32_t row = 0; row < sample_.size(); ++row)
     if (planes_.errors()[row] <= displaced_ * displaced_) of_first_[row] = 0;
   // The smaller one of both must lie among the other one's matches.
   const bool smaller = second_places <= first_places;
@@ -222,25 +228,23 @@ double SecondRelation::evaluate(const cv::Matx33d& second, const Mask& selected)
 
 double SecondRelation::examine(const Correspondences& matches, const Selection& selection,
                                Workspace& workspace) {
-  matches_ = &matches;
   workspace_ = &workspace;
-  displaced_ = kDisplaced * LengthUnits::of(matches).right;
-  takeUsable();
-  if (!findFirst(selection) || !sortByShift(selection.mask)) return 0;
+  takeSample(matches, selection.mask);
+  displaced_ = kDisplaced * LengthUnits::of(sample_).right;
+  if (!findFirst(selection) || !sortByShift()) return 0;
   const auto enough =
       std::max(kMinPlaces, static_cast<std::size_t>(kMinShare * static_cast<double>(agreeing_.size())));
   takeSupported();
   if (supported_.size() < enough || !mayContest(enough)) return 0;
-  leftover_.assign(matches);
+  leftover_.assign(sample_);
   searched_ = supported_;
-  Random(0).shuffle(searched_);
   searched_.resize(std::min(searched_.size(), kMaxSearched));
+  const std::size_t enough_left = std::min(enough, kMaxSearched / 4);
   double result = 0;
-  for (int relation = 0; relation < kMaxRelations && searched_.size() >= std::min(enough, kMaxSearched / 4);
-       ++relation) {
+  for (int relation = 0; relation < kMaxRelations && searched_.size() >= enough_left; ++relation) {
     cv::Matx33d second;
     if (!findHomography(second)) break;
-    result = std::max(result, evaluate(second, selection.mask));
+    result = std::max(result, evaluate(second));
   }
   return std::min(result, 1.0);
 }
@@ -248,7 +252,9 @@ double SecondRelation::examine(const Correspondences& matches, const Selection& 
 }  // namespace
 
 double ambiguity(const Correspondences& matches, const Selection& selection, Workspace& workspace) {
-  if (selection.n_selected == 0) return std::numeric_limits<double>::quiet_NaN();
+  const bool nothing =
+      std::all_of(selection.mask.begin(), selection.mask.end(), [](auto m) { return m == 0; });
+  if (nothing) return std::numeric_limits<double>::quiet_NaN();
   return workspace.part<SecondRelation>().examine(matches, selection, workspace);
 }
 
