@@ -99,6 +99,7 @@ void SecondRelation::takeSample(const Correspondences& matches, const Mask& mask
 
 /// Finds the homography that most of the matches in searched_ agree with, and leaves the others there.
 bool SecondRelation::findHomography(cv::Matx33d& homography) {
+  if (searched_.size() < kMinPlaces) return false;
   PlanesOptions options;
   options.max_iterations = kHypotheses;
   options.max_planes = 1;
