@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "corrsel/camera_formats.h"
 #include "database/colmap_conventions.h"
+#include "database/colmap_rows.h"
 #include "database/colmap_schema.h"
 #include "database/sqlite.h"
 #include "geometry/rigid_motion.h"
@@ -20,132 +21,21 @@
 namespace corrsel::core {
 namespace {
 
-// The numbers of COLMAP's camera models.
-constexpr std::array<const char*, 12> kCameraModels = {"SIMPLE_PINHOLE",
-                                                       "PINHOLE",
-                                                       "SIMPLE_RADIAL",
-                                                       "RADIAL",
-                                                       "OPENCV",
-                                                       "OPENCV_FISHEYE",
-                                                       "FULL_OPENCV",
-                                                       "FOV",
-                                                       "SIMPLE_RADIAL_FISHEYE",
-                                                       "RADIAL_FISHEYE",
-                                                       "THIN_PRISM_FISHEYE",
-                                                       "RAD_TAN_THIN_PRISM_FISHEYE"};
-constexpr int kSimpleRadial = 2;                // f cx cy k
-constexpr double kGuessedFocal = 1.2;           // of the larger side of the image, as COLMAP does
 constexpr std::int64_t kLargestSide = 1 << 20;  // px
 constexpr float kOutside = 1;                   // px, how far beyond its image a keypoint may lie
 constexpr std::size_t kDescriptorBytes = 128;
 
 std::string partOf(const std::filesystem::path& path) { return path.string() + ".part"; }
 
+/// Rows that name no pair of two different images.
+struct SkippedRows {
+  std::size_t wrong = 0, repeated = 0;
+  std::string first_wrong;
+};
+
 /// The table and the row that a message is about.
 std::string placeOf(const std::string& table, const std::string& key, std::int64_t number) {
   return "table " + table + ", " + key + " " + std::to_string(number);
-}
-
-template <typename Value>
-SqliteBlob bytesOf(const std::vector<Value>& values) {
-  return {reinterpret_cast<const unsigned char*>(values.data()), values.size() * sizeof(Value)};
-}
-
-template <typename Value, std::size_t count>
-SqliteBlob bytesOf(const std::array<Value, count>& values) {
-  return {reinterpret_cast<const unsigned char*>(values.data()), sizeof(values)};
-}
-
-/// Rows and columns of numbers in a BLOB, which need not be aligned.
-struct Table {
-  std::size_t rows = 0, columns = 0;
-  const unsigned char* data = nullptr;
-
-  template <typename Value>
-  Value at(std::size_t row, std::size_t column) const {
-    Value value;
-    std::memcpy(&value, data + (row * columns + column) * sizeof(Value), sizeof(Value));
-    return value;
-  }
-};
-
-/// Reads the columns rows, cols and data, which are the first ones of the query. Throws StoreError.
-Table tableOf(const SqliteQuery& query, std::size_t value_bytes, const SqliteDatabase& database,
-              const std::string& place) {
-  const auto refuse = [&](const std::string& text) {
-    throw StoreError(StoreError::Kind::kContent, database.path().string() + ": " + place + text);
-  };
-  if (!query.isInteger(0) || query.integer(0) < 0) {
-    refuse(": rows is '" + query.text(0) + "', expected a whole number");
-  }
-  if (!query.isInteger(1)) refuse(": cols is '" + query.text(1) + "', expected a whole number");
-  if (!query.isBlob(2) && !query.isNull(2)) refuse(": data is no BLOB");
-  const SqliteBlob bytes = query.blob(2);
-  const std::int64_t rows = query.integer(0), columns = query.integer(1);
-  if (rows == 0 && bytes.size == 0) return {};
-  const std::size_t row_bytes = static_cast<std::size_t>(std::max<std::int64_t>(columns, 0)) * value_bytes;
-  if (row_bytes == 0 || bytes.size % row_bytes || bytes.size / row_bytes != static_cast<std::size_t>(rows)) {
-    refuse(": data has " + std::to_string(bytes.size) + " bytes, expected " + std::to_string(rows) + " x " +
-           std::to_string(columns) + " x " + std::to_string(value_bytes) +
-           " (rows, cols, bytes of a number); the database is damaged");
-  }
-  return {static_cast<std::size_t>(rows), static_cast<std::size_t>(columns), bytes.data};
-}
-
-/// The numbers of a BLOB; absent where it is NULL or empty. @return false for any other length
-template <std::size_t count>
-bool readNumbers(SqliteBlob bytes, std::optional<std::array<double, count>>& numbers) {
-  if (bytes.size == 0) return true;
-  if (bytes.size != count * sizeof(double)) return false;
-  std::memcpy(numbers.emplace().data(), bytes.data, bytes.size);
-  return true;
-}
-
-AffineFrame frameOf(const Table& table, std::size_t row, const cv::Point2f& at) {
-  const auto value = [&](std::size_t column) { return table.at<float>(row, column); };
-  if (table.columns == 6) return {value(2), value(3), at.x, value(4), value(5), at.y};
-  const float cosine = value(2) * std::cos(value(3)), sine = value(2) * std::sin(value(3));
-  return {cosine, -sine, at.x, sine, cosine, at.y};
-}
-
-StoredKeypoints keypointsOf(const Table& table) {
-  StoredKeypoints keypoints;
-  keypoints.positions.reserve(table.rows);
-  if (table.columns > 2) keypoints.frames.reserve(table.rows);
-  for (std::size_t row = 0; row < table.rows; ++row) {
-    const cv::Point2f at(table.at<float>(row, 0) - kColmapPixelCentre,
-                         table.at<float>(row, 1) - kColmapPixelCentre);
-    keypoints.positions.push_back(at);
-    if (table.columns > 2) keypoints.frames.push_back(frameOf(table, row, at));
-  }
-  return keypoints;
-}
-
-/// The columns of COLMAP's table keypoints: x y, or x y a11 a12 a21 a22.
-std::vector<float> keypointValues(const StoredKeypoints& keypoints) {
-  std::vector<float> values;
-  values.reserve(keypoints.positions.size() * (keypoints.frames.empty() ? 2 : 6));
-  for (std::size_t i = 0; i < keypoints.positions.size(); ++i) {
-    values.push_back(keypoints.positions[i].x + kColmapPixelCentre);
-    values.push_back(keypoints.positions[i].y + kColmapPixelCentre);
-    if (keypoints.frames.empty()) continue;
-    const AffineFrame& f = keypoints.frames[i];
-    values.insert(values.end(), {f[0], f[1], f[3], f[4]});
-  }
-  return values;
-}
-
-/// The camera of an image in COLMAP's terms; one with a guessed focal length where it is not known.
-ColmapCamera colmapCameraOf(const StoredImage& image) {
-  if (image.camera) {
-    ColmapCamera camera = cameraToColmap(*image.camera);
-    camera.size = image.size;
-    return camera;
-  }
-  const double width = image.size.width, height = image.size.height;
-  return {kCameraModels[kSimpleRadial],
-          image.size,
-          {kGuessedFocal * std::max(width, height), width / 2, height / 2, 0}};
 }
 
 }  // namespace
@@ -166,7 +56,8 @@ struct ColmapStore::Impl {
   void checkPositions(const StoredImage& image, const StoredKeypoints& keypoints) const;
   std::int64_t keypointCount(std::uint32_t image) const;
   void checkMatches(const ImagePairKey& pair, const StoredMatches& matches) const;
-  std::vector<ImagePairKey> readPairs(SqliteQuery& query) const;
+  std::vector<ImagePairKey> readPairs(SqliteQuery& query, SkippedRows& skipped) const;
+  void warnOfMatches(bool empty, const SkippedRows& skipped) const;
   TwoViewGeometry geometryOf(const SqliteQuery& query, const std::string& place) const;
   std::int64_t configurationNumber(const std::string& configuration) const;
   void writeGeometry(const VerifiedPair& pair) const;
@@ -184,7 +75,7 @@ struct ColmapStore::Impl {
   mutable std::unordered_map<std::uint32_t, std::int64_t> keypoint_counts;
   mutable std::vector<std::string> warnings;
   mutable std::set<std::uint32_t> warned;  // images whose positions are not finite
-  mutable bool warned_of_pairs = false;
+  mutable bool warned_of_matches = false;
 };
 
 void ColmapStore::Impl::refuse(const std::string& text) const {
@@ -246,8 +137,6 @@ void ColmapStore::Impl::readCamera(const SqliteQuery& query, StoredImage& image)
     return;
   }
   image.size = {static_cast<int>(width), static_cast<int>(height)};
-  const std::int64_t model = query.integer(6);
-  const bool known = model >= 0 && model < static_cast<std::int64_t>(kCameraModels.size());
   const SqliteBlob bytes = query.blob(7);
   std::vector<double> parameters(bytes.size / sizeof(double));
   std::memcpy(parameters.data(), bytes.data, parameters.size() * sizeof(double));
@@ -255,9 +144,7 @@ void ColmapStore::Impl::readCamera(const SqliteQuery& query, StoredImage& image)
     if (bytes.size % sizeof(double)) {
       throw std::invalid_argument("params has " + std::to_string(bytes.size) + " bytes, expected 8 a number");
     }
-    image.camera = cameraFromColmap(
-        {known ? kCameraModels[static_cast<std::size_t>(model)] : "number " + std::to_string(model),
-         image.size, std::move(parameters)});
+    image.camera = cameraFromColmap({colmapModelName(query.integer(6)), image.size, std::move(parameters)});
     image.calibrated = query.integer(8) == 1;
   } catch (const std::invalid_argument& error) {
     const std::string text = placeOf("cameras", "camera_id", query.integer(3)) + ": " + error.what() +
@@ -331,48 +218,49 @@ void ColmapStore::Impl::checkMatches(const ImagePairKey& pair, const StoredMatch
   }
 }
 
-/// The pairs of a query whose first column is pair_id, in ascending order. Rows that are no pair are counted.
-std::vector<ImagePairKey> ColmapStore::Impl::readPairs(SqliteQuery& query) const {
+/// The pairs of a query whose first column is pair_id, in ascending order. Rows that are no pair are left
+/// out.
+std::vector<ImagePairKey> ColmapStore::Impl::readPairs(SqliteQuery& query, SkippedRows& skipped) const {
   std::vector<ImagePairKey> pairs;
-  std::size_t wrong = 0, twice = 0;
-  std::string first_wrong;
   while (query.next()) {
     const std::int64_t number = query.integer(0);
     const ImagePairKey pair = colmapPairImages(number);
     if (!query.isInteger(0) || number < 0 || number / kColmapImageLimit >= kColmapImageLimit ||
         pair.first >= pair.second) {
-      if (wrong++ == 0) first_wrong = query.text(0);
+      if (skipped.wrong++ == 0) skipped.first_wrong = query.text(0);
     } else if (!pairs.empty() && pairs.back() == pair) {
-      ++twice;
+      ++skipped.repeated;
     } else {
       pairs.push_back(pair);
     }
   }
-  if (wrong && !warned_of_pairs) {
-    warnings.push_back("table matches: " + std::to_string(wrong) + " rows skipped, the first is pair_id " +
-                       first_wrong + "; an image with itself, or numbers of images not in ascending order");
-  }
-  if (twice && !warned_of_pairs) {
-    warnings.push_back("table matches: " + std::to_string(twice) +
-                       " rows skipped whose pair_id stands there twice; the first one counts");
-  }
   return pairs;
+}
+
+/// Says once what is odd in the table matches.
+void ColmapStore::Impl::warnOfMatches(bool empty, const SkippedRows& skipped) const {
+  if (std::exchange(warned_of_matches, true)) return;
+  if (empty) warnings.push_back("the table matches is empty; run one of COLMAP's matchers first");
+  if (skipped.wrong) {
+    warnings.push_back(
+        "table matches: " + std::to_string(skipped.wrong) + " rows are skipped, the first has the pair_id " +
+        skipped.first_wrong +
+        ": they are of an image with itself, or of two images whose larger number stands first");
+  }
+  if (skipped.repeated) {
+    warnings.push_back("table matches: " + std::to_string(skipped.repeated) +
+                       " rows are skipped because their pair_id stands there before");
+  }
 }
 
 TwoViewGeometry ColmapStore::Impl::geometryOf(const SqliteQuery& query, const std::string& place) const {
   TwoViewGeometry geometry;
-  const Table table = tableOf(query, sizeof(std::uint32_t), database, place);
-  if (table.rows && table.columns != 2) {
-    refuse(place + " has " + std::to_string(table.columns) + " columns, expected 2");
-  }
   const std::int64_t config = query.integer(3);
   if (config < 0 || config > static_cast<std::int64_t>(TwoViewConfig::kMultiple)) {
     refuse(place + ": config is " + query.text(3) + ", expected 0 to 8; verify the pair again");
   }
   geometry.config = static_cast<TwoViewConfig>(config);
-  for (std::size_t i = 0; i < table.rows; ++i) {
-    geometry.inliers.push_back({table.at<std::uint32_t>(i, 0), table.at<std::uint32_t>(i, 1)});
-  }
+  geometry.inliers = readColmapPairs(query, database, place);
   std::optional<ColmapMatrix> f, e, h;
   std::optional<std::array<double, 4>> q;
   std::optional<std::array<double, 3>> t;
@@ -448,10 +336,10 @@ void ColmapStore::Impl::writeVerification(const VerifiedPair& pair, std::int64_t
 /// do.
 std::int64_t ColmapStore::Impl::cameraNumber(const StoredImage& image) const {
   const ColmapCamera camera = colmapCameraOf(image);
-  const auto model = std::find(kCameraModels.begin(), kCameraModels.end(), camera.model);
+  const std::int64_t model = colmapModelNumber(camera.model);
   const std::int64_t trusted = image.camera && image.calibrated;
   const auto bind = [&](SqliteQuery& query) {
-    query.bind(1, std::int64_t{model - kCameraModels.begin()}).bind(2, std::int64_t{camera.size.width});
+    query.bind(1, model).bind(2, std::int64_t{camera.size.width});
     query.bind(3, std::int64_t{camera.size.height}).bind(4, bytesOf(camera.parameters)).bind(5, trusted);
   };
   if (trusted) {
@@ -533,8 +421,9 @@ const std::vector<StoredImage>& ColmapStore::images() const { return impl_->imag
 
 std::vector<ImagePairKey> ColmapStore::pairs() const {
   SqliteQuery query = impl_->database.query("SELECT pair_id FROM matches ORDER BY pair_id");
-  std::vector<ImagePairKey> pairs = impl_->readPairs(query);
-  impl_->warned_of_pairs = true;
+  SkippedRows skipped;
+  std::vector<ImagePairKey> pairs = impl_->readPairs(query, skipped);
+  impl_->warnOfMatches(pairs.empty(), skipped);
   return pairs;
 }
 
@@ -547,7 +436,7 @@ StoredKeypoints ColmapStore::keypoints(std::uint32_t id) const {
   if (!query.bind(1, std::int64_t{id}).next()) {
     impl_->refuse(place + " is missing, but the image has matches; extract its features again with COLMAP");
   }
-  const Table table = tableOf(query, sizeof(float), impl_->database, place);
+  const ColmapTable table = readColmapTable(query, sizeof(float), impl_->database, place);
   if (table.rows && table.columns != 2 && table.columns != 4 && table.columns != 6) {
     impl_->refuse(place + " has " + std::to_string(table.columns) + " columns, expected 2, 4 or 6");
   }
@@ -561,13 +450,8 @@ StoredMatches ColmapStore::matches(const ImagePairKey& pair) const {
   const std::string place = placeOf("matches", "pair_id", number);
   SqliteQuery query = impl_->database.query("SELECT rows, cols, data FROM matches WHERE pair_id = ?1");
   if (!query.bind(1, number).next()) impl_->refuse(place + " is missing; match the images with COLMAP");
-  const Table table = tableOf(query, sizeof(std::uint32_t), impl_->database, place);
-  if (table.rows && table.columns != 2) {
-    impl_->refuse(place + " has " + std::to_string(table.columns) + " columns, expected 2");
-  }
   StoredMatches matches;
-  matches.rows.resize(table.rows);
-  if (table.rows) std::memcpy(matches.rows.data(), table.data, table.rows * sizeof(KeypointPair));
+  matches.rows = readColmapPairs(query, impl_->database, place);
   impl_->checkMatches(pair, matches);
   return matches;
 }
@@ -580,7 +464,8 @@ std::vector<ImagePairKey> ColmapStore::verifiedPairs(const std::string& configur
       "JOIN two_view_geometries g ON g.pair_id = v.pair_id "
       "WHERE c.text = ?1 AND g.rows = v.inliers AND g.config = v.config ORDER BY v.pair_id");
   query.bind(1, configuration);
-  return impl_->readPairs(query);
+  SkippedRows skipped;
+  return impl_->readPairs(query, skipped);
 }
 
 std::vector<ImagePairKey> ColmapStore::pairsOfOthers() const {
@@ -589,7 +474,8 @@ std::vector<ImagePairKey> ColmapStore::pairsOfOthers() const {
           ? "SELECT g.pair_id FROM two_view_geometries g LEFT JOIN corrsel_verify v ON g.pair_id = v.pair_id "
             "WHERE v.pair_id IS NULL OR g.rows <> v.inliers OR g.config <> v.config ORDER BY g.pair_id"
           : "SELECT pair_id FROM two_view_geometries ORDER BY pair_id");
-  return impl_->readPairs(query);
+  SkippedRows skipped;
+  return impl_->readPairs(query, skipped);
 }
 
 VerifiedPair ColmapStore::verified(const ImagePairKey& pair) const {
@@ -644,7 +530,7 @@ cv::Mat ColmapStore::descriptors(std::uint32_t id) const {
   if (!query.bind(1, std::int64_t{id}).next()) {
     impl_->refuse(place + " is missing; extract the features of the image again with COLMAP");
   }
-  const Table table = tableOf(query, 1, impl_->database, place);
+  const ColmapTable table = readColmapTable(query, 1, impl_->database, place);
   if (table.rows && table.columns != kDescriptorBytes) {
     impl_->refuse(place + " has " + std::to_string(table.columns) + " columns, expected 128");
   }
@@ -688,6 +574,7 @@ std::uint32_t ColmapStore::addImage(const StoredImage& image, const StoredKeypoi
   transaction.commit();
   added.id = static_cast<std::uint32_t>(id);
   impl_->rows.emplace(added.id, impl_->images.size());
+  impl_->keypoint_counts[added.id] = static_cast<std::int64_t>(keypoints.positions.size());
   impl_->images.push_back(std::move(added));
   return static_cast<std::uint32_t>(id);
 }
