@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "benchmark/examples.h"
-#include "benchmark/progress_meter.h"
+#include "base/progress_meter.h"
 
 namespace corrsel::core {
 namespace {

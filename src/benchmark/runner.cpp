@@ -17,7 +17,7 @@
 #include "benchmark/feature_cache.h"
 #include "benchmark/files.h"
 #include "benchmark/pose_rows.h"
-#include "benchmark/progress_meter.h"
+#include "base/progress_meter.h"
 #include "benchmark/saved_matches.h"
 #include "benchmark/scaling.h"
 #include "benchmark/tables.h"

@@ -20,7 +20,7 @@
 #include "base/text.h"
 #include "benchmark/dataset_check.h"
 #include "benchmark/estimate.h"
-#include "benchmark/progress_meter.h"
+#include "base/progress_meter.h"
 #include "benchmark/tables.h"
 #include "corrsel/benchmark/experiments.h"
 #include "corrsel/benchmark/runner.h"
