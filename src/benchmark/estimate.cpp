@@ -7,8 +7,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "benchmark/examples.h"
 #include "base/progress_meter.h"
+#include "benchmark/examples.h"
 
 namespace corrsel::core {
 namespace {

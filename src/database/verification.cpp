@@ -89,8 +89,8 @@ class Window {
   /// Waits until collect(next) has something to do.
   void await(std::size_t next) {
     std::unique_lock<std::mutex> lock(mutex_);
-    has_result_.wait(
-        lock, [&] { return failure_ || (!finished_.empty() && finished_.begin()->first == next); });
+    has_result_.wait(lock,
+                     [&] { return failure_ || (!finished_.empty() && finished_.begin()->first == next); });
   }
 
   /// Drops the pairs that wait. @return the number of the first of them, or `none`
@@ -300,8 +300,8 @@ class Run {
   }
 
   void stopAtFault() {
-    const auto faulty = std::find_if(batch_.begin(), batch_.end(),
-                                     [](const VerifiedPair& result) { return result.faulty; });
+    const auto faulty =
+        std::find_if(batch_.begin(), batch_.end(), [](const VerifiedPair& result) { return result.faulty; });
     if (faulty == batch_.end()) return;
     batch_.erase(faulty + 1, batch_.end());
     stop();

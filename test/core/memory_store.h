@@ -88,7 +88,8 @@ inline MemoryStore twoPlaces(int images_of_place = 5, int points = 90) {
     store.stored_images.push_back(
         {id, "image" + std::to_string(id) + ".jpg", cv::Size(1200, 800), std::nullopt, false});
     for (const cv::Point3d& point : places[static_cast<std::size_t>(i % 2)]) {
-      const double x = point.x + 0.15 * (i - 5), noise_x = 0.3 * random.normal(), noise_y = 0.3 * random.normal();
+      const double x = point.x + 0.15 * (i - 5), noise_x = 0.3 * random.normal(),
+                   noise_y = 0.3 * random.normal();
       store.stored_keypoints[id].positions.emplace_back(
           static_cast<float>(600 + 1000 * x / point.z + noise_x),
           static_cast<float>(400 + 1000 * point.y / point.z + noise_y));
@@ -98,9 +99,10 @@ inline MemoryStore twoPlaces(int images_of_place = 5, int points = 90) {
   for (std::uint32_t a = 1; a <= count; ++a) {
     for (std::uint32_t b = a + 1; b <= count; ++b) {
       StoredMatches& matches = store.stored_matches[{a, b}];
-      for (int k = 0; k < points; ++k) {
+      const bool same_place = (a + b) % 2 == 0;
+      for (int k = 0; k < (same_place ? points : points / 3); ++k) {
         const auto row = static_cast<std::uint32_t>(k);
-        const bool right = (a + b) % 2 == 0 && k % 3 > 0;
+        const bool right = same_place && k % 3 > 0;
         const std::uint32_t other = random.index(static_cast<std::uint32_t>(points));
         matches.rows.push_back({row, right ? row : other});
       }
