@@ -31,12 +31,39 @@ struct Content {
   std::uint32_t squares = 0;  ///< the largest sum of the squares of a descriptor's bytes
 };
 
+Rows allRows(const cv::Mat& descriptors) {
+  Rows rows(static_cast<std::size_t>(descriptors.rows));
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = static_cast<std::uint32_t>(i);
+  return rows;
+}
+
+/// Adds the values of a row of bytes to the content.
+void addBytes(const std::uint8_t* numbers, int columns, Content& content) {
+  int largest = 0;
+  std::uint32_t squares = 0;
+  for (int c = 0; c < columns; ++c) {
+    const int number = numbers[c];
+    largest = std::max(largest, number);
+    squares += static_cast<std::uint32_t>(number * number);
+  }
+  content.largest = std::max(content.largest, largest);
+  content.squares = std::max(content.squares, squares);
+}
+
+Content contentOfBytes(const cv::Mat& descriptors) {
+  Content content;
+  content.rows = allRows(descriptors);
+  content.bytes = descriptors;
+  for (int r = 0; r < descriptors.rows; ++r) addBytes(descriptors.ptr(r), descriptors.cols, content);
+  return content;
+}
+
 Content contentOf(const cv::Mat& descriptors) {
+  if (descriptors.type() == CV_8U) return contentOfBytes(descriptors);
   Content content;
   cv::Mat bytes;
   descriptors.convertTo(bytes, CV_8U);
   bool whole = true;
-  int largest = 0;
   for (int r = 0; r < descriptors.rows; ++r) {
     const float* const row = descriptors.ptr<float>(r);
     const auto* const numbers = bytes.ptr<std::uint8_t>(r);
@@ -48,27 +75,18 @@ Content contentOf(const cv::Mat& descriptors) {
     }
     if (!nan) content.rows.push_back(static_cast<std::uint32_t>(r));
     whole = whole && !other;
-    if (!whole) continue;
-    int row_largest = 0;
-    std::uint32_t squares = 0;
-    for (int c = 0; c < descriptors.cols; ++c) {
-      const int number = numbers[c];
-      row_largest = std::max(row_largest, number);
-      squares += static_cast<std::uint32_t>(number * number);
-    }
-    largest = std::max(largest, row_largest);
-    content.squares = std::max(content.squares, squares);
+    if (whole) addBytes(numbers, descriptors.cols, content);
   }
-  if (!whole) return content;
-  content.bytes = bytes;
-  content.largest = largest;
+  if (whole) content.bytes = bytes;
   return content;
 }
 
-Rows allRows(const cv::Mat& descriptors) {
-  Rows rows(static_cast<std::size_t>(descriptors.rows));
-  for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = static_cast<std::uint32_t>(i);
-  return rows;
+/// The same descriptors as CV_32F.
+cv::Mat asFloats(const cv::Mat& descriptors) {
+  if (descriptors.type() == CV_32F) return descriptors;
+  cv::Mat floats;
+  descriptors.convertTo(floats, CV_32F);
+  return floats;
 }
 
 // Metrics: they convert a row to the words and the offset of a kernel. Rows that fill up a group of trains
@@ -99,33 +117,6 @@ struct PairRows : WholeNumberMetric {
     return convert(m, row, -2, words);
   }
   static Distance train(const cv::Mat& m, int row, std::uint32_t* words) { return convert(m, row, 1, words); }
-};
-
-/// WholeNumberForm::kBytes.
-struct ByteRows : WholeNumberMetric {
-  static constexpr std::uint32_t kPadding = 0x80808080U;
-  static std::size_t words(const cv::Mat& m) { return (static_cast<std::size_t>(m.cols) + 3) / 4; }
-  static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
-    const auto* const values = m.ptr<std::uint8_t>(row);
-    Distance squares = 0, sum = 0;
-    for (int c = 0; c < m.cols; ++c) {
-      squares += values[c] * values[c];
-      sum += values[c];
-    }
-    std::memcpy(words, values, static_cast<std::size_t>(m.cols));
-    return squares - 256 * sum;
-  }
-  static Distance train(const cv::Mat& m, int row, std::uint32_t* words) {
-    const auto* const values = m.ptr<std::uint8_t>(row);
-    auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
-    const int columns = m.cols;  // a copy, so that it is not read again after every byte written
-    Distance squares = 0;
-    for (int c = 0; c < columns; ++c) {
-      squares += values[c] * values[c];
-      bytes[c] = static_cast<std::uint8_t>(values[c] ^ 0x80U);  // minus 128, as a signed byte
-    }
-    return squares;
-  }
 };
 
 /// Rows that are copied unchanged and padded with zeros.
@@ -507,21 +498,17 @@ Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& t
 }  // namespace
 
 Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const NeighbourSearch& search) {
-  if (queries.type() == CV_8U)
+  if (queries.type() == CV_8U && search.bytes == NeighbourSearch::Bytes::kBits)
     return find<BitRows>(queries, allRows(queries), trains, allRows(trains), search);
   Content left, right;
   forEachBlock(2, 1, search.threads, [&](std::size_t side, std::size_t) {
     (side == 0 ? left : right) = contentOf(side == 0 ? queries : trains);
   });
   const double largest = std::max(left.largest, right.largest);
-  if (left.bytes.empty() || right.bytes.empty() || ByteRows::words(queries) > kMaxByteWords ||
-      queries.cols * largest * largest > kMaxExact) {
-    return find<FloatRows>(queries, left.rows, trains, right.rows, search);
+  if (left.bytes.empty() || right.bytes.empty() || queries.cols * largest * largest > kMaxExact) {
+    return find<FloatRows>(asFloats(queries), left.rows, asFloats(trains), right.rows, search);
   }
   const WholeNumberForm form = kernels().descriptors.whole_number_form;
-  if (form == WholeNumberForm::kBytes) {
-    return find<ByteRows>(left.bytes, left.rows, right.bytes, right.rows, search);
-  }
   const std::uint32_t squares = std::max(left.squares, right.squares);
   if (form == WholeNumberForm::kPairs || !CoarseTrains::possible(queries.cols, squares)) {
     return find<PairRows>(left.bytes, left.rows, right.bytes, right.rows, search);
