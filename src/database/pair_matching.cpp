@@ -29,24 +29,30 @@ NeighbourSearch searchOfBytes() {
   return search;
 }
 
-bool passesRatio(const Neighbours& nearest, std::size_t row, double ratio) {
-  // Without a second neighbour, whose distance is NaN, nothing speaks against the first one.
-  return !(nearest.distance[row] >= ratio * nearest.second_distance[row]);
-}
-
-/// Drops the rows whose second keypoint fails the test of ratios among the descriptors of the first image.
-void dropAmbiguousSeconds(const cv::Mat& first, const cv::Mat& second, double ratio,
-                          std::vector<KeypointPair>& rows) {
+/// Matches that are nearest to each other and pass the test of ratios from both sides.
+std::vector<KeypointPair> matchByRatio(const cv::Mat& first, const cv::Mat& second, double ratio) {
+  NeighbourSearch search = searchOfBytes();
+  search.ratio = ratio;
+  const Neighbours forth = findNeighbours(first, second, search);
+  // Few rows pass the test, so the way back is short.
+  std::vector<std::uint32_t> rows;
+  for (const std::uint32_t row : forth.train) {
+    if (row != Neighbours::kNone) rows.push_back(row);
+  }
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   cv::Mat candidates(static_cast<int>(rows.size()), second.cols, second.type());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    second.row(static_cast<int>(rows[i][1])).copyTo(candidates.row(static_cast<int>(i)));
+    second.row(static_cast<int>(rows[i])).copyTo(candidates.row(static_cast<int>(i)));
   }
-  const Neighbours nearest = findNeighbours(candidates, first, searchOfBytes());
-  std::size_t kept = 0;
+  const Neighbours back = findNeighbours(candidates, first, search);
+  std::vector<KeypointPair> matches;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (passesRatio(nearest, i, ratio)) rows[kept++] = rows[i];
+    const std::uint32_t row = back.train[i];
+    if (row != Neighbours::kNone && forth.train[row] == rows[i]) matches.push_back({row, rows[i]});
   }
-  rows.resize(kept);
+  std::sort(matches.begin(), matches.end());
+  return matches;
 }
 
 /// Descriptors of the images that were used last, as many as fit into the memory.
@@ -198,19 +204,16 @@ void PairMatchingOptions::visit(OptionVisitor& visitor) const {
 
 std::vector<KeypointPair> matchDescriptors(const cv::Mat& first, const cv::Mat& second, double ratio) {
   if (first.empty() || second.empty()) return {};
+  if (ratio < 1) return matchByRatio(first, second, ratio);
   NeighbourSearch search = searchOfBytes();
   search.nearest_query = true;
   const Neighbours nearest = findNeighbours(first, second, search);
-  std::vector<KeypointPair> rows;
+  std::vector<KeypointPair> matches;
   for (std::uint32_t i = 0; i < nearest.train.size(); ++i) {
-    const std::uint32_t other = nearest.train[i];
-    if (other == Neighbours::kNone || nearest.query[other] != i) continue;
-    if (ratio < 1 && !passesRatio(nearest, i, ratio)) continue;
-    rows.push_back({i, other});
+    const std::uint32_t row = nearest.train[i];
+    if (row != Neighbours::kNone && nearest.query[row] == i) matches.push_back({i, row});
   }
-  // Few rows are left here, so the second neighbours of all descriptors of the second image are not needed.
-  if (ratio < 1 && !rows.empty()) dropAmbiguousSeconds(first, second, ratio, rows);
-  return rows;
+  return matches;
 }
 
 std::vector<ImagePairKey> exhaustivePairs(const std::vector<StoredImage>& images) {

@@ -50,6 +50,9 @@ struct CoarseNumbers {
   double train_error;                ///< largest |y_t - a t'| / 2a
   std::int16_t* sums;                ///< scratch, [kQueries][trains, rounded up to two groups]
   std::int16_t* train_limit;         ///< scratch, [trains, rounded up to two groups]
+  /// Where below 1, any two distances that fail the test of ratios will do for a query whose nearest fail it:
+  /// the root of the first is at least `ratio` times that of the second one, in float and double.
+  double ratio;
 };
 
 /// Some queries and all trains. A descriptor is a row of 32-bit words; the distance of a query and a train

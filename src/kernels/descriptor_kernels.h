@@ -275,8 +275,7 @@ inline void coarseSums(const std::uint32_t* queries, const std::uint32_t* trains
   for (std::size_t q = 0; q < kCoarseQueries; ++q) {
 #pragma GCC unroll 4
     for (std::size_t g = 0; g < kGroups; ++g) {
-      const __m256i saturated =
-          _mm512_maskz_cvtsepi32_epi16(static_cast<__mmask16>(-1), (__m512i)sums[q][g]);
+      const __m256i saturated = _mm512_maskz_cvtsepi32_epi16(static_cast<__mmask16>(-1), (__m512i)sums[q][g]);
       store256(results + q * stride + g * kLanes, saturated);
     }
   }
@@ -454,16 +453,18 @@ inline void limitTrains(const NearestBlock<std::int32_t>& block, double scale, d
   }
 }
 
-/// What the second smallest distance of a query is below. The distances of the two trains with the largest
-/// sums limit it. Trains that are near others do not count.
-inline std::int32_t limitOfSecond(const NearestBlock<std::int32_t>& block, std::size_t query,
-                                  const std::int16_t* sums) {
-  const std::int32_t limit = block.second[query];
-  if (block.near != nullptr || block.groups <= 1) return limit;
-  const std::int32_t first = exactDistance(block, query, largestSum(sums, 0, block.groups));
-  const std::int32_t second = exactDistance(block, query, largestSum(sums, 1, block.groups));
-  const std::int32_t larger = (first > second ? first : second) + 1;
-  return larger < limit ? larger : limit;
+/// Two trains of a query with large sums, which are probably its nearest.
+struct LikelyNearest {
+  std::size_t train;             ///< the nearer one
+  std::int32_t smaller, larger;  ///< distances
+};
+
+/// @pre at least two groups
+inline LikelyNearest likelyNearest(const NearestBlock<std::int32_t>& block, std::size_t query,
+                                   const std::int16_t* sums) {
+  const std::size_t even = largestSum(sums, 0, block.groups), odd = largestSum(sums, 1, block.groups);
+  const std::int32_t first = exactDistance(block, query, even), second = exactDistance(block, query, odd);
+  return first < second ? LikelyNearest{even, first, second} : LikelyNearest{odd, second, first};
 }
 
 /// One bit for each lane of two groups that is not excluded; lanes of ones are.
@@ -471,6 +472,41 @@ inline unsigned notExcluded(__m256i first, __m256i second) {
   const unsigned mixed = ~static_cast<unsigned>(_mm256_movemask_epi8(_mm256_packs_epi16(first, second)));
   // packs interleaves them: 8 trains of the first group, 8 of the second, and so on.
   return (mixed & 0xff0000ffU) | (mixed >> 8 & 0xff00U) | (mixed & 0xff00U) << 8;
+}
+
+/// The distance from which on a train cannot decide about a query: that of the second nearest one so far, or
+/// the one against which the nearest one so far passes the test of ratios.
+inline std::int32_t limitOf(const NearestBlock<std::int32_t>& block, std::int32_t nearest,
+                            std::int32_t second) {
+  const double ratio = block.coarse->ratio;
+  if (!(ratio < 1) || nearest >= ratio * ratio * second) return second;
+  // Slightly larger than exact numbers, because the test is one of rounded roots.
+  return static_cast<std::int32_t>(nearest / (ratio * ratio) * (1 + 1e-6)) + 2;
+}
+
+/// Whether a query fails the test of ratios, as far as two trains and the coarse sums of the others show it.
+/// Let b be the smaller one of both distances and a that of any other train. If b fails against the larger
+/// one and every a fails against b, whichever distances are the smallest ones fail.
+/// @param lowestSum  of trains below a distance
+template <class LowestSum>
+inline bool failsRatio(const NearestBlock<std::int32_t>& block, std::size_t query, const std::int16_t* sums,
+                       const LikelyNearest& likely, const LowestSum& lowestSum) {
+  const double ratio = block.coarse->ratio;
+  const auto root = [](std::int32_t distance) { return __builtin_sqrtf(static_cast<float>(distance)); };
+  if (!(root(likely.smaller) >= ratio * root(likely.larger))) return false;
+  // Slightly larger than exact numbers, because the test is one of rounded roots.
+  const auto limit = static_cast<std::int32_t>(ratio * ratio * likely.smaller * (1 + 1e-6)) + 2;
+  const __m256i lowest = lowestSum(limit);
+  for (std::size_t first = 0; first < block.groups * kLanes; first += 2 * kLanes) {
+    unsigned bits = notExcluded(_mm256_cmpgt_epi16(lowest, load256(sums + first)),
+                                _mm256_cmpgt_epi16(lowest, load256(sums + first + kLanes)));
+    if (first + kLanes == block.groups * kLanes) bits &= 0xffffU;
+    for (; bits != 0; bits &= bits - 1) {
+      const std::size_t train = first + static_cast<std::size_t>(__builtin_ctz(bits));
+      if (exactDistance(block, query, train) < limit) return false;
+    }
+  }
+  return true;
 }
 
 /// Compares a query with the trains that its coarse sums do not exclude.
@@ -490,7 +526,17 @@ __attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& blo
     return _mm256_set1_epi16(fits ? toShort(offset - coarseLimit(distance, scale, own_error) + bias)
                                   : static_cast<std::int16_t>(-0x8000));
   };
-  std::int32_t limit = limitOfSecond(block, query, sums);
+  std::int32_t limit = block.second[query];
+  if (block.near == nullptr && block.groups > 1) {
+    const LikelyNearest likely = likelyNearest(block, query, sums);
+    if (coarse.ratio < 1 && failsRatio(block, query, sums, likely, lowestSum)) {
+      block.best[query] = likely.smaller;
+      block.second[query] = likely.larger;
+      block.best_train[query] = static_cast<std::uint32_t>(likely.train);
+      return;
+    }
+    limit = limitOf(block, likely.smaller, likely.larger < limit ? likely.larger + 1 : limit);
+  }
   __m256i lowest = lowestSum(limit);
   const __m256i lowest_of_trains =
       _mm256_set1_epi16(fits ? toShort(offset + bias) : static_cast<std::int16_t>(-0x8000));
@@ -516,8 +562,9 @@ __attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& blo
       coarse.train_limit[train] = toShort(coarseLimit(distance, scale, error));
     }
     waiting_count = 0;
-    if (!(block.second[query] < limit)) return;
-    limit = block.second[query];
+    const std::int32_t nearer = limitOf(block, block.best[query], block.second[query]);
+    if (!(nearer < limit)) return;
+    limit = nearer;
     lowest = lowestSum(limit);
   };
   const std::size_t trains = block.groups * kLanes;

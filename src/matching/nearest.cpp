@@ -243,9 +243,10 @@ class CoarseTrains {
            stepFor(sizeFor(columns), squares) <= Projection::kMaxStep;
   }
 
-  CoarseTrains(const cv::Mat& trains, const Rows& rows, std::uint32_t squares) {
+  /// @param ratio  of NeighbourSearch
+  CoarseTrains(const cv::Mat& trains, const Rows& rows, std::uint32_t squares, double ratio) {
     projection.size = sizeFor(trains.cols);
-    projection.words = roundedUp(projection.size * kSixteenths / 16, 8) / 4;
+    projection.words = roundedUp(projection.size * (ratio < 1 ? kFew : kMany) / 16, 8) / 4;
     projection.step = std::max(2, stepFor(projection.size, squares));
     chooseRows(trains, rows);
     projection.rows = rows_.data();
@@ -264,7 +265,8 @@ class CoarseTrains {
 
  private:
   // Rows of the matrix that are used, in sixteenths of all. More rows exclude more trains but take longer.
-  static constexpr std::size_t kSixteenths = 10;
+  // The test of ratios excludes more by itself.
+  static constexpr std::size_t kMany = 8, kFew = 6;
   // Trains from which the variances are estimated.
   static constexpr std::size_t kSamples = 256;
 
@@ -375,9 +377,10 @@ NearestBlock<typename Metric::Distance> blockOf(const PackedQueries<Metric>& que
 /// @param nearest  one entry per row, padded to whole groups
 /// @param minima   of the trains, or null
 /// @param near     trains that cannot be second, or null; per row of `rows`, padded like `nearest`
+/// @param ratio    as in CoarseNumbers
 template <class Metric>
 void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric>& trains,
-             const CoarseTrains* coarse, const NearFeatures* near, std::size_t threads,
+             const CoarseTrains* coarse, const NearFeatures* near, double ratio, std::size_t threads,
              Nearest<typename Metric::Distance>& nearest, TrainMinima<typename Metric::Distance>* minima) {
   using Distance = typename Metric::Distance;
   const std::size_t blocks = roundedUp(rows.size(), kBlock) / kBlock;
@@ -409,7 +412,8 @@ void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric
                         coarse->numbers.offsets.data(),
                         coarse->error,
                         coarse_sums.data(),
-                        train_limits.data()};
+                        train_limits.data(),
+                        ratio};
         block.coarse = &coarse_block;
       }
       NearFeatures block_near{};
@@ -453,7 +457,7 @@ void findFarSeconds(const cv::Mat& queries, const Rows& query_rows, const Packed
   // No distance is smaller, so all other trains can become second.
   std::fill(far.best.begin(), far.best.end(), Distance{-1});
   const NearFeatures near{x.data(), y.data(), centre_x.data(), centre_y.data(), search.second_radius};
-  compare<Metric>(queries, rows, trains, coarse, &near, threads, far, nullptr);
+  compare<Metric>(queries, rows, trains, coarse, &near, 1, threads, far, nullptr);
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     nearest.second[numbers[k]] = far.second[k];
     nearest.second_train[numbers[k]] = far.second_train[k];
@@ -468,7 +472,7 @@ Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& t
   const auto threads = static_cast<std::size_t>(std::max(search.threads, 1));
   Nearest<Distance> nearest(roundedUp(query_rows.size(), NearestBlock<Distance>::kQueries));
   TrainMinima<Distance> minima(search.nearest_query ? packed.offsets.size() : 0);
-  compare<Metric>(queries, query_rows, packed, coarse, nullptr, threads, nearest,
+  compare<Metric>(queries, query_rows, packed, coarse, nullptr, search.ratio, threads, nearest,
                   search.nearest_query ? &minima : nullptr);
   if (search.second_radius > 0) {
     findFarSeconds<Metric>(queries, query_rows, packed, coarse, train_rows, search, threads, nearest);
@@ -481,9 +485,12 @@ Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& t
   for (std::size_t i = 0; i < query_rows.size(); ++i) {
     const std::uint32_t row = query_rows[i], train = nearest.best_train[i];
     if (train == Neighbours::kNone) continue;
+    const float distance = Metric::distance(nearest.best[i]);
+    // Without a second neighbour, whose distance is far, nothing speaks against the first one.
+    if (search.ratio < 1 && distance >= search.ratio * Metric::distance(nearest.second[i])) continue;
     result.train[row] = train_rows[train];
-    result.distance[row] = Metric::distance(nearest.best[i]);
-    if (nearest.second_train[i] == Neighbours::kNone) continue;
+    result.distance[row] = distance;
+    if (search.ratio < 1 || nearest.second_train[i] == Neighbours::kNone) continue;
     result.second_distance[row] = Metric::distance(nearest.second[i]);
   }
   if (search.nearest_query) {
@@ -513,7 +520,7 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
   if (form == WholeNumberForm::kPairs || !CoarseTrains::possible(queries.cols, squares)) {
     return find<PairRows>(left.bytes, left.rows, right.bytes, right.rows, search);
   }
-  const CoarseTrains coarse(right.bytes, right.rows, squares);
+  const CoarseTrains coarse(right.bytes, right.rows, squares, search.ratio);
   return find<ByteSquareRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
 }
 
