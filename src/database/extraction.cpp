@@ -19,8 +19,7 @@ namespace fs = std::filesystem;
 
 // Images of a thread that are complete before all of them are stored.
 constexpr std::size_t kImagesPerThread = 4;
-// COLMAP's guess of a focal length, in longer sides of the image.
-constexpr double kGuessedFocalLength = 1.2;
+constexpr int kDescriptorBytes = 128;
 
 constexpr const char* kExtensions[] = {".bmp", ".jpeg", ".jpg",  ".pgm", ".png",
                                        ".ppm", ".tif",  ".tiff", ".webp"};
@@ -82,12 +81,6 @@ Extracted extract(const fs::path& path, const FeatureExtractor& extractor) {
   return result;
 }
 
-ColmapCamera guessedCamera(const cv::Size& size) {
-  return {"SIMPLE_RADIAL",
-          size,
-          {kGuessedFocalLength * std::max(size.width, size.height), size.width / 2.0, size.height / 2.0, 0}};
-}
-
 std::string sizeText(const cv::Size& size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
@@ -96,49 +89,44 @@ std::string sizeText(const cv::Size& size) {
 class ImageWriter {
  public:
   ImageWriter(const ExtractionInput& input, bool single_camera, ColmapStore& store)
-      : input_(input), single_camera_(single_camera), store_(store) {
-    if (!single_camera || store.images().empty()) return;
-    shared_camera_ = store.cameraOf(store.images().front().id);
-    shared_size_ = store.images().front().size;
+      : given_(input.camera), single_camera_(single_camera), store_(store) {
+    if (given_) camera_ = cameraFromColmap(*given_);
+    if (given_) size_ = given_->size;
+    if (single_camera && !store.images().empty()) size_ = store.images().front().size;
   }
 
   /// @return why the image is not added; empty if it is
   std::string add(const std::string& name, const Features& features) {
     const cv::Size& size = features.image_size;
-    const cv::Size expected = shared_camera_  ? shared_size_
-                              : input_.camera ? input_.camera->size
-                                              : cv::Size();
-    if (!expected.empty() && size != expected) {
-      return "is " + sizeText(size) + ", but the camera's images are " + sizeText(expected) +
-             "; extract it with a camera of its own";
+    if (!size_.empty() && size != size_) {
+      return "is " + sizeText(size) + ", but the camera's images are " + sizeText(size_) +
+             "; give it a database or a camera of its own";
     }
-    std::uint32_t camera = 0;
-    if (shared_camera_) {
-      camera = *shared_camera_;
-    } else {
-      ColmapCamera own = input_.camera.value_or(guessedCamera(size));
-      own.size = size;
-      camera = store_.addCamera(own, input_.camera.has_value());
-    }
-    if (single_camera_) {
-      shared_camera_ = camera;
-      shared_size_ = size;
+    if (single_camera_) size_ = size;
+    StoredImage image;
+    image.name = name;
+    image.size = size;
+    if (given_) {
+      given_->size = size;
+      image.camera = camera_;
+      image.camera->size = size;
+      image.calibrated = true;
     }
     StoredKeypoints keypoints;
     keypoints.frames = features.frames;
     for (const cv::KeyPoint& keypoint : features.keypoints) keypoints.positions.push_back(keypoint.pt);
-    cv::Mat descriptors;
-    features.descriptors.convertTo(descriptors, CV_8U);
-    store_.addImage(name, camera, keypoints, descriptors);
+    cv::Mat descriptors(0, kDescriptorBytes, CV_8U);
+    if (!features.descriptors.empty()) features.descriptors.convertTo(descriptors, CV_8U);
+    store_.addImage(image, keypoints, descriptors, given_, single_camera_);
     return "";
   }
 
  private:
-  const ExtractionInput& input_;
+  std::optional<ColmapCamera> given_;
+  Camera camera_;
   const bool single_camera_;
   ColmapStore& store_;
-  std::optional<std::uint32_t> shared_camera_;
-  cv::Size shared_size_;
+  cv::Size size_;  ///< of all images, or 0x0
 };
 
 std::unique_ptr<FeatureExtractor> extractorFor(const ExtractionOptions& options) {
@@ -169,7 +157,7 @@ ExtractionSummary extractFeatures(const ExtractionInput& input, const Extraction
                                   const std::function<void(std::size_t, std::size_t)>& progress,
                                   const std::atomic<bool>* interrupt) {
   const std::unique_ptr<FeatureExtractor> extractor = extractorFor(options);
-  if (input.camera) cameraFromColmap(*input.camera);
+  ImageWriter writer(input, options.single_camera, store);
   std::vector<std::string> names = imagesBelow(input.folder);
   ExtractionSummary summary;
   summary.images = names.size();
@@ -179,7 +167,6 @@ ExtractionSummary extractFeatures(const ExtractionInput& input, const Extraction
                              [&](const std::string& name) { return present.count(name) != 0; }),
               names.end());
   summary.skipped = summary.images - names.size();
-  ImageWriter writer(input, options.single_camera, store);
   const std::size_t block = kImagesPerThread * static_cast<std::size_t>(std::max(threads, 1));
   for (std::size_t begin = 0; begin < names.size(); begin += block) {
     const std::size_t end = std::min(begin + block, names.size());
