@@ -62,7 +62,7 @@ struct ColmapStore::Impl {
   std::int64_t configurationNumber(const std::string& configuration) const;
   void writeGeometry(const VerifiedPair& pair) const;
   void writeVerification(const VerifiedPair& pair, std::int64_t configuration) const;
-  std::int64_t cameraNumber(const StoredImage& image) const;
+  std::int64_t cameraNumber(const ColmapCamera& camera, bool trusted, bool shared) const;
   std::string storedPairs() const;
 
   SqliteDatabase database;
@@ -332,17 +332,16 @@ void ColmapStore::Impl::writeVerification(const VerifiedPair& pair, std::int64_t
   query.run();
 }
 
-/// Adds the camera of an image. Images with the same trusted calibration share one, as those of one camera
-/// do.
-std::int64_t ColmapStore::Impl::cameraNumber(const StoredImage& image) const {
-  const ColmapCamera camera = colmapCameraOf(image);
+/// Adds a camera.
+/// @param shared  use the row of the same camera where there is one
+std::int64_t ColmapStore::Impl::cameraNumber(const ColmapCamera& camera, bool trusted, bool shared) const {
   const std::int64_t model = colmapModelNumber(camera.model);
-  const std::int64_t trusted = image.camera && image.calibrated;
   const auto bind = [&](SqliteQuery& query) {
     query.bind(1, model).bind(2, std::int64_t{camera.size.width});
-    query.bind(3, std::int64_t{camera.size.height}).bind(4, bytesOf(camera.parameters)).bind(5, trusted);
+    query.bind(3, std::int64_t{camera.size.height}).bind(4, bytesOf(camera.parameters));
+    query.bind(5, std::int64_t{trusted});
   };
-  if (trusted) {
+  if (shared) {
     SqliteQuery same = database.query(
         "SELECT camera_id FROM cameras WHERE model = ?1 AND width = ?2 AND height = ?3 AND params = ?4 AND "
         "prior_focal_length = ?5");
@@ -552,7 +551,8 @@ cv::Mat ColmapStore::descriptors(std::uint32_t id) const {
 }
 
 std::uint32_t ColmapStore::addImage(const StoredImage& image, const StoredKeypoints& keypoints,
-                                    const cv::Mat& descriptors) {
+                                    const cv::Mat& descriptors, const std::optional<ColmapCamera>& given,
+                                    bool one_camera) {
   impl_->requireWritable();
   SqliteTransaction transaction(impl_->database);
   StoredImage added = image;
@@ -561,7 +561,9 @@ std::uint32_t ColmapStore::addImage(const StoredImage& image, const StoredKeypoi
     return query.bind(1, image.name).next();
   };
   if (lookup()) impl_->refuse("table images: there is an image '" + image.name + "' already");
-  const std::int64_t camera = impl_->cameraNumber(image);
+  const bool trusted = image.camera && image.calibrated;
+  const std::int64_t camera =
+      impl_->cameraNumber(given ? *given : colmapCameraOf(image), trusted, trusted || one_camera);
   impl_->database.query("INSERT INTO images(name, camera_id) VALUES (?1, ?2)")
       .bind(1, image.name)
       .bind(2, camera)
@@ -574,7 +576,7 @@ std::uint32_t ColmapStore::addImage(const StoredImage& image, const StoredKeypoi
       .bind(3, std::int64_t{keypoints.frames.empty() ? 2 : 6})
       .bind(4, bytesOf(values))
       .run();
-  if (!descriptors.empty()) {
+  if (descriptors.cols > 0) {
     const cv::Mat bytes = descriptors.isContinuous() ? descriptors : descriptors.clone();
     impl_->database.query("INSERT INTO descriptors(image_id, rows, cols, data) VALUES (?1, ?2, ?3, ?4)")
         .bind(1, id)

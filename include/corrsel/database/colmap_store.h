@@ -3,10 +3,12 @@
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "corrsel/camera_formats.h"
 #include "corrsel/database/pair_store.h"
 
 namespace corrsel::core {
@@ -54,9 +56,12 @@ class ColmapStore : public PairStore {
   /// @param image        without a camera, one with a guessed focal length is stored, as COLMAP does; its
   ///                     number is not used
   /// @param keypoints    with frames: six columns are stored, else two
-  /// @param descriptors  CV_8U, one row a keypoint; may be empty
+  /// @param descriptors  CV_8U, one row a keypoint; without columns: none are stored
+  /// @param given        stored as the camera instead of `image.camera`, whose model may differ
+  /// @param one_camera   images with the same camera share a row of it although it is not trusted
   std::uint32_t addImage(const StoredImage& image, const StoredKeypoints& keypoints,
-                         const cv::Mat& descriptors);
+                         const cv::Mat& descriptors, const std::optional<ColmapCamera>& given = {},
+                         bool one_camera = false);
 
   /// Stores putative matches of several pairs in one transaction. Rows that are there are replaced, and what
   /// was verified of these pairs is removed. COLMAP has no place for StoredMatches::probability. Throws
