@@ -14,8 +14,12 @@ import installed
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "python" / "corrsel"
-#: Modules with types. _types has no module, only names for the others.
-MODULES = sorted({path.stem for path in PACKAGE.glob("*.pyi")} - {"__init__", "_types"})
+#: Modules with public names: the homes of the package's own names, which are private, and those that programs import.
+HOMES = corrsel._HOMES  # pylint: disable=protected-access
+MODULES = sorted(
+    {home for home, _ in HOMES} - {"_core"}
+    | {path.stem for path in PACKAGE.glob("[a-z]*.py") if "\n__all__ = " in path.read_text("utf-8")}
+)
 #: Python calls them by itself, and no program names them.
 IMPLIED = {"__delattr__", "__eq__", "__reduce__", "__repr__", "__setattr__"}
 
@@ -43,6 +47,8 @@ def parameters_of_stub(node):
     plain = [(argument, kind.POSITIONAL_OR_KEYWORD) for argument in arguments.args]
     without = len(plain) - len(arguments.defaults)
     found = [(argument.arg, which, k >= without) for k, (argument, which) in enumerate(plain)]
+    if arguments.vararg:
+        found.append((arguments.vararg.arg, kind.VAR_POSITIONAL, False))
     for argument, default in zip(arguments.kwonlyargs, arguments.kw_defaults):
         found.append((argument.arg, kind.KEYWORD_ONLY, default is not None))
     if arguments.kwarg:
@@ -77,12 +83,7 @@ class Stubs(unittest.TestCase):
                 for alias in node.names:
                     self.assertEqual(alias.name, alias.asname)  # mypy takes other imports for private ones
                     imported[alias.name] = node.module
-        homes = {
-            name: home
-            for (home, _), names in corrsel._HOMES.items()  # pylint: disable=protected-access
-            for name in names
-            if home != "_core"
-        }
+        homes = {name: home for (home, _), names in HOMES.items() for name in names if home != "_core"}
         self.assertEqual(imported, homes)
         self.assertIn("\n__version__: str\n", text)
 
@@ -90,8 +91,7 @@ class Stubs(unittest.TestCase):
         for module in MODULES:
             stub = stub_of(module)
             public = {name for name in stub if not name.startswith("_")}
-            homes = corrsel._HOMES.items()  # pylint: disable=protected-access
-            expected = {name for (home, _), names in homes if home == module for name in names}
+            expected = {name for (home, _), names in HOMES.items() if home == module for name in names}
             if not expected:
                 expected = set(importlib.import_module("corrsel." + module).__all__)
             self.assertEqual(public, expected, module)
