@@ -173,6 +173,7 @@ def _matches_of(pair):
         pair.left,
         pair.right,
         distance=pair.distance,
+        probability=pair.probability,
         left_index=pair.left_index,
         right_index=pair.right_index,
         left_size=pair.left_size if all(pair.left_size) else None,

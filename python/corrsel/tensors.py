@@ -47,7 +47,7 @@ def matches_of(output, image0=None, image1=None, *, left_size=None, right_size=N
                  the extractors return them. None: `keypoints0` and `keypoints1` of the output
     left_size, right_size   sizes (width, height), px, where image0 and image1 do not have them
 
-    Scores from 0 to 1 become distances, 1 - score. Numbers of keypoints are kept as left_index and right_index.
+    Scores from 0 to 1 become probabilities. Numbers of keypoints are kept as left_index and right_index.
 
     Raises ValueError that names the key for arrays that do not belong together, and KeyError for a missing key.
     """
@@ -135,14 +135,14 @@ class _Output:
         except InputError as error:
             raise ValueError(str(error)) from error
         scores = "scores" if self.key == "matches" else "matching_scores0"
-        distance = None
+        probability = None
         if scores in self.output:
-            distance = _distance(_doors.to_floats(self._element(scores, row)).reshape(-1)[rows])
+            probability = _probability(_doors.to_floats(self._element(scores, row)).reshape(-1)[rows])
         sizes = [None if size is None else self._size(size, row) for size in self.sizes]
         matches = Matches(
             keypoints[0][left],
             keypoints[1][right],
-            distance=distance,
+            probability=probability,
             left_index=left,
             right_index=right,
             left_size=sizes[0],
@@ -209,9 +209,9 @@ def _is_flat(values, dimensions):
     return np.ndim(_doors.to_numpy(values)) == dimensions
 
 
-def _distance(scores):
-    """Return scores from 0 to 1 as descriptor distances; None where they tell nothing."""
-    return np.clip(1 - scores, 0, 1) if scores.any() else None
+def _probability(scores):
+    """Return scores from 0 to 1 as probabilities, although rounded; None where they tell nothing."""
+    return np.clip(scores, 0, 1) if scores.any() else None
 
 
 def _frames(name, lafs):

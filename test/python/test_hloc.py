@@ -102,12 +102,14 @@ class Verify(unittest.TestCase):
         self.assertEqual(sorted(os.listdir(str(self.root))), ["features.h5", "matches.h5", "verified.h5"])
 
     def test_the_same_selection_as_select(self):
-        """With the scores as distances, and sizes."""
+        """With the scores as probabilities, and sizes."""
         self.verify(selector="adalam")
         with h5py.File(str(self.features), "r") as file:
             left, right = (file[name]["keypoints"][()].astype(np.float32) for name in NAMES[:2])
-        distance = 1 - self.scores.astype(np.float16).astype(np.float64)
-        selection = corrsel.select(left, right, "adalam", distance=distance, left_size=SIZE, right_size=SIZE)
+        probability = self.scores.astype(np.float16).astype(np.float64)
+        selection = corrsel.select(
+            left, right, "adalam", probability=probability, left_size=SIZE, right_size=SIZE
+        )
         pairs, _ = stored_pair(self.output, NAMES[0], NAMES[1])
         np.testing.assert_array_equal(pairs[:, 0], np.flatnonzero(selection.mask))
 
@@ -140,12 +142,12 @@ class Verify(unittest.TestCase):
             self.assertEqual(list(file), ["db-1.jpg_db-2.jpg"])
             self.assertGreater((file["db-1.jpg_db-2.jpg/matches0"][()] >= 0).sum(), 0.95 * self.truth.sum())
 
-    def test_scores_of_zero_are_no_distances(self):
+    def test_scores_of_zero_are_no_probabilities(self):
         self.scores[:] = 0
         self.write(NAMES[0], NAMES[1], self.numbers)
         with mock.patch.object(hloc, "Matches", side_effect=corrsel.Matches) as made:
             self.verify()
-        self.assertEqual([call[1]["distance"] is None for call in made.call_args_list], [True, False])
+        self.assertEqual([call[1]["probability"] is None for call in made.call_args_list], [True, False])
         pairs, scores = stored_pair(self.output, NAMES[0], NAMES[1])
         self.assertGreater(len(pairs), 0.95 * self.truth.sum())
         self.assertEqual(scores.max(), 0)

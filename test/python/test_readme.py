@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The examples of README.md, docs/python.md and docs/doors.md, compiled and run as they are printed there.
+"""The examples of README.md, docs/doors.md and docs/python.md, compiled and run as they are printed there.
 
 They use the package as installed into a temporary folder."""
 
@@ -18,6 +18,7 @@ SECTION = "C++ and Python without ROS"
 
 #: What the examples of docs/doors.md print, by a line of theirs.
 DOORS = {
+    "corrsel.draw(": r"^\(\d+, \d+, 3\) plane_or_rotation\n$",
     "from corrsel.opencv import findHomography": r"^\d{2,} inliers \[\[(1.0|0.99), ",
     "import corrsel_rtabmap": r"^\d{2,} matches, int64",
     'door.verify("matches.h5"': r"^1 of 1 pairs, \d{2,} of \d{3} matches$",
@@ -92,17 +93,29 @@ class Readme(unittest.TestCase):
         paths = [str(path) for path in packages] + [os.environ.get("PYTHONPATH", "")]
         cls.environment = {"PYTHONPATH": os.pathsep.join(paths)}
 
+    def run_cpp(self, name, program):
+        """Return what a program in C++ prints, built by the README's project."""
+        folder = self.work / name
+        folder.mkdir()
+        (folder / "CMakeLists.txt").write_text(readme_blocks()["cmake"], "utf-8")
+        (folder / "main.cpp").write_text(program, "utf-8")
+        code, text = installed.build_project(folder, folder / "build", self.prefix)
+        self.assertEqual(code, 0, text)
+        code, text = installed.run([folder / "build" / "example"])
+        self.assertEqual(code, 0, text)
+        return text
+
     def test_cpp(self):
-        examples = readme_blocks()
-        (self.work / "CMakeLists.txt").write_text(examples["cmake"], "utf-8")
-        (self.work / "main.cpp").write_text(examples["cpp"], "utf-8")
-        build = self.work / "build"
-        code, text = installed.build_project(self.work, build, self.prefix)
-        self.assertEqual(code, 0, text)
-        code, text = installed.run([build / "example"])
-        self.assertEqual(code, 0, text)
+        program = readme_blocks()["cpp"]
+        text = self.run_cpp("readme", program)
         self.assertRegex(text, "^ok, ")
-        self.assertIn("// " + text, examples["cpp"])
+        self.assertIn("// " + text, program)
+
+    def test_doors_in_cpp(self):
+        text = (ROOT / "docs" / "doors.md").read_text("utf-8")
+        section = re.search(r"^## OpenCV in C\+\+\n(.*?)(?:^## |\Z)", text, re.M | re.S).group(1)
+        printed = self.run_cpp("opencv", dict(blocks(section))["cpp"])
+        self.assertRegex(printed, r"^20\d inliers, shift (8|7\.9|8\.0)")
 
     def run_python(self, program):
         """Return what a program prints in a folder that holds left.png and right.png."""
@@ -118,7 +131,7 @@ class Readme(unittest.TestCase):
             cv2.imwrite(str(self.work / (name + ".png")), image)
         code, text = installed.run(
             [sys.executable, "-c", "import os; os.chdir(%r)\n%s" % (str(self.work), program)],
-            **self.environment
+            **self.environment,
         )
         self.assertEqual(code, 0, text)
         return text

@@ -163,10 +163,10 @@ class Dictionaries(unittest.TestCase):
         np.testing.assert_array_equal(matches.right, self.right[0, matches.right_index])
         np.testing.assert_array_equal(matches.right_index, self.output["matches0"][0, matches.left_index])
         np.testing.assert_allclose(
-            matches.distance, 1 - self.output["matching_scores0"][0, matches.left_index], atol=1e-6
+            matches.probability, self.output["matching_scores0"][0, matches.left_index], atol=1e-6
         )
         self.output["matching_scores0"][:] = 0  # as hloc's AdaLAM has it
-        self.assertIsNone(tensors.matches_of(self.output, self.left, self.right).distance)
+        self.assertIsNone(tensors.matches_of(self.output, self.left, self.right).probability)
 
     def test_no_matches(self):
         self.output["matches0"][:] = -1

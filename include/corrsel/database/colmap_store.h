@@ -2,9 +2,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "corrsel/camera_formats.h"
 #include "corrsel/database/pair_store.h"
 
 namespace corrsel::core {
@@ -21,9 +25,13 @@ class ColmapStore : public PairStore {
                        double busy_seconds = 10);
   ~ColmapStore() override;
 
-  /// Copies a database with what is in its write-ahead log. Throws StoreError. An incomplete copy is called
-  /// like the copy with ".part" appended.
+  /// Copies a database with what is in its write-ahead log. Throws StoreError, also where `to` exists. An
+  /// incomplete copy is called like the copy with ".part" appended.
   static void copy(const std::filesystem::path& from, const std::filesystem::path& to);
+
+  /// Like copy(), but continues with a copy that an earlier run has left. Throws StoreError, also where that
+  /// one has other images.
+  static void continueCopy(const std::filesystem::path& from, const std::filesystem::path& to);
 
   /// Creates an empty database with COLMAP's tables. Throws StoreError where the file exists.
   static void create(const std::filesystem::path& path);
@@ -36,16 +44,28 @@ class ColmapStore : public PairStore {
   VerifiedPair verified(const ImagePairKey& pair) const override;
   void write(const std::vector<VerifiedPair>& pairs, const std::string& configuration) override;
 
+  /// The pairs whose verification another program has stored, or has stored anew since, in ascending order.
+  std::vector<ImagePairKey> pairsOfOthers() const;
+
   /// Descriptors of an image, one row of 128 bytes a keypoint (CV_8U). Throws StoreError.
   cv::Mat descriptors(std::uint32_t image) const;
 
   /// Adds an image with its camera, keypoints and descriptors, in one transaction. @return its number.
+  /// Throws StoreError, also where there is an image of this name, and std::invalid_argument for a camera
+  /// that COLMAP lacks (see cameraToColmap()). Images with the same trusted camera share a row of it.
+  /// @param image        without a camera, one with a guessed focal length is stored, as COLMAP does; its
+  ///                     number is not used
   /// @param keypoints    with frames: six columns are stored, else two
-  /// @param descriptors  CV_8U, one row a keypoint; may be empty
+  /// @param descriptors  CV_8U, one row a keypoint; without columns: none are stored
+  /// @param given        stored as the camera instead of `image.camera`, whose model may differ
+  /// @param one_camera   images with the same camera share a row of it although it is not trusted
   std::uint32_t addImage(const StoredImage& image, const StoredKeypoints& keypoints,
-                         const cv::Mat& descriptors);
+                         const cv::Mat& descriptors, const std::optional<ColmapCamera>& given = {},
+                         bool one_camera = false);
 
-  /// Stores putative matches of several pairs in one transaction; rows that are there are replaced.
+  /// Stores putative matches of several pairs in one transaction. Rows that are there are replaced, and what
+  /// was verified of these pairs is removed. COLMAP has no place for StoredMatches::probability. Throws
+  /// StoreError, also for matches beyond the keypoints.
   void writeMatches(const std::vector<std::pair<ImagePairKey, StoredMatches>>& matches);
 
   /// Sentences about the database that its user should read, e.g. cameras whose model corrsel lacks.

@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 
-from .pairs import InputError, MatchedPair, distances, image_size, matched_rows, points, vector
+from .pairs import InputError, MatchedPair, image_size, matched_rows, points, set_scores, vector
 
 try:
     import h5py
@@ -227,5 +227,5 @@ def _read_pair(match_file, group, feature_file, names, paths, scores):
         name = group + "/matching_scores0"
         values = vector(_values(item, "matching_scores0", place), matches, name, total)[rows]
         if scores != "confidence" or values.any():  # hloc's AdaLAM writes zeros
-            pair.distance = distances(values, matches, name, scores)
+            set_scores(pair, values, "matching_scores0", scores)
     return pair
