@@ -19,6 +19,7 @@ Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 
     match, match_features              putative matches of two images, or of their features
     extract, Extractor, Features       keypoints, affine frames and descriptors
     extractor_names, detector_names, descriptor_names, missing_algorithms
+    verify, VerifyReport, FaultyPair   verification of all pairs of a database of COLMAP
     ground_truth_errors, evaluate, Evaluation   precision, recall and F against ground truth
     pose_errors, PoseErrors, epipolar_errors, corner_error   errors of an estimated pose or homography
     error_auc, mean_average_accuracy   of the errors of many pairs
@@ -72,6 +73,7 @@ _HOMES = {
         "missing_algorithms",
     ),
     ("drawing", "_features"): ("draw",),
+    ("verification", "_database"): ("FaultyPair", "VerifyReport", "verify"),
     ("_core", "_core"): ("__version__",),
 }
 
@@ -118,7 +120,7 @@ def _remedy(reason):
         )
     return (
         "It is built where pybind11 and Python's development files are found, for the Python that CMake reports; "
-        "corrsel._features also needs -Dcorrsel_FEATURES=ON"
+        "corrsel._features also needs -Dcorrsel_FEATURES=ON, and corrsel._database -Dcorrsel_DATABASE=ON"
     )
 
 
