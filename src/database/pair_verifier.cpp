@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/text.h"
+#include "corrsel/database/ambiguity.h"
 #include "corrsel/selectors/factory.h"
 #include "corrsel/selectors/selector.h"
 #include "database/competing_models.h"
@@ -132,6 +134,7 @@ std::string PairVerifier::configuration() const {
 VerifiedPair PairVerifier::verify(const PairInput& input, Workspace& workspace) const {
   VerifiedPair result;
   result.pair = input.pair;
+  result.ambiguity = std::numeric_limits<double>::quiet_NaN();
   result.putative = input.matches.rows.size();
   result.message = faultOf(input);
   result.faulty = !result.message.empty();
@@ -159,6 +162,7 @@ VerifiedPair PairVerifier::verify(const PairInput& input, Workspace& workspace) 
   }
   result.message.clear();
   result.geometry = std::move(geometry);
+  if (options_.ambiguity) result.ambiguity = ambiguity(matches, selection, workspace);
   return result;
 }
 
