@@ -117,6 +117,8 @@ void PairVerifierOptions::visit(OptionVisitor& visitor) const {
                   &PairVerifierOptions::min_matches);
   visitor.number({"min_confidence", 0, 1e6, "-", "Smallest confidence of an accepted pair"},
                  &PairVerifierOptions::min_confidence);
+  visitor.flag("ambiguity", "Examine whether a second relation explains the matches of an accepted pair",
+               &PairVerifierOptions::ambiguity);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the selectors"}, &PairVerifierOptions::seed);
 }
 
@@ -149,6 +151,8 @@ VerifiedPair PairVerifier::verify(const PairInput& input, Workspace& workspace) 
   result.confidence = selection.confidence;
   result.message = selection.message;
   if (selection.status != Status::kOk || selection.confidence < options_.min_confidence) return result;
+  const double second = options_.ambiguity ? ambiguity(matches, selection, workspace)
+                                           : std::numeric_limits<double>::quiet_NaN();
   std::optional<PairCameras> cameras;
   if (input.first->calibrated && input.second->calibrated)
     cameras = {*input.first->camera, *input.second->camera};
@@ -162,7 +166,7 @@ VerifiedPair PairVerifier::verify(const PairInput& input, Workspace& workspace) 
   }
   result.message.clear();
   result.geometry = std::move(geometry);
-  if (options_.ambiguity) result.ambiguity = ambiguity(matches, selection, workspace);
+  result.ambiguity = second;
   return result;
 }
 
