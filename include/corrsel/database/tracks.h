@@ -93,8 +93,9 @@ std::string trackConfiguration(const std::string& configuration);
 /// none become `undefined`. Apply it to a copy of the database.
 ///
 /// This is what COLMAP's point_triangulator needs. It takes the poses from a model (--input_path), ignores
-/// the matrices, and joins the inliers of two_view_geometries to tracks by itself. From the rewritten rows it
-/// gets exactly these tracks, apart from pairs with fewer than 15 inliers, which it does not read.
+/// the matrices, and follows the inliers of two_view_geometries from image to image by itself. Of the
+/// rewritten rows none leads from one track to another, so that every point stays within a track. Pairs with
+/// fewer than 15 inliers are not read.
 ///
 /// Cost: O(matches), and memory of 4 bytes for every keypoint as in buildTracks().
 /// @param pairs          those that buildTracks() was given, and those that were left out
