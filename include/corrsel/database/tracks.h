@@ -63,11 +63,13 @@ struct TrackStatistics {
 ///
 /// Cost: O(M log K) for M matches of K keypoints, and O(length) for every join. Memory of 12 bytes for every
 /// keypoint up to the last matched one of each image, 16 for every pair, and 8 for every observation, but
-/// nothing for a match: each pair is read twice. For 20000 images of 5000 keypoints and a million pairs these
-/// are 1.2 GB, and 0.8 GB more for the tracks if all keypoints are in one.
+/// nothing for a match: each pair is read twice, and the keypoints of each image once. For 20000 images of
+/// 5000 keypoints and a million pairs these are 1.2 GB, and 0.8 GB more for the tracks if all keypoints are
+/// in one.
 /// @param pairs       with a stored verification, each of them once
 /// @param min_length  tracks with fewer observations are left out; at least 2
-/// Throws std::invalid_argument for a pair that is listed twice and a smaller min_length, and StoreError.
+/// Throws std::invalid_argument for a pair that is listed twice and a smaller min_length, and StoreError,
+/// also where a match names a keypoint that its image does not have.
 Tracks buildTracks(const PairStore& store, const std::vector<ImagePairKey>& pairs,
                    std::size_t min_length = 2);
 
