@@ -30,12 +30,15 @@ cv::Mat textured(const cv::Size& size, std::uint64_t seed) {
   return image;
 }
 
+fs::path newFolder() {
+  std::string name = (fs::temp_directory_path() / "corrsel_extraction_XXXXXX").string();
+  return mkdtemp(name.data());
+}
+
 /// A folder with the images b.png and z/a.png, and an empty database beside it.
 class ExtractionTest : public ::testing::Test {
  protected:
   ExtractionTest() {
-    std::string name = (fs::temp_directory_path() / "corrsel_extraction_XXXXXX").string();
-    folder = mkdtemp(name.data());
     fs::create_directories(images / "z");
     cv::imwrite((images / "b.png").string(), textured({200, 150}, 1));
     cv::imwrite((images / "z" / "a.png").string(), textured({200, 150}, 2));
@@ -65,7 +68,7 @@ class ExtractionTest : public ::testing::Test {
     return values;
   }
 
-  fs::path folder, images = folder / "images", path = folder / "house.db";
+  const fs::path folder = newFolder(), images = folder / "images", path = folder / "house.db";
 };
 
 TEST_F(ExtractionTest, ImagesAreAddedInTheOrderOfTheirNames) {
