@@ -26,7 +26,7 @@ build_packages=(
 )
 performance_packages=(libbenchmark-dev libnanoflann-dev)
 test_packages=(
-  colmap libgtest-dev librostest-dev python3-opencv python3-rosdep2 python3-rostest sqlite3
+  colmap libgtest-dev librostest-dev mypy python3-opencv python3-rosdep2 python3-rostest python3-venv sqlite3
 )
 sanitizer_packages=(clang libclang-rt-14-dev lld)
 

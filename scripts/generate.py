@@ -272,6 +272,7 @@ def needs_text(names):
     words = (
         ("right_size", "image sizes" if both else "size of the right image"),
         ("second_distance", "descriptor distances"),
+        ("probability", "probabilities of the matcher"),
         ("left_frame", "frames"),
         ("left_camera", "cameras"),
         ("left_index", "feature numbers"),

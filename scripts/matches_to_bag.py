@@ -65,7 +65,7 @@ def main(argv=None):
         "--scores",
         choices=SCORES,
         default=SCORES[0],
-        help="what the scores of NPZ and HDF5 files are; the distance of a match is 1 - confidence (default: %(default)s)",
+        help="what the scores of NPZ and HDF5 files are; a confidence is the probability of a match (default: %(default)s)",
     )
     parser.add_argument("--dataset", help="name of the dataset in the results (default: that of MATCHES)")
     parser.add_argument(

@@ -25,6 +25,8 @@ struct Correspondences {
   std::vector<float> distance;  ///< optional: descriptor distance to the nearest neighbour, its metric's unit
   std::vector<float>
       second_distance;  ///< optional: distance to the second-nearest neighbour; NaN if there is none
+  std::vector<float>
+      probability;  ///< optional: that the match is right, by the matcher, 0 to 1; NaN = unknown
   std::vector<AffineFrame> left_frame, right_frame;    ///< optional: local affine frames, px
   std::vector<std::uint32_t> left_index, right_index;  ///< optional: feature numbers in their images
 
@@ -38,8 +40,9 @@ struct Correspondences {
   /// Appends a match that has coordinates only. @pre no optional column is in use
   void add(const cv::Point2f& left, const cv::Point2f& right);
 
-  /// Returns an empty text if all columns have the same length and the cameras and the prior are valid,
-  /// otherwise a sentence that names the wrong column or the wrong member of a camera or of the prior.
+  /// Returns an empty text if all columns have the same length, every probability is from 0 to 1 or NaN, and
+  /// the cameras and the prior are valid; otherwise a sentence that names the wrong column, with the row and
+  /// the value of a wrong probability, or the wrong member of a camera or of the prior. O(matches).
   std::string inconsistency() const;
 
   /// Returns the given rows, in that order, with every column, and the sizes, the cameras and the prior.

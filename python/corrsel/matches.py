@@ -44,7 +44,8 @@ def keypoints(msg):
     class_id; otherwise every match has keypoints of its own, with class_id -1. If the message has affine
     frames, the size of a keypoint is the diameter, px, of the circle with the area of the frame's ellipse, and
     its angle is that of the frame's first axis, degrees in [0, 360); otherwise they are 0 and -1. The distance
-    of a match is the largest float32, as in OpenCV, if the message has no distances.
+    of a match is 1 - probability if the message has no distances, and without probabilities the largest float32, as
+    in OpenCV.
 
     Raises ValueError that names an array of the wrong length, and ImportError if OpenCV's module is missing.
     """
@@ -52,7 +53,10 @@ def keypoints(msg):
     count = len(msg.left_x)
     left_points, right_points = points(msg)
     distances = _column(msg, "distance", count, optional=True)
-    if distances is None:
+    probabilities = _column(msg, "probability", count, optional=True)
+    if distances is None and probabilities is not None:
+        distances = 1 - probabilities
+    elif distances is None:
         distances = np.full(count, np.finfo(np.float32).max, np.float32)
     left, left_rows = _side(cv2, msg, "left", left_points)
     right, right_rows = _side(cv2, msg, "right", right_points)

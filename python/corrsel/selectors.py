@@ -11,6 +11,7 @@ _COLUMNS = (
     "right",
     "distance",
     "second_distance",
+    "probability",
     "left_frame",
     "right_frame",
     "left_index",
@@ -25,6 +26,8 @@ class Matches:
     left, right       positions, px, (x, y) with the origin at the centre of the first pixel: N x 2
     distance          descriptor distance to the nearest neighbour, in the metric's unit: N, or None
     second_distance   distance to the second-nearest neighbour, NaN where there is none: N, or None
+    probability       of a learned matcher: that the match is right, from 0 to 1, NaN where it is not known: N, or None.
+                      Selectors that begin with the best matches order by it where there are no distances
     left_frame, right_frame   local affine frames [[a11, a12, x], [a21, a22, y]], which map the unit disc to the
                       feature's ellipse, px: N x 2 x 3, or None
     left_index, right_index   numbers of the features in their images: N, or None
@@ -36,7 +39,8 @@ class Matches:
     copied. `matches[rows]` has the rows that a mask, a slice or an array of row numbers names. Attributes cannot be
     replaced.
 
-    Raises TypeError for arrays of another dtype and ValueError for another shape or length, naming the argument.
+    Raises TypeError for arrays of another dtype and ValueError for another shape or length or for a probability outside
+    0 to 1, naming the argument.
     """
 
     __slots__ = _COLUMNS + _OF_IMAGES
@@ -48,6 +52,7 @@ class Matches:
         *,
         distance=None,
         second_distance=None,
+        probability=None,
         left_frame=None,
         right_frame=None,
         left_index=None,
@@ -74,6 +79,7 @@ class Matches:
             ("right", _arrays.floats("right", right, (None, 2), point, rows)),
             ("distance", column("distance", distance, (None,), one)),
             ("second_distance", column("second_distance", second_distance, (None,), one)),
+            ("probability", _probability(column("probability", probability, (None,), one))),
             ("left_frame", column("left_frame", left_frame, (None, 2, 3), frame)),
             ("right_frame", column("right_frame", right_frame, (None, 2, 3), frame)),
             ("left_index", index("left_index", left_index)),
@@ -130,6 +136,17 @@ class Matches:
 
 def _matches_from(columns):
     return Matches(**columns)
+
+
+def _probability(values):
+    if values is not None:
+        wrong = np.flatnonzero(~(np.isnan(values) | ((values >= 0) & (values <= 1))))
+        if wrong.size:
+            raise ValueError(
+                "probability holds %g in row %d; needed: 0 to 1, or NaN where it is not known"
+                % (values[wrong[0]], wrong[0])
+            )
+    return values
 
 
 def _camera(name, value):
@@ -275,6 +292,7 @@ def select(
     right_size=None,
     distance=None,
     second_distance=None,
+    probability=None,
     left_frame=None,
     right_frame=None,
     left_index=None,
@@ -290,6 +308,7 @@ def select(
     selector          a name of selector_names(), optionally with a preset: "gms", "lpm:v2", "ransac:f"
     left_size, right_size       image sizes (width, height), px
     distance, second_distance   descriptor distances to the nearest and to the second-nearest neighbour: N
+    probability                 of a learned matcher: that the match is right, 0 to 1, or NaN where it is not known: N
     left_frame, right_frame     local affine frames [[a11, a12, x], [a21, a22, y]], px: N x 2 x 3
     left_index, right_index     numbers of the features in their images: N
     left_camera, right_camera   Camera of each image, which calibrated selectors need
@@ -312,6 +331,7 @@ def select(
         right,
         distance=distance,
         second_distance=second_distance,
+        probability=probability,
         left_frame=left_frame,
         right_frame=right_frame,
         left_index=left_index,
@@ -331,6 +351,7 @@ def relative_pose(
     *,
     distance=None,
     second_distance=None,
+    probability=None,
     left_frame=None,
     right_frame=None,
     left_index=None,
@@ -348,7 +369,7 @@ def relative_pose(
     left, right    positions in the images as they are, distorted or not, px: N x 2, float32 or float64
     camera_left, camera_right   Camera of each image
     distance, second_distance   descriptor distances: N. The search is faster with them, as it tries the best ratios
-                   first. They and the other columns are those of select()
+                   first; `probability` of a learned matcher serves it as well. They and the other columns are those of select()
     rotation       the known rotation, 3 x 3; two matches then determine the direction of the translation
     vertical       (down_left, down_right), the same known direction in both cameras; three matches then do
     rig            (rotation, translation), the known pose: nothing is searched, matches are judged by it. At most one
@@ -371,6 +392,7 @@ def relative_pose(
             right,
             distance=distance,
             second_distance=second_distance,
+            probability=probability,
             left_frame=left_frame,
             right_frame=right_frame,
             left_index=left_index,

@@ -73,6 +73,7 @@ void sortByCoordinates(const Correspondences& matches, std::vector<KeyedRow>& ro
     int order = compareCoordinates(matches, a.row, b.row);
     if (order == 0) order = compareOptional(matches.distance, a.row, b.row);
     if (order == 0) order = compareOptional(matches.second_distance, a.row, b.row);
+    if (order == 0) order = compareOptional(matches.probability, a.row, b.row);
     return order != 0 ? order < 0 : a.row < b.row;
   };
   for (std::size_t end = 1; end < n; ++end) {

@@ -32,8 +32,9 @@ int compareCoordinates(const Correspondences& matches, std::uint32_t a, std::uin
 bool allEqual(const std::vector<float>& x, const std::vector<float>& y);
 
 /// Writes all rows in the order of their coordinates, with key = sortKey(left x). Equal matches are ordered
-/// by their descriptor distances, then as in the input. Results that are computed in this order do not depend
-/// on the order of the input. O(N), or O(N log N) if most matches share their left x.
+/// by their descriptor distances, then by their probabilities, then as in the input. Results that are
+/// computed in this order do not depend on the order of the input. O(N), or O(N log N) if most matches share
+/// their left x.
 void sortByCoordinates(const Correspondences& matches, std::vector<KeyedRow>& rows,
                        std::vector<KeyedRow>& scratch);
 

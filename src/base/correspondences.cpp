@@ -1,7 +1,10 @@
 #include "corrsel/correspondences.h"
 
+#include <cmath>
 #include <optional>
 #include <stdexcept>
+
+#include "base/text.h"
 
 namespace corrsel::core {
 namespace {
@@ -13,6 +16,16 @@ std::vector<T> pick(const std::vector<T>& column, const std::vector<std::uint32_
   picked.reserve(rows.size());
   for (const std::uint32_t row : rows) picked.push_back(column[row]);
   return picked;
+}
+
+/// A sentence that names the first value that is no probability; empty if there is none.
+std::string faultOfProbabilities(const std::vector<float>& values) {
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    if (std::isnan(values[row]) || (values[row] >= 0 && values[row] <= 1)) continue;
+    return "column probability holds " + formatNumber(values[row]) + " in row " + std::to_string(row) +
+           ", expected 0 to 1, or NaN where it is not known";
+  }
+  return "";
 }
 
 /// What check() of an optional value finds wrong; empty if nothing is.
@@ -45,13 +58,14 @@ std::string Correspondences::inconsistency() const {
   for (const std::string& text :
        {wrong("left_y", left_y.size(), false), wrong("right_x", right_x.size(), false),
         wrong("right_y", right_y.size(), false), wrong("distance", distance.size(), true),
-        wrong("second_distance", second_distance.size(), true), wrong("left_frame", left_frame.size(), true),
+        wrong("second_distance", second_distance.size(), true),
+        wrong("probability", probability.size(), true), wrong("left_frame", left_frame.size(), true),
         wrong("right_frame", right_frame.size(), true), wrong("left_index", left_index.size(), true),
         wrong("right_index", right_index.size(), true)}) {
     if (!text.empty()) return text;
   }
-  for (const std::string& text : {faultOf("left_camera", left_camera), faultOf("right_camera", right_camera),
-                                  faultOf("prior", prior)}) {
+  for (const std::string& text : {faultOfProbabilities(probability), faultOf("left_camera", left_camera),
+                                  faultOf("right_camera", right_camera), faultOf("prior", prior)}) {
     if (!text.empty()) return text;
   }
   return "";
@@ -65,6 +79,7 @@ Correspondences Correspondences::subset(const std::vector<std::uint32_t>& rows) 
   result.right_y = pick(right_y, rows);
   result.distance = pick(distance, rows);
   result.second_distance = pick(second_distance, rows);
+  result.probability = pick(probability, rows);
   result.left_frame = pick(left_frame, rows);
   result.right_frame = pick(right_frame, rows);
   result.left_index = pick(left_index, rows);

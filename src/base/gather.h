@@ -23,6 +23,7 @@ inline void gather(const Correspondences& from, const std::vector<std::uint32_t>
   gather(from.right_y, rows, to.right_y);
   gather(from.distance, rows, to.distance);
   gather(from.second_distance, rows, to.second_distance);
+  gather(from.probability, rows, to.probability);
   gather(from.left_frame, rows, to.left_frame);
   gather(from.right_frame, rows, to.right_frame);
   to.left_size = from.left_size;

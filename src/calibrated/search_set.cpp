@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "base/gather.h"
+#include "base/match_costs.h"
 
 namespace corrsel::core {
 namespace {
@@ -10,7 +11,7 @@ namespace {
 constexpr double kPlace = 1e-3;  // px: points that differ by less are one
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// Whether a quality is better; unknown ones are the worst.
+/// Whether a cost is better; unknown ones are the worst.
 bool isBetter(float a, float b) { return a < b || (b != b && a == a); }
 
 }  // namespace
@@ -18,24 +19,24 @@ bool isBetter(float a, float b) { return a < b || (b != b && a == a); }
 const std::vector<std::uint32_t>& SearchSet::choose(const Correspondences& matches,
                                                     const std::vector<std::uint32_t>& rows) {
   rows_ = rows;
-  quality_ = matches.distance;
-  keepBest(matches.right_x, matches.right_y, quality_);
-  if (matches.second_distance.size() == quality_.size())
-    for (std::size_t i = 0; i < quality_.size(); ++i) quality_[i] /= matches.second_distance[i];
-  keepBest(matches.left_x, matches.left_y, quality_);
+  const MatchCosts costs(matches);
+  costs_.resize(costs.known() ? matches.size() : 0);
+  for (std::uint32_t i = 0; i < costs_.size(); ++i) costs_[i] = costs.nearest(i);
+  keepBest(matches.right_x, matches.right_y);
+  for (std::uint32_t i = 0; i < costs_.size(); ++i) costs_[i] = costs.ratio(i);
+  keepBest(matches.left_x, matches.left_y);
   return rows_;
 }
 
-/// Keeps of all rows that share a point the one of the best quality.
-void SearchSet::keepBest(const std::vector<float>& x, const std::vector<float>& y,
-                         const std::vector<float>& quality) {
+/// Keeps of all rows that share a point the one of the least cost.
+void SearchSet::keepBest(const std::vector<float>& x, const std::vector<float>& y) {
   gather(x, rows_, x_);
   gather(y, rows_, y_);
   groups_.number(x_, y_, kPlace);
   best_.assign(groups_.sizes.size(), kNone);
   for (std::uint32_t i = 0; i < rows_.size(); ++i) {
     std::uint32_t& best = best_[groups_.of[i]];
-    if (best == kNone || (!quality.empty() && isBetter(quality[rows_[i]], quality[rows_[best]]))) best = i;
+    if (best == kNone || (!costs_.empty() && isBetter(costs_[rows_[i]], costs_[rows_[best]]))) best = i;
   }
   std::size_t kept = 0;
   for (std::uint32_t i = 0; i < rows_.size(); ++i)

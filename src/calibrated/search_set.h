@@ -15,7 +15,8 @@ namespace corrsel::core {
 ///
 /// Algorithm: of all matches that share a right point, the one of the smallest descriptor distance remains,
 /// and of these that share a left point, the one of the smallest ratio to the second-nearest distance.
-/// Without distances, and where they are equal, the first one remains. O(N).
+/// Matches without distances are compared by their probability. Without either, and where they are equal, the
+/// first one remains. O(N).
 class SearchSet {
  public:
   /// @param rows  of the matches that take part, in an order that does not depend on the input
@@ -26,10 +27,10 @@ class SearchSet {
   const std::vector<std::uint32_t>& rows() const { return rows_; }
 
  private:
-  void keepBest(const std::vector<float>& x, const std::vector<float>& y, const std::vector<float>& quality);
+  void keepBest(const std::vector<float>& x, const std::vector<float>& y);
 
   std::vector<std::uint32_t> rows_, best_;
-  std::vector<float> x_, y_, quality_;
+  std::vector<float> x_, y_, costs_;
   PointGroups groups_;
 };
 

@@ -408,6 +408,18 @@ void ColmapStore::copy(const std::filesystem::path& from, const std::filesystem:
   }
 }
 
+void ColmapStore::continueCopy(const std::filesystem::path& from, const std::filesystem::path& to) {
+  if (!std::filesystem::exists(to)) return copy(from, to);
+  const ColmapStore source(from), left(to);
+  const auto same = [](const StoredImage& a, const StoredImage& b) {
+    return a.id == b.id && a.name == b.name;
+  };
+  if (!std::equal(source.images().begin(), source.images().end(), left.images().begin(), left.images().end(),
+                  same)) {
+    left.impl_->refuse("it is left from a run with another database than " + from.string() + "; remove it");
+  }
+}
+
 void ColmapStore::create(const std::filesystem::path& path) {
   if (std::filesystem::exists(path)) {
     throw StoreError(StoreError::Kind::kStorage,

@@ -209,7 +209,7 @@ void writeTracks(const std::filesystem::path& path, const Tracks& tracks, const 
   const std::filesystem::path part = path.string() + ".part";
   std::ofstream file(part, std::ios::binary | std::ios::trunc);
   file.imbue(std::locale::classic());
-  file.precision(8);  // what a float holds
+  file.precision(7);  // what a float holds
   file << "track,image,name,keypoint,x,y\n";
   for (std::size_t track = 0; track < tracks.size(); ++track) {
     for (std::size_t i = tracks.begin[track]; i < tracks.begin[track + 1]; ++i) {

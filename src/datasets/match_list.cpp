@@ -25,6 +25,7 @@ struct Column {
   double min, max;
   bool whole = false;
   bool optional = true;
+  bool may_be_nan = false;  ///< nan = there is none
 };
 
 constexpr Column kColumns[] = {
@@ -33,8 +34,9 @@ constexpr Column kColumns[] = {
     {"x_right", -1e9, 1e9, false, false},
     {"y_right", -1e9, 1e9, false, false},
     {"distance", 0, kAny},
-    {"second_distance", 0, kAny},
+    {"second_distance", 0, kAny, false, true, true},
     {"ratio", 0, kAny},
+    {"match_probability", 0, 1, false, true, true},
     {"size_left", 0, 1e9},
     {"angle_left", -1e9, 1e9},
     {"size_right", 0, 1e9},
@@ -144,7 +146,7 @@ class ListFile {
     const std::string what = "column '" + std::string(column.name) + "'";
     const std::vector<std::string> words = splitList(field);
     const std::string text = words.empty() ? "" : words.front();
-    if (column.name == std::string("second_distance") && (text == "nan" || text == "NaN")) {
+    if (column.may_be_nan && (text == "nan" || text == "NaN")) {
       return std::numeric_limits<double>::quiet_NaN();
     }
     double value = 0;
@@ -157,6 +159,7 @@ class ListFile {
     if (!valid || (column.whole && value != std::floor(value))) {
       failInLine(what + ": '" + text + "' is not " +
                  (column.whole      ? "a whole number from 0"
+                  : column.max == 1 ? "a probability from 0 to 1"
                   : column.min == 0 ? "a finite number from 0"
                                     : "a coordinate or an angle"));
     }
@@ -218,6 +221,7 @@ MatchList readMatchList(const std::string& path) {
   matches.right_x = file.as<float>("x_right");
   matches.right_y = file.as<float>("y_right");
   readDistances(file, matches);
+  matches.probability = file.as<float>("match_probability");
   if (file.hasTogether({"size_left", "angle_left", "size_right", "angle_right"})) {
     matches.left_frame = framesOf(file, "left");
     matches.right_frame = framesOf(file, "right");

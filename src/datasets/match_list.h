@@ -21,8 +21,8 @@ struct MatchList {
 /// - `distance`: optional, descriptor distance to the nearest neighbour, from 0;
 /// - `second_distance`: optional, that to the second-nearest neighbour, from 0; nan = there is none;
 /// - `ratio`: optional, in the place of `second_distance`: the nearest distance divided by the second.
-/// Without
-///   `distance`, the ratio becomes the distance and 1 the second one;
+///   Without `distance`, the ratio becomes the distance and 1 the second one;
+/// - `match_probability`: optional, the matcher's probability that the match is right, 0 to 1; nan = unknown;
 /// - `size_left`, `angle_left`, `size_right`, `angle_right`: optional, together: diameter [px] and angle
 ///   [degrees] of the keypoints as in cv::KeyPoint, from which similarity frames are made;
 /// - `index_left`, `index_right`: optional, together: numbers of the features in their images, from 0;

@@ -120,6 +120,7 @@ core::Correspondences correspondencesFrom(const py::handle& matches) {
   std::tie(result.right_x, result.right_y) = coordinates(matches.attr("right"));
   result.distance = vectorFrom<float>(matches.attr("distance"));
   result.second_distance = vectorFrom<float>(matches.attr("second_distance"));
+  result.probability = vectorFrom<float>(matches.attr("probability"));
   result.left_frame = framesFrom(matches.attr("left_frame"));
   result.right_frame = framesFrom(matches.attr("right_frame"));
   result.left_index = vectorFrom<std::uint32_t>(matches.attr("left_index"));
@@ -142,6 +143,7 @@ py::dict toDict(core::Correspondences&& matches) {
   const bool none = matches.empty();
   const bool distances = none || !matches.distance.empty();
   const bool second_distances = none || !matches.second_distance.empty();
+  const bool probabilities = none || !matches.probability.empty();
   const bool left_frames = none || !matches.left_frame.empty();
   const bool right_frames = none || !matches.right_frame.empty();
   const bool left_indices = none || !matches.left_index.empty();
@@ -151,6 +153,7 @@ py::dict toDict(core::Correspondences&& matches) {
   result["right"] = positions(matches.right_x, matches.right_y);
   result["distance"] = orNone(distances, arrayFrom(std::move(matches.distance)));
   result["second_distance"] = orNone(second_distances, arrayFrom(std::move(matches.second_distance)));
+  result["probability"] = orNone(probabilities, arrayFrom(std::move(matches.probability)));
   result["left_frame"] = orNone(left_frames, arrayFrom(std::move(matches.left_frame)));
   result["right_frame"] = orNone(right_frames, arrayFrom(std::move(matches.right_frame)));
   result["left_index"] = orNone(left_indices, arrayFrom(std::move(matches.left_index)));

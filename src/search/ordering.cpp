@@ -2,14 +2,15 @@
 
 #include <limits>
 
+#include "base/match_costs.h"
 #include "corrsel/random.h"
 
 namespace corrsel::core {
 namespace {
 
-/// Converts a distance to a sort key. Larger is worse; NaN and negative distances come last.
-std::uint32_t qualityKey(float quality) {
-  return quality >= 0 ? sortKey(quality) : std::numeric_limits<std::uint32_t>::max();
+/// Converts a cost to a sort key. Larger is worse; NaN and negative costs come last.
+std::uint32_t costKey(float cost) {
+  return cost >= 0 ? sortKey(cost) : std::numeric_limits<std::uint32_t>::max();
 }
 
 }  // namespace
@@ -24,15 +25,14 @@ void Ordering::shuffle(const Correspondences& m, std::uint64_t seed, std::vector
 
 bool Ordering::byQuality(const Correspondences& m, const std::vector<std::uint32_t>& rows,
                          std::vector<std::uint32_t>& positions) {
-  if (m.distance.empty()) return false;
-  const bool ratio = !m.second_distance.empty();
+  const MatchCosts costs(m);
+  if (!costs.known()) return false;
   items_.resize(rows.size());
   bool any = false;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const float first = m.distance[rows[i]];
-    const float quality = ratio ? first / m.second_distance[rows[i]] : first;
-    any = any || quality >= 0;
-    items_[i] = {qualityKey(quality), static_cast<std::uint32_t>(i)};
+    const float cost = costs.ratio(rows[i]);
+    any = any || cost >= 0;
+    items_[i] = {costKey(cost), static_cast<std::uint32_t>(i)};
   }
   if (!any) return false;
   radixSort(items_, scratch_);

@@ -18,9 +18,9 @@ class Ordering {
   void shuffle(const Correspondences& matches, std::uint64_t seed, std::vector<std::uint32_t>& rows);
 
   /// Writes the positions in `rows`, best first. The key is the distance divided by the second-nearest
-  /// distance, or the distance alone if there is no second one. Matches without a distance come last. Ties
-  /// keep the order of `rows`. O(N).
-  /// @return false, with nothing written, if no match has a distance
+  /// distance, or the distance alone if there is no second one, or 1 - probability if there are no distances
+  /// (match_costs.h). Matches without a key come last. Ties keep the order of `rows`. O(N).
+  /// @return false, with nothing written, if no match has a key
   bool byQuality(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
                  std::vector<std::uint32_t>& positions);
 

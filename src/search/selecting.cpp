@@ -105,8 +105,8 @@ void SearchInput::order(const Correspondences& all, const std::vector<std::uint3
   if (proposal.traits.uses_quality && ordering_.byQuality(all, some, by_quality_)) best_first = &by_quality_;
   if (proposal.traits.reports_missing_quality && best_first == nullptr) {
     addRemark(result,
-              std::string("the matches have no descriptor distances, so samples are drawn uniformly instead "
-                          "of by ") +
+              std::string("the matches have neither descriptor distances nor probabilities, so samples are "
+                          "drawn uniformly instead of by ") +
                   proposal.traits.name);
   }
   proposal.read(all, some, best_first);

@@ -405,7 +405,8 @@ void AdalamOptions::visit(OptionVisitor& visitor) const {
                  &AdalamOptions::seed_ratio);
   visitor.number({"min_error", 0, 10, "px", "Smaller errors count as this"}, &AdalamOptions::min_error);
   visitor.flag("one_to_one", "Count every point once in the support of a map", &AdalamOptions::one_to_one);
-  visitor.integer({"seed", 0, 2147483647, "-", "Seed of the order where there are no descriptor distances"},
+  visitor.integer({"seed", 0, 2147483647, "-",
+                   "Seed of the order where there are neither descriptor distances nor probabilities"},
                   &AdalamOptions::seed);
   visitor.number({"max_seconds", 0, 1e6, "s", "Time limit; 0 = none"}, &AdalamOptions::max_seconds);
   visitConfidence(visitor);
@@ -446,7 +447,7 @@ void AdalamSelector::run(const Correspondences& matches, Workspace& workspace, S
   if (!ordered) {
     work.by_quality.resize(n);
     for (std::uint32_t i = 0; i < n; ++i) work.by_quality[i] = i;
-    result.message = "no descriptor distances: seeds are drawn at random";
+    result.message = "neither descriptor distances nor probabilities: seeds are drawn at random";
   }
   const bool compares = options_.max_rotation < kAnyRotation || options_.max_scale_change < kAnyScaleChange;
   const bool frames = compares && !matches.left_frame.empty() && !matches.right_frame.empty();

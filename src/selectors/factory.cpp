@@ -359,7 +359,7 @@ std::vector<std::string> neededInput(const Selector& selector) {
   const AffineFrame frame = {1, 0, 0, 0, 1, 0};
   Correspondences complete;
   complete.add({0, 0}, {0, 0});
-  complete.distance = complete.second_distance = {1};
+  complete.distance = complete.second_distance = complete.probability = {1};
   complete.left_frame = complete.right_frame = {frame};
   complete.left_index = complete.right_index = {0};
   complete.left_size = complete.right_size = {1, 1};
@@ -370,6 +370,7 @@ std::vector<std::string> neededInput(const Selector& selector) {
       {"right_size", [](Correspondences& m) { m.right_size = {}; }},
       {"distance", [](Correspondences& m) { m.distance.clear(); }},
       {"second_distance", [](Correspondences& m) { m.second_distance.clear(); }},
+      {"probability", [](Correspondences& m) { m.probability.clear(); }},
       {"left_frame", [](Correspondences& m) { m.left_frame.clear(); }},
       {"right_frame", [](Correspondences& m) { m.right_frame.clear(); }},
       {"left_camera", [](Correspondences& m) { m.left_camera.reset(); }},

@@ -297,6 +297,11 @@ inline Correspondences arbitraryMatches(ByteSource& source, std::size_t max_matc
   }
   // A coordinate column of another length than left_x.
   if (source.oneIn(64)) m.right_y.resize(n / 2);
+  m.probability.resize(arbitraryLength(source, n));
+  for (float& value : m.probability) {
+    value = source.oneIn(32) ? std::numeric_limits<float>::quiet_NaN() : float(source.below(101)) / 100;
+  }
+  if (!m.probability.empty() && source.oneIn(16)) m.probability.front() = arbitraryDistance(source);
   return m;
 }
 

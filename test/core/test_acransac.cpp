@@ -137,7 +137,7 @@ TEST(Acransac, ReportsThatThereAreNoDistances) {
   scene.matches.second_distance.clear();
   const Selection found = selectWith(scene.matches);
   EXPECT_EQ(found.status, Status::kOk);
-  EXPECT_TRUE(contains(found.message, "no descriptor distances")) << found.message;
+  EXPECT_TRUE(contains(found.message, "neither descriptor distances nor probabilities")) << found.message;
 }
 
 }  // namespace

@@ -252,8 +252,8 @@ TEST(Adalam, NeedsRatiosForSeedsOfAGivenRatio) {
   const Selection s = createSelector("adalam")->select(m);
   EXPECT_EQ(
       s.message,
-      "no descriptor distances: seeds are drawn at random; no local affine frames: rotations and scales are "
-      "not compared");
+      "neither descriptor distances nor probabilities: seeds are drawn at random; no local affine frames: "
+      "rotations and scales are not compared");
   EXPECT_GT(s.n_selected, 200u);
   EXPECT_EQ(createSelector("adalam", {{"seed", "0"}})->select(m).score, s.score);
   EXPECT_NE(createSelector("adalam", {{"seed", "1"}})->select(m).score, s.score);

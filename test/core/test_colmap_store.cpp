@@ -583,6 +583,17 @@ TEST_F(ColmapStoreTest, CopiesHaveWhatIsInTheLog) {
       "");
 }
 
+TEST_F(ColmapStoreTest, CopiesOfKilledRunsAreContinued) {
+  const fs::path copy = folder / "copy.db.part";
+  ColmapStore::continueCopy(path, copy);
+  ColmapStore(copy, Access::kWrite).write({verifiedPair(first)}, "auto");
+  ColmapStore::continueCopy(path, copy);
+  EXPECT_EQ(ColmapStore(copy).verifiedPairs("auto").size(), 1U);
+  ColmapStore(path, Access::kWrite).addImage(imageOf("other.jpg"), fourPoints(), cv::Mat());
+  EXPECT_TRUE(mentions(errorWith([&] { ColmapStore::continueCopy(path, copy); }),
+                       {"copy.db.part", "another database", "house.db", "remove it"}));
+}
+
 TEST_F(ColmapStoreTest, ReadingChangesNothing) {
   change("PRAGMA wal_checkpoint(TRUNCATE)");
   const auto bytes = [&] {

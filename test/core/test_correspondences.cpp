@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "corrsel/correspondences.h"
 #include "test_support.h"
 
@@ -17,6 +19,7 @@ Correspondences threeMatches() {
   m.right_y = {30, 31, 32};
   m.distance = {40, 41, 42};
   m.second_distance = {50, 51, 52};
+  m.probability = {0, 0.5F, 1};
   m.left_frame = {AffineFrame{60}, AffineFrame{61}, AffineFrame{62}};
   m.right_frame = {AffineFrame{70}, AffineFrame{71}, AffineFrame{72}};
   m.left_index = {80, 81, 82};
@@ -48,6 +51,7 @@ TEST(Correspondences, SubsetTakesEveryColumnInTheGivenOrder) {
   EXPECT_EQ(s.right_y, (std::vector<float>{32, 30, 32}));
   EXPECT_EQ(s.distance, (std::vector<float>{42, 40, 42}));
   EXPECT_EQ(s.second_distance, (std::vector<float>{52, 50, 52}));
+  EXPECT_EQ(s.probability, (std::vector<float>{1, 0, 1}));
   EXPECT_EQ(s.left_frame, (std::vector<AffineFrame>{{62}, {60}, {62}}));
   EXPECT_EQ(s.right_frame, (std::vector<AffineFrame>{{72}, {70}, {72}}));
   EXPECT_EQ(s.left_index, (std::vector<std::uint32_t>{82, 80, 82}));
@@ -62,8 +66,8 @@ TEST(Correspondences, SubsetLeavesAbsentColumnsAbsent) {
   m.add({1, 2}, {3, 4});
   const Correspondences s = m.subset({0});
   EXPECT_EQ(s.size(), 1u);
-  EXPECT_TRUE(s.distance.empty() && s.second_distance.empty() && s.left_frame.empty() &&
-              s.right_frame.empty() && s.left_index.empty() && s.right_index.empty());
+  EXPECT_TRUE(s.distance.empty() && s.second_distance.empty() && s.probability.empty() &&
+              s.left_frame.empty() && s.right_frame.empty() && s.left_index.empty() && s.right_index.empty());
   EXPECT_TRUE(threeMatches().subset({}).empty());
 }
 
@@ -83,16 +87,33 @@ TEST(Correspondences, NamesTheColumnOfAnotherLength) {
   // The other columns may be absent, but not of another length.
   EXPECT_EQ(complaint(&C::distance, 2), "column distance has 2 elements, left_x has 3");
   EXPECT_EQ(complaint(&C::second_distance, 4), "column second_distance has 4 elements, left_x has 3");
+  EXPECT_EQ(complaint(&C::probability, 2), "column probability has 2 elements, left_x has 3");
   EXPECT_EQ(complaint(&C::left_frame, 1), "column left_frame has 1 elements, left_x has 3");
   EXPECT_EQ(complaint(&C::right_frame, 2), "column right_frame has 2 elements, left_x has 3");
   EXPECT_EQ(complaint(&C::left_index, 2), "column left_index has 2 elements, left_x has 3");
   EXPECT_EQ(complaint(&C::right_index, 9), "column right_index has 9 elements, left_x has 3");
   EXPECT_EQ(complaint(&C::distance, 0), "");
   EXPECT_EQ(complaint(&C::second_distance, 0), "");
+  EXPECT_EQ(complaint(&C::probability, 0), "");
   EXPECT_EQ(complaint(&C::left_frame, 0), "");
   EXPECT_EQ(complaint(&C::right_frame, 0), "");
   EXPECT_EQ(complaint(&C::left_index, 0), "");
   EXPECT_EQ(complaint(&C::right_index, 0), "");
+}
+
+TEST(Correspondences, NamesAValueThatIsNoProbability) {
+  Correspondences m = threeMatches();
+  m.probability[1] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(m.inconsistency(), "") << "a matcher need not know the probability of every match";
+  m.probability[2] = 1.5F;
+  EXPECT_EQ(m.inconsistency(),
+            "column probability holds 1.5 in row 2, expected 0 to 1, or NaN where it is not known");
+  m.probability = {1, 1, -0.25F};
+  EXPECT_EQ(m.inconsistency(),
+            "column probability holds -0.25 in row 2, expected 0 to 1, or NaN where it is not known");
+  m.probability = {std::numeric_limits<float>::infinity(), 1, 1};
+  EXPECT_EQ(m.inconsistency(),
+            "column probability holds inf in row 0, expected 0 to 1, or NaN where it is not known");
 }
 
 TEST(Correspondences, SelectedRowsAreThoseNotZero) {

@@ -81,7 +81,8 @@ class Npz(MatchFiles):
         found = self.read("set")
         self.assertEqual(list(found), ["a/x_y"])
         self.expect_three_matches(found["a/x_y"])
-        np.testing.assert_allclose(found["a/x_y"].distance, [0.1, 0.25, 0.5], atol=1e-6)
+        np.testing.assert_allclose(found["a/x_y"].probability, [0.9, 0.75, 0.5], atol=1e-6)
+        self.assertIsNone(found["a/x_y"].distance)
         self.assertIsNone(found["a/x_y"].second_distance)
         self.assertEqual(found["a/x_y"].truth.kind, "none")
 
@@ -105,7 +106,7 @@ class Npz(MatchFiles):
         for name in ("pairs", "batch"):
             pair = self.read(name + ".npz")[name]
             self.expect_three_matches(pair)
-            np.testing.assert_allclose(pair.distance, [0.1, 0.25, 0.5], atol=1e-6)
+            np.testing.assert_allclose(pair.probability, [0.9, 0.75, 0.5], atol=1e-6)
 
     def test_loftr(self):
         """Matched points, row by row, without numbers."""
@@ -115,19 +116,27 @@ class Npz(MatchFiles):
             pair = self.read(name + ".npz")[name]
             np.testing.assert_array_equal(pair.left, LEFT[:3])
             np.testing.assert_array_equal(pair.right, RIGHT)
-            np.testing.assert_allclose(pair.distance, [0.1, 0.9, 0.25], atol=1e-6)
+            np.testing.assert_allclose(pair.probability, [0.9, 0.1, 0.75], atol=1e-6)
             self.assertIsNone(pair.left_index)
 
     def test_scores(self):
-        """Descriptor distances stay as they are, and can be left out."""
+        """Confidences are probabilities, descriptor distances stay as they are, and both can be left out."""
         self.npz("a.npz", mkpts0=LEFT[:3], mkpts1=RIGHT, mconf=[200, 3, 0.5])
-        np.testing.assert_array_equal(self.read("a.npz", scores="distance")["a"].distance, [200, 3, 0.5])
-        self.assertIsNone(self.read("a.npz", scores="none")["a"].distance)
+        pair = self.read("a.npz", scores="distance")["a"]
+        np.testing.assert_array_equal(pair.distance, [200, 3, 0.5])
+        self.assertIsNone(pair.probability)
+        pair = self.read("a.npz", scores="none")["a"]
+        self.assertEqual((pair.distance, pair.probability), (None, None))
         self.expect_refused(
             ["a.npz: mconf, row 0 is 200", "confidence from 0 to 1", "--scores distance"], "a.npz"
         )
         self.npz("b.npz", mkpts0=LEFT[:1], mkpts1=RIGHT[:1], mconf=[np.float16(1.0005)])
-        self.assertEqual(self.read("b.npz")["b"].distance, [0])
+        self.assertEqual(self.read("b.npz")["b"].probability, [1])
+        columns = {"distance": [9, 8, 7], "match_probability": [0.5, np.nan, 1]}
+        self.npz("c.npz", mkpts0=LEFT[:3], mkpts1=RIGHT, **columns)
+        pair = self.read("c.npz", scores="none")["c"]
+        np.testing.assert_array_equal(pair.distance, [9, 8, 7])
+        np.testing.assert_array_equal(pair.probability, np.float32([0.5, np.nan, 1]))
 
     def test_truth_and_images(self):
         """Names, sizes and ground truth of a file; labels of the keypoints or of the matches."""
@@ -270,7 +279,7 @@ class Npz(MatchFiles):
     def test_objects_are_not_unpickled(self):
         """A file may not run programs."""
         self.npz("a.npz", mkpts0=LEFT[:3], mkpts1=RIGHT, mconf=np.array([{}, 1, 2], dtype=object))
-        self.assertIsNone(self.read("a.npz")["a"].distance)
+        self.assertIsNone(self.read("a.npz")["a"].probability)
 
 
 class Lists(MatchFiles):
@@ -329,7 +338,14 @@ class Lists(MatchFiles):
         np.testing.assert_array_equal(pair.right, [[3, 4], [7, 8]])
         np.testing.assert_allclose(pair.distance, [0.5, 0.9], atol=1e-6)
         np.testing.assert_array_equal(pair.second_distance, [1, 1])
+        self.assertIsNone(pair.probability)
         np.testing.assert_array_equal(pair.truth.labels, [1, 0])
+        file.write_text(
+            "x_left,y_left,x_right,y_right,match_probability\n1,2,3,4,0.25\n5,6,7,8,nan\n", encoding="utf-8"
+        )
+        pair = self.read("set")["desk"]
+        np.testing.assert_array_equal(pair.probability, np.float32([0.25, np.nan]))
+        self.assertIsNone(pair.distance)
         frames = "a11_left,a12_left,a21_left,a22_left,a11_right,a12_right,a21_right,a22_right"
         file.write_text(
             "row,x_left,y_left,x_right,y_right,%s,score,group\n4,1,2,3,4,5,6,7,8,9,10,11,12,nan,-1\n"
@@ -360,6 +376,10 @@ class Lists(MatchFiles):
             (header + "\n\n1,2,3,4\n1,2,x,4\n", ["line 4, column 'x_right': 'x' is not a number"]),
             (header + ",label\n1,2,3,4,-1\n", ["line 2, column 'label': '-1' is not a whole number"]),
             (header + ",distance\n1,2,3,4,-1\n", ["column 'distance': '-1' is not a number from 0"]),
+            (
+                header + ",match_probability\n1,2,3,4,1.5\n",
+                ["column 'match_probability': '1.5' is not a number from 0 to 1"],
+            ),
             (header + "\n1,2,nan,4\n", ["x_right, y_right, row 0 is (nan, 4.0)"]),
         ):
             (self.root / "m.csv").write_text(text, encoding="utf-8")
@@ -415,7 +435,7 @@ class Hloc(MatchFiles):
             self.expect_three_matches(pair)
             self.assertEqual((pair.left_name, pair.right_name), ("db/1.jpg", "db/2_b.jpg"))
             self.assertEqual((pair.left_size, pair.right_size), ((640, 480), (640, 480)))
-            np.testing.assert_allclose(pair.distance, [0.1, 0.25, 0.5], atol=1e-3)
+            np.testing.assert_allclose(pair.probability, [0.9, 0.75, 0.5], atol=1e-3)
 
     def test_listed_pairs(self):
         """In the order of the list, which also exchanges the sides."""
@@ -631,10 +651,12 @@ class Colmap(MatchFiles):
 
 def write_run(folder, numbered=True, sizes=True, names=True):
     """A folder of saved matches: two pairs a-b and a-c, whose left image is the same, and two selectors."""
-    columns = "row,x_left,y_left,x_right,y_right" + (",index_left,index_right" if numbered else "")
+    columns = "row,x_left,y_left,x_right,y_right,match_probability" + (
+        ",index_left,index_right" if numbered else ""
+    )
     rows = {
-        "ab": ["1,2,3,4,10,0", "5,6,7,8.5,11,1", "5,6,9,9,11,2"],
-        "ac": ["5,6,1,1,11,0", "20,21,2,2,12,5"],
+        "ab": ["1,2,3,4,0.5,10,0", "5,6,7,8.5,1,11,1", "5,6,9,9,nan,11,2"],
+        "ac": ["5,6,1,1,0,11,0", "20,21,2,2,1,12,5"],
     }
     kept = {"usac": {"ab": [0, 2], "ac": [1]}, "lpm%3Av2": {"ab": [], "ac": [0, 1]}}
     header = (
@@ -695,6 +717,7 @@ class Export(MatchFiles):
         )
         pair = self.read("matches/npz/set/s/ab/given/none/usac.npz")["usac"]
         np.testing.assert_array_equal(pair.right, [[3, 4], [9, 9]])
+        np.testing.assert_array_equal(pair.probability, np.float32([0.5, np.nan]))
         self.assertEqual(pair.left_name, "a.jpg")
 
     def test_colmap(self):

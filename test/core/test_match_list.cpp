@@ -33,6 +33,7 @@ TEST_F(MatchListFile, CoordinatesAreEnough) {
   EXPECT_EQ(list.matches.right_y, (std::vector<float>{4, 8}));
   EXPECT_EQ(list.matches.inconsistency(), "");
   EXPECT_TRUE(list.matches.distance.empty());
+  EXPECT_TRUE(list.matches.probability.empty());
   EXPECT_TRUE(list.matches.left_frame.empty());
   EXPECT_TRUE(list.matches.left_index.empty());
   EXPECT_FALSE(list.labelled);
@@ -42,9 +43,9 @@ TEST_F(MatchListFile, EveryColumnInAnyOrder) {
   const MatchList list = read(
       "label,distance,second_distance,index_left,index_right,y_right,x_right,y_left,x_left,size_left,angle_"
       "left,"
-      "size_right,angle_right\n"
-      "1,10,20,7,8,4,3,2,1,6,0,8,90\n"
-      "0,11,nan,9,9,4,3,2,1,6,0,8,90\n");
+      "size_right,angle_right,match_probability\n"
+      "1,10,20,7,8,4,3,2,1,6,0,8,90,0.75\n"
+      "0,11,nan,9,9,4,3,2,1,6,0,8,90,nan\n");
   const Correspondences& matches = list.matches;
   EXPECT_EQ(matches.inconsistency(), "");
   EXPECT_EQ(matches.left_x[0], 1);
@@ -52,6 +53,8 @@ TEST_F(MatchListFile, EveryColumnInAnyOrder) {
   EXPECT_EQ(matches.distance, (std::vector<float>{10, 11}));
   EXPECT_EQ(matches.second_distance[0], 20);
   EXPECT_TRUE(std::isnan(matches.second_distance[1]));
+  EXPECT_EQ(matches.probability[0], 0.75F);
+  EXPECT_TRUE(std::isnan(matches.probability[1]));
   EXPECT_EQ(matches.left_index, (std::vector<std::uint32_t>{7, 9}));
   EXPECT_EQ(matches.right_index, (std::vector<std::uint32_t>{8, 9}));
   EXPECT_EQ(matches.left_frame[0], (AffineFrame{3, 0, 1, 0, 3, 2}));
@@ -106,6 +109,9 @@ TEST_F(MatchListFile, FaultsAreNamedByLineColumnAndValue) {
       {names + ",label\n1,2,3,4,0.5\n", "line 2: column 'label': '0.5' is not a whole number from 0"},
       {names + ",label\n1,2,3,4,-1\n", "line 2: column 'label': '-1' is not a whole number from 0"},
       {names + ",distance\n1,2,3,4,-1\n", "line 2: column 'distance': '-1' is not a finite number from 0"},
+      {names + ",match_probability\n1,2,3,4,1.5\n",
+       "line 2: column 'match_probability': '1.5' is not a probability from 0 to 1"},
+      {names + ",match_probability\n1,2,3,4,-1\n", "'-1' is not a probability from 0 to 1"},
       {names + ",ratio,second_distance\n", "the columns 'ratio' and 'second_distance' state the same"},
       {names + ",second_distance\n", "the column 'second_distance' needs the column 'distance'"},
       {names + ",ratio,distance\n1,2,3,4,0,5\n", "match 1 has the ratio 0 and the distance 5"},

@@ -65,5 +65,35 @@ TEST(Ordering, QualityIsTheRatioOrTheDistance) {
   EXPECT_FALSE(ordering.byQuality(m, rows, positions));
 }
 
+TEST(Ordering, ProbabilitiesOrderMatchesWithoutDistances) {
+  Correspondences m;
+  for (int i = 0; i < 5; ++i) m.add({float(i), 0}, {0, float(i)});
+  const std::vector<std::uint32_t> rows = {4, 3, 2, 1, 0};
+  m.probability = {0.25F, 1, NAN, 0.25F, 0.5F};
+  Ordering ordering;
+  std::vector<std::uint32_t> positions;
+  ASSERT_TRUE(ordering.byQuality(m, rows, positions));
+  // Rows 1, 4, 3, 0 (equal: in the order of `rows`), 2.
+  EXPECT_EQ(positions, (std::vector<std::uint32_t>{3, 0, 1, 4, 2}));
+  m.probability.assign(5, NAN);
+  EXPECT_FALSE(ordering.byQuality(m, rows, positions));
+  m.probability = {1, 0, 0, 0, 0};
+  m.distance = {5, 4, 3, 2, 1};
+  ASSERT_TRUE(ordering.byQuality(m, rows, positions)) << "distances come before probabilities";
+  EXPECT_EQ(positions, (std::vector<std::uint32_t>{0, 1, 2, 3, 4}));
+}
+
+TEST(Ordering, EqualMatchesAreShuffledByTheirProbabilities) {
+  Correspondences m;
+  for (int i = 0; i < 20; ++i) m.add({1, 2}, {3, 4});
+  for (int i = 0; i < 20; ++i) m.probability.push_back(float(i) / 20);
+  Ordering ordering;
+  std::vector<std::uint32_t> rows, other;
+  ordering.shuffle(m, 7, rows);
+  const Correspondences permuted = m.subset(permutation(20, 2));
+  ordering.shuffle(permuted, 7, other);
+  EXPECT_EQ(m.subset(rows).probability, permuted.subset(other).probability);
+}
+
 }  // namespace
 }  // namespace corrsel::core

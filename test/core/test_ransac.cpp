@@ -226,7 +226,9 @@ TEST(Ransac, UnverifiedModelsStaySoAtTheTimeLimit) {
   EXPECT_EQ(s.model_kind, ModelKind::kHomography);
   EXPECT_EQ(s.mask, Mask(40, 0));
   EXPECT_EQ(s.message,
-            "the matches have no descriptor distances, so samples are drawn uniformly instead of by PROSAC; "
+            "the matches have neither descriptor distances nor probabilities, so samples are drawn uniformly "
+            "instead of by "
+            "PROSAC; "
             "stopped after " +
                 std::to_string(s.iterations) +
                 " hypotheses, max_seconds = 19.5; only its own sample agrees with the best model, which is "

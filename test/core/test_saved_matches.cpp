@@ -74,6 +74,7 @@ TEST_F(SavedMatchFiles, EveryColumn) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   matches_.distance = {1, 2, 3};
   matches_.second_distance = {4, 5, nan};
+  matches_.probability = {0.25F, 0, 0.75F};
   matches_.left_index = {7, 8, 4000000000U};
   matches_.right_index = {0, 1, 2};
   matches_.left_frame = {{1, 2, 0, 3, 4, 0}, {}, {5, 6, 0, 7, 8, 0}};
@@ -88,12 +89,13 @@ TEST_F(SavedMatchFiles, EveryColumn) {
   saved.writePutative({"sift+sift", "nnsr"}, matches_);
   saved.write(matches_, "usac:h", 12, selection_);
   const std::string columns =
-      "x_left,y_left,x_right,y_right,distance,second_distance,index_left,index_right,"
+      "x_left,y_left,x_right,y_right,distance,second_distance,match_probability,index_left,"
+      "index_right,"
       "a11_left,a12_left,a21_left,a22_left,a11_right,a12_right,a21_right,a22_right";
   EXPECT_EQ(text(std::string(kFolder) + "usac%3Ah@12.csv"),
             "row," + columns +
-                ",score,group,probability\n0,0.1,2,3,4.25,1,4,7,0,1,2,3,4,0,0,0,0,0.5,0,0.875\n" +
-                "2,1023.7,10,11,12,3,nan,4000000000,2,5,6,7,8,-1,0.5,0,1e-20,nan,2,1\n");
+                ",score,group,probability\n0,0.1,2,3,4.25,1,4,0.25,7,0,1,2,3,4,0,0,0,0,0.5,0,0.875\n" +
+                "2,1023.7,10,11,12,3,nan,0.75,4000000000,2,5,6,7,8,-1,0.5,0,1e-20,nan,2,1\n");
   EXPECT_EQ(completeLines(text(std::string(kFolder) + "putative.csv")).front(), columns);
   const SavedSelection& row = saved.selections().front();
   EXPECT_EQ(row.model_kind, "homography");

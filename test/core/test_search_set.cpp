@@ -35,6 +35,14 @@ TEST(SearchSet, KeepsTheBestRatioOfALeftPoint) {
   EXPECT_EQ(SearchSet().choose(matches, {0, 1, 2, 3}), (Rows{1, 3}));
 }
 
+TEST(SearchSet, KeepsTheLargestProbabilityWithoutDistances) {
+  Correspondences matches = matchesOf({{0, 0}, {1, 0}, {1, 1}, {1, 2}});
+  matches.probability = {0.5F, 0.9F, 0.25F, 0.95F};
+  EXPECT_EQ(SearchSet().choose(matches, {0, 1, 2, 3}), (Rows{3}));
+  matches.distance = {1, 2, 3, 4};
+  EXPECT_EQ(SearchSet().choose(matches, {0, 1, 2, 3}), (Rows{0, 2})) << "distances come first";
+}
+
 TEST(SearchSet, RightPointsComeFirst) {
   // The best match of the left point loses its right point to another match.
   Correspondences matches = matchesOf({{0, 0}, {1, 0}, {0, 1}});

@@ -196,10 +196,18 @@ TEST(Usac, ProsacNeedsFewerHypothesesAndSaysWhenItCannot) {
   const Scene blind = withoutDistances(scene);
   const Selection uniform = UsacSelector(homography(3)).select(blind.matches);
   EXPECT_EQ(uniform.message,
-            "the matches have no descriptor distances, so samples are drawn uniformly "
+            "the matches have neither descriptor distances nor probabilities, so samples are drawn uniformly "
             "instead of by PROSAC");
   EXPECT_GT(quality(uniform.mask, scene.inlier).recall, 99);
   EXPECT_LT(10 * sorted.iterations, uniform.iterations);
+  // The probabilities of a matcher order the samples as well as distances do.
+  Scene learned = blind;
+  for (std::size_t i = 0; i < scene.matches.size(); ++i) {
+    learned.matches.probability.push_back(1 - scene.matches.distance[i] / scene.matches.second_distance[i]);
+  }
+  const Selection guided = UsacSelector(homography(3)).select(learned.matches);
+  EXPECT_EQ(guided.message, "");
+  EXPECT_LT(10 * guided.iterations, uniform.iterations);
   // The wrong way round must only cost time.
   Scene misled = scene;
   std::swap(misled.matches.distance, misled.matches.second_distance);

@@ -32,6 +32,7 @@ json toJson(const Correspondences& matches) {
           {"right_y", matches.right_y},
           {"distance", matches.distance},
           {"second_distance", matches.second_distance},
+          {"probability", matches.probability},
           {"left_frame", matches.left_frame},
           {"right_frame", matches.right_frame},
           {"left_index", matches.left_index},

@@ -76,6 +76,7 @@ def matches_from(columns):
     arrays = {
         "distance": floats(columns["distance"]),
         "second_distance": floats(columns["second_distance"]),
+        "probability": floats(columns["probability"]),
         "left_frame": np.array(columns["left_frame"], np.float32).reshape(-1, 2, 3),
         "right_frame": np.array(columns["right_frame"], np.float32).reshape(-1, 2, 3),
         "left_index": np.array(columns["left_index"], np.uint32),

@@ -13,6 +13,7 @@ COLUMNS = (
     "right",
     "distance",
     "second_distance",
+    "probability",
     "left_frame",
     "right_frame",
     "left_index",

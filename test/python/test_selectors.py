@@ -132,6 +132,22 @@ class Results(unittest.TestCase):
         self.assertTrue(same(selection, matches.select("gtm")))
         self.assertGreater(selection.n_selected, 0)
 
+    def test_probabilities_order_matches_without_distances(self):
+        matches = scene()
+        ratios = matches.distance / matches.second_distance
+        columns = {"left_size": (1024, 768), "right_size": (1024, 768)}
+        learned = corrsel.Matches(matches.left, matches.right, probability=1 - ratios, **columns)
+        self.assertEqual(learned.select("usac:h").message, "")
+        blind = corrsel.Matches(matches.left, matches.right, **columns)
+        self.assertIn("nor probabilities", blind.select("usac:h").message)
+        self.assertTrue(
+            same(
+                corrsel.select(matches.left, matches.right, "usac:h", probability=1 - ratios, **columns),
+                learned.select("usac:h"),
+            )
+        )
+        np.testing.assert_array_equal(learned[[3, 1]].probability, learned.probability[[3, 1]])
+
     def test_arrays_need_not_be_contiguous(self):
         matches = scene()
         wide = np.zeros((2 * len(matches), 5), np.float32)
@@ -182,6 +198,7 @@ class Extremes(unittest.TestCase):
             right_size=(640, 480),
             distance=[0.5],
             second_distance=[np.nan],
+            probability=[np.nan],
             left_frame=np.zeros((1, 2, 3)),
             right_frame=np.zeros((1, 2, 3)),
             left_index=[0],
@@ -242,6 +259,7 @@ class Extremes(unittest.TestCase):
                     right_size=tuple(random.randint(1, 700, 2)),
                     distance=arbitrary((n,), 1),
                     second_distance=arbitrary((n,), 1),
+                    probability=np.where(random.uniform(size=n) < 0.1, np.nan, random.uniform(size=n)),
                     left_frame=arbitrary((n, 2, 3), 10),
                     right_frame=arbitrary((n, 2, 3), 10),
                     left_index=random.randint(0, 2**32, n, dtype=np.int64),
@@ -325,6 +343,19 @@ class Errors(unittest.TestCase):
         )
         self.assert_raises(
             ValueError, "right_index has 1 rows; needed: 10, one element per match", right_index=[1]
+        )
+
+    def test_probabilities(self):
+        for wrong in (-0.25, 1.5, np.inf):
+            values = np.full(10, 0.5)
+            values[3], values[7] = np.nan, wrong
+            self.assert_raises(
+                ValueError,
+                "probability holds %g in row 7; needed: 0 to 1, or NaN where it is not known" % wrong,
+                probability=values,
+            )
+        self.assert_raises(
+            ValueError, "probability has 1 rows; needed: 10, one element per match", probability=[0.5]
         )
 
     def test_numbers_and_sizes(self):

@@ -53,6 +53,8 @@ TEST(Consume, WithoutFeatureNumbersEveryMatchHasItsKeypoints) {
   EXPECT_EQ(result.left[1].class_id, -1);
   EXPECT_EQ(result.matches[1].queryIdx, 1);
   EXPECT_EQ(result.matches[1].distance, std::numeric_limits<float>::max());
+  msg.probability = {0.25F, 1, 0.75F};
+  EXPECT_EQ(toKeypoints(msg).matches[2].distance, 0.25F) << "a probable match is a near one";
 }
 
 TEST(Consume, FramesGiveSizeAndAngle) {
@@ -96,6 +98,8 @@ TEST(Consume, WrongLengthsAreNamed) {
             "Correspondences message: right_x has 4 elements, expected 3");
   EXPECT_EQ(complaint([](Correspondences& msg) { msg.distance.pop_back(); }),
             "Correspondences message: distance has 2 elements, expected 0 or 3");
+  EXPECT_EQ(complaint([](Correspondences& msg) { msg.probability = {1}; }),
+            "Correspondences message: probability has 1 elements, expected 0 or 3");
   EXPECT_EQ(complaint([](Correspondences& msg) { msg.right_index.pop_back(); }),
             "Correspondences message: right_index has 2 elements, expected 0 or 3");
   EXPECT_EQ(complaint([](Correspondences& msg) { msg.left_frame.resize(3); }),

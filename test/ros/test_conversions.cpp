@@ -35,6 +35,7 @@ void expectSame(const core::Correspondences& a, const core::Correspondences& b) 
   expectSame(a.right_y, b.right_y);
   expectSame(a.distance, b.distance);
   expectSame(a.second_distance, b.second_distance);
+  expectSame(a.probability, b.probability);
   EXPECT_EQ(a.left_frame, b.left_frame);
   EXPECT_EQ(a.right_frame, b.right_frame);
   EXPECT_EQ(a.left_index, b.left_index);
@@ -69,6 +70,7 @@ core::Correspondences exampleMatches() {
   matches.add({kNaN, 0.0F}, {std::numeric_limits<float>::infinity(), -1.0F});
   matches.distance = {0.5F, 0.25F};
   matches.second_distance = {1.0F, kNaN};
+  matches.probability = {0.75F, kNaN};
   matches.left_frame = {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 12}};
   matches.right_frame = {{-1, -2, -3, -4, -5, -6}, {0, 0, 0, 0, 0, 0}};
   matches.left_index = {7, 8};
@@ -122,6 +124,7 @@ TEST(CorrespondencesMessage, RoundTripOfCoordinatesOnly) {
   matches.add({1, 2}, {3, 4});
   const Correspondences msg = toMsg(matches, {});
   EXPECT_TRUE(msg.distance.empty());
+  EXPECT_TRUE(msg.probability.empty());
   EXPECT_TRUE(msg.left_frame.empty());
   EXPECT_EQ(msg.left_width, 0u);
   EXPECT_EQ(msg.left_camera.model, Camera::MODEL_UNKNOWN);
@@ -154,6 +157,8 @@ TEST(CorrespondencesMessage, LengthsThatDisagreeAreNamed) {
   expectRefused(with([](Correspondences& m) { m.right_y.clear(); }), "right_y");
   expectRefused(with([](Correspondences& m) { m.distance.pop_back(); }), "distance");
   expectRefused(with([](Correspondences& m) { m.second_distance.pop_back(); }), "second_distance");
+  expectRefused(with([](Correspondences& m) { m.probability.pop_back(); }), "probability");
+  expectRefused(with([](Correspondences& m) { m.probability[0] = 1.5F; }), "probability");
   expectRefused(with([](Correspondences& m) { m.left_frame.pop_back(); }), "left_frame");
   expectRefused(with([](Correspondences& m) { m.right_frame.resize(6); }), "right_frame");
   expectRefused(with([](Correspondences& m) { m.left_index.push_back(1); }), "left_index");

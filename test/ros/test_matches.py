@@ -63,6 +63,8 @@ class Matches(unittest.TestCase):
         self.assertEqual([point.class_id for point in result.left], [-1, -1, -1])
         self.assertEqual([match.queryIdx for match in result.matches], [0, 1, 2])
         self.assertEqual(result.matches[0].distance, np.finfo(np.float32).max)
+        message.probability = [0.25, 1, 0.75]
+        self.assertEqual([match.distance for match in matches.keypoints(message).matches], [0.75, 0, 0.25])
 
     def test_frames_give_size_and_angle(self):
         """Diameter of the circle of equal area, angle of the first axis."""
@@ -90,7 +92,12 @@ class Matches(unittest.TestCase):
 
     def test_wrong_lengths_are_named(self):
         """The error names the array and its number of elements."""
-        for field, values in (("left_y", [1]), ("right_index", [1]), ("left_frame", [1]), ("distance", [1])):
+        for field, values in (
+            ("left_y", [1]),
+            ("right_index", [1]),
+            ("left_frame", [1]),
+            ("probability", [1]),
+        ):
             message = example()
             setattr(message, field, values)
             with self.assertRaisesRegex(ValueError, field + " has 1 elements, expected"):

@@ -129,7 +129,8 @@ class MatchesToBag(unittest.TestCase):
         np.testing.assert_array_equal(matches.left_x, left[rows, 0])
         np.testing.assert_array_equal(matches.right_y, right[numbers[rows], 1])
         np.testing.assert_array_equal(matches.right_index, numbers[rows])
-        np.testing.assert_allclose(matches.distance, 1 - confidences[rows], atol=1e-6)
+        np.testing.assert_allclose(matches.probability, confidences[rows], atol=1e-6)
+        self.assertEqual(len(matches.distance), 0)
         self.assertEqual(len(matches.second_distance), 0)
         self.assertTrue(np.isnan(matches.seconds.select))
         first = self.bag.read_bytes()
@@ -196,7 +197,7 @@ class MatchesToBag(unittest.TestCase):
             selector,
             left_size=LEFT_SIZE,
             right_size=RIGHT_SIZE,
-            distance=pair.distance,
+            probability=pair.probability,
             left_index=pair.left_index,
             right_index=pair.right_index,
             **options,
@@ -229,7 +230,7 @@ class MatchesToBag(unittest.TestCase):
             in_csv = csv_list.matched_pair(columns, "", "")
             np.testing.assert_array_equal(in_csv.left, pair.left[chosen])
             np.testing.assert_array_equal(in_csv.right, pair.right[chosen])
-            np.testing.assert_array_equal(in_csv.distance, pair.distance[chosen])
+            np.testing.assert_array_equal(in_csv.probability, pair.probability[chosen])
             np.testing.assert_array_equal(in_csv.left_index, pair.left_index[chosen])
 
             npz = (self.root / "run/matches" / row["file"].replace("csv/", "npz/", 1)).with_suffix(".npz")

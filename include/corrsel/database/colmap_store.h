@@ -29,6 +29,10 @@ class ColmapStore : public PairStore {
   /// incomplete copy is called like the copy with ".part" appended.
   static void copy(const std::filesystem::path& from, const std::filesystem::path& to);
 
+  /// Like copy(), but continues with a copy that an earlier run has left. Throws StoreError, also where that
+  /// one has other images.
+  static void continueCopy(const std::filesystem::path& from, const std::filesystem::path& to);
+
   /// Creates an empty database with COLMAP's tables. Throws StoreError where the file exists.
   static void create(const std::filesystem::path& path);
 

@@ -12,8 +12,8 @@ namespace corrsel::core {
 ///
 /// Idea, Algorithm: reference/growing_neighbourhoods.h. The other parts are those of UsacSelector.
 ///
-/// Input: coordinates and the column `distance` (and `second_distance`), without which samples are uniform
-/// and the message reports it.
+/// Input: coordinates and the column `distance` (and `second_distance`) or `probability`, without which
+/// samples are uniform and the message reports it.
 ///
 /// Options: `threshold` 0 means 5 px (homography) or 1.5 px (fundamental matrix), and `max_iterations` 0
 /// means 60000 (homography) or 40000 (fundamental matrix).

@@ -97,12 +97,14 @@ inline std::vector<cv::Point2f> rightPoints(const Correspondences& msg) {
 /// matches is one keypoint, with the index as class_id; otherwise every match has keypoints of its own, with
 /// class_id -1. If the message has affine frames, the size of a keypoint is the diameter, px, of the circle
 /// with the area of the frame's ellipse, and its angle is that of the frame's first axis, degrees in [0,
-/// 360); otherwise they are 0 and -1. DMatch::distance is FLT_MAX, as in OpenCV, if the message has no
-/// distances. Throws std::invalid_argument that names an array of the wrong length. O(matches).
+/// 360); otherwise they are 0 and -1. If the message has no distances, DMatch::distance is 1 - probability,
+/// and without probabilities FLT_MAX, as in OpenCV. Throws std::invalid_argument that names an array of the
+/// wrong length. O(matches).
 inline KeypointsAndMatches toKeypoints(const Correspondences& msg) {
   using consume_detail::requireLength;
   const std::size_t n = msg.left_x.size();
   requireLength("Correspondences", "distance", msg.distance.size(), n, true);
+  requireLength("Correspondences", "probability", msg.probability.size(), n, true);
   requireLength("Correspondences", "left_frame", msg.left_frame.size(), 6 * n, true);
   requireLength("Correspondences", "right_frame", msg.right_frame.size(), 6 * n, true);
   requireLength("Correspondences", "left_index", msg.left_index.size(), n, true);
@@ -112,7 +114,9 @@ inline KeypointsAndMatches toKeypoints(const Correspondences& msg) {
   KeypointsAndMatches result;
   result.matches.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
-    const float distance = msg.distance.empty() ? std::numeric_limits<float>::max() : msg.distance[i];
+    const float distance = !msg.distance.empty()      ? msg.distance[i]
+                           : !msg.probability.empty() ? 1.0F - msg.probability[i]
+                                                      : std::numeric_limits<float>::max();
     const int from = left.keypointOf(i), to = right.keypointOf(i);
     result.matches.emplace_back(from, to, distance);
   }

@@ -33,9 +33,9 @@ struct AcransacOptions : SearchOptions {
 /// therefore every match whose error is at most `widen` e, but at least `min_threshold` and at most
 /// `max_threshold`.
 ///
-/// Input: coordinates. With `sampler` = `prosac` also the column `distance` (and `second_distance`); without
-/// it samples are uniform, and the message reports this. With `sampler` = `frames` also the local affine
-/// frames. The sizes of the images are used where they are known.
+/// Input: coordinates. With `sampler` = `prosac` also the column `distance` (and `second_distance`) or
+/// `probability`; without them samples are uniform, and the message reports this. With `sampler` = `frames`
+/// also the local affine frames. The sizes of the images are used where they are known.
 ///
 /// Presets: `h`, `f` and `e` choose the model.
 ///

@@ -18,7 +18,7 @@ struct AdalamOptions : ConfidenceOptions {
   double seed_ratio = 1;          ///< a seed's ratio of descriptor distances is at most this; 1 = any
   double min_error = 0.5;         ///< smaller errors count as this, px
   bool one_to_one = true;         ///< count every point once in the support of a map
-  int seed = 0;                   ///< of the order where there are no descriptor distances
+  int seed = 0;                   ///< of the order where there are neither distances nor probabilities
   double max_seconds = 0;         ///< time limit, s; 0 = none
 
   void visit(OptionVisitor& visitor) const override;
@@ -56,9 +56,9 @@ struct AdalamOptions : ConfidenceOptions {
 ///
 /// Input: coordinates and the sizes of both images. Frames decide which matches belong together; without them
 /// the result is a little less good, and the message reports it. Matches whose frames are singular or not
-/// finite agree with nothing. Without descriptor distances, the order is random, by `seed`; this costs
-/// several points of F, and the message reports it as well. A `seed_ratio` below 1 needs the columns
-/// `distance` and `second_distance`.
+/// finite agree with nothing. Without descriptor distances, the seeds are ordered by their
+/// `probability`, and without that the order is random, by `seed`; this costs several points of F, and the
+/// message reports it as well. A `seed_ratio` below 1 needs the columns `distance` and `second_distance`.
 ///
 /// Options: the authors' code takes only mutual nearest neighbours as seeds. This is no column of the input,
 /// and is not needed.

@@ -46,7 +46,8 @@ struct AutoOptions : ConfidenceOptions {
 ///     Where there are several motions, planes are searched among what the model leaves over
 ///     (sequential_planes.h), with hypotheses from L2, and L2 is selected, too.
 ///
-/// Input: coordinates. Cameras, image sizes, descriptor distances and frames are used where they exist.
+/// Input: coordinates. Cameras, image sizes, descriptor distances or probabilities, and frames are used
+/// where they exist.
 ///
 /// Options: `threshold` and `fundamental_threshold` are the errors that the user allows, px. Where they are
 /// 0, they follow the noise of the inliers (src/auto/thresholds.h). Below `min_confidence`, the best guess is

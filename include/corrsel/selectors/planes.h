@@ -42,7 +42,8 @@ struct PlanesOptions : SearchOptions {
 /// too. The score is the negated squared error under the plane of the group, or the smallest one of all
 /// planes for rejected matches, px^2. Iterations are the hypotheses of all planes.
 ///
-/// Input: coordinates. Frames, descriptor distances and the sizes of the images are used where they exist.
+/// Input: coordinates. Frames, descriptor distances or probabilities, and the sizes of the images are used
+/// where they exist.
 ///
 /// Presets: `first` ends after the first plane.
 ///

@@ -41,8 +41,8 @@ struct PoseOptions : ConfidenceOptions {
 /// judged by its pose, and the motion is always `general`.
 ///
 /// Input: coordinates and both cameras (Correspondences::left_camera, right_camera). Images need not be
-/// rectified. Descriptor distances are used where they are there. Matches without a ray are ignored and
-/// counted.
+/// rectified. Descriptor distances or probabilities are used where they are there. Matches without a ray are
+/// ignored and counted.
 ///
 /// Output: `pose`, see PoseResult. The model is E (general, planar) or R (rotation, rest), for unit rays. The
 /// score is the negated squared error, px^2. `sigma` is the noise.

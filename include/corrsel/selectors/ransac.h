@@ -25,9 +25,9 @@ struct RansacOptions : ConsensusOptions {
 /// all-inlier sample without replacement. The matches are first put into an order of their own, so that
 /// the order of the input does not matter.
 ///
-/// Input: coordinates; with `sampler` = `prosac` the column `distance` (and `second_distance`), without which
-/// samples are uniform and the message reports it; with `sampler` = `frames` the local affine frames
-/// (search/frame_hypotheses.h).
+/// Input: coordinates; with `sampler` = `prosac` the column `distance` (and `second_distance`) or
+/// `probability`, without which samples are uniform and the message reports it; with `sampler` = `frames` the
+/// local affine frames (search/frame_hypotheses.h).
 ///
 /// Options: there is no option `threads`, because each hypothesis is compared with the best one so far.
 ///

@@ -25,8 +25,8 @@ struct UsacOptions : ConsensusOptions {
 /// error d1^2 + d2^2 within twice the threshold (search/homography_model.h). (The paper prints the Sampson
 /// distance against t_F: read t_F^2.)
 ///
-/// Input: coordinates; for PROSAC the column `distance` (and `second_distance`), without which samples are
-/// uniform and the message reports it; with `sampler` = `frames` the local affine frames.
+/// Input: coordinates; for PROSAC the column `distance` (and `second_distance`) or `probability`, without
+/// which samples are uniform and the message reports it; with `sampler` = `frames` the local affine frames.
 ///
 /// Options: `threshold` 0 means 5 px (homography; the paper's 10 px with another `error`) the paper's
 /// 1.5 px (fundamental matrix) and 1 px (essential matrix). `max_iterations` 0 means 60000 (homography) or

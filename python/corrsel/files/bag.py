@@ -151,6 +151,8 @@ def _matches_message(pair, place, stamp, frames):
         message.distance = pair.distance.tolist()
     if pair.second_distance is not None:
         message.second_distance = pair.second_distance.tolist()
+    if pair.probability is not None:
+        message.probability = pair.probability.tolist()
     for stage in STAGES:
         setattr(message.seconds, stage, math.nan)
     return message

@@ -15,9 +15,11 @@ KEYPOINTS = ("size_left", "angle_left", "size_right", "angle_right")
 INDICES = ("index_left", "index_right")
 #: What a selection adds; these columns are no input of a selector.
 OF_SELECTION = ("row", "score", "group", "probability")
-COLUMNS = COORDINATES + ("distance", "second_distance", "ratio") + KEYPOINTS + INDICES + ("label",) + SHAPES
-COLUMNS += OF_SELECTION
-NAN_COLUMNS = ("second_distance", "score") + COORDINATES  # a selector leaves out matches without a position
+COLUMNS = COORDINATES + ("distance", "second_distance", "ratio", "match_probability") + KEYPOINTS + INDICES
+COLUMNS += ("label",) + SHAPES + OF_SELECTION
+FROM_0 = ("distance", "second_distance", "ratio", "match_probability")
+#: A selector leaves out matches without a position.
+NAN_COLUMNS = ("second_distance", "match_probability", "score") + COORDINATES
 
 
 def read_columns(path):
@@ -75,6 +77,8 @@ def matched_pair(columns, source, key):
         else:
             safe = np.where(ratio > 0, ratio, 1)
             pair.second_distance = np.where(ratio > 0, columns["distance"] / safe, 1).astype(np.float32)
+    if "match_probability" in columns:
+        pair.probability = columns["match_probability"].astype(np.float32)
     if INDICES[0] in columns:
         pair.left_index, pair.right_index = (columns[name].astype(np.uint32) for name in INDICES)
     if SHAPES[0] in columns:
@@ -133,8 +137,10 @@ def _column(path, name, lines, texts):
                 ) from error
         raise
     whole = name in INDICES or name in ("label", "row")
-    from_0 = whole or name in ("distance", "second_distance", "ratio") or name.startswith("size")
+    from_0 = whole or name in FROM_0 or name.startswith("size")
     good = values >= (0 if from_0 else -math.inf)
+    if name == "match_probability":
+        good &= values <= 1
     if whole:
         good &= (values == np.floor(values)) & (values < 2**32)
     if name in NAN_COLUMNS:
@@ -142,6 +148,7 @@ def _column(path, name, lines, texts):
     wrong = np.flatnonzero(~good)
     if len(wrong):
         expected = "a whole number from 0" if whole else "a number from 0" if from_0 else "a number"
+        expected += " to 1" if name == "match_probability" else ""
         raise InputError(
             "%s, line %d, column '%s': '%s' is not %s"
             % (path, lines[wrong[0]], name, texts[wrong[0]].strip(), expected)

@@ -4,7 +4,7 @@ import zlib
 
 import numpy as np
 
-from .pairs import InputError, MatchedPair, distances, image_size, matched_rows, points, vector
+from .pairs import InputError, MatchedPair, image_size, matched_rows, points, set_scores, vector
 from .truth import label_truth, matrix_truth, motion_of, pose_truth
 
 #: The keys of scores: of every left keypoint or of every match.
@@ -29,12 +29,15 @@ def read_npz(path, key, scores="confidence"):
         pair, rows, total = _keypoints_and_matches(arrays, source, key)
     for name in SCORES:
         if name in arrays:
-            values = _per_match(arrays[name], rows, total, source, name)
-            pair.distance = distances(values, source, name, scores)
+            set_scores(pair, _per_match(arrays[name], rows, total, source, name), name, scores)
             break
-    if "distance" in arrays:
-        values = _per_match(arrays["distance"], rows, total, source, "distance")
-        pair.distance = distances(values, source, "distance", "distance")
+    for name, meaning, may_be_nan in (
+        ("distance", "distance", False),
+        ("match_probability", "confidence", True),
+    ):
+        if name in arrays:
+            values = _per_match(arrays[name], rows, total, source, name)
+            set_scores(pair, values, name, meaning, may_be_nan)
     for side, name in (("left", "0"), ("right", "1")):
         if "image" + name in arrays:
             setattr(pair, side + "_name", _name(arrays["image" + name], source, "image" + name))

@@ -6,7 +6,7 @@ import typing
 
 import numpy as np
 
-#: How scores of a matcher become descriptor distances.
+#: What the scores of a matcher are.
 SCORES = ("confidence", "distance", "none")
 
 
@@ -37,6 +37,7 @@ class MatchedPair:  # pylint: disable=too-many-instance-attributes  # the column
     right_name: str = ""
     distance: typing.Optional[np.ndarray] = None  # (N,) float32, lower is better
     second_distance: typing.Optional[np.ndarray] = None  # (N,) float32, NaN = none
+    probability: typing.Optional[np.ndarray] = None  # (N,) float32, that the match is right, NaN = not known
     left_shape: typing.Optional[
         np.ndarray
     ] = None  # (N, 4) float32: a11 a12 a21 a22 of the local affine frame
@@ -136,26 +137,33 @@ def matched_rows(indices, counts, source, what):
     return pairs[:, 0], pairs[:, 1], rows, len(array)
 
 
-def distances(values, source, what, meaning):
-    """Return scores of matches as distances, float32, as `meaning` (one of SCORES) says; None for "none"."""
+def set_scores(pair, values, what, meaning, may_be_nan=False):
+    """Keep scores of the matches of a pair, float32, as `meaning` (one of SCORES) says: confidences are probabilities.
+
+    may_be_nan: whether NaN is allowed, which means that a score is not known
+    Raises InputError that names the row and the value."""
     if meaning == "none":
-        return None
+        return
     scores = np.asarray(values, np.float64)
     low, high = (0, 1) if meaning == "confidence" else (0, math.inf)
-    wrong = np.flatnonzero(~((scores >= low) & (scores <= high + 1e-3)))  # scores of 16 bits are rounded
+    good = (scores >= low) & (scores <= high + 1e-3)  # scores of 16 bits are rounded
+    wrong = np.flatnonzero(~(good | np.isnan(scores)) if may_be_nan else ~good)
     if len(wrong):
         raise InputError(
             "%s: %s, row %d is %g, expected a %s; --scores distance takes descriptor distances, --scores none "
             "leaves them out"
             % (
-                source,
+                pair.source,
                 what,
                 wrong[0],
                 scores[wrong[0]],
                 "confidence from 0 to 1" if meaning == "confidence" else "distance from 0",
             )
         )
-    return (np.maximum(1 - scores, 0) if meaning == "confidence" else scores).astype(np.float32)
+    if meaning == "confidence":
+        pair.probability = np.minimum(scores, 1).astype(np.float32)
+    else:
+        pair.distance = scores.astype(np.float32)
 
 
 def image_size(values, source, what):

@@ -59,6 +59,7 @@ class Display {
   Display& operator=(const Display&) = delete;
 
   void show(std::size_t done, std::size_t total, const std::string& what) {
+    if (total == 0) return;
     if (!meter_) meter_.emplace(total, 0);
     printer_.show(meter_->at(done, what));
   }

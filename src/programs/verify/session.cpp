@@ -1,6 +1,5 @@
 #include "programs/verify/session.h"
 
-#include <algorithm>
 #include <optional>
 #include <system_error>
 
@@ -33,14 +32,6 @@ class DatabaseSession : public Session {
   ColmapStore store_;
 };
 
-/// Whether both databases have the same images.
-bool sameImages(const ColmapStore& a, const ColmapStore& b) {
-  return std::equal(a.images().begin(), a.images().end(), b.images().begin(), b.images().end(),
-                    [](const core::StoredImage& x, const core::StoredImage& y) {
-                      return x.id == y.id && x.name == y.name;
-                    });
-}
-
 /// A copy of a database of COLMAP.
 class CopySession : public Session {
  public:
@@ -50,13 +41,8 @@ class CopySession : public Session {
                        " exists; remove it or choose another name, or give it as DATABASE to continue it");
     }
     const fs::path part = partOf(output);
-    if (!fs::exists(part)) ColmapStore::copy(database, part);
+    ColmapStore::continueCopy(database, part);
     store_.emplace(part, ColmapStore::Access::kWrite);
-    if (!sameImages(ColmapStore(database), *store_)) {
-      throw StoreError(StoreError::Kind::kContent, part.string() +
-                                                       " is left from a run with another database than " +
-                                                       database.string() + "; remove it");
-    }
   }
 
   core::PairStore& store() override { return *store_; }

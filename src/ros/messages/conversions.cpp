@@ -39,6 +39,14 @@ void requireLength(const std::string& message, const std::string& field, std::si
              std::to_string(expected));
 }
 
+void requireProbabilities(const std::string& message, const std::vector<float>& values, bool may_be_nan) {
+  for (const float value : values) {
+    if ((value >= 0 && value <= 1) || (may_be_nan && std::isnan(value))) continue;
+    refuse(message, "probability",
+           "holds " + std::to_string(value) + ", expected 0 to 1" + (may_be_nan ? ", or NaN" : ""));
+  }
+}
+
 std::vector<float> flatten(const std::vector<core::AffineFrame>& frames) {
   std::vector<float> numbers;
   numbers.reserve(frames.size() * kFrameNumbers);
@@ -243,11 +251,7 @@ void requireSense(const Selection& msg) {
       refuse(kSelectionName, "group", "holds " + std::to_string(number) + ", expected -1 or more");
   }
   requireLength(kSelectionName, "probability", msg.probability.size(), msg.mask.size(), true);
-  for (const float value : msg.probability) {
-    if (!(value >= 0 && value <= 1)) {
-      refuse(kSelectionName, "probability", "holds " + std::to_string(value) + ", expected 0 to 1");
-    }
-  }
+  requireProbabilities(kSelectionName, msg.probability, false);
   if (msg.n_input != msg.mask.size()) {
     refuse(kSelectionName, "n_input",
            "is " + std::to_string(msg.n_input) + ", the mask has " + std::to_string(msg.mask.size()) +
@@ -285,6 +289,7 @@ Correspondences toMsg(core::Correspondences matches, const PairInfo& info) {
   msg.right_y = std::move(matches.right_y);
   msg.distance = std::move(matches.distance);
   msg.second_distance = std::move(matches.second_distance);
+  msg.probability = std::move(matches.probability);
   msg.left_frame = flatten(matches.left_frame);
   msg.right_frame = flatten(matches.right_frame);
   msg.left_index = std::move(matches.left_index);
@@ -303,6 +308,8 @@ core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
   requireLength(kName, "right_y", msg.right_y.size(), n, false);
   requireLength(kName, "distance", msg.distance.size(), n, true);
   requireLength(kName, "second_distance", msg.second_distance.size(), n, true);
+  requireLength(kName, "probability", msg.probability.size(), n, true);
+  requireProbabilities(kName, msg.probability, true);
   requireLength(kName, "left_frame", msg.left_frame.size(), n * kFrameNumbers, true);
   requireLength(kName, "right_frame", msg.right_frame.size(), n * kFrameNumbers, true);
   requireLength(kName, "left_index", msg.left_index.size(), n, true);
@@ -319,6 +326,7 @@ core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
   matches.right_y = msg.right_y;
   matches.distance = msg.distance;
   matches.second_distance = msg.second_distance;
+  matches.probability = msg.probability;
   matches.left_frame = unflatten(msg.left_frame);
   matches.right_frame = unflatten(msg.right_frame);
   matches.left_index = msg.left_index;

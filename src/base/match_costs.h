@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+
+#include "corrsel/correspondences.h"
+
+namespace corrsel::core {
+
+/// What tells the better of two matches before anything is known about the motion. Lower is better, and NaN is
+/// unknown. Descriptor distances come first. Where the matches have none, the cost is 1 - probability, so that
+/// the confidences of a learned matcher order its matches.
+///
+/// The columns are read, not copied. O(1) per call.
+class MatchCosts {
+ public:
+  /// @pre matches.inconsistency() returns an empty text, and the matches live as long as this object
+  explicit MatchCosts(const Correspondences& matches)
+      : nearest_(matches.distance.empty() ? nullptr : matches.distance.data()),
+        second_(matches.second_distance.empty() ? nullptr : matches.second_distance.data()),
+        probability_(matches.probability.empty() ? nullptr : matches.probability.data()) {}
+
+  /// Whether the matches have a column that orders them.
+  bool known() const { return nearest_ != nullptr || probability_ != nullptr; }
+
+  /// Compares matches of different left features: the distance, or 1 - probability. @pre known()
+  float nearest(std::uint32_t row) const {
+    return nearest_ != nullptr ? nearest_[row] : 1.0F - probability_[row];
+  }
+
+  /// Compares any matches: the distance divided by the second-nearest distance where the matches have one,
+  /// otherwise nearest(). @pre known()
+  float ratio(std::uint32_t row) const {
+    return nearest_ != nullptr && second_ != nullptr ? nearest_[row] / second_[row] : nearest(row);
+  }
+
+ private:
+  const float *nearest_, *second_, *probability_;
+};
+
+}  // namespace corrsel::core
