@@ -40,5 +40,10 @@ from .selectors import (
     selector_names as selector_names,
     selector_presets as selector_presets,
 )
+from .verification import (
+    FaultyPair as FaultyPair,
+    VerifyReport as VerifyReport,
+    verify as verify,
+)
 
 __version__: str
