@@ -1,5 +1,6 @@
 from ._options import Option as Option, options as options
 from .camera import Camera as Camera
+from .drawing import draw as draw
 from .evaluation import (
     Evaluation as Evaluation,
     PoseErrors as PoseErrors,
