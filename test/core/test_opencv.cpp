@@ -249,6 +249,22 @@ TEST(OpenCv, DegenerateDataGiveNothing) {
   EXPECT_TRUE(opencv::findEssentialMat(turned.left, turned.right, kCamera, "pose").empty());
 }
 
+TEST(OpenCv, ChanceGivesNothing) {
+  for (int seed = 0; seed < 4; ++seed) {
+    const Points points = pairOf(seed, 12, 0, 60);
+    for (const Method& method : {Method(cv::RANSAC), Method(cv::LMEDS), Method("auto")}) {
+      cv::Mat mask;
+      EXPECT_TRUE(opencv::findHomography(points.left, points.right, method, 3, mask).empty())
+          << method.selector();
+      EXPECT_EQ(cv::countNonZero(mask), 0);
+      EXPECT_TRUE(opencv::findFundamentalMat(points.left, points.right, method, 1.5).empty())
+          << method.selector();
+    }
+    EXPECT_TRUE(opencv::findEssentialMat(points.left, points.right, kCamera, cv::RANSAC).empty());
+    EXPECT_TRUE(opencv::findEssentialMat(points.left, points.right, kCamera, "pose").empty());
+  }
+}
+
 TEST(OpenCv, WrongArgumentsAreNamed) {
   const Points points = plane(6);
   const auto refusal = [](const auto& action) { return errorOf<std::invalid_argument>(action); };
