@@ -134,6 +134,32 @@ nlohmann::ordered_json countsJson(const VerifyReport& report) {
           {"confidence_quantiles", confidenceQuantiles(counts)}};
 }
 
+/// Adds what is known of tracks and cycles.
+void addGraph(const VerifyReport& report, nlohmann::ordered_json& out) {
+  if (report.tracks) {
+    const core::TrackStatistics& tracks = *report.tracks;
+    out["tracks"] = {{"tracks", tracks.tracks},
+                     {"observations", tracks.observations},
+                     {"mean_length", numberOrNull(tracks.mean_length)},
+                     {"matches", tracks.matches},
+                     {"cut", tracks.cut},
+                     {"lengths", tracks.lengths}};
+  }
+  if (report.cycles) {
+    const core::CycleReport& cycles = *report.cycles;
+    nlohmann::ordered_json accused = nlohmann::ordered_json::array();
+    for (const core::PairCycles& pair : cycles.pairs) {
+      if (pair.accused)
+        accused.push_back({nameOf(report, pair.pair.first), nameOf(report, pair.pair.second)});
+    }
+    out["cycles"] = {{"triplets", cycles.triplets},
+                     {"failing", cycles.failing},
+                     {"accused", cycles.accused},
+                     {"unchecked", cycles.unchecked},
+                     {"accused_pairs", accused}};
+  }
+}
+
 std::string jsonText(const VerifyReport& report) {
   const core::VerificationSummary& summary = report.summary;
   const auto [wall, processor] = millisecondsPerPair(report);
@@ -172,32 +198,6 @@ std::string jsonText(const VerifyReport& report) {
   out["faulty"] = faulty;
   out["images"] = images;
   return out.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-}
-
-/// Adds what is known of tracks and cycles.
-void addGraph(const VerifyReport& report, nlohmann::ordered_json& out) {
-  if (report.tracks) {
-    const core::TrackStatistics& tracks = *report.tracks;
-    out["tracks"] = {{"tracks", tracks.tracks},
-                     {"observations", tracks.observations},
-                     {"mean_length", numberOrNull(tracks.mean_length)},
-                     {"matches", tracks.matches},
-                     {"cut", tracks.cut},
-                     {"lengths", tracks.lengths}};
-  }
-  if (report.cycles) {
-    const core::CycleReport& cycles = *report.cycles;
-    nlohmann::ordered_json accused = nlohmann::ordered_json::array();
-    for (const core::PairCycles& pair : cycles.pairs) {
-      if (pair.accused)
-        accused.push_back({nameOf(report, pair.pair.first), nameOf(report, pair.pair.second)});
-    }
-    out["cycles"] = {{"triplets", cycles.triplets},
-                     {"failing", cycles.failing},
-                     {"accused", cycles.accused},
-                     {"unchecked", cycles.unchecked},
-                     {"accused_pairs", accused}};
-  }
 }
 
 void writeFile(const fs::path& path, const std::string& text) {
