@@ -13,6 +13,7 @@ class Matches:
     right: npt.NDArray[np.float32]
     distance: Optional[npt.NDArray[np.float32]]
     second_distance: Optional[npt.NDArray[np.float32]]
+    probability: Optional[npt.NDArray[np.float32]]
     left_frame: Optional[npt.NDArray[np.float32]]
     right_frame: Optional[npt.NDArray[np.float32]]
     left_index: Optional[npt.NDArray[np.uint32]]
@@ -29,6 +30,7 @@ class Matches:
         *,
         distance: Optional[ArrayLike] = ...,
         second_distance: Optional[ArrayLike] = ...,
+        probability: Optional[ArrayLike] = ...,
         left_frame: Optional[ArrayLike] = ...,
         right_frame: Optional[ArrayLike] = ...,
         left_index: Optional[ArrayLike] = ...,
@@ -81,6 +83,7 @@ def select(
     right_size: Optional[ArrayLike] = ...,
     distance: Optional[ArrayLike] = ...,
     second_distance: Optional[ArrayLike] = ...,
+    probability: Optional[ArrayLike] = ...,
     left_frame: Optional[ArrayLike] = ...,
     right_frame: Optional[ArrayLike] = ...,
     left_index: Optional[ArrayLike] = ...,
@@ -97,6 +100,7 @@ def relative_pose(
     *,
     distance: Optional[ArrayLike] = ...,
     second_distance: Optional[ArrayLike] = ...,
+    probability: Optional[ArrayLike] = ...,
     left_frame: Optional[ArrayLike] = ...,
     right_frame: Optional[ArrayLike] = ...,
     left_index: Optional[ArrayLike] = ...,

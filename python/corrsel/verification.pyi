@@ -1,5 +1,5 @@
 import os
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +32,7 @@ class VerifyReport:
     skipped: int
     of_others: int
     seconds: float
-    def __init__(self, path: str, **values: object) -> None: ...
+    def __init__(self, path: str, **values: Any) -> None: ...
     @property
     def accepted(self) -> npt.NDArray[np.bool_]: ...
     @property
@@ -41,17 +41,17 @@ class VerifyReport:
     def __len__(self) -> int: ...
 
 def verify(
-    database: Union[str, "os.PathLike[str]"],
-    output: Optional[Union[str, "os.PathLike[str]"]] = ...,
+    database: Union[str, os.PathLike[str]],
+    output: Optional[Union[str, os.PathLike[str]]] = ...,
     selector: Optional[str] = ...,
     *,
-    features: Optional[Union[str, "os.PathLike[str]"]] = ...,
+    features: Optional[Union[str, os.PathLike[str]]] = ...,
     threads: int = ...,
-    pairs: Optional[Sequence[Tuple[str, str]]] = ...,
+    pairs: Optional[Iterable[Tuple[str, str]]] = ...,
     again: bool = ...,
     strict: bool = ...,
     dry_run: bool = ...,
     memory: float = ...,
-    progress: Optional[Callable[[int, int, int, float], object]] = ...,
+    progress: Optional[Callable[[int, int, int, float], Any]] = ...,
     **options: OptionValue
 ) -> VerifyReport: ...

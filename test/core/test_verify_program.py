@@ -42,8 +42,10 @@ def generate(path, *arguments):
 
 def rows(path):
     """Return all rows of two_view_geometries."""
-    with sqlite3.connect(str(path)) as database:
-        return database.execute("SELECT * FROM two_view_geometries ORDER BY pair_id").fetchall()
+    database = sqlite3.connect(str(path))
+    found = database.execute("SELECT * FROM two_view_geometries ORDER BY pair_id").fetchall()
+    database.close()
+    return found
 
 
 def execute(path, sql, *parameters):
@@ -172,6 +174,24 @@ class VerifyProgram(unittest.TestCase):
             self.verify("--output", output)
         self.assertEqual(rows(output), self.rows)
         self.assertFalse(part.exists())
+
+    def test_an_output_that_another_program_reads_is_not_cut(self):
+        output, part = self.folder / "out.db", self.folder / "out.db.part"
+        self.verify("--output", output)
+        output.rename(part)
+        for ending in ("-wal", "-shm"):  # that the checksum has left
+            Path(str(output) + ending).unlink()
+        reader = sqlite3.connect(str(part), isolation_level=None)
+        reader.execute("BEGIN")
+        reader.execute("SELECT count(*) FROM matches").fetchall()
+        self.refused(
+            "another program is reading it",
+            arguments=(self.database, *QUICK, "--output", output, "--again"),
+            code=3,
+        )
+        reader.close()
+        self.verify("--output", output)
+        self.assertEqual(rows(output), self.rows)
 
     def test_an_interrupt_keeps_the_part_and_the_same_command_continues(self):
         output = self.folder / "out.db"
