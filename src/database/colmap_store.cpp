@@ -57,6 +57,7 @@ struct ColmapStore::Impl {
   std::int64_t keypointCount(std::uint32_t image) const;
   void checkMatches(const ImagePairKey& pair, const StoredMatches& matches) const;
   std::vector<ImagePairKey> readPairs(SqliteQuery& query, SkippedRows& skipped) const;
+  std::vector<ImagePairKey> matchedPairs(SkippedRows& skipped) const;
   void warnOfMatches(bool empty, const SkippedRows& skipped) const;
   TwoViewGeometry geometryOf(const SqliteQuery& query, const std::string& place) const;
   std::int64_t configurationNumber(const std::string& configuration) const;
@@ -236,6 +237,11 @@ std::vector<ImagePairKey> ColmapStore::Impl::readPairs(SqliteQuery& query, Skipp
     }
   }
   return pairs;
+}
+
+std::vector<ImagePairKey> ColmapStore::Impl::matchedPairs(SkippedRows& skipped) const {
+  SqliteQuery query = database.query("SELECT pair_id FROM matches ORDER BY pair_id");
+  return readPairs(query, skipped);
 }
 
 /// Says once what is odd in the table matches.
@@ -440,11 +446,15 @@ void ColmapStore::create(const std::filesystem::path& path) {
 const std::vector<StoredImage>& ColmapStore::images() const { return impl_->images; }
 
 std::vector<ImagePairKey> ColmapStore::pairs() const {
-  SqliteQuery query = impl_->database.query("SELECT pair_id FROM matches ORDER BY pair_id");
   SkippedRows skipped;
-  std::vector<ImagePairKey> pairs = impl_->readPairs(query, skipped);
+  std::vector<ImagePairKey> pairs = impl_->matchedPairs(skipped);
   impl_->warnOfMatches(pairs.empty(), skipped);
   return pairs;
+}
+
+std::vector<ImagePairKey> ColmapStore::matchedPairs() const {
+  SkippedRows skipped;
+  return impl_->matchedPairs(skipped);
 }
 
 StoredKeypoints ColmapStore::keypoints(std::uint32_t id) const {

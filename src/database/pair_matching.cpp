@@ -272,7 +272,7 @@ PairMatchingSummary matchPairs(ColmapStore& store, const std::vector<ImagePairKe
   summary.pairs = pairs.size();
   std::vector<ImagePairKey> missing = pairs;
   if (!options.again) {
-    const std::vector<ImagePairKey> present = store.pairs();
+    const std::vector<ImagePairKey> present = store.matchedPairs();
     missing.clear();
     std::set_difference(pairs.begin(), pairs.end(), present.begin(), present.end(),
                         std::back_inserter(missing));

@@ -44,6 +44,9 @@ class ColmapStore : public PairStore {
   VerifiedPair verified(const ImagePairKey& pair) const override;
   void write(const std::vector<VerifiedPair>& pairs, const std::string& configuration) override;
 
+  /// As pairs(), without warnings about what is missing, for programs that are about to match the others.
+  std::vector<ImagePairKey> matchedPairs() const;
+
   /// The pairs whose verification another program has stored, or has stored anew since, in ascending order.
   std::vector<ImagePairKey> pairsOfOthers() const;
 
