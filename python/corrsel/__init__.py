@@ -23,7 +23,8 @@ Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 
     error_auc, mean_average_accuracy   of the errors of many pairs
     mean_interval                      mean of many values with its bootstrap interval
 
-The module corrsel.matches serves programs that use the ROS messages of corrsel.msg; nothing else needs ROS.
+The modules corrsel.matches and corrsel.messages serve programs that use the ROS messages of corrsel.msg; nothing else
+needs ROS.
 The modules in C++ are loaded on first use: `import corrsel.msg` works where they are not built.
 """
 
