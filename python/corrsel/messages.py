@@ -103,7 +103,7 @@ def features(
     """Return a message with the features of an image, for the topics that the Matcher nodelet reads.
 
     positions     px, (x, y) with the origin at the centre of the first pixel: N x 2
-    descriptors   N x D, of uint8, int8, float16, float32 or float64. float16 halves the time of sending them
+    descriptors   N x D, of uint8, int8, float16, float32 or float64. With float16, messages are half as large
     of_image      the sensor_msgs/Image message: its header and size become those of the message
     name          what has made them, e.g. "superpoint": only features of one name are matched with each other
     scores        of the detector, higher is better: N

@@ -13,6 +13,7 @@ class LiveFeatures : public Live {
   void start(const std::string& mode) {
     set(nodelet() + "/mode", mode);
     set(nodelet() + "/diagnostic_period", 0.1);
+    set(nodelet() + "/pending", 10);  // nothing is dropped
     const bool pair = mode == "pair";
     left_features_ = nh_.advertise<Features>(pair ? "left/features" : "features", 10);
     if (pair) right_features_ = nh_.advertise<Features>("right/features", 10);
