@@ -33,6 +33,15 @@ _TYPES = {
 _CHANNELS = {"mono8": 1, "8UC1": 1, "bgr8": 3, "rgb8": 3, "8UC3": 3}
 
 
+class _Sent(np.ndarray):
+    """An array of a message. genpy calls tostring(), which numpy 1.19 deprecates, with a warning that costs more than the
+    copy, and numpy 2.3 lacks."""
+
+    def tostring(self, order="C"):
+        """Return the bytes."""
+        return self.tobytes(order)
+
+
 def image(msg):
     """Return the pixels of a sensor_msgs/Image as an array that shares the message's memory: H x W or H x W x 3, uint8.
 
@@ -63,8 +72,8 @@ def correspondences(left, right, left_image, right_image, *, probability=None, d
     known           second_distance (N), left_index, right_index (N), features (what has made the matches, a text),
                     seconds (wall time of the matcher)
 
-    The cameras are unknown. Where they are calibrated, fill left_camera and right_camera of the message before it is
-    published, with numpy arrays of float64.
+    The cameras are unknown. Where they are calibrated, fill left_camera and right_camera before the message is published:
+    message.left_camera.model = Camera.MODEL_PINHOLE, message.left_camera.matrix[:] = K.ravel()...
 
     Raises ValueError that names an array of another shape, or a probability outside 0 to 1; TypeError for another
     keyword.
@@ -74,13 +83,13 @@ def correspondences(left, right, left_image, right_image, *, probability=None, d
     message.left_x, message.left_y = _positions("left", left, count)
     message.right_x, message.right_y = _positions("right", right, count)
     message.probability = _column("probability", probability, count)
-    if np.any((message.probability < 0) | (message.probability > 1)):
+    if ((message.probability < 0) | (message.probability > 1)).any():
         raise ValueError("probability holds a number outside 0 to 1")
     message.distance = _column("distance", distance, count)
     message.second_distance = _column("second_distance", known.pop("second_distance", None), count)
     for name in ("left_index", "right_index"):
         setattr(message, name, _column(name, known.pop(name, None), count, np.uint32))
-    message.left_frame = message.right_frame = np.empty(0, np.float32)
+    message.left_frame = message.right_frame = _column("frame", None, count)
     message.features = known.pop("features", "network")
     for stage in _STAGES:
         setattr(message.seconds, stage, math.nan)
@@ -91,7 +100,7 @@ def correspondences(left, right, left_image, right_image, *, probability=None, d
     message.right_stamp, message.right_frame_id = right_image.header.stamp, right_image.header.frame_id
     message.left_width, message.left_height = left_image.width, left_image.height
     message.right_width, message.right_height = right_image.width, right_image.height
-    message.rig_rotation, message.rig_translation = np.full(9, math.nan), np.full(3, math.nan)
+    message.rig_rotation, message.rig_translation = _numbers(9, math.nan), _numbers(3, math.nan)
     for camera in (message.left_camera, message.right_camera):
         _leave_unknown(camera)
     return message
@@ -146,18 +155,25 @@ def _positions(name, values, count):
         array = array.reshape(0, 2)
     if array.shape != (count, 2):
         raise ValueError("%s has the shape %s; needed: (%d, 2)" % (name, array.shape, count))
-    return np.ascontiguousarray(array.T)
+    return np.ascontiguousarray(array.T).view(_Sent)
 
 
 def _column(name, values, count, dtype=np.float32):
     """Return an optional column; it is empty where it is absent."""
     if values is None:
-        return np.empty(0, dtype)
+        return np.empty(0, dtype).view(_Sent)
     array = np.ascontiguousarray(values, dtype)
     if array.shape != (count,):
         raise ValueError("%s has the shape %s; needed: (%d,)" % (name, array.shape, count))
-    return array
+    return array.view(_Sent)
+
+
+def _numbers(count, value):
+    """Return an array of fixed length."""
+    array = np.empty(count)
+    array.fill(value)
+    return array.view(_Sent)
 
 
 def _leave_unknown(camera):
-    camera.matrix, camera.distortion = np.zeros(9), np.zeros(8)
+    camera.matrix, camera.distortion = _numbers(9, 0), _numbers(8, 0)
