@@ -7,13 +7,20 @@ The images are the frames in their order; replace frames() by your camera. Needs
 OpenCV. One line is printed for every frame but the first.
 """
 
+from __future__ import annotations
+
 import sys
+from typing import TYPE_CHECKING, Iterator, List
 
 import corrsel
 import cv2
+import numpy as np
+
+if TYPE_CHECKING:  # numpy has these types from 1.21 on
+    from numpy.typing import NDArray
 
 
-def frames(files):
+def frames(files: List[str]) -> Iterator[NDArray[np.uint8]]:
     """Yield the images in their order."""
     for file in files:
         image = cv2.imread(file, cv2.IMREAD_GRAYSCALE)
@@ -22,7 +29,7 @@ def frames(files):
         yield image
 
 
-def action(selection):
+def action(selection: corrsel.Selection) -> str:
     """Return what a robot would do with a selection: the kinds of scene ask for different things."""
     if selection.scene == "nothing":
         return "the view is lost: relocalise"
@@ -32,12 +39,12 @@ def action(selection):
         return "decompose the homography; there is no depth to triangulate"
     if selection.scene == "rigid":
         return "estimate the motion from the fundamental matrix, and triangulate"
-    if selection.scene == "several_motions":
+    if selection.scene == "several_motions" and selection.group is not None:
         return "%d moving objects: use the motion of group 0" % selection.group.max()
     return "do not use the matches" if selection.status != "ok" else "use the matches without a model"
 
 
-def main(files):
+def main(files: List[str]) -> None:
     extractor = corrsel.Extractor("orb+orb", orb={"max_features": 1000})
     selector = corrsel.Selector("auto", max_seconds=0.1)
     earlier = None

@@ -4,19 +4,24 @@
     05_epipolar_fisheye.py [PICTURE.png]
 
 The images are rendered here: a room with boxes, seen by a fisheye lens of 180 degrees from two places. For images of
-your own, replace render() by cv2.imread(), and CAMERA by the camera of your calibration. Needs the Python package of
+your own, replace render() by cv2.imread(), and SIZE and CAMERA by the camera of your calibration. Needs the Python package of
 corrsel, numpy and OpenCV. The program prints the pose, its errors, and how far the matches lie from their curves.
 """
 
+from __future__ import annotations
+
 import sys
+from typing import TYPE_CHECKING, Sequence, Tuple
 
 import corrsel
 import cv2
 import numpy as np
 
-CAMERA = corrsel.Camera(
-    "fisheye", [[200, 0, 319.5], [0, 200, 319.5], [0, 0, 1]], [-0.02, 0.003, 0, 0], (640, 640)
-)
+if TYPE_CHECKING:  # numpy has these types from 1.21 on
+    from numpy.typing import NDArray
+
+SIZE = (640, 640)
+CAMERA = corrsel.Camera("fisheye", [[200, 0, 319.5], [0, 200, 319.5], [0, 0, 1]], [-0.02, 0.003, 0, 0], SIZE)
 #: A point X of the left camera is TRUE_ROTATION @ X + TRUE_TRANSLATION in the frame of the right one, m.
 TRUE_ROTATION, _ = cv2.Rodrigues(np.array([0.05, -0.2, 0.1]))
 TRUE_TRANSLATION = TRUE_ROTATION @ [-0.6, 0.1, -0.3]
@@ -25,27 +30,30 @@ ROOM = ((-4, -1.6, -3), (4, 1.4, 6))
 BOXES = (((-2.5, 0.2, 2), (-1.3, 1.4, 3)), ((0.9, -0.4, 2.4), (1.9, 1.4, 3.4)), ((2.4, -0.2, 0), (3, 1.4, 1)))
 
 
-def hits(origin, rays, corners):
+def hits(
+    origin: NDArray[np.float64], rays: NDArray[np.float64], corners: Sequence[Sequence[float]]
+) -> Tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the distances along rays at which they enter and leave a box."""
     with np.errstate(divide="ignore"):
         limits = (np.array(corners)[:, None] - origin) / rays
     return limits.min(0).max(1), limits.max(0).min(1)
 
 
-def texture(points, seed):
+def texture(points: NDArray[np.float64], surfaces: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the grey values of the surfaces: rectangles of random brightness, of several sizes."""
     values = np.full(len(points), 128.0)
     for side, contrast in ((0.4, 50), (0.13, 40), (0.05, 30)):
         cells = np.floor(points / side + 1e-6 + [0.13, 0.37, 0.71]).astype(np.int64)
-        random = np.sin(cells @ [12.9898, 78.233, 37.719] + seed) * 43758.5453
+        random = np.sin(cells @ [12.9898, 78.233, 37.719] + surfaces) * 43758.5453
         values += contrast * (2 * (random - np.floor(random)) - 1)
     return values
 
 
-def render(camera, rotation, translation):
+def render(
+    camera: corrsel.Camera, rotation: NDArray[np.float64], translation: NDArray[np.float64]
+) -> NDArray[np.uint8]:
     """Return the grey image of the room; each pixel is the mean of 2 x 2 rays."""
-    fine = camera.scaled(2)
-    width, height = fine.size
+    fine, (width, height) = camera.scaled(2), (2 * SIZE[0], 2 * SIZE[1])
     pixels = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1).reshape(-1, 2)
     rays = fine.unproject(pixels)
     seen = np.flatnonzero(rays[:, 2] > 0)  # the lens shows 180 degrees
@@ -57,27 +65,35 @@ def render(camera, rotation, translation):
         depth, number = np.where(in_front, near, depth), np.where(in_front, k, number)
     image = np.zeros(height * width, np.float32)
     image[seen] = np.clip(texture(origin + depth[:, None] * rays, number), 0, 255)
-    image = cv2.resize(image.reshape(height, width), camera.size, interpolation=cv2.INTER_AREA)
+    image = cv2.resize(image.reshape(height, width), SIZE, interpolation=cv2.INTER_AREA)
     return image.astype(np.uint8)
 
 
-def epipolar_curve(pose, camera_left, camera_right, point):
+def epipolar_curve(
+    pose: corrsel.PoseResult,
+    camera_left: corrsel.Camera,
+    camera_right: corrsel.Camera,
+    point: NDArray[np.float32],
+) -> NDArray[np.float32]:
     """Return points of the curve on which the right image shows a point of the left one, from near to far: M x 2."""
     far = pose.rotation @ camera_left.unproject([point])[0]
     share = np.linspace(0, 1, 200)[:, None]
     places = (1 - share) * pose.translation + share * far
     curve = camera_right.project(places[places[:, 2] > -0.02])  # a little beyond the 180 degrees of the lens
-    return curve[np.isfinite(curve).all(1)].astype(np.float32)
+    visible: NDArray[np.float32] = curve[np.isfinite(curve).all(1)].astype(np.float32)
+    return visible
 
 
-def distance_to_curve(curve, point):
+def distance_to_curve(curve: NDArray[np.float32], point: NDArray[np.float32]) -> float:
     """Return the distance of a point to the segments between the points of a curve, px."""
     start, step = curve[:-1], np.diff(curve, axis=0)
     along = ((point - start) * step).sum(1) / np.maximum((step**2).sum(1), 1e-12)
-    return np.linalg.norm(start + np.clip(along, 0, 1)[:, None] * step - point, axis=1).min()
+    return float(np.linalg.norm(start + np.clip(along, 0, 1)[:, None] * step - point, axis=1).min())
 
 
-def draw(images, matches, curves):
+def draw(
+    images: Sequence[NDArray[np.uint8]], matches: corrsel.Matches, curves: Sequence[NDArray[np.float32]]
+) -> NDArray[np.uint8]:
     """Return both images side by side with points on the left one and, on the right one, their curves and matches."""
     left, right = (cv2.cvtColor(image // 2, cv2.COLOR_GRAY2BGR) for image in images)
     hues = np.linspace(0, 179, len(curves), endpoint=False).astype(np.uint8)
@@ -90,9 +106,9 @@ def draw(images, matches, curves):
     return np.hstack([left, right])
 
 
-def main(picture):
+def main(picture: str) -> None:
     images = [render(CAMERA, np.eye(3), np.zeros(3)), render(CAMERA, TRUE_ROTATION, TRUE_TRANSLATION)]
-    matches = corrsel.match(*images, features="sift+sift", sift={"max_features": 2000})
+    matches = corrsel.match(images[0], images[1], features="sift+sift", sift={"max_features": 2000})
     pose = corrsel.relative_pose(
         matches.left,
         matches.right,

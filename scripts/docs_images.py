@@ -4,6 +4,7 @@
 Usage: docs_images.py diagram
        docs_images.py plots RUN_FOLDER
        docs_images.py matches [SAMPLES]
+       docs_images.py selection [SAMPLES]
 Each command takes --output FOLDER (default: docs/images of this package).
 
 diagram  live.svg: the nodelets and their topics.
@@ -14,6 +15,7 @@ plots    vgg_f.svg and vgg_time.svg: F against the tolerance and against the sel
 matches  before_after.png: ORB matches of the photographs graf 1 and 3 before and after `usac`. SAMPLES is the
          folder that fetch_samples.sh has filled (default: ~/.cache/corrsel/sample). Prints the numbers that the
          picture shows. Needs the Python module of corrsel.
+selection  selection.png: what corrsel_match draws of the same photographs.
 
 The same input always gives the same files. Exit status: 0 written, 2 unusable input.
 """
@@ -34,6 +36,7 @@ TOLERANCE = 5  # px
 EVERY = 20  # the picture shows one match of so many
 GAP = 16  # px between the two photographs
 PICTURE_DPI = 110
+PICTURE_WIDTH = 1200  # px, of selection.png
 MAXIMUM_COVERAGE, NO_DITHER = 1, 0  # of Pillow, whose names for them differ between versions
 GREEN, VERMILLION = "#009E73", "#D55E00"  # Okabe and Ito: they stay apart for colour-blind eyes
 
@@ -216,12 +219,24 @@ def draw_pair(axes, images, matches, shown, errors, title):
     axes.axis("off")
 
 
-def write_matches(samples, folder):
-    """Draw the matches of a pair of photographs before and after a selector; return the paths written."""
+def load_corrsel():
+    """Return the Python package with its modules in C++."""
     try:
         import corrsel
+        from corrsel import match  # noqa: F401
     except ImportError as error:
         raise ImageError("the Python module of corrsel: %s. Remedy: see docs/python.md." % error)
+    return corrsel
+
+
+def save_picture(image, path):
+    """Write an image of Pillow with 256 colours, which takes a third of the bytes."""
+    image.quantize(256, method=MAXIMUM_COVERAGE, dither=NO_DITHER).save(str(path), optimize=True)
+
+
+def write_matches(samples, folder):
+    """Draw the matches of a pair of photographs before and after a selector; return the paths written."""
+    corrsel = load_corrsel()
     import numpy as np
     from corrsel.report.figures import FigureCanvasAgg, Figure, set_up_figures
     from PIL import Image
@@ -245,9 +260,23 @@ def write_matches(samples, folder):
         draw_pair(part, images, matches, np.flatnonzero(mask)[::EVERY], errors, title)
     path = folder / "before_after.png"
     figure.savefig(str(path), dpi=PICTURE_DPI, metadata={"Software": None})
-    Image.open(str(path)).convert("RGB").quantize(256, method=MAXIMUM_COVERAGE, dither=NO_DITHER).save(
-        str(path), optimize=True
-    )
+    save_picture(Image.open(str(path)).convert("RGB"), path)
+    return [path]
+
+
+# --- selection.png -----------------------------------------------------------------------------------------------
+
+
+def write_selection(samples, folder):
+    """Draw what corrsel_match draws of a pair of photographs; return the paths written."""
+    corrsel = load_corrsel()
+    from PIL import Image
+
+    images, _ = read_samples(samples)
+    matches = corrsel.match(images[0], images[1], "sift+sift")
+    picture = corrsel.draw(images[0], images[1], matches, matches.select("auto"), width=PICTURE_WIDTH)
+    path = folder / "selection.png"
+    save_picture(Image.fromarray(picture[:, :, ::-1].copy()), path)
     return [path]
 
 
@@ -256,7 +285,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, usage=argparse.SUPPRESS
     )
-    parser.add_argument("picture", choices=("diagram", "plots", "matches"))
+    parser.add_argument("picture", choices=("diagram", "plots", "matches", "selection"))
     parser.add_argument("input", nargs="?", type=Path)
     parser.add_argument("--output", type=Path, default=package / "docs" / "images", metavar="FOLDER")
     options = parser.parse_args(arguments)
@@ -272,7 +301,8 @@ def main(arguments=None):
         elif options.picture == "plots":
             paths = write_plots(options.input, options.output)
         else:
-            paths = write_matches(options.input or cache / "corrsel" / "sample", options.output)
+            write = write_matches if options.picture == "matches" else write_selection
+            paths = write(options.input or cache / "corrsel" / "sample", options.output)
     except (ImageError, OSError) as error:
         print("docs_images.py: error: %s" % error, file=sys.stderr)
         return 2

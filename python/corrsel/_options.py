@@ -30,11 +30,12 @@ def options(name):
 
     name    a selector, optionally with a preset and with options in brackets, e.g. "gms", "lpm:v2" or
             "usac[max_seconds=0.01]": the values are those of the preset and of the brackets;
-            a detector or descriptor, e.g. "orb"; or "match", the options of match() and match_features()
+            a detector or descriptor, e.g. "orb"; "match", the options of match() and match_features(); or
+            "verification", the options of verify()
 
     Raises ValueError for an unknown name, listing the valid ones.
     """
-    algorithms = _feature_options()
+    algorithms = {**_feature_options(), **_verification_options()}
     if name in algorithms:
         return algorithms[name]
     names = _core.selector_names() + list(algorithms)
@@ -99,3 +100,12 @@ def _feature_options():
     except ImportError:
         return {}
     return {name: options_from(rows) for name, rows in _features.algorithm_options().items()}
+
+
+def _verification_options():
+    """Options of verify(); empty where the package was built without it."""
+    try:
+        from . import _database  # pylint: disable=import-outside-toplevel
+    except ImportError:
+        return {}
+    return {"verification": options_from(_database.options())}

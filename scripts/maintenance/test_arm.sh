@@ -21,7 +21,8 @@ root=${CORRSEL_ARM_ROOT:-$cache_dir/arm64}
 mirror=${CORRSEL_DEBIAN_MIRROR:-http://deb.debian.org/debian}
 # What the tests need of ARM: the C and C++ libraries, and what corrsel::core, features and benchmark link.
 arm_packages=(
-  libc6-dev libeigen3-dev libgtest-dev libmatio-dev libopencv-dev libstdc++-12-dev libyaml-cpp-dev nlohmann-json3-dev
+  libc6-dev libeigen3-dev libgtest-dev libhdf5-dev libmatio-dev libopencv-dev libsqlite3-dev libstdc++-12-dev
+  libyaml-cpp-dev nlohmann-json3-dev
 )
 # Tests whose results depend most on the processor, and which do not take long in the emulator.
 short_tests=(

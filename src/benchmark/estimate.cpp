@@ -7,8 +7,8 @@
 #include <iterator>
 #include <sstream>
 
+#include "base/progress_meter.h"
 #include "benchmark/examples.h"
-#include "benchmark/progress_meter.h"
 
 namespace corrsel::core {
 namespace {

@@ -10,6 +10,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "base/progress_meter.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "benchmark/example_images.h"
@@ -17,7 +18,6 @@
 #include "benchmark/feature_cache.h"
 #include "benchmark/files.h"
 #include "benchmark/pose_rows.h"
-#include "benchmark/progress_meter.h"
 #include "benchmark/saved_matches.h"
 #include "benchmark/scaling.h"
 #include "benchmark/tables.h"

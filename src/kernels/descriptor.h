@@ -50,6 +50,9 @@ struct CoarseNumbers {
   double train_error;                ///< largest |y_t - a t'| / 2a
   std::int16_t* sums;                ///< scratch, [kQueries][trains, rounded up to two groups]
   std::int16_t* train_limit;         ///< scratch, [trains, rounded up to two groups]
+  /// Where below 1, any two distances that fail the test of ratios will do for a query whose nearest fail it:
+  /// the root of the first is at least `ratio` times that of the second one, in float and double.
+  double ratio;
 };
 
 /// Some queries and all trains. A descriptor is a row of 32-bit words; the distance of a query and a train
@@ -90,21 +93,12 @@ enum class WholeNumberForm : std::uint8_t {
   /// term is the sum of the products: |q|^2 + |t|^2 - 2 q t.
   kPairs,
   /// Where NearestBlock::coarse is set: four per word, as unsigned bytes, and no offsets but those of rows
-  /// that
-  /// fill up a group; a term is the sum of the squared differences. Trains are [train][word], and the number
-  /// of
-  /// words is a multiple of kCoarseWords. Otherwise kPairs.
+  /// that fill up a group; a term is the sum of the squared differences. Trains are [train][word], and the
+  /// number of words is a multiple of kCoarseWords. Otherwise kPairs.
   kCoarse,
-  /// Four per word: q as unsigned bytes, t' = t - 128 as signed bytes. The offset of a query is |q|^2 - 256
-  /// sum(q), that of a train |t|^2, and a term is -2 q t'. Rows that fill up a group of trains hold t = 0.
-  /// @pre at most kMaxByteWords words
-  kBytes,
 };
 
 inline constexpr std::size_t kCoarseWords = 8;
-
-/// Up to this number of words, sums of products of bytes and offsets fit into 32 bits.
-inline constexpr std::size_t kMaxByteWords = 2048;
 
 /// Exact nearest and second nearest descriptors by comparing all with all.
 struct DescriptorKernels {

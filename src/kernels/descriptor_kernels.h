@@ -3,6 +3,8 @@
 // Nearest and second nearest descriptors. Every lane is a train and every word of a query is broadcast to all
 // lanes, so that nothing is added across lanes.
 
+#include <type_traits>
+
 #include "kernels/kernels.h"
 #include "kernels/simd.h"
 
@@ -233,123 +235,71 @@ inline void compareGroup(const NearestBlock<typename Metric::Distance>& block, s
 }
 
 #if defined(__AVX2__)
-/// Bit k is set where lane k of a mask is.
-inline unsigned bitsOf(IntV mask) {
-#if defined(__AVX512F__)
-  return _mm512_movepi32_mask((__m512i)mask);
-#else
-  return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
-#endif
-}
-#endif
+constexpr WholeNumberForm kWholeNumberForm = WholeNumberForm::kCoarse;
+
+inline __m256i load256(const void* p) { return _mm256_loadu_si256(static_cast<const __m256i*>(p)); }
+inline void store256(void* p, __m256i v) { _mm256_storeu_si256(static_cast<__m256i*>(p), v); }
 
 #if defined(__AVX512VNNI__)
-constexpr WholeNumberForm kWholeNumberForm = WholeNumberForm::kBytes;
-
 // Sums of so many queries and groups of trains are in registers, so that every load serves four products.
-constexpr std::size_t kByteQueries = 4, kByteGroups = 4;
+constexpr std::size_t kCoarseQueries = 4, kCoarseGroups = 4;
 
-/// Smallest sum, less one, from which follows that a train may be closer to a query than `distance`.
-inline std::int32_t byteLimit(std::int32_t query_offset, std::int32_t distance) {
-  return (query_offset - distance - 1) >> 1;
-}
-
-/// Updates the nearest trains of a query with groups of trains, and the nearest queries of these trains. Most
-/// calls of compareBytes() do not need it, so it is not inlined.
-/// @param sums  as in compareBytes(), [group][lane]
-template <std::size_t kGroups, bool kForTrains>
-__attribute__((noinline)) void takeSums(const NearestBlock<std::int32_t>& block, std::size_t query,
-                                        std::size_t first_train, const std::int32_t* sums) {
-  const std::int32_t query_offset = block.query_offset[query];
-  for (std::size_t g = 0; g < kGroups; ++g) {
-    const std::size_t first = first_train + g * kLanes;
-    const IntV odd = load(block.train_offset + first) & 1;
-    const IntV distances = splat(query_offset) - 2 * load(sums + g * kLanes) - odd;
-    IntV closer = distances < splat(block.second[query]);
-    if (kForTrains) closer |= distances < load(block.train_best + first);
-    if (!anyTrue(closer)) continue;
-    std::int32_t lanes[kLanes];
-    store(lanes, distances);
-    for (unsigned bits = bitsOf(closer); bits != 0; bits &= bits - 1) {
-      const auto lane = static_cast<std::size_t>(__builtin_ctz(bits));
-      const std::size_t train = first + lane;
-      const std::int32_t distance = lanes[lane];
-      compete(block, query, train, distance);
-      if (!kForTrains || !(distance < block.train_best[train])) continue;
-      block.train_best[train] = distance;
-      block.train_best_query[train] = block.first_query + static_cast<std::uint32_t>(query);
-    }
-  }
-}
-
-/// Compares kByteQueries queries with kGroups groups of trains.
-///
-/// The sums are s = q t' - ceil(|t|^2 / 2), so the distance is the query's offset - 2 s - (|t|^2 mod 2). One
-/// comparison of s with a limit per query (and one per train) excludes almost all pairs. Pairs whose distance
-/// is one too large may pass.
-template <std::size_t kGroups, bool kForTrains>
-inline void compareBytes(const NearestBlock<std::int32_t>& block, std::size_t query,
-                         std::size_t first_train) {
-  IntV sums[kByteQueries][kGroups];
+/// Coarse sums of kCoarseQueries queries and some groups of trains: q' t' - |t'|^2 / 4 + bias. What does not
+/// fit into 16 bits becomes the smallest number.
+/// @param queries  of the first query, in its group
+/// @param offsets  CoarseNumbers::train_offset
+template <std::size_t kGroups>
+inline void coarseSums(const std::uint32_t* queries, const std::uint32_t* trains, std::size_t words,
+                       const std::int32_t* offsets, std::int32_t bias, std::int16_t* results,
+                       std::size_t stride) {
+  IntV sums[kCoarseQueries][kGroups];
 #pragma GCC unroll 4
   for (std::size_t g = 0; g < kGroups; ++g) {
-    const IntV start = -((load(block.train_offset + first_train + g * kLanes) + 1) >> 1);
+    const IntV start = splat(bias) - load(offsets + g * kLanes);
 #pragma GCC unroll 4
-    for (std::size_t q = 0; q < kByteQueries; ++q) sums[q][g] = start;
+    for (std::size_t q = 0; q < kCoarseQueries; ++q) sums[q][g] = start;
   }
-  const std::uint32_t* const queries = block.queries + query * block.words;
-  const std::uint32_t* const trains = block.trains + first_train * block.words;
-  for (std::size_t word = 0; word < block.words; ++word) {
+  for (std::size_t word = 0; word < words; ++word) {
     WordV train[kGroups];
 #pragma GCC unroll 4
-    for (std::size_t g = 0; g < kGroups; ++g) train[g] = load(trains + (g * block.words + word) * kLanes);
+    for (std::size_t g = 0; g < kGroups; ++g) train[g] = load(trains + (g * words + word) * kLanes);
 #pragma GCC unroll 4
-    for (std::size_t q = 0; q < kByteQueries; ++q) {
-      const WordV value = splat(queries[q * block.words + word]);
+    for (std::size_t q = 0; q < kCoarseQueries; ++q) {
+      const WordV value = splat(queries[word * CoarseNumbers::kQueries + q]);
 #pragma GCC unroll 4
       for (std::size_t g = 0; g < kGroups; ++g)
         sums[q][g] = (IntV)_mm512_dpbusd_epi32((__m512i)sums[q][g], (__m512i)value, (__m512i)train[g]);
     }
   }
-  // What a train's limit is without the offset of the query. Both halves are rounded down.
-  IntV train_limit[kGroups];
 #pragma GCC unroll 4
-  for (std::size_t g = 0; kForTrains && g < kGroups; ++g)
-    train_limit[g] = (-load(block.train_best + first_train + g * kLanes) - 1) >> 1;
-#pragma GCC unroll 4
-  for (std::size_t q = 0; q < kByteQueries; ++q) {
-    const std::int32_t query_offset = block.query_offset[query + q];
-    const IntV limit = splat(byteLimit(query_offset, block.second[query + q]));
-    IntV closer = {};
+  for (std::size_t q = 0; q < kCoarseQueries; ++q) {
 #pragma GCC unroll 4
     for (std::size_t g = 0; g < kGroups; ++g) {
-      closer |= sums[q][g] > limit;
-      if (kForTrains) closer |= sums[q][g] > train_limit[g] + splat(query_offset >> 1);
+      const __m256i saturated = _mm512_maskz_cvtsepi32_epi16(static_cast<__mmask16>(-1), (__m512i)sums[q][g]);
+      store256(results + q * stride + g * kLanes, saturated);
     }
-    if (!anyTrue(closer)) continue;
-    std::int32_t lanes[kGroups * kLanes];
-#pragma GCC unroll 4
-    for (std::size_t g = 0; g < kGroups; ++g) store(lanes + g * kLanes, sums[q][g]);
-    takeSums<kGroups, kForTrains>(block, query + q, first_train, lanes);
   }
 }
 
-template <bool kForTrains>
-void bytesKernel(const NearestBlock<std::int32_t>& block) {
-  static_assert(NearestBlock<std::int32_t>::kQueries % kByteQueries == 0, "whole groups of queries");
+/// Coarse sums of some queries of a group of queries and all trains.
+/// @param queries  in groups of CoarseNumbers::kQueries
+inline void allCoarseSums(const NearestBlock<std::int32_t>& block, const std::uint32_t* queries,
+                          std::size_t count, std::int32_t bias, std::size_t stride) {
+  const CoarseNumbers& coarse = *block.coarse;
+  const std::size_t words = coarse.projection->words;
+  const auto compare = [&](std::size_t group, auto groups) {
+    for (std::size_t query = 0; query < count; query += kCoarseQueries) {
+      coarseSums<decltype(groups)::value>(queries + query, coarse.trains + group * kLanes * words, words,
+                                          coarse.train_offset + group * kLanes, bias,
+                                          coarse.sums + query * stride + group * kLanes, stride);
+    }
+  };
   std::size_t group = 0;
-  for (; group + kByteGroups <= block.groups; group += kByteGroups) {
-    for (std::size_t query = 0; query < block.query_count; query += kByteQueries)
-      compareBytes<kByteGroups, kForTrains>(block, query, group * kLanes);
-  }
-  for (; group < block.groups; ++group) {
-    for (std::size_t query = 0; query < block.query_count; query += kByteQueries)
-      compareBytes<1, kForTrains>(block, query, group * kLanes);
-  }
+  for (; group + kCoarseGroups <= block.groups; group += kCoarseGroups)
+    compare(group, std::integral_constant<std::size_t, kCoarseGroups>{});
+  for (; group < block.groups; ++group) compare(group, std::integral_constant<std::size_t, 1>{});
 }
-#elif defined(__AVX2__)
-constexpr WholeNumberForm kWholeNumberForm = WholeNumberForm::kCoarse;
-
+#else
 /// Sums of the products of unsigned and signed bytes, two by two. @pre they fit
 inline WordV multiplyBytes(WordV a, WordV b) {
 #if defined(__AVX512F__)
@@ -375,9 +325,6 @@ inline void keepOrder(WordV& v) {
   asm("" : "+x"(v));
 #endif
 }
-
-inline __m256i load256(const void* p) { return _mm256_loadu_si256(static_cast<const __m256i*>(p)); }
-inline void store256(void* p, __m256i v) { _mm256_storeu_si256(static_cast<__m256i*>(p), v); }
 
 /// Coarse sums of kQueriesAtATime queries and a group of trains: q' t' - |t'|^2 / 4 + bias. What does not fit
 /// into 16 bits is too small and wraps around to large values, which only costs an exact comparison.
@@ -424,6 +371,26 @@ __attribute__((noinline)) void coarseSums(const std::uint32_t* queries, const st
 #endif
   }
 }
+
+/// Coarse sums of some queries of a group of queries and all trains.
+/// @param queries  in groups of CoarseNumbers::kQueries
+inline void allCoarseSums(const NearestBlock<std::int32_t>& block, const std::uint32_t* queries,
+                          std::size_t count, std::int32_t bias, std::size_t stride) {
+  const CoarseNumbers& coarse = *block.coarse;
+  const std::size_t words = coarse.projection->words;
+  for (std::size_t group = 0; group < block.groups; ++group) {
+    WordV start[kParts];
+    for (std::size_t part = 0; part < kParts; ++part) {
+      const IntV offset = load(coarse.train_offset + group * kLanes + part * kWidth);
+      start[part] = (WordV)(splat(bias) - offset) << 16;
+    }
+    for (std::size_t query = 0; query < count; query += kQueriesAtATime) {
+      coarseSums(queries + query, coarse.trains + group * kLanes * words, words, start,
+                 coarse.sums + query * stride + group * kLanes, stride);
+    }
+  }
+}
+#endif
 
 /// Distance of a query and a train, both rows of bytes.
 inline std::int32_t exactDistance(const NearestBlock<std::int32_t>& block, std::size_t query,
@@ -486,16 +453,18 @@ inline void limitTrains(const NearestBlock<std::int32_t>& block, double scale, d
   }
 }
 
-/// What the second smallest distance of a query is below. The distances of the two trains with the largest
-/// sums limit it. Trains that are near others do not count.
-inline std::int32_t limitOfSecond(const NearestBlock<std::int32_t>& block, std::size_t query,
-                                  const std::int16_t* sums) {
-  const std::int32_t limit = block.second[query];
-  if (block.near != nullptr || block.groups <= 1) return limit;
-  const std::int32_t first = exactDistance(block, query, largestSum(sums, 0, block.groups));
-  const std::int32_t second = exactDistance(block, query, largestSum(sums, 1, block.groups));
-  const std::int32_t larger = (first > second ? first : second) + 1;
-  return larger < limit ? larger : limit;
+/// Two trains of a query with large sums, which are probably its nearest.
+struct LikelyNearest {
+  std::size_t train;             ///< the nearer one
+  std::int32_t smaller, larger;  ///< distances
+};
+
+/// @pre at least two groups
+inline LikelyNearest likelyNearest(const NearestBlock<std::int32_t>& block, std::size_t query,
+                                   const std::int16_t* sums) {
+  const std::size_t even = largestSum(sums, 0, block.groups), odd = largestSum(sums, 1, block.groups);
+  const std::int32_t first = exactDistance(block, query, even), second = exactDistance(block, query, odd);
+  return first < second ? LikelyNearest{even, first, second} : LikelyNearest{odd, second, first};
 }
 
 /// One bit for each lane of two groups that is not excluded; lanes of ones are.
@@ -503,6 +472,41 @@ inline unsigned notExcluded(__m256i first, __m256i second) {
   const unsigned mixed = ~static_cast<unsigned>(_mm256_movemask_epi8(_mm256_packs_epi16(first, second)));
   // packs interleaves them: 8 trains of the first group, 8 of the second, and so on.
   return (mixed & 0xff0000ffU) | (mixed >> 8 & 0xff00U) | (mixed & 0xff00U) << 8;
+}
+
+/// The distance from which on a train cannot decide about a query: that of the second nearest one so far, or
+/// the one against which the nearest one so far passes the test of ratios.
+inline std::int32_t limitOf(const NearestBlock<std::int32_t>& block, std::int32_t nearest,
+                            std::int32_t second) {
+  const double ratio = block.coarse->ratio;
+  if (!(ratio < 1) || nearest >= ratio * ratio * second) return second;
+  // Slightly larger than exact numbers, because the test is one of rounded roots.
+  return static_cast<std::int32_t>(nearest / (ratio * ratio) * (1 + 1e-6)) + 2;
+}
+
+/// Whether a query fails the test of ratios, as far as two trains and the coarse sums of the others show it.
+/// Let b be the smaller one of both distances and a that of any other train. If b fails against the larger
+/// one and every a fails against b, whichever distances are the smallest ones fail.
+/// @param lowestSum  of trains below a distance
+template <class LowestSum>
+inline bool failsRatio(const NearestBlock<std::int32_t>& block, std::size_t query, const std::int16_t* sums,
+                       const LikelyNearest& likely, const LowestSum& lowestSum) {
+  const double ratio = block.coarse->ratio;
+  const auto root = [](std::int32_t distance) { return __builtin_sqrtf(static_cast<float>(distance)); };
+  if (!(root(likely.smaller) >= ratio * root(likely.larger))) return false;
+  // Slightly larger than exact numbers, because the test is one of rounded roots.
+  const auto limit = static_cast<std::int32_t>(ratio * ratio * likely.smaller * (1 + 1e-6)) + 2;
+  const __m256i lowest = lowestSum(limit);
+  for (std::size_t first = 0; first < block.groups * kLanes; first += 2 * kLanes) {
+    unsigned bits = notExcluded(_mm256_cmpgt_epi16(lowest, load256(sums + first)),
+                                _mm256_cmpgt_epi16(lowest, load256(sums + first + kLanes)));
+    if (first + kLanes == block.groups * kLanes) bits &= 0xffffU;
+    for (; bits != 0; bits &= bits - 1) {
+      const std::size_t train = first + static_cast<std::size_t>(__builtin_ctz(bits));
+      if (exactDistance(block, query, train) < limit) return false;
+    }
+  }
+  return true;
 }
 
 /// Compares a query with the trains that its coarse sums do not exclude.
@@ -522,7 +526,17 @@ __attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& blo
     return _mm256_set1_epi16(fits ? toShort(offset - coarseLimit(distance, scale, own_error) + bias)
                                   : static_cast<std::int16_t>(-0x8000));
   };
-  std::int32_t limit = limitOfSecond(block, query, sums);
+  std::int32_t limit = block.second[query];
+  if (block.near == nullptr && block.groups > 1) {
+    const LikelyNearest likely = likelyNearest(block, query, sums);
+    if (coarse.ratio < 1 && failsRatio(block, query, sums, likely, lowestSum)) {
+      block.best[query] = likely.smaller;
+      block.second[query] = likely.larger;
+      block.best_train[query] = static_cast<std::uint32_t>(likely.train);
+      return;
+    }
+    limit = limitOf(block, likely.smaller, likely.larger < limit ? likely.larger + 1 : limit);
+  }
   __m256i lowest = lowestSum(limit);
   const __m256i lowest_of_trains =
       _mm256_set1_epi16(fits ? toShort(offset + bias) : static_cast<std::int16_t>(-0x8000));
@@ -548,8 +562,9 @@ __attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& blo
       coarse.train_limit[train] = toShort(coarseLimit(distance, scale, error));
     }
     waiting_count = 0;
-    if (!(block.second[query] < limit)) return;
-    limit = block.second[query];
+    const std::int32_t nearer = limitOf(block, block.best[query], block.second[query]);
+    if (!(nearer < limit)) return;
+    limit = nearer;
     lowest = lowestSum(limit);
   };
   const std::size_t trains = block.groups * kLanes;
@@ -595,17 +610,7 @@ void filteredKernel(const NearestBlock<std::int32_t>& block) {
       if (offset > largest && offset <= 0x7fff) largest = offset;
     }
     const std::int32_t bias = 0x7fff - largest;  // no sum is above |q'|^2
-    for (std::size_t group = 0; group < block.groups; ++group) {
-      WordV start[kParts];
-      for (std::size_t part = 0; part < kParts; ++part) {
-        const IntV offset = load(coarse.train_offset + group * kLanes + part * kWidth);
-        start[part] = (WordV)(splat(bias) - offset) << 16;
-      }
-      for (std::size_t query = 0; query < count; query += kQueriesAtATime) {
-        coarseSums(coarse.queries + first * words + query, coarse.trains + group * kLanes * words, words,
-                   start, coarse.sums + query * stride + group * kLanes, stride);
-      }
-    }
+    allCoarseSums(block, coarse.queries + first * words, count, bias, stride);
     for (std::size_t query = 0; query < count; ++query) {
       if (block.query_offset[first + query] == kFarDistance<std::int32_t>) continue;
       compareNear<kForTrains>(block, first + query, coarse.sums + query * stride, bias, scale, error);
@@ -696,18 +701,14 @@ void nearestKernel(const NearestBlock<typename Metric::Distance>& block) {
 }
 
 void wholeNumbersKernel(const NearestBlock<std::int32_t>& block) {
-#if defined(__AVX512VNNI__)
-  return block.train_best == nullptr ? bytesKernel<false>(block) : bytesKernel<true>(block);
-#else
 #if defined(__AVX2__)
   if (block.coarse != nullptr)
     return block.train_best == nullptr ? filteredKernel<false>(block) : filteredKernel<true>(block);
 #endif
   nearestKernel<WholeNumbers>(block);
-#endif
 }
 
-#if defined(__AVX2__) && !defined(__AVX512VNNI__)
+#if defined(__AVX2__)
 constexpr DescriptorKernels kDescriptorKernels = {wholeNumbersKernel,  kWholeNumberForm,
                                                   transformKernel,     projectKernel,
                                                   nearestKernel<Bits>, nearestKernel<Floats>};

@@ -7,8 +7,16 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "matching/drawing_ground.h"
+
 namespace corrsel::core {
 namespace {
+
+constexpr float kMaxCoordinate = 30000.0F;  // px
+
+bool drawable(float value) { return std::abs(value) < kMaxCoordinate; }
+
+}  // namespace
 
 cv::Mat toColour(const cv::Mat& image) {
   cv::Mat colour;
@@ -22,11 +30,11 @@ cv::Mat toColour(const cv::Mat& image) {
   return colour;
 }
 
-constexpr float kMaxCoordinate = 30000.0F;  // px
+bool drawable(const Correspondences& matches, std::size_t row) {
+  return drawable(matches.left_x[row]) && drawable(matches.left_y[row]) && drawable(matches.right_x[row]) &&
+         drawable(matches.right_y[row]);
+}
 
-bool drawable(float value) { return std::abs(value) < kMaxCoordinate; }
-
-/// Returns the image, or a black one instead of an empty one.
 cv::Mat imageOrGround(const cv::Mat& image, cv::Size size, const std::vector<float>& x,
                       const std::vector<float>& y) {
   if (!image.empty()) return image;
@@ -39,8 +47,6 @@ cv::Mat imageOrGround(const cv::Mat& image, cv::Size size, const std::vector<flo
   }
   return cv::Mat::zeros(std::max(size.height, 1), std::max(size.width, 1), CV_8UC1);
 }
-
-}  // namespace
 
 cv::Scalar groupColour(std::int32_t group) {
   static const cv::Scalar colours[] = {{66, 228, 240},   // yellow
@@ -64,10 +70,7 @@ cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const
 
   std::vector<std::size_t> missed, correct, wrong, unknown;
   for (std::size_t i = 0; i < mask.size() && i < matches.size(); ++i) {
-    if (!drawable(matches.left_x[i]) || !drawable(matches.left_y[i]) || !drawable(matches.right_x[i]) ||
-        !drawable(matches.right_y[i])) {
-      continue;
-    }
+    if (!drawable(matches, i)) continue;
     const bool known = i < errors.size() && !std::isnan(errors[i]);
     const bool right_match = known && errors[i] <= tolerance;
     if (mask[i]) {

@@ -31,12 +31,39 @@ struct Content {
   std::uint32_t squares = 0;  ///< the largest sum of the squares of a descriptor's bytes
 };
 
+Rows allRows(const cv::Mat& descriptors) {
+  Rows rows(static_cast<std::size_t>(descriptors.rows));
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = static_cast<std::uint32_t>(i);
+  return rows;
+}
+
+/// Adds the values of a row of bytes to the content.
+void addBytes(const std::uint8_t* numbers, int columns, Content& content) {
+  int largest = 0;
+  std::uint32_t squares = 0;
+  for (int c = 0; c < columns; ++c) {
+    const int number = numbers[c];
+    largest = std::max(largest, number);
+    squares += static_cast<std::uint32_t>(number * number);
+  }
+  content.largest = std::max(content.largest, largest);
+  content.squares = std::max(content.squares, squares);
+}
+
+Content contentOfBytes(const cv::Mat& descriptors) {
+  Content content;
+  content.rows = allRows(descriptors);
+  content.bytes = descriptors;
+  for (int r = 0; r < descriptors.rows; ++r) addBytes(descriptors.ptr(r), descriptors.cols, content);
+  return content;
+}
+
 Content contentOf(const cv::Mat& descriptors) {
+  if (descriptors.type() == CV_8U) return contentOfBytes(descriptors);
   Content content;
   cv::Mat bytes;
   descriptors.convertTo(bytes, CV_8U);
   bool whole = true;
-  int largest = 0;
   for (int r = 0; r < descriptors.rows; ++r) {
     const float* const row = descriptors.ptr<float>(r);
     const auto* const numbers = bytes.ptr<std::uint8_t>(r);
@@ -48,27 +75,18 @@ Content contentOf(const cv::Mat& descriptors) {
     }
     if (!nan) content.rows.push_back(static_cast<std::uint32_t>(r));
     whole = whole && !other;
-    if (!whole) continue;
-    int row_largest = 0;
-    std::uint32_t squares = 0;
-    for (int c = 0; c < descriptors.cols; ++c) {
-      const int number = numbers[c];
-      row_largest = std::max(row_largest, number);
-      squares += static_cast<std::uint32_t>(number * number);
-    }
-    largest = std::max(largest, row_largest);
-    content.squares = std::max(content.squares, squares);
+    if (whole) addBytes(numbers, descriptors.cols, content);
   }
-  if (!whole) return content;
-  content.bytes = bytes;
-  content.largest = largest;
+  if (whole) content.bytes = bytes;
   return content;
 }
 
-Rows allRows(const cv::Mat& descriptors) {
-  Rows rows(static_cast<std::size_t>(descriptors.rows));
-  for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = static_cast<std::uint32_t>(i);
-  return rows;
+/// The same descriptors as CV_32F.
+cv::Mat asFloats(const cv::Mat& descriptors) {
+  if (descriptors.type() == CV_32F) return descriptors;
+  cv::Mat floats;
+  descriptors.convertTo(floats, CV_32F);
+  return floats;
 }
 
 // Metrics: they convert a row to the words and the offset of a kernel. Rows that fill up a group of trains
@@ -99,33 +117,6 @@ struct PairRows : WholeNumberMetric {
     return convert(m, row, -2, words);
   }
   static Distance train(const cv::Mat& m, int row, std::uint32_t* words) { return convert(m, row, 1, words); }
-};
-
-/// WholeNumberForm::kBytes.
-struct ByteRows : WholeNumberMetric {
-  static constexpr std::uint32_t kPadding = 0x80808080U;
-  static std::size_t words(const cv::Mat& m) { return (static_cast<std::size_t>(m.cols) + 3) / 4; }
-  static Distance query(const cv::Mat& m, int row, std::uint32_t* words) {
-    const auto* const values = m.ptr<std::uint8_t>(row);
-    Distance squares = 0, sum = 0;
-    for (int c = 0; c < m.cols; ++c) {
-      squares += values[c] * values[c];
-      sum += values[c];
-    }
-    std::memcpy(words, values, static_cast<std::size_t>(m.cols));
-    return squares - 256 * sum;
-  }
-  static Distance train(const cv::Mat& m, int row, std::uint32_t* words) {
-    const auto* const values = m.ptr<std::uint8_t>(row);
-    auto* const bytes = reinterpret_cast<std::uint8_t*>(words);
-    const int columns = m.cols;  // a copy, so that it is not read again after every byte written
-    Distance squares = 0;
-    for (int c = 0; c < columns; ++c) {
-      squares += values[c] * values[c];
-      bytes[c] = static_cast<std::uint8_t>(values[c] ^ 0x80U);  // minus 128, as a signed byte
-    }
-    return squares;
-  }
 };
 
 /// Rows that are copied unchanged and padded with zeros.
@@ -252,9 +243,10 @@ class CoarseTrains {
            stepFor(sizeFor(columns), squares) <= Projection::kMaxStep;
   }
 
-  CoarseTrains(const cv::Mat& trains, const Rows& rows, std::uint32_t squares) {
+  /// @param ratio  of NeighbourSearch
+  CoarseTrains(const cv::Mat& trains, const Rows& rows, std::uint32_t squares, double ratio) {
     projection.size = sizeFor(trains.cols);
-    projection.words = roundedUp(projection.size * kSixteenths / 16, 8) / 4;
+    projection.words = roundedUp(projection.size * (ratio < 1 ? kFew : kMany) / 16, 8) / 4;
     projection.step = std::max(2, stepFor(projection.size, squares));
     chooseRows(trains, rows);
     projection.rows = rows_.data();
@@ -273,7 +265,8 @@ class CoarseTrains {
 
  private:
   // Rows of the matrix that are used, in sixteenths of all. More rows exclude more trains but take longer.
-  static constexpr std::size_t kSixteenths = 10;
+  // The test of ratios excludes more by itself.
+  static constexpr std::size_t kMany = 8, kFew = 6;
   // Trains from which the variances are estimated.
   static constexpr std::size_t kSamples = 256;
 
@@ -384,9 +377,10 @@ NearestBlock<typename Metric::Distance> blockOf(const PackedQueries<Metric>& que
 /// @param nearest  one entry per row, padded to whole groups
 /// @param minima   of the trains, or null
 /// @param near     trains that cannot be second, or null; per row of `rows`, padded like `nearest`
+/// @param ratio    as in CoarseNumbers
 template <class Metric>
 void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric>& trains,
-             const CoarseTrains* coarse, const NearFeatures* near, std::size_t threads,
+             const CoarseTrains* coarse, const NearFeatures* near, double ratio, std::size_t threads,
              Nearest<typename Metric::Distance>& nearest, TrainMinima<typename Metric::Distance>* minima) {
   using Distance = typename Metric::Distance;
   const std::size_t blocks = roundedUp(rows.size(), kBlock) / kBlock;
@@ -418,7 +412,8 @@ void compare(const cv::Mat& queries, const Rows& rows, const PackedTrains<Metric
                         coarse->numbers.offsets.data(),
                         coarse->error,
                         coarse_sums.data(),
-                        train_limits.data()};
+                        train_limits.data(),
+                        ratio};
         block.coarse = &coarse_block;
       }
       NearFeatures block_near{};
@@ -462,7 +457,7 @@ void findFarSeconds(const cv::Mat& queries, const Rows& query_rows, const Packed
   // No distance is smaller, so all other trains can become second.
   std::fill(far.best.begin(), far.best.end(), Distance{-1});
   const NearFeatures near{x.data(), y.data(), centre_x.data(), centre_y.data(), search.second_radius};
-  compare<Metric>(queries, rows, trains, coarse, &near, threads, far, nullptr);
+  compare<Metric>(queries, rows, trains, coarse, &near, 1, threads, far, nullptr);
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     nearest.second[numbers[k]] = far.second[k];
     nearest.second_train[numbers[k]] = far.second_train[k];
@@ -477,7 +472,7 @@ Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& t
   const auto threads = static_cast<std::size_t>(std::max(search.threads, 1));
   Nearest<Distance> nearest(roundedUp(query_rows.size(), NearestBlock<Distance>::kQueries));
   TrainMinima<Distance> minima(search.nearest_query ? packed.offsets.size() : 0);
-  compare<Metric>(queries, query_rows, packed, coarse, nullptr, threads, nearest,
+  compare<Metric>(queries, query_rows, packed, coarse, nullptr, search.ratio, threads, nearest,
                   search.nearest_query ? &minima : nullptr);
   if (search.second_radius > 0) {
     findFarSeconds<Metric>(queries, query_rows, packed, coarse, train_rows, search, threads, nearest);
@@ -490,9 +485,12 @@ Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& t
   for (std::size_t i = 0; i < query_rows.size(); ++i) {
     const std::uint32_t row = query_rows[i], train = nearest.best_train[i];
     if (train == Neighbours::kNone) continue;
+    const float distance = Metric::distance(nearest.best[i]);
+    // Without a second neighbour, whose distance is far, nothing speaks against the first one.
+    if (search.ratio < 1 && distance >= search.ratio * Metric::distance(nearest.second[i])) continue;
     result.train[row] = train_rows[train];
-    result.distance[row] = Metric::distance(nearest.best[i]);
-    if (nearest.second_train[i] == Neighbours::kNone) continue;
+    result.distance[row] = distance;
+    if (search.ratio < 1 || nearest.second_train[i] == Neighbours::kNone) continue;
     result.second_distance[row] = Metric::distance(nearest.second[i]);
   }
   if (search.nearest_query) {
@@ -507,26 +505,22 @@ Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& t
 }  // namespace
 
 Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const NeighbourSearch& search) {
-  if (queries.type() == CV_8U)
+  if (queries.type() == CV_8U && search.bytes == NeighbourSearch::Bytes::kBits)
     return find<BitRows>(queries, allRows(queries), trains, allRows(trains), search);
   Content left, right;
   forEachBlock(2, 1, search.threads, [&](std::size_t side, std::size_t) {
     (side == 0 ? left : right) = contentOf(side == 0 ? queries : trains);
   });
   const double largest = std::max(left.largest, right.largest);
-  if (left.bytes.empty() || right.bytes.empty() || ByteRows::words(queries) > kMaxByteWords ||
-      queries.cols * largest * largest > kMaxExact) {
-    return find<FloatRows>(queries, left.rows, trains, right.rows, search);
+  if (left.bytes.empty() || right.bytes.empty() || queries.cols * largest * largest > kMaxExact) {
+    return find<FloatRows>(asFloats(queries), left.rows, asFloats(trains), right.rows, search);
   }
   const WholeNumberForm form = kernels().descriptors.whole_number_form;
-  if (form == WholeNumberForm::kBytes) {
-    return find<ByteRows>(left.bytes, left.rows, right.bytes, right.rows, search);
-  }
   const std::uint32_t squares = std::max(left.squares, right.squares);
   if (form == WholeNumberForm::kPairs || !CoarseTrains::possible(queries.cols, squares)) {
     return find<PairRows>(left.bytes, left.rows, right.bytes, right.rows, search);
   }
-  const CoarseTrains coarse(right.bytes, right.rows, squares);
+  const CoarseTrains coarse(right.bytes, right.rows, squares, search.ratio);
   return find<ByteSquareRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
 }
 

@@ -20,12 +20,23 @@ struct Neighbours {
 };
 
 struct NeighbourSearch {
+  /// What the bytes of CV_8U descriptors are.
+  enum class Bytes : std::uint8_t {
+    kBits,    ///< compared by the Hamming distance
+    kNumbers  ///< compared by the L2 distance, as the same numbers in CV_32F are
+  };
+
   int threads = 1;             ///< at least 1; the result does not depend on it
   bool nearest_query = false;  ///< fill Neighbours::query
+  Bytes bytes = Bytes::kBits;
   /// Where above 0, the second neighbour is the nearest of the trains whose keypoints are at least this far
   /// from that of the nearest train, px.
   double second_radius = 0;
   const std::vector<cv::KeyPoint>* train_keypoints = nullptr;  ///< needed where second_radius > 0
+  /// Where below 1, queries whose distance is at least this part of the second one have no neighbour, and
+  /// second_distance is not filled. This takes about half the time.
+  /// @pre neither nearest_query nor second_radius is used with it
+  double ratio = 1;
 };
 
 /// The two nearest trains of every query.
@@ -34,9 +45,9 @@ struct NeighbourSearch {
 /// enough for thousands of features.
 ///
 /// Algorithm: CV_32F: L2 distance, the float square root of sum (q - t)^2, added up in float in the order of
-/// the columns. CV_8U: Hamming distance. Equal distances are resolved by the lowest row. Where all float
-/// values are whole numbers from 0 to 255 and no sum can exceed 2^24, as with SIFT, products of integers give
-/// the same distances in less time; see kernels/descriptor_kernels.h.
+/// the columns. CV_8U: NeighbourSearch::bytes. Equal distances are resolved by the lowest row. Where all
+/// float values are whole numbers from 0 to 255 and no sum can exceed 2^24, as with SIFT, products of
+/// integers give the same distances in less time; see kernels/descriptor_kernels.h.
 ///
 /// Input: One row per descriptor. @pre Both are CV_32F or both are CV_8U, with the same number of columns.
 ///

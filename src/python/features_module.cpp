@@ -5,15 +5,19 @@
 
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "corrsel/features/extractor.h"
+#include "corrsel/matching/match_drawing.h"
 #include "corrsel/matching/matcher.h"
+#include "programs/match/program.h"
 #include "python/arrays.h"
 
 namespace corrsel::python {
@@ -68,6 +72,13 @@ py::array arrayFrom(const cv::Mat& descriptors) {
   const py::capsule owner(kept, [](void* matrix) { delete static_cast<cv::Mat*>(matrix); });
   const py::dtype type = kept->depth() == CV_8U ? py::dtype::of<std::uint8_t>() : py::dtype::of<float>();
   return py::array(type, {kept->rows, kept->cols}, kept->data, owner);
+}
+
+/// Height x width x 3 of uint8, a copy.
+py::array pixelsFrom(const cv::Mat& image) {
+  py::array_t<std::uint8_t> pixels({image.rows, image.cols, image.channels()});
+  image.copyTo(cv::Mat(image.rows, image.cols, image.type(), pixels.mutable_data()));
+  return std::move(pixels);
 }
 
 /// Keyword arguments for corrsel.Features.
@@ -183,6 +194,88 @@ py::dict extractorOptions(const core::FeatureExtractor& extractor) {
   return result;
 }
 
+/// What is drawn of a corrsel.Selection.
+core::Selection drawnSelection(const py::object& of) {
+  core::Selection selection;
+  selection.mask = vectorFrom<std::uint8_t>(of.attr("mask"));
+  selection.group = vectorFrom<std::int32_t>(of.attr("group"));
+  selection.status = core::statusFromString(of.attr("status").cast<std::string>());
+  selection.scene = core::sceneFromString(of.attr("scene").cast<std::string>());
+  selection.n_selected = of.attr("n_selected").cast<std::size_t>();
+  return selection;
+}
+
+py::array draw(const py::object& left, const py::object& right, const py::object& matches,
+               const py::object& selection, int width, std::size_t max_lines, const std::string& title) {
+  const cv::Mat left_pixels = left.is_none() ? cv::Mat() : imageFrom(left);
+  const cv::Mat right_pixels = right.is_none() ? cv::Mat() : imageFrom(right);
+  const core::Correspondences input = correspondencesFrom(matches);
+  const core::Selection drawn = drawnSelection(selection);
+  const core::SelectionDrawingOptions options{width, max_lines, title};
+  cv::Mat picture;
+  {
+    const py::gil_scoped_release released;
+    picture = core::drawSelection(left_pixels, right_pixels, input, drawn, options);
+  }
+  return pixelsFrom(picture);
+}
+
+/// What an NPZ file holds beside the matches.
+py::dict npzValues(const MatchAnswer& answer) {
+  const core::Selection& selection = answer.selection;
+  const bool has_model = selection.model_kind != core::ModelKind::kNone;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto orNone = [](auto values) {
+    return values.empty() ? py::object(py::none()) : py::object(python::arrayFrom(std::move(values)));
+  };
+  py::dict values;
+  values["mask"] = python::arrayFrom(std::vector<std::uint8_t>(selection.mask));
+  values["score"] = orNone(selection.score);
+  values["group"] = orNone(selection.group);
+  values["model"] = python::arrayFrom(has_model ? selection.model : cv::Matx33d::all(nan));
+  values["model_kind"] = core::toString(selection.model_kind);
+  values["status"] = core::toString(selection.status);
+  values["image0"] = answer.left.file;
+  values["image1"] = answer.right.file;
+  return values;
+}
+
+/// Calls a function of a corrsel.__main__.Front. Its exceptions become those of C++, with their text alone.
+template <class... Arguments>
+py::object callFront(const py::object& front, const char* function, const Arguments&... arguments) {
+  try {
+    return front.attr(function)(arguments...);
+  } catch (const py::error_already_set& error) {
+    throw std::runtime_error(py::str(error.value()));
+  }
+}
+
+/// Exit code, output and errors of the program that matches two images, with a corrsel.__main__.Front.
+py::tuple matchProgram(const std::string& program, const std::vector<std::string>& words,
+                       const py::object& front) {
+  MatchFront functions;
+  functions.program = program;
+  functions.decode = [&front](const std::vector<std::uint8_t>& bytes) {
+    const py::bytes data(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const py::object image = callFront(front, "decode", data);
+    return image.is_none() ? cv::Mat() : imageFrom(image).clone();
+  };
+  functions.encode = [&front](const std::string& ending, const cv::Mat& image) {
+    const std::string bytes = py::cast<py::bytes>(callFront(front, "encode", ending, pixelsFrom(image)));
+    return std::vector<std::uint8_t>(bytes.begin(), bytes.end());
+  };
+  functions.camera = [&front](const std::string& path, const std::string& name) {
+    return cameraFrom(callFront(front, "camera", path, name));
+  };
+  functions.write_npz = [&front](const std::string& path, const MatchAnswer& answer) {
+    callFront(front, "write_npz", path, python::toDict(core::Correspondences(answer.matches)),
+              npzValues(answer));
+  };
+  std::ostringstream out, errors;
+  const int code = runMatch(words, functions, out, errors);
+  return py::make_tuple(code, out.str(), errors.str());
+}
+
 }  // namespace
 }  // namespace corrsel::python
 
@@ -196,6 +289,8 @@ PYBIND11_MODULE(_features, module) {
   module.def("algorithms_of", &core::algorithmsOf);
   module.def("algorithm_options", &algorithmOptions);
   module.def("match_features", &matchFeatures);
+  module.def("draw", &draw);
+  module.def("match_program", &matchProgram);
   py::class_<core::FeatureExtractor>(module, "Extractor")
       .def(py::init([](const std::string& name, const core::AlgorithmOptions& options) {
         return core::createExtractor(name, options);

@@ -98,6 +98,21 @@ class DocsImagesTest(unittest.TestCase):
         self.assertEqual([number for pair in made for number in pair], list(caption.groups()))
         self.assertTrue(Path(out.split()[-1]).read_bytes().startswith(b"\x89PNG"))
 
+    def test_the_selection_is_that_of_the_documentation(self):
+        try:
+            from corrsel import draw  # noqa: F401  (built as a module in C++)
+        except ImportError as error:
+            self.skipTest("the Python module of corrsel is not built: %s" % error)
+        samples = CACHE / "corrsel" / "sample"
+        if not (samples / "graf1.png").is_file():
+            self.skipTest("no sample photographs in %s: run scripts/fetch_samples.sh" % samples)
+        status, out, err = self.call("selection", samples)
+        self.assertEqual((status, err), (0, ""))
+        made, kept = Path(out.strip()), docs_images.package / "docs" / "images" / "selection.png"
+        self.assertEqual(made.name, kept.name)
+        sizes = [path.read_bytes()[16:24] for path in (made, kept)]  # width and height of a PNG
+        self.assertEqual(sizes[0], sizes[1])
+
     def test_missing_samples_are_named_with_a_remedy(self):
         try:
             from corrsel import match  # noqa: F401  (built as a module in C++)

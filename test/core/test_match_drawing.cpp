@@ -163,5 +163,144 @@ TEST(MatchDrawing, WithoutImagesTheMatchesGiveTheSize) {
   EXPECT_FALSE(drawMatches({}, {}, {}, {}, {}, 5).empty());
 }
 
+/// A selection of the first `kept` of the matches.
+Selection firstOnes(const Correspondences& matches, std::size_t kept) {
+  Selection selection;
+  selection.mask.assign(matches.size(), 0);
+  std::fill(selection.mask.begin(), selection.mask.begin() + static_cast<std::ptrdiff_t>(kept),
+            std::uint8_t{1});
+  selection.n_selected = kept;
+  return selection;
+}
+
+double distance(const cv::Vec3b& pixel, const cv::Scalar& colour) {
+  return cv::norm(cv::Vec3d(pixel[0] - colour[0], pixel[1] - colour[1], pixel[2] - colour[2]));
+}
+
+/// The number of pixels of a part of a picture that have nearly this colour.
+int countOf(const cv::Mat& part, const cv::Scalar& colour) {
+  int count = 0;
+  for (int y = 0; y < part.rows; ++y) {
+    for (int x = 0; x < part.cols; ++x) count += distance(part.at<cv::Vec3b>(y, x), colour) < 30 ? 1 : 0;
+  }
+  return count;
+}
+
+SelectionDrawingOptions unscaled() {
+  SelectionDrawingOptions options;
+  options.width = 0;
+  return options;
+}
+
+TEST(SelectionDrawing, KeptMatchesAreBrightAndRejectedOnesDark) {
+  const Correspondences m = rungs(10);
+  const cv::Mat grey(80, 100, CV_8U, cv::Scalar(150));
+  const cv::Mat picture = drawSelection(grey, grey, m, firstOnes(m, 5), unscaled());
+  ASSERT_EQ(picture.type(), CV_8UC3);
+  EXPECT_EQ(picture.cols, 202);  // with a gap
+  EXPECT_GT(picture.rows, 80);   // with a caption
+  const cv::Vec3b ground = picture.at<cv::Vec3b>(75, 5);
+  EXPECT_EQ(ground, cv::Vec3b(135, 135, 135));
+  for (int i = 0; i < 10; ++i) {
+    const int row = 6 * i + 10;
+    const cv::Vec3b line = picture.at<cv::Vec3b>(row, 80), left = picture.at<cv::Vec3b>(row, 30),
+                    right = picture.at<cv::Vec3b>(row, 152);
+    if (i < 5) {  // lines are transparent, discs are not
+      EXPECT_GT(int(line[2]), int(ground[2]) + 30) << i;
+      EXPECT_LT(int(line[0]), int(ground[0])) << i;
+      EXPECT_LT(distance(left, selectionColour(0)), 30) << i;
+      EXPECT_LT(distance(right, selectionColour(0)), 30) << i;
+    } else {
+      EXPECT_LT(int(line[2]), int(ground[2]) - 15) << i;
+      EXPECT_LT(int(left[2]), 100) << i;
+      EXPECT_LT(int(right[2]), 100) << i;
+      EXPECT_EQ(left[0], left[2]) << i;
+    }
+  }
+}
+
+TEST(SelectionDrawing, GroupsHaveTheirColoursInThePictureAndInTheCaption) {
+  const Correspondences m = rungs(10);
+  Selection selection = firstOnes(m, 8);
+  selection.group = {0, 0, 1, 1, 2, 2, -1, -1, -1, -1};
+  const cv::Mat picture = drawSelection(black(100, 80), black(100, 80), m, selection, unscaled());
+  for (int i = 0; i < 8; ++i) {
+    const cv::Scalar colour = selectionColour(selection.group[std::size_t(i)]);
+    EXPECT_LT(distance(picture.at<cv::Vec3b>(6 * i + 10, 30), colour), 30) << i;
+  }
+  const cv::Mat caption = picture.rowRange(82, picture.rows);
+  for (const int group : {0, 1, 2, -1}) EXPECT_GT(countOf(caption, selectionColour(group)), 5) << group;
+  EXPECT_EQ(countOf(caption, selectionColour(3)), 0);
+  for (int group = 1; group < 7; ++group) {
+    EXPECT_GT(cv::norm(selectionColour(group) - selectionColour(group - 1)), 50);
+    EXPECT_EQ(selectionColour(group + 7), selectionColour(group));
+  }
+}
+
+TEST(SelectionDrawing, LargeImagesAreReducedSmallOnesEnlargedFlatOnesStacked) {
+  const Correspondences m = rungs(2);
+  SelectionDrawingOptions options;
+  options.width = 400;
+  const auto width = [&](int left, int right, int rows) {
+    return drawSelection(black(left, rows), black(right, rows), m, firstOnes(m, 1), options).cols;
+  };
+  EXPECT_NEAR(width(1000, 600, 800), 400, 1);
+  EXPECT_NEAR(width(150, 150, 100), 400, 1);
+  EXPECT_NEAR(width(50, 50, 60), 202, 1);  // enlarged twice
+  const cv::Mat flat = drawSelection(black(800, 100), black(800, 100), m, firstOnes(m, 1), options);
+  EXPECT_EQ(flat.cols, 400);
+  EXPECT_GT(flat.rows, 100);
+  // The match lies in the middle of both of them: (30, 10) above and (50, 10) below, both halved.
+  EXPECT_LT(distance(flat.at<cv::Vec3b>(5, 15), selectionColour(0)), 60);
+  EXPECT_LT(distance(flat.at<cv::Vec3b>(50 + 2 + 5, 25), selectionColour(0)), 60);
+}
+
+TEST(SelectionDrawing, LinesAreThinnedButAllPointsAreDrawn) {
+  const Correspondences m = rungs(100);
+  SelectionDrawingOptions options = unscaled();
+  const cv::Mat all = drawSelection(black(100, 620), black(100, 620), m, firstOnes(m, 100), options);
+  options.max_lines = 10;
+  const cv::Mat some = drawSelection(black(100, 620), black(100, 620), m, firstOnes(m, 100), options);
+  const auto lines = [](const cv::Mat& picture) {
+    int count = 0;
+    for (int i = 0; i < 100; ++i) count += picture.at<cv::Vec3b>(6 * i + 10, 80)[2] > 100 ? 1 : 0;
+    return count;
+  };
+  EXPECT_EQ(lines(all), 100);
+  EXPECT_EQ(lines(some), 10);
+  for (int i = 0; i < 100; ++i)
+    EXPECT_LT(distance(some.at<cv::Vec3b>(6 * i + 10, 30), selectionColour(0)), 30) << i;
+}
+
+TEST(SelectionDrawing, ImagesOfEveryKindAndNone) {
+  Correspondences m = rungs(3);
+  m.left_size = m.right_size = {100, 80};
+  const Selection selection = firstOnes(m, 2);
+  const cv::Mat grey(80, 100, CV_8U, cv::Scalar(100));
+  cv::Mat colour, deep, plain = drawSelection(grey, grey, m, selection);
+  cv::cvtColor(grey, colour, cv::COLOR_GRAY2BGRA);
+  grey.convertTo(deep, CV_16U, 257);
+  EXPECT_EQ(cv::norm(drawSelection(colour, deep, m, selection), plain, cv::NORM_INF), 0);
+  EXPECT_EQ(drawSelection({}, {}, m, selection).size(), plain.size());
+  EXPECT_FALSE(drawSelection({}, {}, {}, {}).empty());
+  m.left_x[0] = std::numeric_limits<float>::quiet_NaN();
+  m.right_y[1] = 1e9F;
+  EXPECT_EQ(drawSelection(grey, grey, m, selection).size(), plain.size());
+}
+
+TEST(SelectionDrawing, WrongArgumentsAreNamed) {
+  const Correspondences m = rungs(3);
+  const auto refusal = [&](const Selection& selection, const SelectionDrawingOptions& options) {
+    return testing::errorOf<std::invalid_argument>([&] { drawSelection({}, {}, m, selection, options); });
+  };
+  EXPECT_TRUE(testing::mentions(refusal(firstOnes(rungs(4), 2), {}), {"4 matches", "there are 3"}));
+  Selection short_groups = firstOnes(m, 2);
+  short_groups.group = {0};
+  EXPECT_FALSE(refusal(short_groups, {}).empty());
+  SelectionDrawingOptions options;
+  options.width = -1;
+  EXPECT_TRUE(testing::mentions(refusal(firstOnes(m, 2), options), {"width is -1", "valid"}));
+}
+
 }  // namespace
 }  // namespace corrsel::core

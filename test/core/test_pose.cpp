@@ -530,7 +530,7 @@ double coverage(const std::vector<double>& errors) {
 /// 3000 scenes have a mean of 5.2 to 5.3 and a coverage of 93.7 to 93.9 %. The limits are those of the
 /// requirement, 4.6 to 5.4 and 93.5 to 96.5 %, and the coverage has a standard error of 1 %.
 TEST(Pose, TheCovarianceHolds) {
-  constexpr int kScenes = testing::kSanitized ? 90 : 300;
+  constexpr int kScenes = 300;
   for (const double right_share : {0.95, 0.7}) {
     int uncertain;
     const std::vector<double> errors = squaredErrors(right_share, kScenes, 1000, uncertain);

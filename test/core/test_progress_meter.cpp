@@ -6,7 +6,7 @@
 #include <sstream>
 #include <thread>
 
-#include "benchmark/progress_meter.h"
+#include "base/progress_meter.h"
 
 namespace corrsel::core {
 namespace {

@@ -8,7 +8,7 @@
 #include "benchmark/example_images.h"
 #include "benchmark/tables.h"
 #include "corrsel/benchmark/run_folder.h"
-#include "corrsel/benchmark/shard.h"
+#include "corrsel/shard.h"
 #include "result_rows.h"
 #include "test_support.h"
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "corrsel/benchmark/shard.h"
+#include "corrsel/shard.h"
 #include "test_support.h"
 
 namespace corrsel::core {

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "corrsel/benchmark/config.h"
-#include "corrsel/benchmark/progress.h"
 #include "corrsel/benchmark/run_folder.h"
-#include "corrsel/benchmark/shard.h"
 #include "corrsel/datasets/pair_source.h"
+#include "corrsel/progress.h"
 #include "corrsel/selectors/selector.h"
+#include "corrsel/shard.h"
 
 namespace corrsel::core {
 

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <string>
 #include <vector>
 
 #include "corrsel/correspondences.h"
+#include "corrsel/selection.h"
 
 namespace corrsel::core {
 
@@ -34,5 +36,33 @@ cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Corresponde
                     const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,
                     double tolerance, std::size_t max_lines = 200,
                     const std::vector<std::int32_t>& group = {});
+
+struct SelectionDrawingOptions {
+  /// Of the picture, px, to which the images are reduced or enlarged, but at most twice; 0 = they stay as
+  /// they are.
+  int width = 1600;
+  std::size_t max_lines = 100;  ///< of the kept and of the rejected matches each; their points are all drawn
+  std::string title;  ///< first line of the caption; empty: what drawSelection() found in `selection`
+};
+
+/// Draws a selection for people: grey images, above them thin dark lines and crosses of the rejected matches,
+/// and above these the lines and discs of the kept ones, in the colours of their groups. A caption below
+/// states what was found and explains the colours; it stays readable where the picture is reduced to a third.
+/// Images that are wide and flat are put above each other, others side by side.
+///
+/// The parameters that drawMatches() has too mean the same here.
+/// @param selection  of these matches
+/// @return 8-bit BGR
+/// Throws std::invalid_argument where the selection is not of these matches, naming both numbers, and for a
+/// negative width.
+cv::Mat drawSelection(const cv::Mat& left, const cv::Mat& right, const Correspondences& matches,
+                      const Selection& selection, const SelectionDrawingOptions& options = {});
+
+/// The colour (BGR) in which drawSelection() shows the kept matches of a group; seven are used in turn. That
+/// of group 0 is also that of all kept matches of a selection without groups; -1 is kept without a group.
+cv::Scalar selectionColour(std::int32_t group);
+
+/// A few words on a scene, for people: "a plane, or a camera that only turned". Empty for kUnknown.
+std::string inWords(SceneKind scene);
 
 }  // namespace corrsel::core

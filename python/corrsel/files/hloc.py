@@ -1,5 +1,6 @@
 """HDF5 files of hloc (Sarlin et al., CVPR 2019): keypoints in one file, matches in another one."""
 import contextlib
+import os
 
 import numpy as np
 
@@ -10,6 +11,9 @@ try:
 except ImportError:  # needed for these files alone
     h5py = None
 
+#: Most keypoints of an image: hloc stores their numbers in 16 bits.
+MOST_KEYPOINTS = 32768
+
 
 def read_hloc(matches, features, listed=None, scores="confidence"):
     """Yield the MatchedPair of every pair in a file of matches. Raises InputError that names file and group.
@@ -18,10 +22,9 @@ def read_hloc(matches, features, listed=None, scores="confidence"):
     matches:  A/B/matches0, for every keypoint of the first image the number of one of the second image, -1 = none,
               and optionally A/B/matching_scores0. A and B are the names of the images with '/' replaced by '-'.
               Older files have the group A_B instead of A/B.
+              Confidences that are all 0 are no scores.
     listed:   [(left name, right name, truth, place)] of the pairs to read; None: all
     """
-    if h5py is None:
-        raise InputError("%s: reading HDF5 needs the Python package h5py: apt install python3-h5py" % matches)
     with _damage(matches, features), _open(features) as feature_file, _open(matches) as match_file:
         names = _image_names(feature_file)
         if not names:
@@ -37,7 +40,53 @@ def read_hloc(matches, features, listed=None, scores="confidence"):
             yield pair.exchanged() if reverse else pair
 
 
+def write_hloc(matches, output, answers):
+    """Write a file of matches with some of the matches alone.
+
+    matches   the file from which the pairs were read
+    output    the new file, which replaces an older one once it is complete
+    answers   of every pair: the MatchedPair of read_hloc(), its mask of those matches that are kept, and a dictionary of
+              attributes for its group
+
+    The groups are those of `matches`. Rejected matches are -1 in matches0 and 0 in matching_scores0. Raises InputError if
+    the output cannot be written, or is the file of the matches.
+    """
+    if os.path.realpath(str(matches)) == os.path.realpath(str(output)):
+        raise InputError("%s is the file of the matches; give another name for the output" % output)
+    part = str(output) + ".part"
+    try:
+        with _open(matches) as source, h5py.File(part, "w") as target:
+            for pair, keep, attributes in answers:
+                group, reverse = _group_of(source, pair.left_name, pair.right_name, None, matches)
+                rejected = (pair.right_index if reverse else pair.left_index)[~keep]
+                folder, _, name = group.rpartition("/")
+                source.copy(group, target.require_group(folder) if folder else target, name)
+                for name, value in (("matches0", -1), ("matching_scores0", 0)):
+                    if name in target[group]:
+                        _overwrite(target[group][name], rejected, value, pair.source)
+                target[group].attrs.update(attributes)
+        os.replace(part, str(output))
+    except (OSError, RuntimeError) as error:
+        raise InputError("%s cannot be written (%s)" % (output, error)) from error
+    finally:
+        with contextlib.suppress(OSError):
+            os.remove(part)
+
+
+def _overwrite(dataset, columns, value, source):
+    values = dataset[()]
+    if values.ndim == 2 and len(values) != 1:
+        raise InputError(
+            "%s: %s has the shape %dx%d, expected one element for each keypoint"
+            % (source, dataset.name, *values.shape)
+        )
+    values[..., columns] = value
+    dataset[...] = values
+
+
 def _open(path):
+    if h5py is None:
+        raise InputError("%s: reading HDF5 needs the Python package h5py: apt install python3-h5py" % path)
     try:
         return h5py.File(str(path), "r")
     except OSError as error:
@@ -153,9 +202,13 @@ def _read_pair(match_file, group, feature_file, names, paths, scores):
     item = match_file[group]
     counts = tuple(len(values) for values in keypoints)
     place = "%s: %s" % (matches, group)
-    left, right, rows, total = matched_rows(
-        _values(item, "matches0", place), counts, matches, group + "/matches0"
-    )
+    numbers = _values(item, "matches0", place)
+    if numbers.dtype == np.int16 and counts[1] > MOST_KEYPOINTS:
+        raise InputError(
+            "%s/matches0 holds numbers of 16 bits, but %s has %d keypoints, so that some numbers are lost; match again "
+            "with at most %d keypoints" % (place, names[1], counts[1], MOST_KEYPOINTS)
+        )
+    left, right, rows, total = matched_rows(numbers, counts, matches, group + "/matches0")
     pair = MatchedPair(
         "%s, group %s" % (matches, group),
         "",
@@ -173,5 +226,6 @@ def _read_pair(match_file, group, feature_file, names, paths, scores):
     if "matching_scores0" in item:
         name = group + "/matching_scores0"
         values = vector(_values(item, "matching_scores0", place), matches, name, total)[rows]
-        set_scores(pair, values, "matching_scores0", scores)
+        if scores != "confidence" or values.any():  # hloc's AdaLAM writes zeros
+            set_scores(pair, values, "matching_scores0", scores)
     return pair

@@ -142,35 +142,51 @@ def keypoints_of(sides):
     return unique[:, 1:].astype(np.float32), unique[:, 0].astype(np.int64), shapes, np.split(inverse, ends)
 
 
+def selection_arrays(putative, columns, rows, **described):
+    """Return the arrays of an NPZ file by their keys (docs/matches.md), but for the sizes of the images.
+
+    putative    positions and, where they are known, feature numbers: left, right, left_index, right_index
+    columns     of the kept matches, by the names of a selector's CSV file
+    rows        the kept matches among the putative ones
+    described   values of further keys
+    """
+    left = keypoints_of([(putative.left, putative.left_index, None)])
+    right = keypoints_of([(putative.right, putative.right_index, None)])
+    matches = np.column_stack([left[3][0], right[3][0]]).astype(np.int32)
+    mask = np.zeros(len(matches), np.uint8)
+    mask[rows] = 1
+    arrays = {
+        "keypoints0": left[0],
+        "keypoints1": right[0],
+        "matches": matches[rows],
+        "putative_matches": matches,
+        "mask": mask,
+        "score": columns.get("score", np.full(len(rows), np.nan)).astype(np.float32),
+        "group": columns.get("group", np.full(len(rows), -1)).astype(np.int32),
+    }
+    if INDICES[0] in columns:
+        arrays.update(index0=left[1].astype(np.uint32), index1=right[1].astype(np.uint32))
+    for name in ("distance", "match_probability"):
+        if name in columns:
+            arrays[name] = columns[name].astype(np.float32)
+    return dict(arrays, **described)
+
+
 def write_npz(run, output):
     """Write one NPZ file for each selection, beside which it has the same path. Return the number of files."""
     for saved in run.selections:
         putative = run.putative(saved)
         columns, rows = run.selected(saved)
-        left = keypoints_of([(putative.left, putative.left_index, None)])
-        right = keypoints_of([(putative.right, putative.right_index, None)])
-        matches = np.column_stack([left[3][0], right[3][0]]).astype(np.int32)
-        mask = np.zeros(len(matches), np.uint8)
-        mask[rows] = 1
-        arrays = {
-            "keypoints0": left[0],
-            "keypoints1": right[0],
-            "matches": matches[rows],
-            "putative_matches": matches,
-            "mask": mask,
-            "model": np.array(saved.model.split() or [np.nan] * 9, np.float64).reshape(3, 3),
-            "model_kind": saved.model_kind,
-            "status": saved.status,
-            "image0": saved.left_image,
-            "image1": saved.right_image,
-            "score": columns.get("score", np.full(len(rows), np.nan)).astype(np.float32),
-            "group": columns.get("group", np.full(len(rows), -1)).astype(np.int32),
-        }
-        if INDICES[0] in columns:
-            arrays.update(index0=left[1].astype(np.uint32), index1=right[1].astype(np.uint32))
-        for name in ("distance", "match_probability"):
-            if name in columns:
-                arrays[name] = columns[name].astype(np.float32)
+        arrays = selection_arrays(
+            putative,
+            columns,
+            rows,
+            model=np.array(saved.model.split() or [np.nan] * 9, np.float64).reshape(3, 3),
+            model_kind=saved.model_kind,
+            status=saved.status,
+            image0=saved.left_image,
+            image1=saved.right_image,
+        )
         for name, size in (("image_size0", saved.left_size), ("image_size1", saved.right_size)):
             if size != (0, 0):
                 arrays[name] = np.array(size, np.int32)

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "corrsel/benchmark/config.h"
-#include "corrsel/benchmark/shard.h"
+#include "corrsel/shard.h"
 #include "programs/command_line.h"
 
 namespace corrsel {

@@ -16,11 +16,11 @@
 #include <utility>
 #include <vector>
 
+#include "base/progress_meter.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "benchmark/dataset_check.h"
 #include "benchmark/estimate.h"
-#include "benchmark/progress_meter.h"
 #include "benchmark/tables.h"
 #include "corrsel/benchmark/experiments.h"
 #include "corrsel/benchmark/runner.h"

@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "programs/benchmark/started_programs.h"
+#include "programs/started_programs.h"
 
 namespace corrsel {
 

@@ -3,7 +3,7 @@
 #include <set>
 #include <string>
 
-#include "benchmark/progress_meter.h"
+#include "base/progress_meter.h"
 #include "corrsel/benchmark/run_folder.h"
 #include "corrsel/benchmark/runner.h"
 

@@ -20,7 +20,7 @@
 #include "programs/benchmark/argument_table.h"
 #include "programs/benchmark/arguments.h"
 #include "programs/benchmark/dry_run.h"
-#include "programs/benchmark/started_programs.h"
+#include "programs/started_programs.h"
 
 namespace corrsel {
 namespace {

@@ -1,4 +1,4 @@
-#include "programs/benchmark/started_programs.h"
+#include "programs/started_programs.h"
 
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "corrsel/benchmark/shard.h"
+#include "corrsel/shard.h"
 
 #include <stdexcept>
 

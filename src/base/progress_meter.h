@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/stopwatch.h"
-#include "corrsel/benchmark/progress.h"
+#include "corrsel/progress.h"
 
 namespace corrsel::core {
 

@@ -1,4 +1,4 @@
-#include "benchmark/progress_meter.h"
+#include "base/progress_meter.h"
 
 #include <cmath>
 #include <cstdio>
