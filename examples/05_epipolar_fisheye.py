@@ -58,7 +58,8 @@ def render(
     rays = fine.unproject(pixels)
     seen = np.flatnonzero(rays[:, 2] > 0)  # the lens shows 180 degrees
     origin, rays = -rotation.T @ translation, rays[seen] @ rotation
-    depth, number = hits(origin, rays, ROOM)[1], np.zeros(len(rays))
+    depth = hits(origin, rays, ROOM)[1]
+    number: NDArray[np.float64] = np.zeros(len(rays))
     for k, corners in enumerate(BOXES, 1):
         near, far = hits(origin, rays, corners)
         in_front = (near > 0) & (near < far) & (near < depth)
@@ -99,9 +100,9 @@ def draw(
     hues = np.linspace(0, 179, len(curves), endpoint=False).astype(np.uint8)
     hsv = np.stack([hues, np.full_like(hues, 255), np.full_like(hues, 255)], 1)
     colours = cv2.cvtColor(hsv[None], cv2.COLOR_HSV2BGR)[0].tolist()
-    for curve, point, partner, colour in zip(curves, matches.left, matches.right, colours):
+    for row, (curve, colour) in enumerate(zip(curves, colours)):
         cv2.polylines(right, [np.round(8 * curve).astype(np.int32)], False, colour, 1, cv2.LINE_AA, 3)
-        for image, place in ((left, point), (right, partner)):
+        for image, place in ((left, matches.left[row]), (right, matches.right[row])):
             cv2.circle(image, tuple(int(x) for x in np.round(place)), 5, colour, 2, cv2.LINE_AA)
     return np.hstack([left, right])
 
@@ -128,7 +129,7 @@ def main(picture: str) -> None:
     print("rotation wrong by %.3f, direction by %.3f degrees" % (errors.rotation, errors.translation))
     print("standard deviations: %s degrees" % np.round(deviations, 3))
     curves = [epipolar_curve(pose, CAMERA, CAMERA, point) for point in selected.left]
-    distances = [distance_to_curve(curve, point) for curve, point in zip(curves, selected.right)]
+    distances = [distance_to_curve(curve, selected.right[row]) for row, curve in enumerate(curves)]
     print("mean distance of the selected matches to their curves: %.2f px" % np.mean(distances))
     chosen = np.linspace(0, len(selected) - 1, min(24, len(selected))).astype(int)
     if not cv2.imwrite(picture, draw(images, selected[chosen], [curves[row] for row in chosen])):

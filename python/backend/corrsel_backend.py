@@ -6,7 +6,8 @@ where the modules find them by a relative path. OpenCV's libraries are those of 
 and none of manylinux.
 
 CMAKE_ARGS holds further arguments for CMake, and CMAKE_BUILD_PARALLEL_LEVEL the number of compilers. CORRSEL_PIP_BUILD_DIR
-names a folder that keeps what is compiled, so that the next call compiles only what has changed.
+names a folder that keeps what is compiled, so that the next call compiles only what has changed. It is of no use to pip
+before 21.3, which copies the sources into a new folder each time.
 """
 
 import base64
@@ -37,7 +38,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     del config_settings, metadata_directory  # part of the interface of pip
     with tempfile.TemporaryDirectory(prefix="corrsel_wheel_") as folder:
         prefix = os.path.join(folder, "prefix")
-        build = os.environ.get("CORRSEL_PIP_BUILD_DIR") or os.path.join(folder, "build")
+        build = _kept_build() or os.path.join(folder, "build")
         configured = _cmake("-S", str(ROOT), "-B", build, *_cmake_options())
         pybind11 = re.search(r"Python package: for .*pybind11 (\d+)\.(\d+)", configured)
         if not pybind11:
@@ -90,6 +91,16 @@ def pack(folder, wheel_directory, pybind11):
             entry.external_attr = (0o100755 if ".so" in file else 0o100644) << 16
             archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
     return wheel
+
+
+def _kept_build():
+    """Return the folder of CORRSEL_PIP_BUILD_DIR; None where there is none, or where it belongs to sources elsewhere."""
+    folder = os.environ.get("CORRSEL_PIP_BUILD_DIR")
+    cache = pathlib.Path(folder or "", "CMakeCache.txt")
+    if folder and cache.exists() and "CMAKE_HOME_DIRECTORY:INTERNAL=%s\n" % ROOT not in cache.read_text():
+        print("%s is of other sources and is left alone" % folder)
+        return None
+    return folder
 
 
 def _cmake(*arguments):

@@ -1,5 +1,6 @@
 from ._options import Option as Option, options as options
 from .camera import Camera as Camera
+from .drawing import draw as draw
 from .evaluation import (
     Evaluation as Evaluation,
     PoseErrors as PoseErrors,
@@ -40,5 +41,6 @@ from .selectors import (
     selector_names as selector_names,
     selector_presets as selector_presets,
 )
+from .verification import FaultyPair as FaultyPair, VerifyReport as VerifyReport, verify as verify
 
 __version__: str

@@ -35,15 +35,18 @@ def options(name):
 
     Raises ValueError for an unknown name, listing the valid ones.
     """
-    algorithms = {**_feature_options(), **_verification_options()}
-    if name in algorithms:
-        return algorithms[name]
-    names = _core.selector_names() + list(algorithms)
-    if "/" not in name and re.split(r"[:\[]", name)[0] not in names:
+    # The modules of features and databases bring many libraries, so they are loaded only for what they alone know.
+    if "/" in name or re.split(r"[:\[]", name)[0] in _core.selector_names():
+        return options_from(_core.Selector(name, {}).options())
+    algorithms = _feature_options()
+    if name not in algorithms:
+        algorithms.update(_verification_options())
+    if name not in algorithms:
+        names = _core.selector_names() + list(algorithms)
         raise ValueError(
             "unknown selector or algorithm of features '%s'%s" % (name, _core.valid_names(name, names))
         )
-    return options_from(_core.Selector(name, {}).options())
+    return algorithms[name]
 
 
 def to_text(context, values):

@@ -8,7 +8,8 @@
 # In FOLDER/SUITE, which has a compiler and no network, the backend makes the source archive, `pip install .` runs in its
 # folder, and a program uses the package from an empty folder. FOLDER/SUITE-plain is new in each run, and has neither a compiler
 # nor OpenCV: the wheel is installed there, its errors name Debian's packages of OpenCV, these are installed, an example runs.
-# A release takes 1.5 GB and 5 minutes of processor time; what has been compiled is kept for the next run.
+# A release takes 1.5 GB and 5 minutes of processor time; what has been compiled is kept for the next run. Debian 11 takes 10
+# minutes each time, because its pip copies the sources into a new folder.
 # CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
 # Exit code: 0 all releases passed, 1 a release failed, 2 usage error.
 set -euo pipefail
@@ -25,7 +26,7 @@ declare -A mirrors=()
 suites=()
 while [ $# -gt 0 ]; do
   case $1 in
-    -h | --help) sed -n '2,13s/^# \?//p' "${BASH_SOURCE[0]}" && exit 0 ;;
+    -h | --help) sed -n '2,14s/^# \?//p' "${BASH_SOURCE[0]}" && exit 0 ;;
     --folder)
       [ $# -gt 1 ] || usage_error "--folder needs a value; --help explains it"
       folder=$2 && shift

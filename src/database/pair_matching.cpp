@@ -197,7 +197,7 @@ void PairMatchingOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"ratio", 0, 1, "-",
                   "Matching: largest ratio of the distances of the two nearest descriptors; 1 = no test"},
                  &PairMatchingOptions::ratio);
-  visitor.number({"memory_gib", 0.01, 1000, "GiB", "Matching: memory for descriptors"},
+  visitor.number({"memory_gib", 0, 1e6, "GiB", "Matching: memory for descriptors"},
                  &PairMatchingOptions::memory_gib);
   visitor.flag("again", "Matching: match pairs that have matches already", &PairMatchingOptions::again);
 }

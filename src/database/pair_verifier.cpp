@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/text.h"
+#include "corrsel/database/ambiguity.h"
 #include "corrsel/selectors/factory.h"
 #include "corrsel/selectors/selector.h"
 #include "database/competing_models.h"
@@ -115,6 +117,8 @@ void PairVerifierOptions::visit(OptionVisitor& visitor) const {
                   &PairVerifierOptions::min_matches);
   visitor.number({"min_confidence", 0, 1e6, "-", "Smallest confidence of an accepted pair"},
                  &PairVerifierOptions::min_confidence);
+  visitor.flag("ambiguity", "Examine whether a second relation explains the matches of an accepted pair",
+               &PairVerifierOptions::ambiguity);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the selectors"}, &PairVerifierOptions::seed);
 }
 
@@ -132,6 +136,7 @@ std::string PairVerifier::configuration() const {
 VerifiedPair PairVerifier::verify(const PairInput& input, Workspace& workspace) const {
   VerifiedPair result;
   result.pair = input.pair;
+  result.ambiguity = std::numeric_limits<double>::quiet_NaN();
   result.putative = input.matches.rows.size();
   result.message = faultOf(input);
   result.faulty = !result.message.empty();
@@ -146,6 +151,8 @@ VerifiedPair PairVerifier::verify(const PairInput& input, Workspace& workspace) 
   result.confidence = selection.confidence;
   result.message = selection.message;
   if (selection.status != Status::kOk || selection.confidence < options_.min_confidence) return result;
+  const double second = options_.ambiguity ? ambiguity(matches, selection, workspace)
+                                           : std::numeric_limits<double>::quiet_NaN();
   std::optional<PairCameras> cameras;
   if (input.first->calibrated && input.second->calibrated)
     cameras = {*input.first->camera, *input.second->camera};
@@ -159,6 +166,7 @@ VerifiedPair PairVerifier::verify(const PairInput& input, Workspace& workspace) 
   }
   result.message.clear();
   result.geometry = std::move(geometry);
+  result.ambiguity = second;
   return result;
 }
 

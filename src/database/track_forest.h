@@ -12,13 +12,14 @@ namespace corrsel::core {
 class KeypointNumbers {
  public:
   struct Room {
-    std::uint32_t first = 0, count = 0;
+    std::uint32_t first = 0;
+    std::uint64_t count = 0;
   };
 
   /// Makes room for a keypoint of an image and for those before it.
   void include(std::uint32_t image, std::uint32_t keypoint) {
     Room& room = rooms_[image];
-    room.count = std::max(room.count, keypoint + 1);
+    room.count = std::max(room.count, std::uint64_t{keypoint} + 1);
   }
 
   /// Gives the rooms their places, after the last include(). Throws std::length_error for more than 2^32 - 2

@@ -90,13 +90,27 @@ void listTracks(const KeypointNumbers& numbers, TrackForest& forest, std::size_t
   }
 }
 
-Tracks buildFrom(std::size_t pairs, const ReadPair& read, std::size_t min_length) {
+/// Throws StoreError where a match names a keypoint that its image does not have.
+void checkKeypoints(const KeypointNumbers& numbers, const PairStore& store) {
+  for (const auto& [image, room] : numbers.rooms()) {
+    const std::size_t keypoints = store.keypoints(image).positions.size();
+    if (room.count > keypoints)
+      throw StoreError(StoreError::Kind::kContent,
+                       "tracks: a verified match names keypoint " + std::to_string(room.count - 1) +
+                           " of image " + std::to_string(image) + ", which has " + std::to_string(keypoints) +
+                           " keypoints; verify its pairs again");
+  }
+}
+
+/// @param store  where the keypoints are; nullptr if they need no check
+Tracks buildFrom(std::size_t pairs, const ReadPair& read, std::size_t min_length, const PairStore* store) {
   if (min_length < 2)
     throw std::invalid_argument("tracks: min_length is " + std::to_string(min_length) +
                                 "; a track has at least 2 observations");
   Tracks tracks;
   KeypointNumbers numbers;
   const std::vector<RankedPair> ranked = rank(pairs, read, numbers, tracks.matches);
+  if (store != nullptr) checkKeypoints(numbers, *store);
   numbers.finish();
   TrackForest forest(numbers);
   for (const RankedPair& entry : ranked)
@@ -174,13 +188,14 @@ Tracks buildTracks(const PairStore& store, const std::vector<ImagePairKey>& pair
       [&](std::size_t i, const std::function<void(const VerifiedPair&)>& use) {
         use(store.verified(pairs[i]));
       },
-      min_length);
+      min_length, &store);
 }
 
 Tracks buildTracks(const std::vector<VerifiedPair>& pairs, std::size_t min_length) {
   return buildFrom(
       pairs.size(),
-      [&](std::size_t i, const std::function<void(const VerifiedPair&)>& use) { use(pairs[i]); }, min_length);
+      [&](std::size_t i, const std::function<void(const VerifiedPair&)>& use) { use(pairs[i]); }, min_length,
+      nullptr);
 }
 
 TrackStatistics trackStatistics(const Tracks& tracks) {

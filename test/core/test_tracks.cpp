@@ -34,9 +34,9 @@ class MemoryStore : public PairStore {
   std::map<ImagePairKey, VerifiedPair> rows;
   std::set<std::string> configurations;
 
-  /// @param images  numbers from 1 on, with as many keypoints
+  /// @param images  the largest number of an image; all have as many keypoints
   MemoryStore(std::uint32_t images, std::uint32_t keypoints) {
-    for (std::uint32_t image = 1; image <= images; ++image) {
+    for (std::uint32_t image = 0; image <= images; ++image) {
       list.push_back({image, "image " + std::to_string(image) + ", left.jpg", {640, 480}, {}, false});
       for (std::uint32_t k = 0; k < keypoints; ++k)
         points[image].positions.emplace_back(float(image) + 0.1F, float(k) * 100.25F);
@@ -258,7 +258,12 @@ TEST(Tracks, WrongInputIsNamed) {
                        {"(3, 8)", "twice", "once"}));
   EXPECT_TRUE(mentions(errorOf<std::invalid_argument>([&] { buildTracks({pair}, 1); }),
                        {"min_length", "1", "at least 2"}));
-  const MemoryStore store(8, 5);
+  MemoryStore store(8, 5);
+  for (const std::uint32_t beyond : {5U, 0xFFFFFFFFU}) {
+    store.write({verified(3, 8, 50, {{1, 2}, {3, beyond}})}, "");
+    EXPECT_TRUE(mentions(errorOf<StoreError>([&] { buildTracks(store, store.pairs()); }),
+                         {"keypoint " + std::to_string(beyond), "image 8", "has 5", "again"}));
+  }
   const std::string path = ::testing::TempDir() + "/tracks.csv";
   EXPECT_TRUE(mentions(errorOf<StoreError>([&] { writeTracks(path, buildTracks({pair}), store); }),
                        {"keypoint 7", "image 3", "5"}));

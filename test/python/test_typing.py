@@ -3,10 +3,12 @@
 
 import ast
 import importlib
+import importlib.util
 import inspect
 import pathlib
 import shutil
 import tempfile
+import textwrap
 import unittest
 
 import corrsel
@@ -14,9 +16,14 @@ import installed
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "python" / "corrsel"
-#: Modules with types. _types has no module, only names for the others.
-MODULES = sorted({path.stem for path in PACKAGE.glob("*.pyi")} - {"__init__", "_types"})
+#: Modules with public names: the homes of the package's own names, which are private, and those that programs import.
+HOMES = corrsel._HOMES  # pylint: disable=protected-access
+MODULES = sorted(
+    {home for home, _ in HOMES} - {"_core"}
+    | {path.stem for path in PACKAGE.glob("[a-z]*.py") if "\n__all__ = " in path.read_text("utf-8")}
+)
 #: Python calls them by itself, and no program names them.
+SELF = ast.dump(ast.parse("self").body[0].value)
 IMPLIED = {"__delattr__", "__eq__", "__reduce__", "__repr__", "__setattr__"}
 
 
@@ -43,6 +50,8 @@ def parameters_of_stub(node):
     plain = [(argument, kind.POSITIONAL_OR_KEYWORD) for argument in arguments.args]
     without = len(plain) - len(arguments.defaults)
     found = [(argument.arg, which, k >= without) for k, (argument, which) in enumerate(plain)]
+    if arguments.vararg:
+        found.append((arguments.vararg.arg, kind.VAR_POSITIONAL, False))
     for argument, default in zip(arguments.kwonlyargs, arguments.kw_defaults):
         found.append((argument.arg, kind.KEYWORD_ONLY, default is not None))
     if arguments.kwarg:
@@ -61,6 +70,12 @@ def parameters_of(function):
 def members_of(cls):
     """Return the names of what a class defines itself: attributes, properties and methods of its users."""
     names = set(cls.__dict__) - IMPLIED
+    if "__init__" in names:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(cls.__init__)))
+        stored = (node for node in ast.walk(tree) if isinstance(node, ast.Attribute))
+        names |= {
+            node.attr for node in stored if isinstance(node.ctx, ast.Store) and ast.dump(node.value) == SELF
+        }
     return {
         name for name in names if not name.startswith("_") or name in {"__getitem__", "__init__", "__len__"}
     }
@@ -77,12 +92,7 @@ class Stubs(unittest.TestCase):
                 for alias in node.names:
                     self.assertEqual(alias.name, alias.asname)  # mypy takes other imports for private ones
                     imported[alias.name] = node.module
-        homes = {
-            name: home
-            for (home, _), names in corrsel._HOMES.items()  # pylint: disable=protected-access
-            for name in names
-            if home != "_core"
-        }
+        homes = {name: home for (home, _), names in HOMES.items() for name in names if home != "_core"}
         self.assertEqual(imported, homes)
         self.assertIn("\n__version__: str\n", text)
 
@@ -90,11 +100,11 @@ class Stubs(unittest.TestCase):
         for module in MODULES:
             stub = stub_of(module)
             public = {name for name in stub if not name.startswith("_")}
-            homes = corrsel._HOMES.items()  # pylint: disable=protected-access
-            expected = {name for (home, _), names in homes if home == module for name in names}
+            expected = {name for (home, _), names in HOMES.items() if home == module for name in names}
             if not expected:
                 expected = set(importlib.import_module("corrsel." + module).__all__)
-            self.assertEqual(public, expected, module)
+                self.assertEqual(public, expected, module)
+            self.assertEqual(expected - public, set(), module)
 
     def test_functions(self):
         checked = 0
@@ -135,9 +145,16 @@ class Stubs(unittest.TestCase):
 
     def definitions_of_modules(self):
         """Yield the module, the name and the definition of everything in the stubs."""
+        not_built = {
+            home for home, built in HOMES if importlib.util.find_spec("corrsel." + built) is None
+        }  # parts of the package that the options of the build leave out
         for module in MODULES:
+            if module in not_built:
+                continue
             for name, node in stub_of(module).items():
-                yield importlib.import_module("corrsel." + module), name, node
+                found = importlib.import_module("corrsel." + module)
+                self.assertTrue(hasattr(found, name) or name.startswith("_"), name)
+                yield found, name, node
 
 
 class Mypy(unittest.TestCase):

@@ -17,6 +17,7 @@ import sys
 import tarfile
 import tempfile
 import unittest
+import unittest.mock
 import zipfile
 
 import installed
@@ -200,6 +201,16 @@ class Wheel(unittest.TestCase):
 
     def test_is_the_same_each_time(self):
         self.assertEqual(self.build("first").read_bytes(), self.build("second").read_bytes())
+
+    def test_keeps_a_build_of_the_same_sources(self):
+        kept = self.work / "kept"
+        kept.mkdir()
+        for sources, used in ((ROOT, True), ("/nonexistent", False)):
+            (kept / "CMakeCache.txt").write_text("CMAKE_HOME_DIRECTORY:INTERNAL=%s\n" % sources)
+            with unittest.mock.patch.dict(os.environ, CORRSEL_PIP_BUILD_DIR=str(kept)):
+                self.build("kept_%s" % used)
+            install = self.notes.read_text().splitlines()[-1]
+            self.assertEqual(install.startswith("--install %s --prefix" % kept), used, install)
 
     def test_says_why_there_is_no_package(self):
         says = "-- Python package: not built, since pybind11 is missing (pybind11-dev)"

@@ -15,6 +15,7 @@ struct PairVerifierOptions : OptionSet {
   double epipolar_threshold = 3;
   int min_matches = 15;       ///< smallest number of inliers of an accepted pair
   double min_confidence = 7;  ///< smallest confidence of an accepted pair: chance gives one in 10^7 pairs
+  bool ambiguity = true;      ///< examine whether a second relation explains the matches (ambiguity.h)
   int seed = 0;               ///< of the selectors
 
   void visit(OptionVisitor& visitor) const override;
@@ -50,6 +51,7 @@ struct PairInput {
 ///     that are far too short; those that are too long explain most matches, too.
 ///  5. Several motions are one relation where it explains 80 % of the inliers; the others are dropped.
 ///     Otherwise they are stored as `multiple`, without a matrix.
+///  6. With `ambiguity`, a second relation is searched among the matches of accepted pairs (ambiguity.h).
 /// A pose is stored unless a plane leaves two. F of an essential matrix is stored for cameras without
 /// distortion, because it is exact for these only.
 ///

@@ -63,11 +63,13 @@ struct TrackStatistics {
 ///
 /// Cost: O(M log K) for M matches of K keypoints, and O(length) for every join. Memory of 12 bytes for every
 /// keypoint up to the last matched one of each image, 16 for every pair, and 8 for every observation, but
-/// nothing for a match: each pair is read twice. For 20000 images of 5000 keypoints and a million pairs these
-/// are 1.2 GB, and 0.8 GB more for the tracks if all keypoints are in one.
+/// nothing for a match: each pair is read twice, and the keypoints of each image once. For 20000 images of
+/// 5000 keypoints and a million pairs these are 1.2 GB, and 0.8 GB more for the tracks if all keypoints are
+/// in one.
 /// @param pairs       with a stored verification, each of them once
 /// @param min_length  tracks with fewer observations are left out; at least 2
-/// Throws std::invalid_argument for a pair that is listed twice and a smaller min_length, and StoreError.
+/// Throws std::invalid_argument for a pair that is listed twice and a smaller min_length, and StoreError,
+/// also where a match names a keypoint that its image does not have.
 Tracks buildTracks(const PairStore& store, const std::vector<ImagePairKey>& pairs,
                    std::size_t min_length = 2);
 
@@ -93,8 +95,9 @@ std::string trackConfiguration(const std::string& configuration);
 /// none become `undefined`. Apply it to a copy of the database.
 ///
 /// This is what COLMAP's point_triangulator needs. It takes the poses from a model (--input_path), ignores
-/// the matrices, and joins the inliers of two_view_geometries to tracks by itself. From the rewritten rows it
-/// gets exactly these tracks, apart from pairs with fewer than 15 inliers, which it does not read.
+/// the matrices, and follows the inliers of two_view_geometries from image to image by itself. Of the
+/// rewritten rows none leads from one track to another, so that every point stays within a track. Pairs with
+/// fewer than 15 inliers are not read.
 ///
 /// Cost: O(matches), and memory of 4 bytes for every keypoint as in buildTracks().
 /// @param pairs          those that buildTracks() was given, and those that were left out
