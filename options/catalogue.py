@@ -8,8 +8,9 @@ import os
 
 PATH = os.path.join(os.path.dirname(os.path.realpath(__file__)), "catalogue.json")
 
-# The parts of the FeatureMatcher and the Selector nodelets that a change of a parameter rebuilds.
+# The parts of the FeatureMatcher, the Matcher and the Selector nodelets that a change of a parameter rebuilds.
 FEATURES, MATCH, SEQUENCE, REGION = 1, 2, 4, 8
+MATCHER = 1
 SELECTOR = 2
 
 
@@ -45,6 +46,10 @@ def live_options(selector):
 def groups(catalogue, nodelet):
     """Return the parameters of a nodelet that can be changed at run time: (group, prefix, level, options) each."""
     own = catalogue["nodelets"][nodelet]
+    matching = [
+        ("match", "match_", MATCH, catalogue["matching"]),
+        ("sequence", "sequence_", SEQUENCE, catalogue["sequence"]),
+    ]
     if nodelet == "FeatureMatcher":
         features = catalogue["features"]
         choice = with_choices(own["changeable"], "features", features["combinations"])
@@ -56,9 +61,9 @@ def groups(catalogue, nodelet):
                 for option in algorithm["options"]
             ]
             result.append((name, name + "_", FEATURES, live))
-        result.append(("match", "match_", MATCH, catalogue["matching"]))
-        result.append(("sequence", "sequence_", SEQUENCE, catalogue["sequence"]))
-        return result
+        return result + matching
+    if nodelet == "Matcher":
+        return [("", "", MATCHER, own["changeable"])] + matching
     selectors = [dict(entry, meaning="%(group)s: %(meaning)s" % entry) for entry in catalogue["selectors"]]
     choice = with_choices(own["changeable"], "selector", selectors)
     result = [("", "", SELECTOR, choice)]

@@ -132,7 +132,8 @@ def live_yaml(catalogue):
         lines.extend(textwrap.wrap(text, WIDTH, break_on_hyphens=False, **comment))
         lines.append("  %s%s: %s" % (prefix, option["name"], yaml_value(option)))
 
-    for name, nodelet in (("feature_matcher", "FeatureMatcher"), ("selector", "Selector")):
+    sections = (("feature_matcher", "FeatureMatcher"), ("matcher", "Matcher"), ("selector", "Selector"))
+    for name, nodelet in sections:
         lines += ["", name + ":"]
         for option in catalogue["nodelets"][nodelet]["start"]:
             add("", option, True)

@@ -26,7 +26,8 @@ Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 
     mean_interval                      mean of many values with its bootstrap interval
 
 The modules corrsel.opencv, corrsel.tensors and corrsel.hloc have the signatures of other libraries (docs/doors.md).
-The module corrsel.matches serves programs that use the ROS messages of corrsel.msg; nothing else needs ROS.
+The modules corrsel.matches and corrsel.messages serve programs that use the ROS messages of corrsel.msg; nothing else
+needs ROS.
 The modules in C++ are loaded on first use: `import corrsel.msg` works where they are not built.
 """
 

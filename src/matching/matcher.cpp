@@ -35,6 +35,11 @@ void checkDescriptors(const Features& left, const Features& right) {
 
 }  // namespace
 
+void Matcher::configure(const OptionMap& options) {
+  if (options.empty()) return;
+  throw std::invalid_argument("unknown option " + options.begin()->first + "; the matcher has no options");
+}
+
 void MatchOptions::visit(OptionVisitor& visitor) const {
   visitor.flag("mutual", "Matching: keep features that are nearest to each other only",
                &MatchOptions::mutual);
@@ -72,6 +77,15 @@ Correspondences matchFeatures(const Features& left, const Features& right, const
     }
   }
   return matches;
+}
+
+void DescriptorMatcher::configure(const OptionMap& options) {
+  setOptions(options_, options, "match");
+  options_.check();
+}
+
+Correspondences DescriptorMatcher::match(const Features& left, const Features& right) {
+  return matchFeatures(left, right, options_, threads_);
 }
 
 }  // namespace corrsel::core

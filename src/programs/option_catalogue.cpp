@@ -131,6 +131,7 @@ Json nodelets() {
   for (const auto& [name, parameters] : nodeletParameters()) list[name]["start"] = describe(*parameters);
   list["FeatureMatcher"]["changeable"] = describe(FeatureChoice());
   list["FeatureMatcher"]["region"] = describe(RegionParameters());
+  list["Matcher"]["changeable"] = describe(MatcherChoice());
   list["Selector"]["changeable"] = describe(SelectorChoice());
   return list;
 }

@@ -560,5 +560,35 @@ TEST(Matcher, TakesFramesWhereBothSidesHaveThem) {
   EXPECT_EQ(m.right_frame, (std::vector<AffineFrame>{{4}, {3}}));
 }
 
+TEST(DescriptorMatcher, ComparesDescriptorsWithItsOptions) {
+  const Features left = features(randomDescriptors(40, 8, CV_32F, 9, 1)),
+                 right = features(randomDescriptors(50, 8, CV_32F, 9, 2));
+  MatchOptions mutual;
+  mutual.mutual = true;
+  DescriptorMatcher matcher;
+  EXPECT_EQ(matcher.match(left, right).right_index, matchFeatures(left, right).right_index);
+  matcher.configure({{"mutual", "true"}});
+  EXPECT_EQ(matcher.match(left, right).right_index, matchFeatures(left, right, mutual).right_index);
+  EXPECT_TRUE(contains(errorOf<std::invalid_argument>([&] {
+                         matcher.configure({{"second_distance_radius", "-1"}});
+                       }),
+                       "second_distance_radius = -1 is outside [0, 1000]"));
+}
+
+/// A matcher without options.
+class NoMatches : public Matcher {
+ public:
+  Correspondences match(const Features& /*left*/, const Features& /*right*/) override { return {}; }
+};
+
+TEST(Matcher, HasNoOptionsUnlessItSaysSo) {
+  NoMatches matcher;
+  EXPECT_NO_THROW(matcher.configure({}));
+  EXPECT_EQ(errorOf<std::invalid_argument>([&] {
+              matcher.configure({{"model", "net.onnx"}});
+            }),
+            "unknown option model; the matcher has no options");
+}
+
 }  // namespace
 }  // namespace corrsel::core

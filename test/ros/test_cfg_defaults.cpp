@@ -1,4 +1,5 @@
 #include <corrsel/FeatureMatcherConfig.h>
+#include <corrsel/MatcherConfig.h>
 #include <corrsel/SelectorConfig.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "corrsel/selectors/factory.h"
+#include "ros/live/message_matcher.h"
 #include "ros/live/nodelet_parameters.h"
 #include "ros/live/parameters.h"
 
@@ -186,6 +188,15 @@ TEST(Cfg, FeatureParametersEqualTheOptions) {
     EXPECT_NE(all.at("features").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }
   EXPECT_EQ(names(open), (std::vector<std::string>{"features", "roi_height", "roi_width", "roi_x", "roi_y"}));
+}
+
+TEST(Cfg, MatcherParametersEqualTheOptions) {
+  const auto all = parameters(MatcherConfig::__getDescriptionMessage__());
+  auto open = all;
+  compare(MatcherChoice(), open, all, "", MessageMatcher::kLevelMatcher);
+  compare(core::MatchOptions(), open, all, "match_", MessageMatcher::kLevelMatch);
+  compare(core::SequenceOptions(), open, all, "sequence_", 4);
+  EXPECT_EQ(names(open), std::vector<std::string>());
 }
 
 TEST(WriteOptions, IsReadBack) {

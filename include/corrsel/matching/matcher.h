@@ -13,6 +13,25 @@ struct MatchOptions : OptionSet {
   void visit(OptionVisitor& visitor) const override;
 };
 
+/// Turns the features of two images into putative matches. A package that has a matcher of its own, such as a
+/// network, derives from this class and exports it with pluginlib; the nodelet corrsel/Matcher then loads it
+/// by its name (docs/live.md).
+class Matcher {
+ public:
+  virtual ~Matcher() = default;
+
+  /// Sets options by their names, once, before the first call of match(). Those that are not named keep their
+  /// default values. Throws std::invalid_argument that names an option that is unknown or out of range. A
+  /// matcher that does not override it has no options.
+  virtual void configure(const OptionMap& options);
+
+  /// Matches the features of two images. Calls come one after the other, not always from the same thread.
+  /// @return matches whose left_index and right_index are numbers of these features. A matcher that knows how
+  /// likely each match is right fills the column `probability`, and one that compares descriptors `distance`.
+  /// Throws std::exception for features that it cannot match.
+  virtual Correspondences match(const Features& left, const Features& right) = 0;
+};
+
 /// Putative matches between two images.
 ///
 /// Idea: The right feature with the most similar descriptor is a candidate for every left feature. There is
@@ -38,5 +57,19 @@ struct MatchOptions : OptionSet {
 /// @param threads  threads that may be used; the result does not depend on it
 Correspondences matchFeatures(const Features& left, const Features& right, const MatchOptions& options = {},
                               int threads = 1);
+
+/// matchFeatures() as a Matcher, with the options of MatchOptions.
+class DescriptorMatcher : public Matcher {
+ public:
+  /// @param threads  threads that may be used; the result does not depend on it
+  explicit DescriptorMatcher(int threads = 1) : threads_(threads) {}
+
+  void configure(const OptionMap& options) override;
+  Correspondences match(const Features& left, const Features& right) override;
+
+ private:
+  int threads_;
+  MatchOptions options_;
+};
 
 }  // namespace corrsel::core

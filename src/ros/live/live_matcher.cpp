@@ -1,7 +1,6 @@
 #include "ros/live/live_matcher.h"
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -50,36 +49,16 @@ std::string modelText(const Camera& camera) {
   return core::toString(static_cast<core::Camera::Model>(camera.model - Camera::MODEL_PINHOLE));
 }
 
-/// The features and the calibration of an image.
-struct Side {
-  const core::Features& features;
-  std::optional<core::Camera> camera;
-};
-
-/// Matches the features and makes the message.
-/// @param conversion_seconds  spent on the images
-/// @param kept  filled with the matches where not null
-boost::shared_ptr<Correspondences> finish(const Side& left, const Side& right,
-                                          const core::MatchOptions& options, int threads,
-                                          double conversion_seconds, PairInfo info,
-                                          core::Correspondences* kept = nullptr) {
-  core::Stopwatch watch;
-  core::Correspondences matches = core::matchFeatures(left.features, right.features, options, threads);
-  matches.left_camera = left.camera;
-  matches.right_camera = right.camera;
-  info.seconds.match = watch.restart();
-  info.n_left_features = static_cast<std::uint32_t>(left.features.keypoints.size());
-  info.n_right_features = static_cast<std::uint32_t>(right.features.keypoints.size());
-  if (kept != nullptr) *kept = matches;
-  auto message = boost::make_shared<Correspondences>(toMsg(std::move(matches), info));
-  message->seconds.publish = conversion_seconds + watch.seconds();
-  return message;
-}
-
 }  // namespace
 
 boost::shared_ptr<Correspondences> LiveMatcher::match(const ImageSet& images, const Settings& settings) {
   return images.right ? matchPair(images, settings) : matchSequence(images, settings);
+}
+
+MatchFunction LiveMatcher::matchingOf(const Settings& settings) const {
+  return [this, options = settings.match](const core::Features& left, const core::Features& right) {
+    return core::matchFeatures(left, right, options, threads_);
+  };
 }
 
 void LiveMatcher::countBits(const cv::Mat& image) {
@@ -111,8 +90,8 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
   info.seconds.describe = features.first.describe_seconds + features.second.describe_seconds;
   const CalibrationPtr &from = images.left_calibration, &to = images.right_calibration;
   if (from && to) info.rig = rigOf(from->info, from->rectified, to->info, to->rectified);
-  return finish({features.first, cameraOf(from)}, {features.second, cameraOf(to)}, settings.match, threads_,
-                conversion_seconds, info);
+  return matchFrames({features.first, cameraOf(from)}, {features.second, cameraOf(to)}, matchingOf(settings),
+                     conversion_seconds, info);
 }
 
 boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& images,
@@ -127,30 +106,10 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
   auto features = std::make_shared<core::Features>(settings.extractor->extract(pixels, threads_, where));
   info.seconds.detect = features->detect_seconds;
   info.seconds.describe = features->describe_seconds;
-
-  const std::optional<core::Camera> camera = cameraOf(images.left_calibration);
-  const std::uint64_t id = info.header.stamp.toNSec();
-  sequence_.setOptions(settings.sequence);
-  const core::Sequence::Frame* reference = sequence_.reference();
-  // Features of another kind or size, or of a time that has not come yet (a bag that starts again).
-  if (sequence_extractor_ != settings.extractor ||
-      (reference != nullptr &&
-       (reference->features->image_size != features->image_size || reference->id > id))) {
-    sequence_.reset();
-    reference = nullptr;
-  }
+  if (sequence_extractor_ != settings.extractor) sequence_.reset();  // features of another kind
   sequence_extractor_ = settings.extractor;
-
-  boost::shared_ptr<Correspondences> message;
-  core::Correspondences matches;
-  if (reference != nullptr) {
-    info.right_stamp.fromNSec(reference->id);
-    info.right_frame_id = info.header.frame_id;
-    message = finish({*features, camera}, {*reference->features, reference->camera}, settings.match, threads_,
-                     conversion_seconds, info, &matches);
-  }
-  sequence_.add({id, std::move(features), camera}, matches);
-  return message;
+  return sequence_.add(std::move(features), cameraOf(images.left_calibration), settings.sequence,
+                       matchingOf(settings), conversion_seconds, info);
 }
 
 std::string camerasText(const Correspondences& message) {

@@ -9,6 +9,7 @@
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
+#include "ros/live/frame_matching.h"
 #include "ros/live/image_source.h"
 
 namespace corrsel {
@@ -42,13 +43,14 @@ class LiveMatcher {
  private:
   boost::shared_ptr<Correspondences> matchPair(const ImageSet& images, const Settings& settings);
   boost::shared_ptr<Correspondences> matchSequence(const ImageSet& images, const Settings& settings);
+  MatchFunction matchingOf(const Settings& settings) const;
   void countBits(const cv::Mat& image);
 
   cv::Mat inUsedBits(const cv::Mat& image) const;
 
   const int threads_;
   int bits_ = 8;  ///< of images of 16 bits, so far
-  core::Sequence sequence_;
+  SequenceMatching sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_
 };
 

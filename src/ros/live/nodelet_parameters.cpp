@@ -74,6 +74,24 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
   visitCommon(visitor, "Subscribe to the images only while somebody subscribes to the matches");
 }
 
+void MatcherParameters::visit(OptionVisitor& visitor) const {
+  using P = MatcherParameters;
+  visitor.choice("mode",
+                 {{FeatureMode::kPair, "pair", "Pairs of left/features and right/features"},
+                  {FeatureMode::kSequence, "sequence", "Features of one camera, each with earlier ones"}},
+                 "The features that are matched", &P::mode);
+  visitor.number({"max_interval", 0, 1e6, "s",
+                  "Largest difference of the stamps of a pair, less than half the time between two images"},
+                 &P::max_interval);
+  visitor.integer(
+      {"queue_size", 1, 1000, "-", "Messages of each side that are kept until that of the other one arrives"},
+      &P::queue_size);
+  visitor.integer({"threads", 1, 1024, "-",
+                   "Threads that compare descriptors; the result does not depend on their number"},
+                  &P::threads);
+  visitCommon(visitor, "Subscribe to the features only while somebody subscribes to the matches");
+}
+
 void SelectorParameters::visit(OptionVisitor& visitor) const {
   visitCommon(visitor, "Subscribe to the correspondences only while somebody subscribes to the result");
   visitor.number(
@@ -159,6 +177,15 @@ void RegionParameters::visit(OptionVisitor& visitor) const {
                   &P::height);
 }
 
+void MatcherChoice::visit(OptionVisitor& visitor) const {
+  using P = MatcherChoice;
+  visitor.text("matcher",
+               "Matcher: descriptors compares descriptors; package/Class is a matcher of another package",
+               &P::matcher);
+  visitor.text("options", "Options of a matcher of another package: name=value, comma-separated",
+               &P::options);
+}
+
 void SelectorChoice::visit(OptionVisitor& visitor) const {
   using P = SelectorChoice;
   visitor.text(
@@ -184,6 +211,7 @@ void SelectorChoice::visit(OptionVisitor& visitor) const {
 std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> nodeletParameters() {
   std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> result;
   result.emplace_back("FeatureMatcher", std::make_unique<FeatureMatcherParameters>());
+  result.emplace_back("Matcher", std::make_unique<MatcherParameters>());
   result.emplace_back("Selector", std::make_unique<SelectorParameters>());
   result.emplace_back("MatchViewer", std::make_unique<MatchViewerParameters>());
   result.emplace_back("Evaluator", std::make_unique<EvaluatorParameters>());

@@ -45,6 +45,18 @@ struct FeatureMatcherParameters : LiveParameters {
   void visit(core::OptionVisitor& visitor) const override;
 };
 
+enum class FeatureMode : std::uint8_t { kPair, kSequence };
+
+/// Start-up parameters of the Matcher nodelet.
+struct MatcherParameters : LiveParameters {
+  FeatureMode mode = FeatureMode::kPair;
+  double max_interval = 0;
+  int queue_size = 5;
+  int threads = 2;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
 /// Start-up parameters of the Selector nodelet.
 struct SelectorParameters : LiveParameters {
   double warn_inlier_ratio = 0.1, error_inlier_ratio = 0;
@@ -93,6 +105,17 @@ std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> liveFeatur
 
 struct RegionParameters : core::OptionSet {
   int x = 0, y = 0, width = 0, height = 0;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// The parameters of the Matcher nodelet that can be changed at run time, beside the options of the
+/// comparison of descriptors and of sequences.
+struct MatcherChoice : core::OptionSet {
+  static constexpr const char* kDescriptors = "descriptors";  ///< core::DescriptorMatcher
+
+  std::string matcher = kDescriptors;
+  std::string options;
 
   void visit(core::OptionVisitor& visitor) const override;
 };

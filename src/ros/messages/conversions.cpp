@@ -18,7 +18,7 @@
 #include "base/text.h"
 #include "features/parts/grey_image.h"
 #include "features/parts/image_bytes.h"
-#include "ros/messages/image_side.h"
+#include "ros/messages/fields.h"
 
 namespace corrsel {
 namespace {
@@ -26,18 +26,6 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kFrameNumbers = std::tuple_size<core::AffineFrame>::value;
 constexpr int kEightBits = cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION;
-
-[[noreturn]] void refuse(const std::string& message, const std::string& field, const std::string& what) {
-  throw std::invalid_argument(message + " message: " + field + " " + what);
-}
-
-void requireLength(const std::string& message, const std::string& field, std::size_t length,
-                   std::size_t expected, bool optional) {
-  if (length == expected || (optional && length == 0)) return;
-  refuse(message, field,
-         "has " + std::to_string(length) + " elements, expected " + (optional ? "0 or " : "") +
-             std::to_string(expected));
-}
 
 void requireProbabilities(const std::string& message, const std::vector<float>& values, bool may_be_nan) {
   for (const float value : values) {
@@ -61,13 +49,6 @@ std::vector<core::AffineFrame> unflatten(const std::vector<float>& numbers) {
                 frames[i].begin());
   }
   return frames;
-}
-
-cv::Size imageSize(const std::string& message, const std::string& field, std::uint32_t width,
-                   std::uint32_t height) {
-  if (width > kMaxImageSide) refuse(message, field + "_width", "is " + std::to_string(width) + " px");
-  if (height > kMaxImageSide) refuse(message, field + "_height", "is " + std::to_string(height) + " px");
-  return {static_cast<int>(width), static_cast<int>(height)};
 }
 
 template <class Array>
@@ -130,15 +111,6 @@ std::optional<RigPose> readRig(const std::string& message, const Correspondences
   if (!isRotation(rig.rotation)) refuse(message, "rig_rotation", "is not a rotation");
   if (!isDefined(msg.rig_translation)) refuse(message, "rig_translation", "is zero");
   return rig;
-}
-
-std::optional<core::Camera> readCamera(const std::string& message, const std::string& field,
-                                       const Camera& msg) {
-  try {
-    return fromMsg(msg);
-  } catch (const std::invalid_argument& error) {
-    refuse(message, field + ":", error.what());
-  }
 }
 
 bool isSupported(const std::string& encoding) {
@@ -316,8 +288,8 @@ core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
   requireLength(kName, "right_index", msg.right_index.size(), n, true);
 
   core::Correspondences matches;
-  matches.left_size = imageSize(kName, "left", msg.left_width, msg.left_height);
-  matches.right_size = imageSize(kName, "right", msg.right_width, msg.right_height);
+  matches.left_size = imageSize(kName, "left_", msg.left_width, msg.left_height);
+  matches.right_size = imageSize(kName, "right_", msg.right_width, msg.right_height);
   matches.left_camera = readCamera(kName, "left_camera", msg.left_camera);
   matches.right_camera = readCamera(kName, "right_camera", msg.right_camera);
   matches.left_x = msg.left_x;
