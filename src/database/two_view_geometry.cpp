@@ -1,5 +1,7 @@
 #include "corrsel/database/two_view_geometry.h"
 
+#include <opencv2/core.hpp>  // inv()
+
 namespace corrsel::core {
 
 std::string toString(TwoViewConfig config) {
