@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
             << " matches, model " << toString(selection.model_kind) << "\n"
             << selection.message << "\n";
   if (argc > 3) {
-    const cv::Mat drawn = drawMatches(left, right, matches, selection.mask, {}, 0, 200, selection.group);
+    const cv::Mat drawn = drawSelection(left, right, matches, selection);
     if (!cv::imwrite(argv[3], drawn)) {
       std::cerr << "cannot write " << argv[3] << "\n";
       return 2;

@@ -47,7 +47,8 @@ class Method {
   Method(std::string selector);  // NOLINT(google-explicit-constructor)
 
   const std::string& selector() const { return selector_; }
-  /// Whether it was a number: errors are then measured as OpenCV does.
+  /// Whether it was a number: errors are then measured as OpenCV does, and a result that chance explains is
+  /// none.
   bool isNumber() const { return is_number_; }
 
  private:

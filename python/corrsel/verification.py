@@ -1,4 +1,4 @@
-"""Verification of whole databases of COLMAP."""
+"""Verification of whole databases of COLMAP, and of files of hloc."""
 
 import collections
 import os
@@ -6,13 +6,6 @@ import os
 import numpy as np
 
 from . import _arrays, _database, _options
-
-#: Names of the numbers in VerifyReport.config, which are those of COLMAP.
-CONFIGS = tuple(_database.CONFIGS)
-#: Names of the numbers in VerifyReport.status.
-STATUSES = tuple(_database.STATUSES)
-#: Names of the numbers in VerifyReport.scene.
-SCENES = tuple(_database.SCENES)
 
 FaultyPair = collections.namedtuple("FaultyPair", "first second message")
 FaultyPair.__doc__ = """A pair whose rows in the database cannot be used: two names of images, and why."""
@@ -40,6 +33,10 @@ class VerifyReport:
     of_others       number of pairs that were left because another program has verified them
     seconds         duration of the verification
     """
+
+    CONFIGS = tuple(_database.CONFIGS)
+    STATUSES = tuple(_database.STATUSES)
+    SCENES = tuple(_database.SCENES)
 
     def __init__(self, path, **values):
         self.path = path
@@ -72,7 +69,7 @@ class VerifyReport:
     def configs(self):
         """Numbers of pairs by the name of their config."""
         numbers, counts = np.unique(self.config, return_counts=True)
-        return {CONFIGS[number]: int(count) for number, count in zip(numbers, counts)}
+        return {self.CONFIGS[number]: int(count) for number, count in zip(numbers, counts)}
 
     def names(self):
         """Return the names of the images of every pair: [(first, second)]."""
@@ -98,6 +95,7 @@ def verify(
     output=None,
     selector=None,
     *,
+    features=None,
     threads=1,
     pairs=None,
     again=False,
@@ -107,16 +105,17 @@ def verify(
     progress=None,
     **options
 ):
-    """Verify the pairs of images in a database of COLMAP, and store what was found. Returns a VerifyReport.
+    """Verify the pairs of images in a database of COLMAP, or in files of hloc, and store what was found.
 
-    COLMAP's mapper then starts without verifying again. A run that was interrupted or killed continues when it is
+    Returns a VerifyReport. COLMAP's mapper then starts without verifying again. A run that was interrupted or killed continues when it is
     called again with the same arguments: pairs are stored every 500 pairs or 2 s.
 
-    database   a file of COLMAP 3.4 or later with keypoints, matches and cameras
+    database   a file of COLMAP 3.4 or later with keypoints, matches and cameras; or, with `features`, hloc's matches
     output     a new file that takes the results, called like it with ".part" appended until it is complete;
                None: the database itself changes, where rows of other programs stay unless `again` is set
     selector   name, preset and options of a selector that computes a confidence, e.g. "auto" or "auto:f"; None: the
                default of options("verification")
+    features   hloc's file of features; the output is then a copy of the matches in which only inliers are left
     threads    number of threads; the result does not depend on it
     pairs      names of images, [(first, second)]: only these pairs; None: all that have matches
     again      verify pairs that are verified already
@@ -147,17 +146,28 @@ def verify(
     if progress is not None and not callable(progress):
         raise TypeError("progress is %r; needed: a function of done, total, accepted, seconds" % (progress,))
     texts = _options.to_text("verification", options)
+    if features is not None:
+        if output is None and not dry_run:
+            raise ValueError("output is None; needed: a new file, since files of hloc are never changed")
+        output = "" if output is None or dry_run else os.fspath(output)
+        files = (database, os.fspath(features), output, False)
+        return VerifyReport(output or database, **_database.verify(files, texts, run, names, progress))
     if output is None or dry_run:
-        return VerifyReport(database, **_database.verify(database, texts, run, names, True, progress))
-    output = os.fspath(output)
+        files = (database, "", "", True)
+        return VerifyReport(database, **_database.verify(files, texts, run, names, progress))
+    return _verify_copy(database, os.fspath(output), texts, run, names, progress)
+
+
+def _verify_copy(database, output, texts, run, names, progress):
+    """Verify a copy of a database, which gets its name when it is complete."""
     if os.path.exists(output):
         raise FileExistsError(
             "%s exists; remove it or choose another name, or give it as database to continue it" % output
         )
     part = output + ".part"
     _database.continue_copy(database, part)
-    result = _database.verify(part, texts, run, names, False, progress)
-    if strict and result["faulty"]:
+    result = _database.verify((part, "", "", False), texts, run, names, progress)
+    if run["strict"] and result["faulty"]:
         return VerifyReport(part, **result)
     os.rename(part, output)
     return VerifyReport(output, **result)

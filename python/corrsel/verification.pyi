@@ -6,16 +6,15 @@ import numpy.typing as npt
 
 from ._types import OptionValue
 
-CONFIGS: Tuple[str, ...]
-STATUSES: Tuple[str, ...]
-SCENES: Tuple[str, ...]
-
 class FaultyPair(NamedTuple):
     first: str
     second: str
     message: str
 
 class VerifyReport:
+    CONFIGS: Tuple[str, ...]
+    STATUSES: Tuple[str, ...]
+    SCENES: Tuple[str, ...]
     path: str
     images: Dict[int, str]
     pairs: npt.NDArray[np.uint32]
@@ -46,6 +45,7 @@ def verify(
     output: Optional[Union[str, os.PathLike[str]]] = ...,
     selector: Optional[str] = ...,
     *,
+    features: Optional[Union[str, os.PathLike[str]]] = ...,
     threads: int = ...,
     pairs: Optional[Iterable[Tuple[str, str]]] = ...,
     again: bool = ...,

@@ -47,17 +47,17 @@ end() {
 trap end EXIT
 trap 'exit 130' INT TERM
 
-# documented WORD: the commands of the documentation that contain the word. They write below $work, have the arguments above, and
-# make $parts parts.
+# documented WORD [FILE]: the commands of a file of the documentation, evaluation.md by default, that contain the word. They
+# write below $work, have the arguments above, and make $parts parts.
 documented() {
   local commands
   commands=$(awk -v word="$1" '
     /^```/ { if (inside && index(block, word)) printf "%s", block; inside = !inside; block = ""; next }
-    inside { block = block $0 "\n" }' "$package_dir/docs/evaluation.md")
-  commands=$(sed "s|^N=.*|N=$parts|; s|experiment:=paper data_root:=/data|${grid[*]}|; s|/runs|$work/runs|g" \
-    <<<"$commands")
+    inside { block = block $0 "\n" }' "$package_dir/docs/${2:-evaluation.md}")
+  commands=$(sed "s|^N=.*|N=$parts|; s|experiment:=paper data_root:=/data|${grid[*]}|; s|/runs|$work/runs|g
+    s|/data/house.db|$work/house.db|g; s|corrsel_verify|rosrun corrsel corrsel_verify|" <<<"$commands")
   if [ -z "$commands" ] || grep -qE 'experiment:=paper|[ =%f]/(data|runs)' <<<"$commands"; then
-    echo "docs/evaluation.md, Many machines: these commands are not understood any more: $commands" >&2
+    echo "docs/${2:-evaluation.md}, Many machines: these commands are not understood any more: $commands" >&2
     return 1
   fi
   printf '%s\n' "$commands"
@@ -191,7 +191,7 @@ merge_by_hand() {
 
 install_packages "${build_packages[@]}" munge parallel slurm-client slurmctld slurmd
 "$package_dir/scripts/fetch_samples.sh" "$cache_dir/sample"
-build benchmark
+build benchmark corrsel_verify
 use_workspace
 export XDG_CACHE_HOME=$work/cache ROS_HOME=$work/ros
 cd "$work"
@@ -213,6 +213,20 @@ documented sbatch
 bash -euo pipefail -c "$(documented sbatch)"
 wait_for "the jobs of Slurm do not end" queue_is_empty
 compare Slurm
+
+say "Slurm: the verification of a database"
+forget
+"$package_dir/scripts/maintenance/generate_database.py" --pairs 150 --matches 60 --images-of-place 8 house.db
+checksum_of() { grep 'checksum of the rows' | grep -o '[0-9a-f]\{16\}$'; }
+rosrun corrsel corrsel_verify house.db --output verified.db | tee verify.log
+documented sbatch verification.md
+bash -euo pipefail -c "$(documented sbatch verification.md)"
+wait_for "the jobs of Slurm do not end" queue_is_empty
+rosrun corrsel corrsel_verify "$work/runs/whole.db" | tee merged.log
+if ! grep -q 'verified by this run *0$' merged.log || [ "$(checksum_of <merged.log)" != "$(checksum_of <verify.log)" ]; then
+  echo "the merged database is not that of the undivided run" >&2
+  exit 1
+fi
 [ "$short" -eq 0 ] || exit 0
 
 say "Slurm: part 1 is requeued while it runs, part 2 is cancelled"

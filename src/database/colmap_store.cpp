@@ -57,12 +57,14 @@ struct ColmapStore::Impl {
   std::int64_t keypointCount(std::uint32_t image) const;
   void checkMatches(const ImagePairKey& pair, const StoredMatches& matches) const;
   std::vector<ImagePairKey> readPairs(SqliteQuery& query, SkippedRows& skipped) const;
+  std::vector<ImagePairKey> matchedPairs(SkippedRows& skipped) const;
   void warnOfMatches(bool empty, const SkippedRows& skipped) const;
   TwoViewGeometry geometryOf(const SqliteQuery& query, const std::string& place) const;
   std::int64_t configurationNumber(const std::string& configuration) const;
   void writeGeometry(const VerifiedPair& pair) const;
   void writeVerification(const VerifiedPair& pair, std::int64_t configuration) const;
-  std::int64_t cameraNumber(const ColmapCamera& camera, bool trusted, bool shared) const;
+  std::int64_t cameraNumber(const ColmapCamera& camera, bool trusted) const;
+  std::int64_t firstCamera(StoredImage& image) const;
   std::string storedPairs() const;
 
   SqliteDatabase database;
@@ -237,6 +239,11 @@ std::vector<ImagePairKey> ColmapStore::Impl::readPairs(SqliteQuery& query, Skipp
   return pairs;
 }
 
+std::vector<ImagePairKey> ColmapStore::Impl::matchedPairs(SkippedRows& skipped) const {
+  SqliteQuery query = database.query("SELECT pair_id FROM matches ORDER BY pair_id");
+  return readPairs(query, skipped);
+}
+
 /// Says once what is odd in the table matches.
 void ColmapStore::Impl::warnOfMatches(bool empty, const SkippedRows& skipped) const {
   if (std::exchange(warned_of_matches, true)) return;
@@ -332,16 +339,15 @@ void ColmapStore::Impl::writeVerification(const VerifiedPair& pair, std::int64_t
   query.run();
 }
 
-/// Adds a camera.
-/// @param shared  use the row of the same camera where there is one
-std::int64_t ColmapStore::Impl::cameraNumber(const ColmapCamera& camera, bool trusted, bool shared) const {
+/// Adds a camera. Images with the same trusted calibration share one, as those of one camera do.
+std::int64_t ColmapStore::Impl::cameraNumber(const ColmapCamera& camera, bool trusted) const {
   const std::int64_t model = colmapModelNumber(camera.model);
   const auto bind = [&](SqliteQuery& query) {
     query.bind(1, model).bind(2, std::int64_t{camera.size.width});
     query.bind(3, std::int64_t{camera.size.height}).bind(4, bytesOf(camera.parameters));
     query.bind(5, std::int64_t{trusted});
   };
-  if (shared) {
+  if (trusted) {
     SqliteQuery same = database.query(
         "SELECT camera_id FROM cameras WHERE model = ?1 AND width = ?2 AND height = ?3 AND params = ?4 AND "
         "prior_focal_length = ?5");
@@ -353,6 +359,15 @@ std::int64_t ColmapStore::Impl::cameraNumber(const ColmapCamera& camera, bool tr
   bind(query);
   query.run();
   return database.lastRow();
+}
+
+/// Gives an image the camera of the first image. @return its number
+std::int64_t ColmapStore::Impl::firstCamera(StoredImage& image) const {
+  image.camera = images.front().camera;
+  image.calibrated = images.front().calibrated;
+  SqliteQuery query = database.query("SELECT camera_id FROM images WHERE image_id = ?1");
+  query.bind(1, std::int64_t{images.front().id}).next();
+  return query.integer(0);
 }
 
 /// The end of a message about a write that failed.
@@ -431,11 +446,15 @@ void ColmapStore::create(const std::filesystem::path& path) {
 const std::vector<StoredImage>& ColmapStore::images() const { return impl_->images; }
 
 std::vector<ImagePairKey> ColmapStore::pairs() const {
-  SqliteQuery query = impl_->database.query("SELECT pair_id FROM matches ORDER BY pair_id");
   SkippedRows skipped;
-  std::vector<ImagePairKey> pairs = impl_->readPairs(query, skipped);
+  std::vector<ImagePairKey> pairs = impl_->matchedPairs(skipped);
   impl_->warnOfMatches(pairs.empty(), skipped);
   return pairs;
+}
+
+std::vector<ImagePairKey> ColmapStore::matchedPairs() const {
+  SkippedRows skipped;
+  return impl_->matchedPairs(skipped);
 }
 
 StoredKeypoints ColmapStore::keypoints(std::uint32_t id) const {
@@ -561,9 +580,10 @@ std::uint32_t ColmapStore::addImage(const StoredImage& image, const StoredKeypoi
     return query.bind(1, image.name).next();
   };
   if (lookup()) impl_->refuse("table images: there is an image '" + image.name + "' already");
-  const bool trusted = image.camera && image.calibrated;
   const std::int64_t camera =
-      impl_->cameraNumber(given ? *given : colmapCameraOf(image), trusted, trusted || one_camera);
+      one_camera && !impl_->images.empty()
+          ? impl_->firstCamera(added)
+          : impl_->cameraNumber(given ? *given : colmapCameraOf(image), image.camera && image.calibrated);
   impl_->database.query("INSERT INTO images(name, camera_id) VALUES (?1, ?2)")
       .bind(1, image.name)
       .bind(2, camera)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <opencv2/imgcodecs.hpp>
@@ -10,6 +11,7 @@
 #include "base/parallel.h"
 #include "base/text.h"
 #include "corrsel/features/extractor.h"
+#include "database/exif.h"
 #include "features/parts/image_bytes.h"
 
 namespace corrsel::core {
@@ -20,6 +22,7 @@ namespace fs = std::filesystem;
 // Images of a thread that are complete before all of them are stored.
 constexpr std::size_t kImagesPerThread = 4;
 constexpr int kDescriptorBytes = 128;
+constexpr double kFilmDiagonal = 43.2666;  // mm, of 36 x 24 mm
 
 constexpr const char* kExtensions[] = {".bmp", ".jpeg", ".jpg",  ".pgm", ".png",
                                        ".ppm", ".tif",  ".tiff", ".webp"};
@@ -56,6 +59,7 @@ std::vector<std::string> imagesBelow(const fs::path& folder) {
 /// The features of one image, or why there are none.
 struct Extracted {
   Features features;
+  double focal_length = 0;  ///< px; 0 = unknown
   std::string fault;
 };
 
@@ -74,6 +78,7 @@ Extracted extract(const fs::path& path, const FeatureExtractor& extractor) {
     } else {
       result.features = extractor.extract(image);
       result.features.image_size = image.size();
+      result.focal_length = focalLengthOnFilm(bytes) / kFilmDiagonal * std::hypot(image.cols, image.rows);
     }
   } catch (const cv::Exception& error) {
     result.fault = "OpenCV cannot decode it (" + error.err + ")";
@@ -90,13 +95,13 @@ class ImageWriter {
  public:
   ImageWriter(const ExtractionInput& input, bool single_camera, ColmapStore& store)
       : given_(input.camera), single_camera_(single_camera), store_(store) {
-    if (given_) camera_ = cameraFromColmap(*given_);
-    if (given_) size_ = given_->size;
+    if (given_) size_ = cameraFromColmap(*given_).size;
     if (single_camera && !store.images().empty()) size_ = store.images().front().size;
   }
 
   /// @return why the image is not added; empty if it is
-  std::string add(const std::string& name, const Features& features) {
+  std::string add(const std::string& name, const Extracted& extracted) {
+    const Features& features = extracted.features;
     const cv::Size& size = features.image_size;
     if (!size_.empty() && size != size_) {
       return "is " + sizeText(size) + ", but the camera's images are " + sizeText(size_) +
@@ -106,10 +111,9 @@ class ImageWriter {
     StoredImage image;
     image.name = name;
     image.size = size;
-    if (given_) {
-      given_->size = size;
-      image.camera = camera_;
-      image.camera->size = size;
+    const std::optional<ColmapCamera> known = knownCamera(extracted);
+    if (known) {
+      image.camera = cameraFromColmap(*known);
       image.calibrated = true;
     }
     StoredKeypoints keypoints;
@@ -117,13 +121,23 @@ class ImageWriter {
     for (const cv::KeyPoint& keypoint : features.keypoints) keypoints.positions.push_back(keypoint.pt);
     cv::Mat descriptors(0, kDescriptorBytes, CV_8U);
     if (!features.descriptors.empty()) features.descriptors.convertTo(descriptors, CV_8U);
-    store_.addImage(image, keypoints, descriptors, given_, single_camera_);
+    store_.addImage(image, keypoints, descriptors, known, single_camera_);
     return "";
   }
 
  private:
-  std::optional<ColmapCamera> given_;
-  Camera camera_;
+  /// The camera with a focal length that is known.
+  std::optional<ColmapCamera> knownCamera(const Extracted& extracted) const {
+    const cv::Size& size = extracted.features.image_size;
+    std::optional<ColmapCamera> camera = given_;
+    if (!camera && extracted.focal_length > 0) {
+      camera = {"SIMPLE_RADIAL", {}, {extracted.focal_length, size.width / 2.0, size.height / 2.0, 0}};
+    }
+    if (camera) camera->size = size;
+    return camera;
+  }
+
+  const std::optional<ColmapCamera>& given_;
   const bool single_camera_;
   ColmapStore& store_;
   cv::Size size_;  ///< of all images, or 0x0
@@ -182,7 +196,7 @@ ExtractionSummary extractFeatures(const ExtractionInput& input, const Extraction
     }
     for (std::size_t i = begin; i < end; ++i) {
       const Extracted& image = extracted[i - begin];
-      const std::string fault = image.fault.empty() ? writer.add(names[i], image.features) : image.fault;
+      const std::string fault = image.fault.empty() ? writer.add(names[i], image) : image.fault;
       if (fault.empty()) {
         ++summary.added;
         summary.features += image.features.keypoints.size();

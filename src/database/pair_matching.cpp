@@ -197,7 +197,7 @@ void PairMatchingOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"ratio", 0, 1, "-",
                   "Matching: largest ratio of the distances of the two nearest descriptors; 1 = no test"},
                  &PairMatchingOptions::ratio);
-  visitor.number({"memory_gib", 0.01, 1000, "GiB", "Matching: memory for descriptors"},
+  visitor.number({"memory_gib", 0, 1e6, "GiB", "Matching: memory for descriptors"},
                  &PairMatchingOptions::memory_gib);
   visitor.flag("again", "Matching: match pairs that have matches already", &PairMatchingOptions::again);
 }
@@ -272,7 +272,7 @@ PairMatchingSummary matchPairs(ColmapStore& store, const std::vector<ImagePairKe
   summary.pairs = pairs.size();
   std::vector<ImagePairKey> missing = pairs;
   if (!options.again) {
-    const std::vector<ImagePairKey> present = store.pairs();
+    const std::vector<ImagePairKey> present = store.matchedPairs();
     missing.clear();
     std::set_difference(pairs.begin(), pairs.end(), present.begin(), present.end(),
                         std::back_inserter(missing));

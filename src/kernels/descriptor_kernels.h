@@ -509,6 +509,23 @@ inline bool failsRatio(const NearestBlock<std::int32_t>& block, std::size_t quer
   return true;
 }
 
+/// The distance from which on a train cannot decide about a query, or -1 where the query fails the test of
+/// ratios; then its neighbours are set.
+template <class LowestSum>
+inline std::int32_t firstLimit(const NearestBlock<std::int32_t>& block, std::size_t query,
+                               const std::int16_t* sums, const LowestSum& lowestSum) {
+  const std::int32_t limit = block.second[query];
+  if (block.near != nullptr || block.groups <= 1) return limit;
+  const LikelyNearest likely = likelyNearest(block, query, sums);
+  if (block.coarse->ratio < 1 && failsRatio(block, query, sums, likely, lowestSum)) {
+    block.best[query] = likely.smaller;
+    block.second[query] = likely.larger;
+    block.best_train[query] = static_cast<std::uint32_t>(likely.train);
+    return -1;
+  }
+  return limitOf(block, likely.smaller, likely.larger < limit ? likely.larger + 1 : limit);
+}
+
 /// Compares a query with the trains that its coarse sums do not exclude.
 /// @param sums   of the query
 /// @param bias, scale, error  as in filteredKernel()
@@ -526,17 +543,8 @@ __attribute__((noinline)) void compareNear(const NearestBlock<std::int32_t>& blo
     return _mm256_set1_epi16(fits ? toShort(offset - coarseLimit(distance, scale, own_error) + bias)
                                   : static_cast<std::int16_t>(-0x8000));
   };
-  std::int32_t limit = block.second[query];
-  if (block.near == nullptr && block.groups > 1) {
-    const LikelyNearest likely = likelyNearest(block, query, sums);
-    if (coarse.ratio < 1 && failsRatio(block, query, sums, likely, lowestSum)) {
-      block.best[query] = likely.smaller;
-      block.second[query] = likely.larger;
-      block.best_train[query] = static_cast<std::uint32_t>(likely.train);
-      return;
-    }
-    limit = limitOf(block, likely.smaller, likely.larger < limit ? likely.larger + 1 : limit);
-  }
+  std::int32_t limit = firstLimit(block, query, sums, lowestSum);
+  if (limit < 0) return;
   __m256i lowest = lowestSum(limit);
   const __m256i lowest_of_trains =
       _mm256_set1_epi16(fits ? toShort(offset + bias) : static_cast<std::int16_t>(-0x8000));

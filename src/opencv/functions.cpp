@@ -28,6 +28,8 @@ constexpr double kLongestNormalisedFocalLength = 10;
 /// The focal length that such cameras get instead, so that the selectors' lengths in px make sense.
 constexpr double kUsualFocalLength = 1000;
 constexpr char kFitting[] = "usac";
+/// Of a result for a number of OpenCV. Random matches have 0; six exact ones of a plane have 4.
+constexpr double kLeastConfidence = 1;
 
 struct Limits {
   double threshold;  ///< px; 0 = the selector's own
@@ -60,6 +62,8 @@ bool hasChoice(const core::OptionField& field, const std::string& name) {
 }
 
 /// The options with which a selector keeps to the kind of model and to the limits of a call.
+/// @param as_opencv  whether errors of a homography are measured as OpenCV does, and a result that chance
+/// explains is none
 core::OptionMap restrictions(const core::Selector& selector, ModelKind kind, bool as_opencv,
                              const Limits& limits) {
   std::map<std::string, core::OptionField> fields;
@@ -83,14 +87,18 @@ core::OptionMap restrictions(const core::Selector& selector, ModelKind kind, boo
   if (more("max_iterations", limits.iterations, ownIterations(kind)))
     values["max_iterations"] = std::to_string(limits.iterations);
   if (more("confidence", limits.confidence, 0)) values["confidence"] = core::formatNumber(limits.confidence);
-  if (as_opencv && fields.count("error") != 0) values["error"] = "transfer";
+  if (as_opencv) {
+    values["min_confidence"] = core::formatNumber(kLeastConfidence);
+    if (fields.count("error") != 0) values["error"] = "transfer";
+  }
   return values;
 }
 
-std::unique_ptr<core::Selector> selectorFor(const Method& method, ModelKind kind, const Limits& limits) {
-  const auto plain = core::createSelector(method.selector());
-  requirePositionsOnly(*plain, method.selector(), kind);
-  return core::createSelector(method.selector(), restrictions(*plain, kind, method.isNumber(), limits));
+std::unique_ptr<core::Selector> selectorFor(const std::string& name, ModelKind kind, bool as_opencv,
+                                            const Limits& limits) {
+  const auto plain = core::createSelector(name);
+  requirePositionsOnly(*plain, name, kind);
+  return core::createSelector(name, restrictions(*plain, kind, as_opencv, limits));
 }
 
 /// A model with the inliers among the matches; without a model they are all 0.
@@ -128,7 +136,7 @@ bool canVerify(const core::Correspondences& matches, ModelKind kind) {
 
 /// The model of the wanted kind that a selection has, or one that is fitted to the matches that it kept.
 Found find(const core::Correspondences& matches, const Method& method, ModelKind kind, const Limits& limits) {
-  const auto selector = selectorFor(method, kind, limits);
+  const auto selector = selectorFor(method.selector(), kind, method.isNumber(), limits);
   Found found{std::nullopt, std::vector<std::uint8_t>(matches.size(), 0)};
   if (!canVerify(matches, kind)) return found;
   const core::Selection selection = selector->select(matches);
@@ -143,7 +151,7 @@ Found find(const core::Correspondences& matches, const Method& method, ModelKind
   }
   if (selection.pose) return found;  // no translation, and so no essential matrix
   const std::vector<std::uint32_t> rows = core::selectedRows(selection.mask);
-  const core::Selection fitted = selectorFor(kFitting, kind, limits)->select(matches.subset(rows));
+  const core::Selection fitted = selectorFor(kFitting, kind, true, limits)->select(matches.subset(rows));
   if (!isResult(fitted)) return found;
   found.model = modelOf(fitted, kind);
   for (std::size_t k = 0; found.model && k < rows.size(); ++k) found.mask[rows[k]] = fitted.mask[k];

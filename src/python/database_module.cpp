@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <exception>
@@ -11,11 +12,13 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "corrsel/database/colmap_store.h"
+#include "corrsel/database/hloc_store.h"
 #include "corrsel/database/pair_verifier.h"
 #include "corrsel/database/verification.h"
 #include "python/arrays.h"
@@ -144,36 +147,50 @@ struct Columns {
   std::vector<double> confidence, ambiguity;
 };
 
+/// The files of a run.
+struct Files {
+  std::string path;          ///< a database of COLMAP, or the matches of hloc
+  std::string features;      ///< of hloc; empty: a database
+  std::string output;        ///< of hloc; empty: none
+  bool keep_others = false;  ///< whether rows of other programs stay in the database
+};
+
 /// A run, and what it found.
 class Verification {
  public:
-  Verification(const std::string& path, const core::OptionMap& verifier, const core::VerificationOptions& run,
-               bool keep_others)
-      : store_(path, run.dry_run ? ColmapStore::Access::kRead : ColmapStore::Access::kWrite),
-        verifier_(verifierOf(verifier)),
-        options_(run),
-        keep_others_(keep_others) {}
+  Verification(const Files& files, const core::OptionMap& verifier, const core::VerificationOptions& run)
+      : verifier_(verifierOf(verifier)), options_(run), keep_others_(files.keep_others) {
+    if (files.features.empty()) {
+      database_.emplace(files.path, run.dry_run ? ColmapStore::Access::kRead : ColmapStore::Access::kWrite);
+    } else {
+      hloc_.emplace(files.features, files.path, files.output);
+    }
+  }
 
   /// @param names  the pairs; absent: all
   void run(const std::optional<Names>& names, ProgressCall& progress) {
-    options_.pairs = names ? keysOf(*names, store_.images()) : store_.pairs();
+    options_.pairs = names ? keysOf(*names, store().images()) : store().pairs();
     leaveOthers();
     // No pairs would mean all of them.
-    if (options_.pairs.empty()) return;
-    summary_ = core::verifyPairs(
-        store_, verifier_, options_, [this](const core::VerifiedPair& pair) { note(pair); },
-        [&](const core::VerificationProgress& state) { progress(state); }, progress.interrupt());
-    if (!options_.dry_run) readStored();
+    if (!options_.pairs.empty()) {
+      summary_ = core::verifyPairs(
+          store(), verifier_, options_, [this](const core::VerifiedPair& pair) { note(pair); },
+          [&](const core::VerificationProgress& state) { progress(state); }, progress.interrupt());
+    }
+    if (options_.dry_run) return;
+    readStored();
+    const bool complete = !summary_.interrupted && !(options_.strict && !faulty_.empty());
+    if (hloc_ && complete) hloc_->complete(verifier_.configuration());
   }
 
   py::dict result() {
     py::dict result;
     columns_.writeTo(result);
     py::dict images;
-    for (const core::StoredImage& image : store_.images()) images[py::int_(image.id)] = image.name;
+    for (const core::StoredImage& image : store().images()) images[py::int_(image.id)] = image.name;
     result["images"] = images;
     result["faulty"] = faulty_;
-    result["warnings"] = store_.warnings();
+    result["warnings"] = database_ ? database_->warnings() : hloc_->warnings();
     result["configuration"] = verifier_.configuration();
     result["verified"] = summary_.verified;
     result["skipped"] = summary_.skipped;
@@ -183,10 +200,15 @@ class Verification {
   }
 
  private:
+  core::PairStore& store() {
+    if (database_) return *database_;
+    return *hloc_;
+  }
+
   /// Takes out the pairs that other programs have verified, unless they are to be verified again.
   void leaveOthers() {
-    if (!keep_others_ || options_.again) return;
-    const std::vector<ImagePairKey> others = store_.pairsOfOthers();
+    if (!keep_others_ || !database_ || options_.again) return;
+    const std::vector<ImagePairKey> others = database_->pairsOfOthers();
     std::vector<ImagePairKey> left;
     std::set_difference(options_.pairs.begin(), options_.pairs.end(), others.begin(), others.end(),
                         std::back_inserter(left));
@@ -204,13 +226,14 @@ class Verification {
 
   /// The results of this run and of earlier ones, so that a report does not depend on interruptions.
   void readStored() {
-    const std::vector<ImagePairKey> stored = store_.verifiedPairs(verifier_.configuration());
+    const std::vector<ImagePairKey> stored = store().verifiedPairs(verifier_.configuration());
     for (const ImagePairKey& pair : options_.pairs) {
-      if (std::binary_search(stored.begin(), stored.end(), pair)) columns_.add(store_.verified(pair));
+      if (std::binary_search(stored.begin(), stored.end(), pair)) columns_.add(store().verified(pair));
     }
   }
 
-  ColmapStore store_;
+  std::optional<ColmapStore> database_;
+  std::optional<core::HlocStore> hloc_;
   core::PairVerifier verifier_;
   core::VerificationOptions options_;
   bool keep_others_;
@@ -220,15 +243,18 @@ class Verification {
   std::vector<std::tuple<std::uint32_t, std::uint32_t, std::string>> faulty_;
 };
 
+/// @param files     path, features, output and keep_others, as in Files
 /// @param progress  a function of done, total, accepted and seconds, or None
-py::dict verify(const std::string& path, const core::OptionMap& verifier, const py::dict& run,
-                const std::optional<Names>& names, bool keep_others, const py::object& progress) {
+py::dict verify(const std::tuple<std::string, std::string, std::string, bool>& files,
+                const core::OptionMap& verifier, const py::dict& run, const std::optional<Names>& names,
+                const py::object& progress) {
   const core::VerificationOptions options = runOptions(run);
   ProgressCall call(progress);
   std::optional<Verification> verification;
   {
     const py::gil_scoped_release released;
-    verification.emplace(path, verifier, options, keep_others);
+    const auto& [path, features, output, keep_others] = files;
+    verification.emplace(Files{path, features, output, keep_others}, verifier, options);
     verification->run(names, call);
   }
   call.rethrow();

@@ -7,6 +7,7 @@
 #include "corrsel/database/extraction.h"
 #include "corrsel/database/pair_matching.h"
 #include "corrsel/features/extractor.h"
+#include "database/exif.h"
 #include "database/sqlite.h"
 #include "test_support.h"
 
@@ -30,12 +31,15 @@ cv::Mat textured(const cv::Size& size, std::uint64_t seed) {
   return image;
 }
 
+fs::path newFolder() {
+  std::string name = (fs::temp_directory_path() / "corrsel_extraction_XXXXXX").string();
+  return mkdtemp(name.data());
+}
+
 /// A folder with the images b.png and z/a.png, and an empty database beside it.
 class ExtractionTest : public ::testing::Test {
  protected:
   ExtractionTest() {
-    std::string name = (fs::temp_directory_path() / "corrsel_extraction_XXXXXX").string();
-    folder = mkdtemp(name.data());
     fs::create_directories(images / "z");
     cv::imwrite((images / "b.png").string(), textured({200, 150}, 1));
     cv::imwrite((images / "z" / "a.png").string(), textured({200, 150}, 2));
@@ -65,7 +69,7 @@ class ExtractionTest : public ::testing::Test {
     return values;
   }
 
-  fs::path folder, images = folder / "images", path = folder / "house.db";
+  const fs::path folder = newFolder(), images = folder / "images", path = folder / "house.db";
 };
 
 TEST_F(ExtractionTest, ImagesAreAddedInTheOrderOfTheirNames) {
@@ -179,6 +183,68 @@ TEST_F(ExtractionTest, WithoutACameraTheFocalLengthIsGuessedAsInColmap) {
   EXPECT_EQ(cell("SELECT count(*) FROM cameras WHERE model = 2 AND prior_focal_length = 0 AND width = 200"),
             "2");
   EXPECT_EQ(parameters("camera_id = 1"), (std::vector<double>{240, 100, 75, 0}));
+}
+
+/// A JPEG file with Exif data that give a focal length on film, mm.
+std::vector<std::uint8_t> jpegWithFocalLength(const cv::Mat& image, std::uint8_t millimetres,
+                                              bool big_endian) {
+  std::vector<std::uint8_t> exif = {'E', 'x', 'i', 'f', 0, 0};
+  const auto add = [&](std::uint32_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i)
+      exif.push_back(std::uint8_t(value >> 8 * (big_endian ? bytes - 1 - i : i)));
+  };
+  exif.insert(exif.end(), 2, big_endian ? 'M' : 'I');
+  add(42, 2);
+  add(8, 4);
+  // A directory with the tags Orientation and Exif, and the directory that the latter names.
+  add(2, 2);
+  for (const std::uint32_t word : {0x0112U, 3U}) add(word, 2);
+  for (const std::uint32_t value : {1U, 0U}) add(value, 4);
+  for (const std::uint32_t word : {0x8769U, 4U}) add(word, 2);
+  for (const std::uint32_t value : {1U, 38U, 0U}) add(value, 4);
+  add(1, 2);
+  for (const std::uint32_t word : {0xA405U, 3U}) add(word, 2);
+  add(1, 4);
+  add(millimetres, 2);
+  add(0, 2);
+  add(0, 4);
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", image, bytes);
+  const auto length = std::uint8_t(exif.size() + 2);
+  exif.insert(exif.begin(), {0xFF, 0xE1, 0, length});
+  bytes.insert(bytes.begin() + 2, exif.begin(), exif.end());
+  return bytes;
+}
+
+TEST_F(ExtractionTest, ExifDataOfFilesGiveTheFocalLength) {
+  for (const bool big_endian : {true, false}) {
+    const fs::path file = images / (big_endian ? "c.jpg" : "d.jpg");
+    const std::vector<std::uint8_t> bytes = jpegWithFocalLength(textured({200, 150}, 3), 28, big_endian);
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  }
+  EXPECT_EQ(extract().added, 4U);
+  const double expected = 28 / std::hypot(36, 24) * 250;
+  EXPECT_EQ(cell("SELECT count(*) FROM cameras WHERE prior_focal_length = 1"), "1");
+  const std::vector<double> found = parameters("prior_focal_length = 1");
+  ASSERT_EQ(found.size(), 4U);
+  EXPECT_NEAR(found[0], expected, 1e-3);
+  EXPECT_EQ((std::vector<double>{found.begin() + 1, found.end()}), (std::vector<double>{100, 75, 0}));
+}
+
+TEST(Exif, DamagedDataGiveNoFocalLength) {
+  const std::vector<std::uint8_t> bytes = jpegWithFocalLength(textured({60, 40}, 3), 28, true);
+  EXPECT_EQ(focalLengthOnFilm(bytes), 28);
+  for (std::size_t size = 0; size < 80; ++size) {
+    std::vector<std::uint8_t> cut(bytes.begin(), bytes.begin() + std::ptrdiff_t(size));
+    EXPECT_EQ(focalLengthOnFilm(cut), size < 62 ? 0 : 28) << size;
+  }
+  Random random(1);
+  for (int i = 0; i < 2000; ++i) {
+    std::vector<std::uint8_t> changed = bytes;
+    changed[random.index(100)] = std::uint8_t(random.index(256));
+    EXPECT_GE(focalLengthOnFilm(changed), 0);
+  }
 }
 
 TEST_F(ExtractionTest, AGivenCameraIsStoredAsItIsAndTrusted) {

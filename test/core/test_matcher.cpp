@@ -293,6 +293,81 @@ TEST(Matcher, EqualsTheNaiveLoopAroundTheLongestProjections) {
   }
 }
 
+/// Rows of 128 numbers from 0 to 255, of which some have near neighbours, as those of real features.
+cv::Mat nearRows(int rows, std::uint64_t seed) {
+  const cv::Mat centres = randomDescriptors(40, 128, CV_32F, 100, 1);
+  Random random(seed);
+  cv::Mat result(rows, 128, CV_32F);
+  for (int row = 0; row < rows; ++row) {
+    const int centre = int(random.index(40));
+    const std::uint32_t noise = 1 + random.index(50);
+    for (int c = 0; c < 128; ++c) {
+      result.at<float>(row, c) = centres.at<float>(centre, c) + float(random.index(noise));
+    }
+  }
+  return result;
+}
+
+TEST(Matcher, TheTestOfRatiosDropsWhatFailsItAtEveryLevel) {
+  const LevelGuard guard;
+  std::size_t passed = 0, failed = 0;
+  for (const int rows : {1, 2, 16, 17, 33, 300}) {
+    const cv::Mat queries = nearRows(70, 2), trains = nearRows(rows, 3);
+    cv::Mat fractions_of_queries = queries / 3, fractions_of_trains = trains / 3;
+    for (const KernelLevel level : supportedKernelLevels()) {
+      setKernelLevel(level);
+      for (const double ratio : {0.3, 0.8, 0.99}) {
+        SCOPED_TRACE(toString(level) + " " + std::to_string(rows) + " " + std::to_string(ratio));
+        for (const bool whole : {true, false}) {
+          const cv::Mat& a = whole ? queries : fractions_of_queries;
+          const cv::Mat& b = whole ? trains : fractions_of_trains;
+          Neighbours expected = findNeighbours(a, b);
+          for (std::size_t i = 0; i < expected.train.size(); ++i) {
+            const bool fails = expected.distance[i] >= ratio * expected.second_distance[i];
+            if (fails) expected.train[i] = Neighbours::kNone;
+            fails ? ++failed : ++passed;
+          }
+          NeighbourSearch search;
+          search.ratio = ratio;
+          const Neighbours found = findNeighbours(a, b, search);
+          ASSERT_EQ(found.train, expected.train);
+          for (std::size_t i = 0; i < found.train.size(); ++i) {
+            if (found.train[i] == Neighbours::kNone) continue;
+            ASSERT_EQ(found.distance[i], expected.distance[i]);
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(passed, 1000U);
+  EXPECT_GT(failed, 1000U);
+}
+
+TEST(Matcher, BytesAsNumbersAreComparedAsTheSameFloats) {
+  const LevelGuard guard;
+  NeighbourSearch search;
+  search.bytes = NeighbourSearch::Bytes::kNumbers;
+  search.nearest_query = true;
+  // With 300 columns, sums may exceed what is exact in float.
+  for (const int columns : {1, 31, 128, 300}) {
+    const cv::Mat queries = randomDescriptors(40, columns, CV_8U, 256, 1);
+    const cv::Mat trains = randomDescriptors(50, columns, CV_8U, 256, 2);
+    cv::Mat float_queries, float_trains;
+    queries.convertTo(float_queries, CV_32F);
+    trains.convertTo(float_trains, CV_32F);
+    for (const KernelLevel level : supportedKernelLevels()) {
+      SCOPED_TRACE(toString(level) + " " + std::to_string(columns));
+      setKernelLevel(level);
+      const Neighbours found = findNeighbours(queries, trains, search);
+      const Neighbours expected = findNeighbours(float_queries, float_trains, search);
+      ASSERT_EQ(found.train, expected.train);
+      ASSERT_EQ(found.query, expected.query);
+      ASSERT_EQ(found.distance, expected.distance);
+      ASSERT_EQ(found.second_distance, expected.second_distance);
+    }
+  }
+}
+
 TEST(Matcher, QueriesFarFromAllTrainsHaveNeighbours) {
   // Their coarse numbers do not fit, as the means are those of the trains, of which few are near the queries.
   for (const int squares : {262144, 600000}) {

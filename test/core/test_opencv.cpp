@@ -82,13 +82,20 @@ double differenceUpToSign(const cv::Mat& a, const cv::Mat& b) {
   return std::min(cv::norm(a, b), cv::norm(a, -b));
 }
 
+#if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 5
+constexpr int kBestOfOpenCv = cv::USAC_MAGSAC;
+#else
+constexpr int kBestOfOpenCv = cv::RANSAC;
+#endif
+constexpr int kPairs = 50;
+
 const int kNumbers[] = {cv::LMEDS, cv::RANSAC, cv::RHO};
 
 TEST(OpenCv, HomographiesAreThoseOfOpenCv) {
-  for (int seed = 0; seed < 10; ++seed) {
+  for (int seed = 0; seed < kPairs; ++seed) {
     const Points points = plane(seed);
     cv::Mat theirs_mask;
-    const cv::Mat theirs = cv::findHomography(points.left, points.right, cv::RANSAC, 3, theirs_mask);
+    const cv::Mat theirs = cv::findHomography(points.left, points.right, kBestOfOpenCv, 3, theirs_mask);
     for (const Method& method : {Method(cv::RANSAC), Method(cv::RHO), Method(cv::LMEDS), Method("auto")}) {
       cv::Mat mask;
       const cv::Mat ours = opencv::findHomography(points.left, points.right, method, 3, mask);
@@ -107,10 +114,10 @@ TEST(OpenCv, HomographiesAreThoseOfOpenCv) {
 }
 
 TEST(OpenCv, FundamentalMatricesKeepTheInliersOfOpenCv) {
-  for (int seed = 0; seed < 10; ++seed) {
+  for (int seed = 0; seed < kPairs; ++seed) {
     const Points points = depth(seed);
     cv::Mat theirs_mask, mask;
-    cv::findFundamentalMat(points.left, points.right, cv::FM_RANSAC, 1.5, 0.999, theirs_mask);
+    cv::findFundamentalMat(points.left, points.right, kBestOfOpenCv, 1.5, 0.999, 10000, theirs_mask);
     const cv::Mat ours =
         opencv::findFundamentalMat(points.left, points.right, cv::FM_RANSAC, 1.5, 0.999, mask);
     ASSERT_EQ(ours.size(), cv::Size(3, 3));
@@ -240,6 +247,22 @@ TEST(OpenCv, DegenerateDataGiveNothing) {
     return points;
   }();
   EXPECT_TRUE(opencv::findEssentialMat(turned.left, turned.right, kCamera, "pose").empty());
+}
+
+TEST(OpenCv, ChanceGivesNothing) {
+  for (int seed = 0; seed < 4; ++seed) {
+    const Points points = pairOf(seed, 12, 0, 60);
+    for (const Method& method : {Method(cv::RANSAC), Method(cv::LMEDS), Method("auto")}) {
+      cv::Mat mask;
+      EXPECT_TRUE(opencv::findHomography(points.left, points.right, method, 3, mask).empty())
+          << method.selector();
+      EXPECT_EQ(cv::countNonZero(mask), 0);
+      EXPECT_TRUE(opencv::findFundamentalMat(points.left, points.right, method, 1.5).empty())
+          << method.selector();
+    }
+    EXPECT_TRUE(opencv::findEssentialMat(points.left, points.right, kCamera, cv::RANSAC).empty());
+    EXPECT_TRUE(opencv::findEssentialMat(points.left, points.right, kCamera, "pose").empty());
+  }
 }
 
 TEST(OpenCv, WrongArgumentsAreNamed) {

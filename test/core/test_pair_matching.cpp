@@ -149,6 +149,7 @@ TEST_F(PairMatchingTest, StoresTheMatchesOfAllPairs) {
   const PairMatchingSummary summary = matchPairs(store, pairs, {}, 1);
   EXPECT_EQ(summary.pairs, 6U);
   EXPECT_EQ(summary.matched, 6U);
+  EXPECT_TRUE(store.warnings().empty());
   EXPECT_EQ(ColmapStore(path).pairs(), pairs);
   std::size_t total = 0;
   for (const ImagePairKey& pair : pairs) {

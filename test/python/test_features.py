@@ -290,5 +290,54 @@ class Threads(FeaturesCase):
         self.assertTrue(releases_the_lock(lambda: extractor.match(left, right)))
 
 
+class Drawing(unittest.TestCase):
+    """Pictures of selections; what they show is tested in C++."""
+
+    def setUp(self):
+        self.left, self.right = images()
+        self.matches = corrsel.match(self.left, self.right, "orb+orb")
+        self.selection = self.matches.select("auto")
+
+    def draw(self, **options):
+        return corrsel.draw(self.left, self.right, self.matches, self.selection, **options)
+
+    def test_a_picture_is_an_image_of_opencv(self):
+        picture = self.draw(width=500)
+        self.assertEqual((picture.dtype, picture.ndim, picture.shape[2]), (np.uint8, 3, 3))
+        self.assertAlmostEqual(picture.shape[1], 500, delta=1)
+        self.assertTrue(picture.flags.c_contiguous and picture.flags.writeable)
+        self.assertEqual(
+            self.draw(width=0).shape[1], 320 + 320 + 3
+        )  # the gap is a two-hundredth of the width
+        # Yellow lines and discs: much green and red, little blue.
+        bright = (picture[:, :, 1].astype(int) - picture[:, :, 0]) > 60
+        self.assertGreater(bright.sum(), 500)
+        without = self.draw(width=500, max_lines=0)
+        self.assertLess(((without[:, :, 1].astype(int) - without[:, :, 0]) > 60).sum(), bright.sum())
+
+    def test_images_may_be_missing_or_of_other_kinds(self):
+        expected = self.draw()
+        colour = np.repeat(self.left[:, :, None], 3, axis=2)
+        deep = self.right.astype(np.uint16) * 257
+        np.testing.assert_array_equal(corrsel.draw(colour, deep, self.matches, self.selection), expected)
+        plain = corrsel.draw(None, None, self.matches, self.selection)
+        self.assertEqual(plain.shape, expected.shape)
+
+    def test_the_title_replaces_what_was_found(self):
+        self.assertFalse(np.array_equal(self.draw(title="mine"), self.draw()))
+
+    def test_wrong_arguments_are_named(self):
+        for arguments, error, text in (
+            ((self.left, self.right, self.selection, self.selection), TypeError, "matches is Selection"),
+            ((self.left, self.right, self.matches, self.selection.mask), TypeError, "selection is ndarray"),
+            ((self.left * 1.0, self.right, self.matches, self.selection), TypeError, "image_left has dtype"),
+            ((self.left, self.right, self.matches[:5], self.selection), ValueError, "there are 5"),
+        ):
+            with self.assertRaisesRegex(error, text):
+                corrsel.draw(*arguments)
+        with self.assertRaisesRegex(ValueError, "width is -1"):
+            self.draw(width=-1)
+
+
 if __name__ == "__main__":
     unittest.main()

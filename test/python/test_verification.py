@@ -13,6 +13,11 @@ import unittest
 import corrsel
 import numpy as np
 from corrsel.files import colmap
+
+try:
+    import h5py
+except ImportError:
+    h5py = None
 from support import releases_the_lock
 
 CAMERA = np.array([[700, 0, 320], [0, 700, 240], [0, 0, 1.0]])
@@ -158,6 +163,46 @@ class Results(VerificationCase):
         self.assertEqual(options["min_matches"].value, 15)
         self.assertEqual(corrsel.verify(self.path, min_matches=121).accepted.sum(), 0)
         self.assertIn("lpm", corrsel.verify(self.path, selector="lpm", dry_run=True).configuration)
+
+    def test_numbers_have_names(self):
+        report = corrsel.verify(self.path)
+        self.assertEqual(report.CONFIGS[report.config[0]], "uncalibrated")
+        self.assertEqual(report.STATUSES[report.status[0]], "ok")
+        self.assertEqual(report.SCENES[report.scene[0]], "rigid")
+
+
+@unittest.skipUnless(h5py, "needs python3-h5py")
+class FilesOfHloc(VerificationCase):
+    """Files of hloc are verified like databases."""
+
+    def setUp(self):
+        super().setUp()
+        self.features, self.matches = self.folder / "features.h5", self.folder / "matches.h5"
+        with self.opened(self.path) as database:
+            blobs = database.execute("SELECT data FROM keypoints ORDER BY image_id").fetchall()
+        with h5py.File(str(self.features), "w") as file:
+            for name, (blob,) in zip(IMAGES, blobs):
+                group = file.create_group(name)
+                group["keypoints"] = np.frombuffer(blob, np.float32).reshape(-1, 2)
+                group["image_size"] = np.array(SIZE)
+        with h5py.File(str(self.matches), "w") as file:
+            for i, first in enumerate(IMAGES):
+                for second in IMAGES[i + 1 :]:
+                    file["%s/%s/matches0" % (first, second)] = np.arange(120, dtype=np.int16)
+
+    def test_output(self):
+        output = self.folder / "verified.h5"
+        report = corrsel.verify(self.matches, output, features=self.features)
+        self.assertEqual((report.path, len(report), report.accepted.sum()), (str(output), 6, 3))
+        with h5py.File(str(output), "r") as file:
+            self.assertTrue((file["a.jpg/b.jpg/matches0"][()] == np.arange(120)).all())
+            self.assertTrue((file["a.jpg/other.jpg/matches0"][()] == -1).all())
+        self.assert_raises(OSError, ["verified.h5"], self.matches, output, features=self.features)
+
+    def test_dry_runs_and_missing_outputs(self):
+        report = corrsel.verify(self.matches, features=self.features, dry_run=True)
+        self.assertEqual(report.accepted.sum(), 3)
+        self.assert_raises(ValueError, ["output", "never changed"], self.matches, features=self.features)
 
 
 class Progress(VerificationCase):

@@ -44,6 +44,9 @@ class ColmapStore : public PairStore {
   VerifiedPair verified(const ImagePairKey& pair) const override;
   void write(const std::vector<VerifiedPair>& pairs, const std::string& configuration) override;
 
+  /// As pairs(), without warnings about what is missing, for programs that are about to match the others.
+  std::vector<ImagePairKey> matchedPairs() const;
+
   /// The pairs whose verification another program has stored, or has stored anew since, in ascending order.
   std::vector<ImagePairKey> pairsOfOthers() const;
 
@@ -58,7 +61,7 @@ class ColmapStore : public PairStore {
   /// @param keypoints    with frames: six columns are stored, else two
   /// @param descriptors  CV_8U, one row a keypoint; without columns: none are stored
   /// @param given        stored as the camera instead of `image.camera`, whose model may differ
-  /// @param one_camera   images with the same camera share a row of it although it is not trusted
+  /// @param one_camera   the image has the camera of the first image, if there is one
   std::uint32_t addImage(const StoredImage& image, const StoredKeypoints& keypoints,
                          const cv::Mat& descriptors, const std::optional<ColmapCamera>& given = {},
                          bool one_camera = false);

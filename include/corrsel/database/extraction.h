@@ -30,7 +30,7 @@ struct ExtractionOptions : OptionSet {
 struct ExtractionInput {
   std::filesystem::path folder;  ///< with images, also in folders below
   /// A camera that took all images, with a size of 0x0 if its parameters hold for every image. Its focal
-  /// length is trusted. Absent: the focal length is guessed, see extractFeatures().
+  /// length is trusted. Absent: see extractFeatures().
   std::optional<ColmapCamera> camera;
 };
 
@@ -49,9 +49,10 @@ struct ExtractionSummary {
 /// threads. Images whose name is in the database are skipped, so that a call that was killed can be repeated.
 /// Exif orientations are not applied, as in COLMAP.
 ///
-/// Cameras: The given one; otherwise SIMPLE_RADIAL with the principal point in the centre, no distortion and,
-/// as COLMAP guesses, a focal length of 1.2 times the longer side, which is not trusted. Every image has a
-/// camera of its own; with single_camera, all have that of the first image of the database, and images of
+/// Cameras: The given one; otherwise SIMPLE_RADIAL with the principal point in the centre and no distortion.
+/// Its focal length is that of the tag FocalLengthIn35mmFilm in Exif data of JPEG files, trusted, or else, as
+/// COLMAP guesses, 1.2 times the longer side, not trusted. Every image has a camera of its own, unless it is
+/// trusted and the same; with single_camera, all have that of the first image of the database, and images of
 /// another size are refused.
 ///
 /// Features: own SIFT with its local frames, as six columns.

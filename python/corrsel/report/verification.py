@@ -265,15 +265,18 @@ def images_html(names, pairs):
     )
 
 
-def doubts_html(pairs):
+def doubts_html(pairs, summary):
     """Return the tables of pairs that are worth a look."""
     from .markup import joined
 
     accepted = [pair for pair in pairs if is_accepted(pair)]
     known = [pair for pair in accepted if pair.confidence is not None]
+    accused = {tuple(names) for names in (summary.get("cycles") or {}).get("accused_pairs", ())}
+    against = [pair for pair in accepted if (pair.image1, pair.image2) in accused]
     ambiguous = [pair for pair in accepted if (pair.ambiguity or 0) >= AMBIGUOUS]
     return joined(
         [
+            pair_table("Accepted pairs that triplets accuse (of %d)" % len(against), against[:ROWS]),
             pair_table(
                 "Accepted pairs with the least confidence", sorted(known, key=lambda p: p.confidence)[:ROWS]
             ),
@@ -313,7 +316,7 @@ def build(pairs, summary):
         ("Images", images_html(names, pairs) if names else ""),
         ("Tracks", listed_html("Tracks through the verified matches", TRACK_TEXTS, summary.get("tracks"))),
         ("Cycles", listed_html("Rotations around triplets of images", CYCLE_TEXTS, summary.get("cycles"))),
-        ("Pairs to look at", doubts_html(pairs)),
+        ("Pairs to look at", doubts_html(pairs, summary)),
         ("Faulty pairs", faulty_html(pairs)),
     ]
     return render(

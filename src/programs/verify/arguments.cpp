@@ -56,6 +56,8 @@ const CommandLineTable& table() {
           {"shard", "I/N", "",
            "verify only the i-th of n parts of the pairs and write them into the small file --output"},
           {"merge", "LIST", "", "files of such parts, comma-separated, that are taken over first"},
+          {"tracks", "FILE", "",
+           "write the tracks through the verified matches as CSV, without pairs that contradict others"},
           {"report", "LIST", "",
            "files to write, comma-separated: .csv (pairs), .json (summary), .html (page)"},
           {"dry-run", "", "", "verify and report, and write no database"},
@@ -97,6 +99,7 @@ void readPaths(const ArgumentValues& values, VerifyArguments& arguments) {
   arguments.output = values.text("output");
   arguments.pairs = values.text("pairs");
   arguments.images = values.text("extract");
+  arguments.tracks = values.text("tracks");
   for (const std::string& part : values.list("merge")) arguments.merge.emplace_back(part);
   for (const std::string& report : values.list("report")) {
     const std::filesystem::path path = report;
@@ -128,6 +131,8 @@ void checkTogether(const VerifyArguments& arguments) {
           "--extract fills DATABASE itself: give it without --output, --features and --shard");
   require(!dry || (!arguments.match && arguments.images.empty() && arguments.merge.empty()),
           "--dry-run writes nothing, so it cannot --extract, --match or --merge");
+  require(arguments.tracks.empty() || !(divided || dry),
+          "--tracks needs all stored pairs: give it without --shard and --dry-run");
   require(!hloc || output || dry, "files of hloc are never changed: give --output");
   require(!arguments.camera || !arguments.images.empty(), "--camera is given without --extract");
   require(arguments.sequential == 0 || (arguments.match && arguments.pairs.empty()),

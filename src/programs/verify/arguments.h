@@ -27,6 +27,7 @@ struct VerifyArguments {
   int sequential = 0;  ///< images that each image is matched with; 0: all
   core::Shard shard;
   std::vector<std::filesystem::path> merge;
+  std::filesystem::path tracks;                ///< file of tracks to write; empty: none
   std::vector<std::filesystem::path> reports;  ///< each ends in .csv, .json or .html
   core::PairVerifierOptions verifier;
   core::PairMatchingOptions matching;

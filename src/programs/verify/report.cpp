@@ -134,6 +134,32 @@ nlohmann::ordered_json countsJson(const VerifyReport& report) {
           {"confidence_quantiles", confidenceQuantiles(counts)}};
 }
 
+/// Adds what is known of tracks and cycles.
+void addGraph(const VerifyReport& report, nlohmann::ordered_json& out) {
+  if (report.tracks) {
+    const core::TrackStatistics& tracks = *report.tracks;
+    out["tracks"] = {{"tracks", tracks.tracks},
+                     {"observations", tracks.observations},
+                     {"mean_length", numberOrNull(tracks.mean_length)},
+                     {"matches", tracks.matches},
+                     {"cut", tracks.cut},
+                     {"lengths", tracks.lengths}};
+  }
+  if (report.cycles) {
+    const core::CycleReport& cycles = *report.cycles;
+    nlohmann::ordered_json accused = nlohmann::ordered_json::array();
+    for (const core::PairCycles& pair : cycles.pairs) {
+      if (pair.accused)
+        accused.push_back({nameOf(report, pair.pair.first), nameOf(report, pair.pair.second)});
+    }
+    out["cycles"] = {{"triplets", cycles.triplets},
+                     {"failing", cycles.failing},
+                     {"accused", cycles.accused},
+                     {"unchecked", cycles.unchecked},
+                     {"accused_pairs", accused}};
+  }
+}
+
 std::string jsonText(const VerifyReport& report) {
   const core::VerificationSummary& summary = report.summary;
   const auto [wall, processor] = millisecondsPerPair(report);
@@ -167,6 +193,7 @@ std::string jsonText(const VerifyReport& report) {
                 {"ms_per_pair", numberOrNull(wall)},
                 {"processor_ms_per_pair", numberOrNull(processor)},
                 {"peak_memory_mib", report.peak_memory_mib}};
+  addGraph(report, out);
   out["warnings"] = report.warnings;
   out["faulty"] = faulty;
   out["images"] = images;
@@ -267,6 +294,15 @@ std::string reportText(const VerifyReport& report) {
     const auto [wall, processor] = millisecondsPerPair(report);
     text += row("time", fixed(summary.seconds, 1) + " s on " + std::to_string(report.threads) + " threads, " +
                             fixed(wall, 2) + " ms a pair (processor: " + fixed(processor, 2) + " ms)");
+  }
+  if (report.cycles) {
+    text += row("triplets of images",
+                std::to_string(report.cycles->triplets) + ", " + std::to_string(report.cycles->failing) +
+                    " do not close and accuse " + std::to_string(report.cycles->accused) + " pairs");
+  }
+  if (report.tracks) {
+    text += row("tracks", std::to_string(report.tracks->tracks) + " of " +
+                              fixed(report.tracks->mean_length, 2) + " keypoints on average");
   }
   text += row("memory", fixed(report.peak_memory_mib, 0) + " MiB at most");
   if (!report.checksum.empty()) text += row("checksum of the rows", report.checksum);

@@ -2,11 +2,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "corrsel/database/cycles.h"
 #include "corrsel/database/pair_store.h"
+#include "corrsel/database/tracks.h"
 #include "corrsel/database/verification.h"
 
 namespace corrsel {
@@ -33,6 +36,8 @@ struct VerifyReport {
   std::vector<core::StoredImage> images;                           ///< all of the store
   std::vector<ReportPair> pairs;                                   ///< with a verification, ascending
   std::vector<std::pair<core::ImagePairKey, std::string>> faulty;  ///< why pairs could not be verified
+  std::optional<core::TrackStatistics> tracks;                     ///< of runs that write tracks, as `cycles`
+  std::optional<core::CycleReport> cycles;
   std::vector<std::string> warnings;
   core::VerificationSummary summary;
   std::size_t of_others = 0;  ///< pairs that are left as another program has verified them

@@ -85,6 +85,7 @@ class VerifyRun {
     choosePairs();
     verify();
     if (!arguments_.run.dry_run) readStored();
+    if (!arguments_.tracks.empty() && !report_.summary.interrupted) writeTracks();
     finish();
     std::cout << reportText(report_) << std::flush;
     writeReports(report_, arguments_.reports);
@@ -200,9 +201,29 @@ class VerifyRun {
     const std::vector<ImagePairKey> stored = store.verifiedPairs(configuration_);
     for (const ImagePairKey& pair : chosen_) {
       if (std::binary_search(stored.begin(), stored.end(), pair)) {
-        report_.pairs.push_back(reportPair(store.verified(pair)));
+        const core::VerifiedPair verified = store.verified(pair);
+        report_.pairs.push_back(reportPair(verified));
+        if (arguments_.tracks.empty()) continue;
+        if (const auto rotation = core::relativeRotation(verified)) rotations_.push_back(*rotation);
       }
     }
+  }
+
+  /// Joins the matches of accepted pairs to tracks, without the pairs that triplets of images accuse.
+  void writeTracks() {
+    report_.cycles = core::checkCycles(std::move(rotations_));
+    std::vector<ImagePairKey> accused, accepted, pairs;
+    for (const core::PairCycles& pair : report_.cycles->pairs) {
+      if (pair.accused) accused.push_back(pair.pair);
+    }
+    for (const ReportPair& pair : report_.pairs) {
+      if (pair.accepted()) accepted.push_back(pair.pair);
+    }
+    std::set_difference(accepted.begin(), accepted.end(), accused.begin(), accused.end(),
+                        std::back_inserter(pairs));
+    const core::Tracks tracks = core::buildTracks(session_->store(), pairs);
+    core::writeTracks(arguments_.tracks, tracks, session_->store());
+    report_.tracks = core::trackStatistics(tracks);
   }
 
   /// Completes the output, and the report with it.
@@ -228,6 +249,7 @@ class VerifyRun {
   std::string configuration_;
   std::unique_ptr<Session> session_;
   std::vector<ImagePairKey> chosen_;
+  std::vector<core::RelativeRotation> rotations_;  ///< of accepted pairs with a pose
   bool faulty_images_ = false;
   VerifyReport report_;
 };

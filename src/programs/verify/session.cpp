@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "corrsel/database/hloc_store.h"
+#include "database/sqlite.h"
 #include "programs/command_line.h"
 
 namespace corrsel {
@@ -12,6 +13,8 @@ namespace {
 namespace fs = std::filesystem;
 using core::ColmapStore;
 using core::StoreError;
+
+constexpr double kBusySeconds = 10;
 
 fs::path partOf(const fs::path& path) { return path.string() + ".part"; }
 
@@ -31,6 +34,25 @@ class DatabaseSession : public Session {
   fs::path path_;
   ColmapStore store_;
 };
+
+/// Takes the write-ahead log into a file that is going to be renamed. Where another program has the file
+/// open, closing it does not do that. Throws StoreError where that program is reading.
+void makeWhole(const fs::path& path) {
+  {
+    const core::SqliteDatabase database(path, core::SqliteDatabase::Mode::kWrite, kBusySeconds);
+    database.execute("PRAGMA wal_checkpoint(TRUNCATE)");
+  }
+  std::error_code none;
+  const fs::path log = path.string() + "-wal";
+  if (fs::exists(log) && fs::file_size(log, none) > 0) {
+    throw StoreError(StoreError::Kind::kBusy,
+                     path.string() +
+                         " is complete, but another program is reading it; close that program and "
+                         "give the same command again");
+  }
+  fs::remove(log, none);
+  fs::remove(path.string() + "-shm", none);
+}
 
 /// A copy of a database of COLMAP.
 class CopySession : public Session {
@@ -52,7 +74,8 @@ class CopySession : public Session {
 
   void complete(const std::string&) override {
     warnings_ = store_->warnings();
-    store_.reset();  // closes the file, which takes its write-ahead log in
+    store_.reset();
+    makeWhole(partOf(output_));
     std::error_code error;
     fs::rename(partOf(output_), output_, error);
     if (error) {
