@@ -34,7 +34,7 @@ with open("{notes}", "a") as notes:
 if sys.argv[1] == "--install":
     shutil.copytree("{stage}", sys.argv[sys.argv.index("--prefix") + 1], symlinks=True)
 """
-FOUND = "-- Python package: for Python 3, pybind11 2.11.1"
+FOUND = "-- Python package: for Python 3, pybind11 2.%d.1"
 SELECTION = """
 import corrsel, numpy
 left = numpy.random.RandomState(0).uniform(0, 600, (500, 2))
@@ -89,7 +89,7 @@ class Wheel(unittest.TestCase):
         cls.work = pathlib.Path(folder.name)
         cls.notes = cls.work / "notes.txt"
         stage(cls.work / "stage", installed.install(cls.work / "destination"))
-        cls.path = cls.cmake("found", FOUND)
+        cls.path = cls.cmake("found", FOUND % 12)
         cls.python = cls.work / "venv" / "bin" / "python"
         code, text = installed.run(
             [sys.executable, "-m", "venv", "--system-site-packages", cls.work / "venv"]
@@ -126,13 +126,14 @@ class Wheel(unittest.TestCase):
         """Run a program with the installed package, in no folder that Python searches. Return exit code and output."""
         return installed.run([self.python, "-I", "-c", program])
 
-    def build(self, name, hook="build_wheel", root=ROOT):
+    def build(self, name, hook="build_wheel", root=ROOT, path=None):
         """Call the backend of a tree of sources, without pip. Return the path of what it writes."""
         folder = self.work / name
         folder.mkdir()
         program = "import sys; sys.path.insert(0, sys.argv[1]); import corrsel_backend; corrsel_backend.%s(sys.argv[2])"
         code, text = installed.run(
-            [sys.executable, "-B", "-c", program % hook, root / "python" / "backend", folder], PATH=self.path
+            [sys.executable, "-B", "-c", program % hook, root / "python" / "backend", folder],
+            PATH=path or self.path,
         )
         self.assertEqual(code, 0, text)
         (written,) = folder.iterdir()
@@ -176,17 +177,26 @@ class Wheel(unittest.TestCase):
         libraries = [name for name in names if "/libcorrsel_core" in name]
         self.assertEqual(len(libraries), 1, libraries)
 
+    @staticmethod
+    def metadata(wheel):
+        """Return the metadata of a wheel."""
+        with zipfile.ZipFile(wheel) as archive:
+            (name,) = [name for name in archive.namelist() if name.endswith("/METADATA")]
+            return archive.read(name).decode()
+
     def test_names_what_it_needs(self):
-        with zipfile.ZipFile(self.build("names")) as archive:
-            (metadata,) = [name for name in archive.namelist() if name.endswith("/METADATA")]
-            text = archive.read(metadata).decode()
+        text = self.metadata(self.build("names"))
         libraries = set(re.findall(r"^Requires-External: (.*)$", text, re.M))
         self.assertRegex(
             " ".join(sorted(libraries)), r"\blibopencv_core\.so\.[\d.]+ .*\blibstdc\+\+\.so\.6\b"
         )
         self.assertFalse([name for name in libraries if "corrsel" in name])
-        self.assertIn("\nRequires-Dist: numpy<2\n", text)  # pybind11 of the stand-in is older than 2.12
+        self.assertIn("\nRequires-Dist: numpy\n", text)
         self.assertIn('\nRequires-Dist: jinja2; extra == "report"\n', text)
+
+    def test_older_versions_of_pybind11_do_not_know_numpy_2(self):
+        wheel = self.build("numpy_1", path=self.cmake("found_older", FOUND % 11))
+        self.assertIn("\nRequires-Dist: numpy<2\n", self.metadata(wheel))
 
     def test_lists_its_files(self):
         with zipfile.ZipFile(self.build("lists")) as archive:
