@@ -17,8 +17,6 @@ import numpy as np
 from corrsel.msg import Correspondences, Features
 from rospy.numpy_msg import numpy_msg
 
-__all__ = ["correspondences", "features", "image"]
-
 #: Messages whose arrays are numpy's. They are sent on topics of the plain types.
 _Correspondences, _Features = numpy_msg(Correspondences), numpy_msg(Features)
 

@@ -6,9 +6,9 @@
 
 namespace corrsel::core {
 
-/// What tells the better of two matches before anything is known about the motion. Lower is better, and NaN is
-/// unknown. Descriptor distances come first. Where the matches have none, the cost is 1 - probability, so that
-/// the confidences of a learned matcher order its matches.
+/// What tells the better of two matches before anything is known about the motion. Lower is better, and NaN
+/// is unknown. Descriptor distances come first. Where the matches have none, the cost is 1 - probability, so
+/// that the confidences of a learned matcher order its matches.
 ///
 /// The columns are read, not copied. O(1) per call.
 class MatchCosts {
