@@ -137,6 +137,7 @@ class VerifyRun {
     printFaulty(summary.faulty);
     std::cout << summary.matched << " pairs matched with " << summary.matches << " matches, "
               << summary.skipped << " had matches" << std::endl;
+    reopen();
   }
 
   void merge() {
@@ -150,7 +151,11 @@ class VerifyRun {
       const std::size_t pairs = core::mergeVerifications(session_->results(), part, configuration_);
       std::cout << part.string() << ": " << pairs << " verified pairs taken over" << std::endl;
     }
-    // The store has noted at its opening which tables are there.
+    reopen();
+  }
+
+  /// Forgets what the store has noted of the tables, which have changed since: which there are, and warnings.
+  void reopen() {
     session_.reset();
     session_ = openSession(arguments_);
   }
