@@ -16,20 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python"))
+from corrsel.files.colmap import SCHEMA, pair_id  # pylint: disable=wrong-import-position
+
 WIDTH, HEIGHT, FOCAL = 1200, 800, 1000.0
-LIMIT = 2147483647  # of the numbers of images, see COLMAP's pair_id
-TABLES = """
-CREATE TABLE cameras (camera_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, model INTEGER NOT NULL,
-  width INTEGER NOT NULL, height INTEGER NOT NULL, params BLOB, prior_focal_length INTEGER NOT NULL);
-CREATE TABLE images (image_id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, name TEXT NOT NULL UNIQUE,
-  camera_id INTEGER NOT NULL, prior_qw REAL, prior_qx REAL, prior_qy REAL, prior_qz REAL, prior_tx REAL,
-  prior_ty REAL, prior_tz REAL);
-CREATE TABLE keypoints (image_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL, cols INTEGER NOT NULL, data BLOB);
-CREATE TABLE descriptors (image_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL, cols INTEGER NOT NULL, data BLOB);
-CREATE TABLE matches (pair_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL, cols INTEGER NOT NULL, data BLOB);
-CREATE TABLE two_view_geometries (pair_id INTEGER PRIMARY KEY NOT NULL, rows INTEGER NOT NULL, cols INTEGER NOT NULL,
-  data BLOB, config INTEGER NOT NULL, F BLOB, E BLOB, H BLOB, qvec BLOB, tvec BLOB);
-"""
 
 
 def keypoints_of_place(random, images, points):
@@ -79,7 +69,7 @@ def write(path, options):
     places = max(2, -(-round(options.pairs * options.true_share) // (of_place * (of_place - 1) // 2)))
     points = 2 * options.matches
     with sqlite3.connect(str(path)) as database:
-        database.executescript("PRAGMA journal_mode = WAL; PRAGMA user_version = 3800;" + TABLES)
+        database.executescript("PRAGMA journal_mode = WAL; PRAGMA user_version = 3800;" + SCHEMA)
         camera = np.array([FOCAL, FOCAL, WIDTH / 2, HEIGHT / 2])
         database.execute("INSERT INTO cameras VALUES (1, 1, ?, ?, ?, 1)", (WIDTH, HEIGHT, camera.tobytes()))
         for place in range(places):
@@ -94,7 +84,7 @@ def write(path, options):
                 )
         rows = (
             (
-                LIMIT * (a + 1) + b + 1,
+                pair_id(a + 1, b + 1),
                 options.matches,
                 matches_of_pair(random, options.matches, points, same).tobytes(),
             )

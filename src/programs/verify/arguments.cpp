@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "base/text.h"
+#include "corrsel/database/pair_verifier.h"
 #include "programs/command_line.h"
 
 namespace corrsel {
@@ -36,7 +37,7 @@ const CommandLineTable& table() {
            "write a copy, called FILE.part until it is complete; default: DATABASE itself changes"},
           {"features", "FILE", "", "DATABASE is a file of matches of hloc, and FILE its file of features"},
           {"pairs", "FILE", "", "only these pairs: two names of images a line"},
-          {"selector", "NAME", "auto",
+          {"selector", "NAME", core::PairVerifierOptions().selector,
            "what selects among the matches, with presets and options as in the benchmark"},
           {"options", "LIST", "",
            "options of verification, comma-separated (min_matches=20), of matching (match.ratio=0.9) and of "
