@@ -66,7 +66,7 @@ CompetingModels::CompetingModels(const std::string& selector, const OptionMap& c
     : selector_(createSelector(selector, {}, common)),
       automatic_(createSelector("auto:fast", {}, common)),
       fundamental_(createSelector("auto:fast[model=fundamental]", {}, common)),
-      pose_(createSelector("pose[covariance=false;min_confidence=0]",
+      pose_(createSelector("pose[covariance=false;min_confidence=0;max_iterations=300]",
                            {{"threshold", formatNumber(kPoseThreshold * threshold)}}, common)),
       threshold_(threshold) {}
 
