@@ -60,8 +60,9 @@ void FundamentalSearch::searchBesideHomography() {
   Random random(static_cast<std::uint64_t>(options_.seed));
   Candidate best;
   cv::Matx33d model;
-  if (!improveByParallax(verifier, *homography_, memory_.rest, kPairs, random, best)) return;
-  effort_.hypotheses += kPairs;
+  const int pairs = hypothesesOf(options_, kPairs);
+  if (!improveByParallax(verifier, *homography_, memory_.rest, pairs, random, best)) return;
+  effort_.hypotheses += static_cast<std::uint64_t>(pairs);
   if (refine(best.model, model)) take(model);
 }
 

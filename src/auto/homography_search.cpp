@@ -26,6 +26,11 @@ constexpr double kExplained = 0.9;        // share of the local set that makes a
 
 }  // namespace
 
+int hypothesesOf(const AutoOptions& options, int hypotheses) {
+  constexpr int kFast = 4;
+  return options.hard_search > 0 ? hypotheses : hypotheses / kFast;
+}
+
 int hardHypotheses(int option, std::size_t matches, double max_factor) {
   constexpr double kMatches = 1500;
   return static_cast<int>(option * std::clamp(kMatches / static_cast<double>(matches), 1.0, max_factor));
@@ -49,14 +54,14 @@ void HomographySearch::run() {
     if (isSignificant(confidence_)) return;
   }
   gatherSupported();
-  search(memory_.searched, kFirstHypotheses);
+  search(memory_.searched, hypothesesOf(options_, kFirstHypotheses));
   evaluate();
   const auto local = static_cast<double>(memory_.support.localSize());
   const bool enough = isSignificant(confidence_) && best_.distinct >= kManyInliers &&
                       static_cast<double>(best_.distinct) >= kShareOfLocal * local;
   if (enough || effort_.timed_out) return;
   searchFrames();
-  search(memory_.by_support, kSecondHypotheses);
+  search(memory_.by_support, hypothesesOf(options_, kSecondHypotheses));
   evaluate();
   if (isSignificant(confidence_) || options_.hard_search == 0 || effort_.timed_out) return;
   search(memory_.best_first, hardHypotheses(options_.hard_search, memory_.size(), 10));
