@@ -53,7 +53,7 @@ class CMakeOptions(unittest.TestCase):
         """AUTO, ON, OFF and typing errors."""
         code, text = self.configure(*without("catkin"))
         self.assertEqual(code, 0, text)
-        self.assertIn("building core, reference, features, benchmark --", text)
+        self.assertIn("building core, reference, features, benchmark, database --", text)
         code, text = self.configure("-Dcorrsel_ROS=ON", *without("catkin"))
         self.assertNotEqual(code, 0, text)
         self.assertIn("-Dcorrsel_ROS=OFF builds without ROS (Debian package catkin)", text)
