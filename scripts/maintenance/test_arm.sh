@@ -17,13 +17,14 @@ case ${1:-} in
   -h | --help) sed -n '2,11s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;;
   --short) short=1 && shift ;;
 esac
-root=${CORRSEL_ARM_ROOT:-$cache_dir/arm64}
 mirror=${CORRSEL_DEBIAN_MIRROR:-http://deb.debian.org/debian}
 # What the tests need of ARM: the C and C++ libraries, and what corrsel::core, features and benchmark link.
 arm_packages=(
   libc6-dev libeigen3-dev libgtest-dev libhdf5-dev libmatio-dev libopencv-dev libsqlite3-dev libstdc++-12-dev
   libyaml-cpp-dev nlohmann-json3-dev
 )
+# Another list of packages needs another folder.
+root=${CORRSEL_ARM_ROOT:-$cache_dir/arm64-$(cksum <<<"${arm_packages[*]}" | cut -d' ' -f1)}
 # Tests whose results depend most on the processor, and which do not take long in the emulator.
 short_tests=(
   checksum degenerate_input fundamental generator homography kernels neighbours nnsr occupied_cells parallel random ransac
