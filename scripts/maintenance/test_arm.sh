@@ -6,7 +6,7 @@
 # --short runs the tests of the kernels, of what differs between processors, and of the masks of all selectors. It is part
 # of .ci/run.
 # CORRSEL_ARM_ROOT names another folder with the root file system of an ARM machine (default:
-# ${XDG_CACHE_HOME:-~/.cache}/corrsel/arm64), CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
+# below ${XDG_CACHE_HOME:-~/.cache}/corrsel), CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
 # The tests that are Python programs are left out, because they start programs of the build without the emulator.
 # Exit code 0 only if no test failed.
 set -euo pipefail
@@ -18,7 +18,7 @@ case ${1:-} in
   --short) short=1 && shift ;;
 esac
 mirror=${CORRSEL_DEBIAN_MIRROR:-http://deb.debian.org/debian}
-# What the tests need of ARM: the C and C++ libraries, and what corrsel::core, features and benchmark link.
+# What the tests need of ARM: the C and C++ libraries, and what the libraries link.
 arm_packages=(
   libc6-dev libeigen3-dev libgtest-dev libhdf5-dev libmatio-dev libopencv-dev libsqlite3-dev libstdc++-12-dev
   libyaml-cpp-dev nlohmann-json3-dev
