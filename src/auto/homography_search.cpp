@@ -78,7 +78,7 @@ void HomographySearch::growSeeds() {
   SeedGrowing& growing = memory_.growing;
   growing.start(memory_.matches, support.weights(), support.diagonal(), memory_.seeds, support.maps());
   int grown = 0, last_better = 0;
-  while (grown < kMaxSeeds && growing.next()) {
+  while (grown < hypothesesOf(options_, kMaxSeeds) && growing.next()) {
     ++grown;
     if (growing.map() == nullptr) continue;
     if (best_.inliers >= kManyInliers && grown - last_better > kMaxFruitlessSeeds) break;
@@ -123,7 +123,9 @@ void HomographySearch::search(const AutoMemory::Rows& order, int hypotheses) {
 /// Searches among the maps that the frames of single matches give, where there are frames.
 void HomographySearch::searchFrames() {
   const Correspondences& matches = memory_.matches;
-  if (effort_.timed_out || matches.left_frame.empty() || matches.right_frame.empty()) return;
+  if (options_.hard_search == 0 || effort_.timed_out || matches.left_frame.empty() ||
+      matches.right_frame.empty())
+    return;
   SearchParameters parameters;
   parameters.threshold = memory_.thresholds.homography;
   memory_.frames.read(matches, memory_.identity, &memory_.by_support);

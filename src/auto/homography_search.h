@@ -12,8 +12,8 @@ namespace corrsel::core {
 /// A match is near the homography, and not left over by it, within this many times the threshold.
 inline constexpr double kNearHomography = 2;
 
-/// Hypotheses of a search where there is local support: as many as given, and a quarter of them without the
-/// hard search, for callers in a hurry.
+/// Hypotheses or seeds of a search where there is local support: as many as given, and a quarter of them
+/// without the hard search, for callers in a hurry.
 int hypothesesOf(const AutoOptions& options, int hypotheses);
 
 /// Hypotheses of a search where nothing else has found a model: as many as the option states, and more for

@@ -62,7 +62,7 @@ struct AutoOptions : ConfidenceOptions {
 /// returns, whatever the scene is, and the model of a rigid scene is an essential matrix.
 ///
 /// Presets: `h` and `f` restrict the answer to that model; `fast` does without the hard
-/// search, and with a quarter of the hypotheses elsewhere.
+/// search and the hypotheses of single frames, and with a quarter of the others.
 ///
 /// Failure: `too_few` (fewer than 6 matches), `uncertain` (a best guess that chance explains), `no_model`
 /// (nothing agrees with anything), `degenerate` (all points of one image are equal), `time_limit` (the best
