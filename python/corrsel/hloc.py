@@ -1,9 +1,6 @@
-"""hloc (Sarlin et al., CVPR 2019): its geometric verification, and a matcher for its configurations.
+"""A matcher for the configurations of hloc (Sarlin et al., CVPR 2019). corrsel.verify() verifies hloc's files.
 
     from corrsel import hloc as door
-
-    door.verify(matches, features, verified, pairs)                 # in place of pycolmap's verification
-    hloc.reconstruction.main(..., features, verified, skip_geometric_verification=True)
 
     conf = door.register("auto")                                    # a configuration of hloc.match_features
     hloc.match_features.main(conf, pairs, features, matches=matches)
@@ -11,9 +8,7 @@
 Neither hloc nor torch is imported before register() is called.
 """
 
-import collections
 import importlib
-import pathlib
 import sys
 import types
 
@@ -21,54 +16,10 @@ import numpy as np
 
 from . import _doors
 from .features import Features, match_features
-from .files.hloc import MOST_KEYPOINTS, read_hloc, write_hloc
-from .files.truth import read_pair_list
-from .selectors import Matches, Selector
+from .files.hloc import MOST_KEYPOINTS
+from .selectors import Selector
 
-__all__ = ["Verified", "match", "register", "verify"]
-
-Verified = collections.namedtuple("Verified", "pairs accepted matches kept")
-Verified.__doc__ = (
-    """What verify() did: numbers of pairs, of pairs with a result, of their matches, and of those kept."""
-)
-
-
-def verify(matches, features, output, pairs=None, selector="auto", *, scores="confidence", **options):
-    """Write the file of matches with those matches alone that a selector keeps. Return Verified.
-
-    matches     hloc's HDF5 file of matches
-    features    hloc's HDF5 file of features: keypoints and image_size
-    output      the new file; an older one is replaced once the new one is complete
-    pairs       hloc's list of pairs, a text file: only these pairs are written. None: all of the file
-    selector, options   those of corrsel.select()
-    scores      "confidence" from 0 to 1, "distance" or "none": what matching_scores0 is. Scores that are all 0 are left
-                aside
-
-    The output has the layout of the input. A rejected match is -1 in matches0 and 0 in matching_scores0. Each pair gets
-    the attributes corrsel_status and corrsel_confidence; unless the status is "ok" or "time_limit", it keeps no match.
-    hloc stores keypoints as float16, in steps of 1 px from 1024 px and of 2 px from 2048 px, so that small thresholds
-    lose matches. The time is that of the selector, pair by pair.
-
-    Raises corrsel.files.pairs.InputError that names file, group and value for files that cannot be used, among them
-    images with more than 32768 keypoints, whose numbers hloc cannot store; and what corrsel.Selector() raises.
-    """
-    chosen = Selector(selector, **options)
-    listed = None if pairs is None else _distinct(read_pair_list(pathlib.Path(pairs)))
-    counts = []
-
-    def answers():
-        for pair in read_hloc(matches, features, listed, scores):
-            selection = chosen.select(_matches_of(pair))
-            keep = _doors.kept(selection)
-            counts.append((len(keep), np.count_nonzero(keep)))
-            yield pair, keep, {
-                "corrsel_status": selection.status,
-                "corrsel_confidence": selection.confidence,
-            }
-
-    write_hloc(matches, output, answers())
-    putative, remaining = np.array(counts, int).reshape(-1, 2).T.tolist()
-    return Verified(len(counts), sum(count > 0 for count in remaining), sum(putative), sum(remaining))
+__all__ = ["match", "register"]
 
 
 def match(data, selector="auto", **options):
@@ -120,14 +71,6 @@ def register(selector="auto", **options):
     }
 
 
-def _distinct(listed):
-    """Return the first line of every pair: hloc's lists may name it in both orders, but it is one group."""
-    first = {}
-    for line in listed:
-        first.setdefault(frozenset(line[:2]), line)
-    return list(first.values())
-
-
 def _match(data, selector):
     left, right = (_features(data, side) for side in "01")
     matches = match_features(left, right, mutual=True)
@@ -165,17 +108,3 @@ def _features(data, side):
         frame = np.stack([cos, -sin, x, sin, cos, y], axis=1).reshape(-1, 2, 3)
     size = tuple(data["image" + side].shape[:1:-1]) if "image" + side in data else None
     return Features(keypoints[0], descriptors[0].T, frame=frame, image_size=size)
-
-
-def _matches_of(pair):
-    """Return the Matches of a MatchedPair."""
-    return Matches(
-        pair.left,
-        pair.right,
-        distance=pair.distance,
-        probability=pair.probability,
-        left_index=pair.left_index,
-        right_index=pair.right_index,
-        left_size=pair.left_size if all(pair.left_size) else None,
-        right_size=pair.right_size if all(pair.right_size) else None,
-    )

@@ -66,6 +66,7 @@ Correspondences correspondencesOf(const PairInput& input) {
     result.left_frame.push_back(first.frames[row[0]]);
     result.right_frame.push_back(second.frames[row[1]]);
   }
+  result.probability = input.matches.probability;
   result.left_size = input.first->size;
   result.right_size = input.second->size;
   return result;

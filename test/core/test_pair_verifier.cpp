@@ -235,6 +235,16 @@ TEST(PairVerifier, NoMatchesAndNaNAreNoFaults) {
   for (const KeypointPair& row : pair.geometry.inliers) EXPECT_NE(row[0], 0U);
 }
 
+TEST(PairVerifier, TheProbabilitiesOfTheMatcherReachTheSelector) {
+  StoredScene stored(optionsOf(Scenario::kGeneral));
+  stored.input.matches.probability.assign(stored.input.matches.rows.size(), 0.5F);
+  EXPECT_EQ(stored.verify().geometry.config, TwoViewConfig::kCalibrated);
+  stored.input.matches.probability.front() = 2;
+  const VerifiedPair pair = stored.verify();
+  EXPECT_EQ(pair.status, Status::kUnsupportedInput);
+  EXPECT_TRUE(mentions(pair.message, {"probability", "2"}));
+}
+
 TEST(PairVerifier, WrongOptionsAreNamed) {
   PairVerifierOptions options;
   options.selector = "nosuch";

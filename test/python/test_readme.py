@@ -21,7 +21,7 @@ DOORS = {
     "corrsel.draw(": r"^\(\d+, \d+, 3\) plane_or_rotation\n$",
     "from corrsel.opencv import findHomography": r"^\d{2,} inliers \[\[(1.0|0.99), ",
     "import corrsel_rtabmap": r"^\d{2,} matches, int64",
-    'door.verify("matches.h5"': r"^1 of 1 pairs, \d{2,} of \d{3} matches$",
+    'corrsel.verify("matches.h5"': r"^1 of 1 pairs, \d{2,} of \d{3} matches$",
     'door.register("auto")': "^$",
     "tensors.filter_matches(": r"^\d{2,} of \d{3} matches; torch.int64$",
     "import match_adalam": r"^\((\d+), 2\) \(\1, 1\) int64$",
@@ -177,7 +177,7 @@ class Readme(unittest.TestCase):
         for program, (line, expected) in zip(programs, DOORS.items()):
             self.assertIn(line, program)
             needed = set(re.findall(r"^import (torch|pycolmap)", program, re.M))
-            needed |= {"h5py"} if "hloc" in program else set()
+            needed |= {"h5py"} if "features.h5" in program else set()
             missing = [name for name in needed if not importlib.util.find_spec(name)]
             with self.subTest(line):
                 if missing:

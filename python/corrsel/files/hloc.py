@@ -1,6 +1,5 @@
 """HDF5 files of hloc (Sarlin et al., CVPR 2019): keypoints in one file, matches in another one."""
 import contextlib
-import os
 
 import numpy as np
 
@@ -38,50 +37,6 @@ def read_hloc(matches, features, listed=None, scores="confidence"):
             first, second = (right, left) if reverse else (left, right)
             pair = _read_pair(match_file, group, feature_file, (first, second), (matches, features), scores)
             yield pair.exchanged() if reverse else pair
-
-
-def write_hloc(matches, output, answers):
-    """Write a file of matches with some of the matches alone.
-
-    matches   the file from which the pairs were read
-    output    the new file, which replaces an older one once it is complete
-    answers   of every pair: the MatchedPair of read_hloc(), its mask of those matches that are kept, and a dictionary of
-              attributes for its group
-
-    The groups are those of `matches`. Rejected matches are -1 in matches0 and 0 in matching_scores0. Raises InputError if
-    the output cannot be written, or is the file of the matches.
-    """
-    if os.path.realpath(str(matches)) == os.path.realpath(str(output)):
-        raise InputError("%s is the file of the matches; give another name for the output" % output)
-    part = str(output) + ".part"
-    try:
-        with _open(matches) as source, h5py.File(part, "w") as target:
-            for pair, keep, attributes in answers:
-                group, reverse = _group_of(source, pair.left_name, pair.right_name, None, matches)
-                rejected = (pair.right_index if reverse else pair.left_index)[~keep]
-                folder, _, name = group.rpartition("/")
-                source.copy(group, target.require_group(folder) if folder else target, name)
-                for name, value in (("matches0", -1), ("matching_scores0", 0)):
-                    if name in target[group]:
-                        _overwrite(target[group][name], rejected, value, pair.source)
-                target[group].attrs.update(attributes)
-        os.replace(part, str(output))
-    except (OSError, RuntimeError) as error:
-        raise InputError("%s cannot be written (%s)" % (output, error)) from error
-    finally:
-        with contextlib.suppress(OSError):
-            os.remove(part)
-
-
-def _overwrite(dataset, columns, value, source):
-    values = dataset[()]
-    if values.ndim == 2 and len(values) != 1:
-        raise InputError(
-            "%s: %s has the shape %dx%d, expected one element for each keypoint"
-            % (source, dataset.name, *values.shape)
-        )
-    values[..., columns] = value
-    dataset[...] = values
 
 
 def _open(path):
