@@ -8,7 +8,7 @@
     matchGMS                                               cv2.xfeatures2d.matchGMS
 
 `method` is one of cv2's numbers or the name of a selector, optionally with a preset and options, e.g. "usac" or
-"auto[max_seconds=0.01]". Among cv2's numbers, LMEDS is answered by "acransac", which needs no threshold either, and
+"auto[max_seconds=0.01]". Among cv2's numbers, LMEDS calls "acransac", which needs no threshold either, and
 RANSAC, RHO and USAC_* by "usac". A selector without a model of the wanted kind, e.g. "lpm", chooses among the
 matches, and "usac" fits the model to those that it kept.
 
