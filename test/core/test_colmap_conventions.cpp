@@ -1,8 +1,7 @@
-#include <unistd.h>
-
 #include <cstring>
 #include <opencv2/core.hpp>
 
+#include "base/temporary_folder.h"
 #include "corrsel/database/colmap_store.h"
 #include "corrsel/random.h"
 #include "database/colmap_conventions.h"
@@ -87,12 +86,6 @@ Views makeViews(bool planar) {
 /// Databases that Debian's COLMAP verifies, too.
 class ColmapProgramTest : public ::testing::Test {
  protected:
-  ColmapProgramTest() {
-    std::string name = (fs::temp_directory_path() / "corrsel_colmap_XXXXXX").string();
-    folder = mkdtemp(name.data());
-  }
-  ~ColmapProgramTest() override { fs::remove_all(folder); }
-
   void SetUp() override {
     if (std::system("command -v colmap > /dev/null") != 0) GTEST_SKIP() << "the program colmap is missing";
   }
@@ -130,7 +123,8 @@ class ColmapProgramTest : public ::testing::Test {
     store.writeMatches({{{1, 2}, matches}});
   }
 
-  fs::path folder;
+  const TemporaryFolder temporary{"corrsel_colmap"};
+  const fs::path folder = temporary.path();
 };
 
 /// The numbers of a column of the table two_view_geometries.

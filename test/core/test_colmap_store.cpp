@@ -5,6 +5,7 @@
 #include <csignal>
 #include <cstring>
 
+#include "base/temporary_folder.h"
 #include "corrsel/database/colmap_store.h"
 #include "database/sqlite.h"
 #include "test_support.h"
@@ -57,8 +58,6 @@ VerifiedPair verifiedPair(const ImagePairKey& key) {
 class ColmapStoreTest : public ::testing::Test {
  protected:
   ColmapStoreTest() {
-    std::string name = (fs::temp_directory_path() / "corrsel_store_XXXXXX").string();
-    folder = mkdtemp(name.data());
     path = folder / "house.db";
     ColmapStore::create(path);
     ColmapStore store(path, Access::kWrite);
@@ -67,7 +66,6 @@ class ColmapStoreTest : public ::testing::Test {
     }
     store.writeMatches({{first, matchesOf({{0, 1}, {1, 2}, {2, 3}})}, {second, matchesOf({{3, 0}})}});
   }
-  ~ColmapStoreTest() override { fs::remove_all(folder); }
 
   /// Changes the database as another program.
   void change(const std::string& sql) const { SqliteDatabase(path, Mode::kWrite, 1).execute(sql); }
@@ -103,7 +101,9 @@ class ColmapStoreTest : public ::testing::Test {
   }
 
   const ImagePairKey first{1, 2}, second{1, 3};
-  fs::path folder, path;
+  const TemporaryFolder temporary{"corrsel_store"};
+  const fs::path folder = temporary.path();
+  fs::path path;
 };
 
 TEST_F(ColmapStoreTest, ReadsImagesKeypointsAndMatches) {

@@ -1,9 +1,8 @@
-#include <unistd.h>
-
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "base/temporary_folder.h"
 #include "corrsel/database/extraction.h"
 #include "corrsel/database/pair_matching.h"
 #include "corrsel/features/extractor.h"
@@ -31,11 +30,6 @@ cv::Mat textured(const cv::Size& size, std::uint64_t seed) {
   return image;
 }
 
-fs::path newFolder() {
-  std::string name = (fs::temp_directory_path() / "corrsel_extraction_XXXXXX").string();
-  return mkdtemp(name.data());
-}
-
 /// A folder with the images b.png and z/a.png, and an empty database beside it.
 class ExtractionTest : public ::testing::Test {
  protected:
@@ -46,7 +40,6 @@ class ExtractionTest : public ::testing::Test {
     std::ofstream(images / "notes.txt") << "no image";
     ColmapStore::create(path);
   }
-  ~ExtractionTest() override { fs::remove_all(folder); }
 
   ExtractionSummary extract(const ExtractionOptions& options = {}, int threads = 1,
                             const std::optional<ColmapCamera>& camera = {}) const {
@@ -69,7 +62,8 @@ class ExtractionTest : public ::testing::Test {
     return values;
   }
 
-  const fs::path folder = newFolder(), images = folder / "images", path = folder / "house.db";
+  const TemporaryFolder temporary{"corrsel_extraction"};
+  const fs::path folder = temporary.path(), images = folder / "images", path = folder / "house.db";
 };
 
 TEST_F(ExtractionTest, ImagesAreAddedInTheOrderOfTheirNames) {

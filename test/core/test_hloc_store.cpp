@@ -1,8 +1,7 @@
-#include <unistd.h>
-
 #include <cstdio>
 #include <fstream>
 
+#include "base/temporary_folder.h"
 #include "corrsel/database/hloc_store.h"
 #include "test_support.h"
 
@@ -42,13 +41,10 @@ with h5py.File(folder + "/matches.h5", "w") as file:
 class HlocStoreTest : public ::testing::Test {
  protected:
   HlocStoreTest() {
-    std::string name = (fs::temp_directory_path() / "corrsel_hloc_XXXXXX").string();
-    folder = mkdtemp(name.data());
     features = folder / "features.h5";
     matches = folder / "matches.h5";
     output = folder / "verified.h5";
   }
-  ~HlocStoreTest() override { fs::remove_all(folder); }
 
   void SetUp() override {
     static const bool has_h5py = std::system("python3 -c 'import h5py' 2>/dev/null") == 0;
@@ -84,7 +80,9 @@ class HlocStoreTest : public ::testing::Test {
     return errorOf<StoreError>([&] { HlocStore(features, matches).matches(pair); });
   }
 
-  fs::path folder, features, matches, output;
+  const TemporaryFolder temporary{"corrsel_hloc"};
+  const fs::path folder = temporary.path();
+  fs::path features, matches, output;
   const ImagePairKey ab{1, 2}, ac{1, 3}, bc{2, 3};
 };
 

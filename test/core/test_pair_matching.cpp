@@ -1,7 +1,6 @@
-#include <unistd.h>
-
 #include <fstream>
 
+#include "base/temporary_folder.h"
 #include "corrsel/database/pair_matching.h"
 #include "database/sqlite.h"
 #include "test_support.h"
@@ -118,12 +117,9 @@ TEST(PairMatching, SequentialPairsFollowTheNames) {
 class PairMatchingTest : public ::testing::Test {
  protected:
   PairMatchingTest() {
-    std::string name = (fs::temp_directory_path() / "corrsel_matching_XXXXXX").string();
-    folder = mkdtemp(name.data());
     path = folder / "house.db";
     fill(path);
   }
-  ~PairMatchingTest() override { fs::remove_all(folder); }
 
   void fill(const fs::path& database) {
     ColmapStore::create(database);
@@ -139,7 +135,9 @@ class PairMatchingTest : public ::testing::Test {
     return errorOf<StoreError>([&] { listedPairs(folder / "pairs.txt", ColmapStore(path).images()); });
   }
 
-  fs::path folder, path;
+  const TemporaryFolder temporary{"corrsel_matching"};
+  const fs::path folder = temporary.path();
+  fs::path path;
   std::vector<cv::Mat> descriptors;
 };
 

@@ -18,6 +18,7 @@
 
 #include "base/progress_meter.h"
 #include "base/stopwatch.h"
+#include "base/temporary_folder.h"
 #include "base/text.h"
 #include "benchmark/dataset_check.h"
 #include "benchmark/estimate.h"
@@ -40,30 +41,6 @@ constexpr double kTrialSeconds = 10;
 
 /// The user has asked the dry run to stop.
 struct Interrupted {};
-
-/// A folder that is removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "corrsel_dry_run_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw std::runtime_error("cannot create a temporary folder in " + fs::temp_directory_path().string() +
-                               "; set TMPDIR to a folder that can be written");
-    }
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  fs::path path(const std::string& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
 
 /// Some pairs of a dataset.
 class DatasetSubset : public core::DatasetReader {
@@ -167,7 +144,7 @@ class DryRun {
   const BenchmarkFront& front_;
   const std::atomic<bool>& stop_;
   core::ProgressPrinter printer_;
-  TemporaryFolder folder_;
+  core::TemporaryFolder folder_{"corrsel_dry_run"};
   std::vector<core::Trial> trials_;
   std::set<std::string> notes_;
   std::size_t number_ = 0;  ///< of the next pair in the undivided run
@@ -253,7 +230,7 @@ void DryRun::addBag(const std::string& bag) {
 void DryRun::tryRun(const OpenSource& open, core::Trial& trial) {
   core::BenchmarkConfig config = arguments_.config;
   config.max_pairs = kTriedPairs;
-  const std::string path = folder_.path(std::to_string(trials_.size())).string();
+  const std::string path = (folder_.path() / std::to_string(trials_.size())).string();
   core::RunFolder folder(path, config, false);
   const double empty = bytesIn(path);
   TrialObserver observer(stop_);

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "base/temporary_folder.h"
 #include "base/text.h"
 #include "corrsel/evaluation/statistics.h"
 #include "programs/started_programs.h"
@@ -233,31 +234,10 @@ void writeCsv(const VerifyReport& report, const fs::path& path) {
   writeFile(path, text);
 }
 
-/// A folder that is removed with this object.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "corrsel_verify_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw core::StoreError(core::StoreError::Kind::kStorage,
-                             name + " cannot be made; set TMPDIR to another folder");
-    }
-    path = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  fs::path path;
-};
-
 /// The page is made by the Python package from the other two forms.
 void writePage(const VerifyReport& report, const fs::path& path) {
-  const TemporaryFolder folder;
-  const fs::path csv = folder.path / "pairs.csv", json = folder.path / "summary.json";
+  const core::TemporaryFolder folder("corrsel_verify");
+  const fs::path csv = folder.path() / "pairs.csv", json = folder.path() / "summary.json";
   writeCsv(report, csv);
   writeFile(json, jsonText(report));
   if (runPython("corrsel.report.verification", {csv.string(), json.string(), path.string()}) == 0) return;
