@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "corrsel/camera.h"
+#include "corrsel/motion_guess.h"
 #include "corrsel/pose_prior.h"
 
 namespace corrsel::core {
@@ -32,7 +33,8 @@ struct Correspondences {
 
   cv::Size left_size, right_size;                   ///< image sizes, px; 0x0 if unknown
   std::optional<Camera> left_camera, right_camera;  ///< optional: calibration, used by calibrated selectors
-  std::optional<PosePrior> prior;  ///< optional: what is known of the motion, used by the selector `pose`
+  std::optional<PosePrior> prior;    ///< optional: what is known of the motion, used by the selector `pose`
+  std::optional<MotionGuess> guess;  ///< optional: what is believed of the motion, tested by `pose`
 
   std::size_t size() const { return left_x.size(); }
   bool empty() const { return left_x.empty(); }
@@ -41,12 +43,13 @@ struct Correspondences {
   void add(const cv::Point2f& left, const cv::Point2f& right);
 
   /// Returns an empty text if all columns have the same length, every probability is from 0 to 1 or NaN, and
-  /// the cameras and the prior are valid; otherwise a sentence that names the wrong column, with the row and
-  /// the value of a wrong probability, or the wrong member of a camera or of the prior. O(matches).
+  /// the cameras, the prior and the guess are valid; otherwise a sentence that names the wrong column, with
+  /// the row and the value of a wrong probability, or the wrong member of a camera, of the prior or of the
+  /// guess. O(matches).
   std::string inconsistency() const;
 
-  /// Returns the given rows, in that order, with every column, and the sizes, the cameras and the prior.
-  /// O(rows).
+  /// Returns the given rows, in that order, with every column, and the sizes, the cameras, the prior and the
+  /// guess. O(rows).
   Correspondences subset(const std::vector<std::uint32_t>& rows) const;
 };
 

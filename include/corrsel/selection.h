@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "corrsel/motion_guess.h"
 #include "corrsel/pose_result.h"
 
 namespace corrsel::core {
@@ -58,6 +59,16 @@ std::string toString(SceneKind kind);
 /// Throws std::invalid_argument listing the valid texts.
 SceneKind sceneFromString(const std::string& text);
 
+/// What a group of matches does, see labelMotion(). The texts returned by toString() are part of the file
+/// formats.
+enum class GroupMotion : std::uint8_t {
+  kUnknown = 0,
+  kStatic = 1,  ///< it is the scene, which moves in the image because the camera does
+  kMoving = 2   ///< an object that moves by itself
+};
+
+std::string toString(GroupMotion motion);
+
 /// The result of a selector.
 struct Selection {
   std::vector<std::uint8_t> mask;  ///< 1 = selected, 0 = rejected; always as long as the input
@@ -69,6 +80,8 @@ struct Selection {
   /// order in which they were found, clusters begin with the largest, and equal ones are in the order of the
   /// coordinates of their first matches.
   std::vector<std::int32_t> group;
+  /// Optional, per group: what it does. Empty where nobody has found it out, see labelMotion().
+  std::vector<GroupMotion> motion;
   ModelKind model_kind = ModelKind::kNone;
   cv::Matx33d model = cv::Matx33d::zeros();  ///< left to right, see ModelKind; valid if kind is not kNone
   Status status = Status::kOk;
@@ -85,9 +98,10 @@ struct Selection {
   /// not. 0 for all where nothing was found, and for matches that were ignored. Empty where nobody has
   /// computed it, see addProbability().
   std::vector<float> probability;
-  std::optional<PoseResult> pose;  ///< of calibrated selectors
-  std::string message;             ///< one sentence for people; empty if there is nothing to report
-  std::size_t n_input = 0;         ///< matches given
+  std::optional<PoseResult> pose;            ///< of calibrated selectors
+  GuessVerdict guess = GuessVerdict::kNone;  ///< of selectors that test Correspondences::guess
+  std::string message;                       ///< one sentence for people; empty if there is nothing to report
+  std::size_t n_input = 0;                   ///< matches given
   std::size_t n_ignored = 0;  ///< matches with a coordinate that is NaN, infinite or absurd, or without a ray
   std::size_t n_selected = 0;  ///< ones in the mask
   int iterations = 0;          ///< hypotheses, EM steps or passes: the method's own count

@@ -64,8 +64,9 @@ std::string Correspondences::inconsistency() const {
         wrong("right_index", right_index.size(), true)}) {
     if (!text.empty()) return text;
   }
-  for (const std::string& text : {faultOfProbabilities(probability), faultOf("left_camera", left_camera),
-                                  faultOf("right_camera", right_camera), faultOf("prior", prior)}) {
+  for (const std::string& text :
+       {faultOfProbabilities(probability), faultOf("left_camera", left_camera),
+        faultOf("right_camera", right_camera), faultOf("prior", prior), faultOf("guess", guess)}) {
     if (!text.empty()) return text;
   }
   return "";
@@ -89,6 +90,7 @@ Correspondences Correspondences::subset(const std::vector<std::uint32_t>& rows) 
   result.left_camera = left_camera;
   result.right_camera = right_camera;
   result.prior = prior;
+  result.guess = guess;
   return result;
 }
 

@@ -45,6 +45,18 @@ constexpr Text<Motion> kMotionTexts[] = {
     {Motion::kGeneral, "general"}, {Motion::kPlanar, "planar"},
 };
 
+constexpr Text<GroupMotion> kGroupMotionTexts[] = {
+    {GroupMotion::kUnknown, "unknown"},
+    {GroupMotion::kStatic, "static"},
+    {GroupMotion::kMoving, "moving"},
+};
+
+constexpr Text<GuessVerdict> kGuessTexts[] = {
+    {GuessVerdict::kNone, "none"},
+    {GuessVerdict::kConfirmed, "confirmed"},
+    {GuessVerdict::kContradicted, "contradicted"},
+};
+
 template <class Value, std::size_t N>
 std::string textOf(Value wanted, const Text<Value> (&texts)[N], const std::string& what) {
   for (const auto& [value, text] : texts) {
@@ -74,6 +86,10 @@ std::string toString(ModelKind kind) { return textOf(kind, kModelTexts, "model k
 std::string toString(SceneKind kind) { return textOf(kind, kSceneTexts, "scene"); }
 
 std::string toString(Motion motion) { return textOf(motion, kMotionTexts, "motion"); }
+
+std::string toString(GroupMotion motion) { return textOf(motion, kGroupMotionTexts, "motion of a group"); }
+
+std::string toString(GuessVerdict verdict) { return textOf(verdict, kGuessTexts, "verdict about a guess"); }
 
 Motion motionFromString(const std::string& text) { return valueOf(text, kMotionTexts, "motion"); }
 

@@ -43,6 +43,15 @@ inline void requireRotation(const char* name, const cv::Matx33d& r) {
       " is not a rotation: its rows must be orthogonal, of length 1, and its determinant 1");
 }
 
+/// Throws std::invalid_argument naming the vector and its value where its length differs from 1 by more than
+/// 1e-6.
+inline void requireDirection(const char* name, const cv::Vec3d& vector) {
+  constexpr double kTolerance = 1e-6;
+  requireFinite(name, vector);
+  if (std::abs(cv::norm(vector) - 1) <= kTolerance) return;
+  throw std::invalid_argument(std::string(name) + " = " + matrixText(vector.t()) + " must have length 1");
+}
+
 /// Throws std::invalid_argument naming the matrix and its value unless it is [fx s cx; 0 fy cy; 0 0 1] with
 /// finite numbers and positive focal lengths.
 inline void requireCameraMatrix(const char* name, const cv::Matx33d& k) {

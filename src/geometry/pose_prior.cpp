@@ -11,18 +11,10 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kLengthTolerance = 1e-6;
-
 /// A direction of length 1; what has no length stays as it is, for check() to name it.
 cv::Vec3d directionOf(const cv::Vec3d& vector) {
   const double length = cv::norm(vector);
   return length > 0 && std::isfinite(length) ? vector / length : vector;
-}
-
-void requireDirection(const char* name, const cv::Vec3d& vector) {
-  requireFinite(name, vector);
-  if (std::abs(cv::norm(vector) - 1) <= kLengthTolerance) return;
-  throw std::invalid_argument(std::string(name) + " = " + matrixText(vector.t()) + " must have length 1");
 }
 
 }  // namespace

@@ -14,11 +14,13 @@
 
 #include "corrsel/Correspondences.h"
 #include "corrsel/GroundTruth.h"
+#include "corrsel/ImageQuality.h"
 #include "corrsel/Score.h"
 #include "corrsel/Selection.h"
 #include "corrsel/StageTimes.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/evaluation/metrics.h"
+#include "corrsel/features/image_quality.h"
 #include "corrsel/ground_truth.h"
 #include "corrsel/image_pair.h"
 #include "corrsel/ros/cameras.h"
@@ -37,12 +39,14 @@ inline StageTimes unmeasured() {
 /// Everything in a Correspondences or Selection message beside the data itself: which images the pair
 /// consists of and how its matches were made.
 struct PairInfo {
-  std_msgs::Header header;     ///< stamp and frame of the left image
-  ros::Time right_stamp;       ///< stamp of the right image
-  std::string right_frame_id;  ///< frame of the right image
-  core::PairId id;             ///< empty in live use
-  std::string features;        ///< "detector+descriptor" or "given"
-  std::optional<RigPose> rig;  ///< of a calibrated rig
+  std_msgs::Header header;                               ///< stamp and frame of the left image
+  ros::Time right_stamp;                                 ///< stamp of the right image
+  std::string right_frame_id;                            ///< frame of the right image
+  core::PairId id;                                       ///< empty in live use
+  std::string features;                                  ///< "detector+descriptor" or "given"
+  std::optional<RigPose> rig;                            ///< of a calibrated rig
+  core::GuessVerdict guess = core::GuessVerdict::kNone;  ///< of the matcher
+  core::ImageQuality left_quality, right_quality;
   std::uint32_t n_left_features = 0, n_right_features = 0;
   StageTimes seconds = unmeasured();
 };
@@ -66,13 +70,17 @@ Correspondences toMsg(core::Correspondences matches, const PairInfo& info);
 /// read with `info` only, and must be a rotation and a translation.
 core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info = nullptr);
 
+ImageQuality toMsg(const core::ImageQuality& quality);
+
+core::ImageQuality fromMsg(const ImageQuality& msg);
+
 /// Converts a selection to a message.
 /// @param info      pair of the selection; its times are copied, except that of the selection itself
 /// @param selector  name, with the preset where one was given, e.g. "lpm:v2"
 Selection toMsg(const core::Selection& selection, const PairInfo& info, const std::string& selector);
 
 /// Converts a message to a selection.
-/// @param info      header, right stamp, right frame and times are filled where it is not null
+/// @param info      header, right stamp, right frame, qualities and times are filled where it is not null
 /// @param selector  filled with the selector's name where it is not null
 /// Throws std::invalid_argument that names the field if the status or the kind of model is unknown, if the
 /// mask contains anything but 0 and 1, if counts or lengths disagree with the mask, or if the model is not

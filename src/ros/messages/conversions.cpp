@@ -113,6 +113,31 @@ std::optional<RigPose> readRig(const std::string& message, const Correspondences
   return rig;
 }
 
+/// Nothing where nothing was believed of the motion.
+std::optional<core::MotionGuess> readGuess(const std::string& message, const Correspondences& msg) {
+  if (!isDefined(msg.guess_rotation)) return {};
+  core::MotionGuess guess;
+  guess.rotation = readMatrix(message, "guess_rotation", msg.guess_rotation);
+  if (isDefined(msg.guess_translation)) {
+    guess.translation.emplace();
+    readNumbers(message, "guess_translation", msg.guess_translation, guess.translation->val);
+  }
+  guess.rotation_sigma = msg.guess_sigma;
+  try {
+    guess.check();
+  } catch (const std::invalid_argument& error) {
+    refuse(message, "guess:", error.what());
+  }
+  return guess;
+}
+
+core::GuessVerdict readVerdict(const std::string& message, std::uint8_t verdict) {
+  if (verdict > Selection::GUESS_CONTRADICTED) {
+    refuse(message, "guess", "is " + std::to_string(verdict) + ", which is unknown");
+  }
+  return static_cast<core::GuessVerdict>(verdict);
+}
+
 bool isSupported(const std::string& encoding) {
   namespace enc = sensor_msgs::image_encodings;
   static const std::set<std::string> kOthers = {enc::MONO8,      enc::MONO16,     enc::TYPE_8UC1,
@@ -222,6 +247,14 @@ void requireSense(const Selection& msg) {
     if (number < -1)
       refuse(kSelectionName, "group", "holds " + std::to_string(number) + ", expected -1 or more");
   }
+  const auto largest = std::max_element(msg.group.begin(), msg.group.end());
+  const int n_groups = largest == msg.group.end() ? 0 : *largest + 1;
+  requireLength(kSelectionName, "motion", msg.motion.size(), static_cast<std::size_t>(n_groups), true);
+  for (const std::uint8_t motion : msg.motion) {
+    if (motion > Selection::GROUP_MOVING) {
+      refuse(kSelectionName, "motion", "holds " + std::to_string(motion) + ", which is unknown");
+    }
+  }
   requireLength(kSelectionName, "probability", msg.probability.size(), msg.mask.size(), true);
   requireProbabilities(kSelectionName, msg.probability, false);
   if (msg.n_input != msg.mask.size()) {
@@ -255,6 +288,14 @@ Correspondences toMsg(core::Correspondences matches, const PairInfo& info) {
   const RigPose rig = info.rig.value_or(RigPose());
   writeMatrix(rig.rotation, info.rig.has_value(), msg.rig_rotation);
   writeNumbers(rig.translation.val, info.rig.has_value(), msg.rig_translation);
+  const core::MotionGuess guess = matches.guess.value_or(core::MotionGuess());
+  const cv::Vec3d direction = guess.translation.value_or(cv::Vec3d());
+  writeMatrix(guess.rotation, matches.guess.has_value(), msg.guess_rotation);
+  writeNumbers(direction.val, guess.translation.has_value(), msg.guess_translation);
+  msg.guess_sigma = matches.guess ? guess.rotation_sigma : kNaN;
+  msg.guess = static_cast<std::uint8_t>(info.guess);
+  msg.left_quality = toMsg(info.left_quality);
+  msg.right_quality = toMsg(info.right_quality);
   msg.left_x = std::move(matches.left_x);
   msg.left_y = std::move(matches.left_y);
   msg.right_x = std::move(matches.right_x);
@@ -292,6 +333,7 @@ core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
   matches.right_size = imageSize(kName, "right_", msg.right_width, msg.right_height);
   matches.left_camera = readCamera(kName, "left_camera", msg.left_camera);
   matches.right_camera = readCamera(kName, "right_camera", msg.right_camera);
+  matches.guess = readGuess(kName, msg);
   matches.left_x = msg.left_x;
   matches.left_y = msg.left_y;
   matches.right_x = msg.right_x;
@@ -310,11 +352,36 @@ core::Correspondences fromMsg(const Correspondences& msg, PairInfo* info) {
     info->id = {msg.dataset, msg.sequence, msg.pair};
     info->features = msg.features;
     info->rig = readRig(kName, msg);
+    info->guess = readVerdict(kName, msg.guess);
+    info->left_quality = fromMsg(msg.left_quality);
+    info->right_quality = fromMsg(msg.right_quality);
     info->n_left_features = msg.n_left_features;
     info->n_right_features = msg.n_right_features;
     info->seconds = msg.seconds;
   }
   return matches;
+}
+
+ImageQuality toMsg(const core::ImageQuality& quality) {
+  ImageQuality msg;
+  msg.black = quality.black;
+  msg.saturated = quality.saturated;
+  msg.blur = quality.blur;
+  msg.relative_blur = quality.relative_blur;
+  msg.noise = quality.noise;
+  msg.texture = quality.texture;
+  return msg;
+}
+
+core::ImageQuality fromMsg(const ImageQuality& msg) {
+  core::ImageQuality quality;
+  quality.black = msg.black;
+  quality.saturated = msg.saturated;
+  quality.blur = msg.blur;
+  quality.relative_blur = msg.relative_blur;
+  quality.noise = msg.noise;
+  quality.texture = msg.texture;
+  return quality;
 }
 
 Selection toMsg(const core::Selection& selection, const PairInfo& info, const std::string& selector) {
@@ -331,6 +398,12 @@ Selection toMsg(const core::Selection& selection, const PairInfo& info, const st
   msg.mask = selection.mask;
   msg.score = selection.score;
   msg.group = selection.group;
+  for (const core::GroupMotion motion : selection.motion) {
+    msg.motion.push_back(static_cast<std::uint8_t>(motion));
+  }
+  msg.guess = static_cast<std::uint8_t>(selection.guess);
+  msg.left_quality = toMsg(info.left_quality);
+  msg.right_quality = toMsg(info.right_quality);
   msg.probability = selection.probability;
   msg.model_kind = static_cast<std::uint8_t>(selection.model_kind);
   writeMatrix(selection.model, selection.model_kind != core::ModelKind::kNone, msg.model);
@@ -349,6 +422,10 @@ core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selec
   selection.mask = msg.mask;
   selection.score = msg.score;
   selection.group = msg.group;
+  for (const std::uint8_t motion : msg.motion) {
+    selection.motion.push_back(static_cast<core::GroupMotion>(motion));
+  }
+  selection.guess = readVerdict(kSelectionName, msg.guess);
   selection.probability = msg.probability;
   selection.model_kind = static_cast<core::ModelKind>(msg.model_kind);
   if (selection.model_kind != core::ModelKind::kNone)
@@ -367,6 +444,8 @@ core::Selection fromMsg(const Selection& msg, PairInfo* info, std::string* selec
     info->header = msg.header;
     info->right_stamp = msg.right_stamp;
     info->right_frame_id = msg.right_frame_id;
+    info->left_quality = fromMsg(msg.left_quality);
+    info->right_quality = fromMsg(msg.right_quality);
     info->seconds = msg.seconds;
   }
   if (selector != nullptr) *selector = msg.selector;
