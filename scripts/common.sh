@@ -26,7 +26,8 @@ build_packages=(
 )
 performance_packages=(libbenchmark-dev libnanoflann-dev)
 test_packages=(
-  colmap libgtest-dev librostest-dev mypy python3-opencv python3-rosdep2 python3-rostest python3-venv sqlite3
+  colmap imagemagick libgl1-mesa-dri libgtest-dev libimage-proc-dev librostest-dev libstereo-image-proc-dev mypy
+  python3-opencv python3-rosdep2 python3-rostest python3-venv ros-image-proc ros-stereo-image-proc rviz sqlite3 xvfb
 )
 sanitizer_packages=(clang libclang-rt-14-dev lld)
 

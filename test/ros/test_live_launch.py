@@ -4,10 +4,8 @@
 import os
 import pathlib
 import re
-import shutil
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 
@@ -15,10 +13,9 @@ import numpy as np
 import rosbag
 import rospy
 from corrsel.msg import Camera, Correspondences
-from ros_shell import free_port
+from launched import PATIENCE, LaunchedTest
 from sensor_msgs.msg import CameraInfo, Image
 
-PATIENCE = 90  # s; generous: the machine may be busy
 WIDTH, HEIGHT, SHIFT = 320, 240, 12  # px
 RATE = 10  # Hz
 
@@ -84,65 +81,15 @@ class Cameras:
             topic.unregister()
 
 
-class LiveLaunch(unittest.TestCase):
+class LiveLaunch(LaunchedTest):
     """One master for all tests; every test has a namespace of its own."""
-
-    @classmethod
-    def setUpClass(cls):
-        cls.root = pathlib.Path(tempfile.mkdtemp(prefix="corrsel_live_"))
-        cls.port = free_port()
-        os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % cls.port
-        os.environ["ROS_HOSTNAME"] = "localhost"
-        os.environ["ROS_HOME"] = str(cls.root / "ros_home")
-        cls.log = open(cls.root / "log.txt", "w+", encoding="utf-8")  # pylint: disable=consider-using-with
-        cls.master = cls.start("roscore", "-p", str(cls.port))
-        rospy.init_node("test_live_launch", disable_signals=True)
-
-    @classmethod
-    def tearDownClass(cls):
-        try:
-            rospy.signal_shutdown("done")
-        except AttributeError:
-            pass  # rospy of Debian 11 calls Thread.isAlive(), which its Python 3.9 no longer has
-        cls.end(cls.master)
-        cls.log.close()
-        shutil.rmtree(cls.root)
-
-    @classmethod
-    def start(cls, *command, **kwargs):
-        """Starts a program whose output goes to the log."""
-        return subprocess.Popen(command, stdout=cls.log, stderr=subprocess.STDOUT, **kwargs)
-
-    @classmethod
-    def end(cls, process):
-        """Ends a program as Ctrl-C does."""
-        if process.poll() is None:
-            process.send_signal(signal.SIGINT)
-            process.wait(timeout=PATIENCE)
 
     def live(self, namespace, *arguments, file="live.launch"):
         """Starts a launch file and returns the process and its cameras; both end with the test."""
-        launch = self.start(
-            "roslaunch",
-            "corrsel",
-            file,
-            "features:=orb+orb",
-            "selector:=gms",
-            *arguments,
-            env=dict(
-                os.environ, ROS_NAMESPACE=namespace, PWD=str(self.root), ROSCONSOLE_STDOUT_LINE_BUFFERED="1"
-            ),
-            cwd=self.root,
-        )
-        self.addCleanup(self.end, launch)
+        launch = self.launch(namespace, file, "features:=orb+orb", "selector:=gms", *arguments)
         cameras = Cameras(namespace)
         self.addCleanup(cameras.close)
         return launch, cameras
-
-    def text(self):
-        """What the programs have printed so far, its end."""
-        self.log.flush()
-        return (self.root / "log.txt").read_text(encoding="utf-8", errors="replace")[-5000:]
 
     def pid_of(self, launch, name, other_than=None):
         """The process of a node among the children of roslaunch; waits for one other than the pid given."""
