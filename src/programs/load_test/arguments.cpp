@@ -43,8 +43,7 @@ const CommandLineTable& argumentTable() {
       "load_test",
       "Plays two cameras and a consumer against running nodelets and measures how they keep up. It publishes "
       "left/image and right/image, both stamped with the wall time of that moment, and subscribes to matches "
-      "and "
-      "selection. Topics are remapped as usual: left/image:=/camera/left.",
+      "and selection. Topics are remapped as usual: left/image:=/camera/left.",
       {},
       {
           {"images", "FILES", "",
@@ -54,7 +53,12 @@ const CommandLineTable& argumentTable() {
            "640x480"},
           {"size", "WxH", "", "size that the images are scaled to, px; default: that of the files"},
           {"encoding", "ENCODING", "mono8", "mono8 or bgr8"},
-          {"rate", "HZ", "10", "pairs per second"},
+          {"sequence", "", "", "play one camera: left and right images in turn, on image"},
+          {"calibrated", "", "", "publish camera_info with every image"},
+          {"mask-period", "N", "0",
+           "publish a mask with the stamp of every N-th image, one image late, on left/mask and right/mask, "
+           "or on mask; 0 = none"},
+          {"rate", "HZ", "10", "pairs per second; with --sequence, images per second"},
           {"seconds", "S", "10", "length of the test"},
           {"interval", "S", "60", "the table has a line for every interval of this length"},
           {"wait", "S", "30", "how long to wait for the first result, before the test begins"},
@@ -91,6 +95,9 @@ Arguments argumentsOf(const ArgumentValues& values) {
   arguments.images = values.text("images");
   if (values.given("size")) arguments.size = sizeOf(values.text("size"));
   arguments.encoding = values.choice("encoding", {"mono8", "bgr8"});
+  arguments.sequence = values.given("sequence");
+  arguments.calibrated = values.given("calibrated");
+  arguments.mask_period = values.integer("mask-period", 0, 1000000);
   arguments.rate = values.number("rate", 0.01, 1000);
   arguments.seconds = values.number("seconds", 0.1, kLong);
   arguments.reconfigure = values.number("reconfigure", 0, kLong);

@@ -17,7 +17,10 @@ struct Arguments {
   std::string images;                  ///< "LEFT,RIGHT", a folder, or empty for the sample photographs
   cv::Size size;                       ///< px; empty = as the files are
   std::string encoding;                ///< mono8 or bgr8
-  double rate = 0.0;                   ///< pairs per second
+  bool sequence = false;               ///< one camera
+  bool calibrated = false;             ///< with camera_info
+  int mask_period = 0;                 ///< images from one mask to the next; 0 = none
+  double rate = 0.0;                   ///< pairs per second; of a sequence, images
   double seconds = 0.0;                ///< length of the test
   double reconfigure = 0.0;            ///< s between two changes of parameters; 0 = none
   std::vector<std::string> selectors;  ///< selectors that changes choose from

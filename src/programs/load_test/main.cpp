@@ -16,11 +16,11 @@
 #include "base/stopwatch.h"
 #include "corrsel/evaluation/statistics.h"
 #include "corrsel/reference/reference_selectors.h"
-#include "images.h"
 #include "process_meter.h"
 #include "reconfigurer.h"
 #include "record.h"
 #include "report.h"
+#include "sender.h"
 
 namespace corrsel::load_test {
 namespace {
@@ -34,13 +34,11 @@ Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
 
-/// Two cameras and a consumer.
+/// Cameras and a consumer.
 class Player {
  public:
-  explicit Player(const std::vector<StereoImages>& images)
-      : images_(images),
-        left_(nh_.advertise<sensor_msgs::Image>("left/image", kQueue)),
-        right_(nh_.advertise<sensor_msgs::Image>("right/image", kQueue)),
+  explicit Player(const Arguments& arguments)
+      : sender_(nh_, arguments),
         matches_(nh_.subscribe<Correspondences>(
             "matches", kInbox, [this](const CorrespondencesConstPtr& msg) { record.receive(*msg); })),
         selections_(nh_.subscribe<Selection>(
@@ -48,21 +46,16 @@ class Player {
 
   /// Sends the next pair, stamped with the current time.
   void send() {
-    StereoImages& pair = images_[next_++ % images_.size()];
     const ros::WallTime now = ros::WallTime::now();
     const ros::Time stamp(now.sec, now.nsec);
-    pair.left.header.stamp = pair.right.header.stamp = stamp;
     record.send(stamp);
-    left_.publish(pair.left);
-    right_.publish(pair.right);
+    sender_.send(stamp);
   }
 
   /// Names the connections without which no pair can be processed; empty if all exist.
   std::string missing() const {
-    std::string text;
+    std::string text = sender_.missing();
     const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-    if (left_.getNumSubscribers() == 0) add("no node subscribes to " + left_.getTopic());
-    if (right_.getNumSubscribers() == 0) add("no node subscribes to " + right_.getTopic());
     if (matches_.getNumPublishers() == 0) add("no node publishes " + matches_.getTopic());
     if (selections_.getNumPublishers() == 0) add("no node publishes " + selections_.getTopic());
     return text;
@@ -72,17 +65,15 @@ class Player {
     return {matches_.getTopic(), selections_.getTopic(), nh_.resolveName("correspondences")};
   }
 
-  std::string inputs() const { return left_.getTopic() + " and " + right_.getTopic(); }
+  std::string text() const { return sender_.text(); }
 
   Record record;
 
  private:
-  static constexpr std::uint32_t kQueue = 2, kInbox = 1000;
+  static constexpr std::uint32_t kInbox = 1000;
 
   ros::NodeHandle nh_;
-  std::vector<StereoImages> images_;
-  std::size_t next_ = 0;
-  ros::Publisher left_, right_;
+  Sender sender_;
   ros::Subscriber matches_, selections_;
 };
 
@@ -197,17 +188,14 @@ void waitForOutstanding(const Player& player) {
 }
 
 int run(const Arguments& arguments) {
-  const std::vector<StereoImages> images = loadImages(arguments);
   if (!ros::master::check()) {
     throw std::runtime_error("no ROS master at " + ros::master::getURI() + "; start roscore or the nodelets");
   }
-  Player player(images);
+  Player player(arguments);
   ros::AsyncSpinner spinner(1);
   spinner.start();
-  const sensor_msgs::Image& first = images[0].left;
-  std::cout << images.size() << " pairs, the first of " << first.width << "x" << first.height << " "
-            << first.encoding << ", on " << player.inputs() << " at " << arguments.rate << " Hz for "
-            << arguments.seconds << " s" << std::endl;
+  std::cout << player.text() << " at " << arguments.rate << " Hz for " << arguments.seconds << " s"
+            << std::endl;
   player.record.restart();
   waitForFirstResult(player, arguments.wait);
   const ProcessMeter processes(player.outputs());
