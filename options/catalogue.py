@@ -8,10 +8,11 @@ import os
 
 PATH = os.path.join(os.path.dirname(os.path.realpath(__file__)), "catalogue.json")
 
-# The parts of the FeatureMatcher, the Matcher and the Selector nodelets that a change of a parameter rebuilds.
+# The parts of the nodelets that a change of a parameter rebuilds.
 FEATURES, MATCH, SEQUENCE, REGION = 1, 2, 4, 8
 MATCHER = 1
 SELECTOR = 2
+TRACKER = 1
 
 
 def load():
@@ -66,6 +67,8 @@ def groups(catalogue, nodelet):
         return [("", "", MATCHER, own["changeable"])] + matching
     selectors = [dict(entry, meaning="%(group)s: %(meaning)s" % entry) for entry in catalogue["selectors"]]
     choice = with_choices(own["changeable"], "selector", selectors)
+    if nodelet == "Tracker":
+        return [("", "", TRACKER, choice)]
     result = [("", "", SELECTOR, choice)]
     for selector in catalogue["selectors"]:
         options = live_options(selector)

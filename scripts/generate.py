@@ -132,7 +132,12 @@ def live_yaml(catalogue):
         lines.extend(textwrap.wrap(text, WIDTH, break_on_hyphens=False, **comment))
         lines.append("  %s%s: %s" % (prefix, option["name"], yaml_value(option)))
 
-    sections = (("feature_matcher", "FeatureMatcher"), ("matcher", "Matcher"), ("selector", "Selector"))
+    sections = (
+        ("feature_matcher", "FeatureMatcher"),
+        ("matcher", "Matcher"),
+        ("selector", "Selector"),
+        ("tracker", "Tracker"),
+    )
     for name, nodelet in sections:
         lines += ["", name + ":"]
         for option in catalogue["nodelets"][nodelet]["start"]:

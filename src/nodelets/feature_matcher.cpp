@@ -6,8 +6,10 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "corrsel/Correspondences.h"
+#include "corrsel/Features.h"
 #include "ros/live/image_source.h"
 #include "ros/live/live_matcher.h"
 #include "ros/live/live_stage.h"
@@ -18,7 +20,7 @@
 namespace corrsel {
 
 /// Publishes the putative matches of every image pair, or of every image with an earlier one, on
-/// `correspondences`.
+/// `correspondences`, and in a sequence the features of the newest image on `features`.
 class FeatureMatcherNodelet : public nodelet::Nodelet {
   using Stage = LiveStage<ImageSet, FeatureMatcherConfig>;
 
@@ -36,11 +38,16 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     parts.configure = [this](FeatureMatcherConfig& config, std::uint32_t level) { configure(config, level); };
     stage_ = std::make_unique<Stage>(getNodeHandle(), getPrivateNodeHandle(), getName(), parameters,
                                      std::move(parts));
-    stage_->start({Stage::output<Correspondences>("correspondences")});
+    sequence_ = parameters.mode == FeatureMatcherParameters::Mode::kSequence;
+    std::vector<ros::AdvertiseOptions> outputs = {Stage::output<Correspondences>("correspondences")};
+    if (sequence_) outputs.push_back(Stage::output<Features>("features"));
+    stage_->start(outputs);
   }
 
   void match(const ImageSet& images) {
     const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings_.current());
+    // They come before their matches, so that whoever has a match has the features, too.
+    if (sequence_ && stage_->isWanted("features")) stage_->publish("features", matcher_->newestFeatures());
     if (!message) return;  // the first image of a sequence
     stage_->report(message->seconds, message->header.stamp);
     stage_->diagnostics().set("cameras", camerasText(*message));
@@ -55,6 +62,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     stage_->diagnostics().set("features", change.features);
   }
 
+  bool sequence_ = false;
   std::unique_ptr<LiveMatcher> matcher_;  ///< used on the thread of the stage's queue only
   MatcherSettings settings_;
   std::unique_ptr<Stage> stage_;  ///< last: it calls what is above

@@ -133,6 +133,7 @@ Json nodelets() {
   list["FeatureMatcher"]["region"] = describe(RegionParameters());
   list["Matcher"]["changeable"] = describe(MatcherChoice());
   list["Selector"]["changeable"] = describe(SelectorChoice());
+  list["Tracker"]["changeable"] = describe(TrackerChoice());
   return list;
 }
 

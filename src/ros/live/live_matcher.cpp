@@ -1,6 +1,7 @@
 #include "ros/live/live_matcher.h"
 
 #include <algorithm>
+#include <boost/make_shared.hpp>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -108,8 +109,15 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
   info.seconds.describe = features->describe_seconds;
   if (sequence_extractor_ != settings.extractor) sequence_.reset();  // features of another kind
   sequence_extractor_ = settings.extractor;
+  newest_ = features;
+  newest_info_ = {info.header, info.features, cameraOf(images.left_calibration),
+                  features->detect_seconds + features->describe_seconds};
   return sequence_.add(std::move(features), cameraOf(images.left_calibration), settings.sequence,
                        matchingOf(settings), conversion_seconds, info);
+}
+
+boost::shared_ptr<Features> LiveMatcher::newestFeatures() const {
+  return boost::make_shared<Features>(toMsg(*newest_, newest_info_));
 }
 
 std::string camerasText(const Correspondences& message) {

@@ -6,9 +6,11 @@
 #include <string>
 
 #include "corrsel/Correspondences.h"
+#include "corrsel/Features.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
+#include "corrsel/ros/features.h"
 #include "ros/live/frame_matching.h"
 #include "ros/live/image_source.h"
 
@@ -40,6 +42,9 @@ class LiveMatcher {
   /// @return null if there is no earlier image yet
   boost::shared_ptr<Correspondences> match(const ImageSet& images, const Settings& settings);
 
+  /// The features of the newest image of a sequence. Only after a match() without a partner. O(features).
+  boost::shared_ptr<Features> newestFeatures() const;
+
  private:
   boost::shared_ptr<Correspondences> matchPair(const ImageSet& images, const Settings& settings);
   boost::shared_ptr<Correspondences> matchSequence(const ImageSet& images, const Settings& settings);
@@ -52,6 +57,8 @@ class LiveMatcher {
   int bits_ = 8;  ///< of images of 16 bits, so far
   SequenceMatching sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_
+  std::shared_ptr<const core::Features> newest_;
+  FeatureInfo newest_info_;
 };
 
 /// Which cameras a message has, for diagnostics: "left pinhole, right fisheye, a rig" or "left unknown, right

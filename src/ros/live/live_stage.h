@@ -114,9 +114,11 @@ class LiveStage {
   /// Publishes a message, a shared pointer, on an output. @pre the topic is one of those given to start()
   template <class MessagePtr>
   void publish(const std::string& topic, const MessagePtr& message) const {
-    const auto is_topic = [&topic](const auto& entry) { return entry.first == topic; };
-    std::find_if(publishers_.begin(), publishers_.end(), is_topic)->second.publish(message);
+    publisher(topic).publish(message);
   }
+
+  /// Whether somebody subscribes to an output. @pre as for publish()
+  bool isWanted(const std::string& topic) const { return publisher(topic).getNumSubscribers() > 0; }
 
   /// Adds one item's times to the diagnostics. @param stamp  of the left image
   void report(const StageTimes& seconds, const ros::Time& stamp) {
@@ -140,6 +142,11 @@ class LiveStage {
  private:
   using Server = dynamic_reconfigure::Server<Config>;
   static constexpr double kComplaintPeriod = 15.0;  ///< s, wall time
+
+  const ros::Publisher& publisher(const std::string& topic) const {
+    const auto is_topic = [&topic](const auto& entry) { return entry.first == topic; };
+    return std::find_if(publishers_.begin(), publishers_.end(), is_topic)->second;
+  }
 
   void process(const Item& item) {
     try {

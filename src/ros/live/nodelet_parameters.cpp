@@ -106,6 +106,20 @@ void SelectorParameters::visit(OptionVisitor& visitor) const {
                &SelectorParameters::presets_in_force);
 }
 
+void TrackerParameters::visit(OptionVisitor& visitor) const {
+  using P = TrackerParameters;
+  visitor.integer({"max_gap", 0, 30, "frames",
+                   "Frames that a track may be missing in before it ends; above 0, features are subscribed"},
+                  &P::max_gap);
+  visitor.text("file", "CSV file that the tracks are written to; empty = none", &P::file);
+  visitor.integer({"threads", 1, 1024, "-",
+                   "Threads that compare descriptors; the result does not depend on their number"},
+                  &P::threads);
+  visitCommon(visitor,
+              "Subscribe to the selections only while somebody subscribes to the tracks; with a file, they "
+              "are always subscribed");
+}
+
 void MatchViewerParameters::visit(OptionVisitor& visitor) const {
   using P = MatchViewerParameters;
   visitor.flag("lazy", "Subscribe and draw only while somebody subscribes to the drawings", &P::lazy);
@@ -208,11 +222,22 @@ void SelectorChoice::visit(OptionVisitor& visitor) const {
                   &P::seed);
 }
 
+void TrackerChoice::visit(OptionVisitor& visitor) const {
+  using P = TrackerChoice;
+  visitor.text("selector",
+               "Selector that decides which lost tracks were found again: a name or name:preset, or "
+               "package/Class of another package",
+               &P::selector);
+  visitor.integer({"min_age", 1, 1000000, "frames", "Tracks that were seen less often are not published"},
+                  &P::min_age);
+}
+
 std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> nodeletParameters() {
   std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> result;
   result.emplace_back("FeatureMatcher", std::make_unique<FeatureMatcherParameters>());
   result.emplace_back("Matcher", std::make_unique<MatcherParameters>());
   result.emplace_back("Selector", std::make_unique<SelectorParameters>());
+  result.emplace_back("Tracker", std::make_unique<TrackerParameters>());
   result.emplace_back("MatchViewer", std::make_unique<MatchViewerParameters>());
   result.emplace_back("Evaluator", std::make_unique<EvaluatorParameters>());
   return result;

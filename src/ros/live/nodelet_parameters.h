@@ -65,6 +65,17 @@ struct SelectorParameters : LiveParameters {
   void visit(core::OptionVisitor& visitor) const override;
 };
 
+/// Start-up parameters of the Tracker nodelet.
+struct TrackerParameters : LiveParameters {
+  TrackerParameters() { pending = 10; }  // a frame that is dropped may break tracks
+
+  int max_gap = 2;
+  std::string file;
+  int threads = 1;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
 /// Start-up parameters of the MatchViewer nodelet.
 struct MatchViewerParameters : core::OptionSet {
   bool lazy = true;
@@ -127,6 +138,14 @@ struct SelectorChoice : core::OptionSet {
   std::string options;
   double max_seconds = 1;
   int seed = 0;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// The parameters of the Tracker nodelet that can be changed at run time.
+struct TrackerChoice : core::OptionSet {
+  std::string selector = "auto";
+  int min_age = 2;
 
   void visit(core::OptionVisitor& visitor) const override;
 };
