@@ -289,7 +289,7 @@ class Pipelines(LaunchedTest):
     @unittest.skipUnless(
         all(map(shutil.which, ("rviz", "Xvfb", "import"))), "rviz, Xvfb or ImageMagick is missing"
     )
-    def test_rviz_shows_poses_and_matches(self):
+    def test_rviz_shows_poses_tracks_and_matches(self):
         """config/corrsel.rviz: rviz subscribes to what it names, and its window is no blank."""
         display = ":%d" % (self.port % 10000 + 100)
         screen = self.start("Xvfb", display, "-screen", "0", "1280x960x24", "-nolisten", "tcp")
@@ -307,25 +307,34 @@ class Pipelines(LaunchedTest):
         self.addCleanup(self.end, rviz)
         self.launch(
             "",
-            "live.launch",
+            "sequence.launch",
             "features:=orb+orb",
             "selector:=pose",
-            "left_image:=left/image_raw",
-            "right_image:=right/image_raw",
+            "image:=left/image_raw",
+            "tracks:=true",
         )
         rig = self.rig("")
-        self.assertIsNotNone(rig.matched(), self.text())
+        scene = rectified_scene()[0]
+        frames = [raw_image(np.roll(scene, 3 * k, axis=1)) for k in range(20)]
+
+        def walk():
+            """The camera moves on to the right."""
+            frames.append(frames.pop(0))
+            rig.pixels[0] = frames[0]
+            rig.play()
+
+        self.assertTrue(wait_until(lambda: rig.matches, walk), self.text())
         master = rosgraph.Master("/test_pipelines")
 
         def shown():
             subscribed = {
                 topic for topic, nodes in master.getSystemState()[1] if any("rviz" in n for n in nodes)
             }
-            return {"/matches/image", "/pose"} <= subscribed
+            return {"/matches/image", "/tracks/image", "/pose"} <= subscribed
 
-        self.assertTrue(wait_until(shown, rig.play), self.text())
+        self.assertTrue(wait_until(shown, walk), self.text())
         for _ in range(10 * RATE):
-            rig.play()
+            walk()
         picture = self.root / "rviz.png"
         subprocess.run(
             ["import", "-display", display, "-window", "root", str(picture)], check=True, timeout=PATIENCE

@@ -120,8 +120,8 @@ void TrackerParameters::visit(OptionVisitor& visitor) const {
               "are always subscribed");
 }
 
-void MatchViewerParameters::visit(OptionVisitor& visitor) const {
-  using P = MatchViewerParameters;
+void ViewerParameters::visitCommon(OptionVisitor& visitor) const {
+  using P = ViewerParameters;
   visitor.flag("lazy", "Subscribe and draw only while somebody subscribes to the drawings", &P::lazy);
   visitor.text("image_transport",
                "Transport of the images: raw, compressed, or the name of an installed plug-in",
@@ -130,8 +130,19 @@ void MatchViewerParameters::visit(OptionVisitor& visitor) const {
                    "Messages of each topic that wait to be received; receiving is quick"},
                   &P::subscriber_queue_size);
   visitor.integer(
-      {"cache_size", 1, 100000, "-", "Pairs that are kept until all messages with their stamp have arrived"},
+      {"cache_size", 1, 100000, "-", "Images that are kept until all messages with their stamp have arrived"},
       &P::cache_size);
+}
+
+void TrackViewerParameters::visit(OptionVisitor& visitor) const {
+  visitCommon(visitor);
+  visitor.integer({"tail", 1, 1000, "frames", "Length of the tails of the tracks"},
+                  &TrackViewerParameters::tail);
+}
+
+void MatchViewerParameters::visit(OptionVisitor& visitor) const {
+  using P = MatchViewerParameters;
+  visitCommon(visitor);
   visitor.number({"tolerance", 0, 1e6, "px", "Error up to which a match is drawn as correct"}, &P::tolerance);
   visitor.integer({"max_lines", 1, 1000000, "-", "Largest number of lines that are drawn of each colour"},
                   &P::max_lines);
@@ -238,6 +249,7 @@ std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> nodeletPar
   result.emplace_back("Matcher", std::make_unique<MatcherParameters>());
   result.emplace_back("Selector", std::make_unique<SelectorParameters>());
   result.emplace_back("Tracker", std::make_unique<TrackerParameters>());
+  result.emplace_back("TrackViewer", std::make_unique<TrackViewerParameters>());
   result.emplace_back("MatchViewer", std::make_unique<MatchViewerParameters>());
   result.emplace_back("Evaluator", std::make_unique<EvaluatorParameters>());
   return result;

@@ -76,12 +76,26 @@ struct TrackerParameters : LiveParameters {
   void visit(core::OptionVisitor& visitor) const override;
 };
 
-/// Start-up parameters of the MatchViewer nodelet.
-struct MatchViewerParameters : core::OptionSet {
+/// Start-up parameters of the nodelets that draw.
+struct ViewerParameters : core::OptionSet {
   bool lazy = true;
   std::string image_transport = "raw";
   int subscriber_queue_size = 5;
   int cache_size = 10;
+
+ protected:
+  void visitCommon(core::OptionVisitor& visitor) const;
+};
+
+/// Start-up parameters of the TrackViewer nodelet.
+struct TrackViewerParameters : ViewerParameters {
+  int tail = 20;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// Start-up parameters of the MatchViewer nodelet.
+struct MatchViewerParameters : ViewerParameters {
   double tolerance = 5;
   int max_lines = 200;
 
