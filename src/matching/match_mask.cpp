@@ -32,20 +32,22 @@ cv::Mat toMask(const cv::Mat& image, const MaskOptions& options) {
     throw std::invalid_argument("mask has type " + cv::typeToString(image.type()) +
                                 "; needed: 8 or 16 bits with 1 channel");
   }
-  cv::Mat excluded;
-  if (options.classes.empty()) {
-    excluded = image == 0;
-  } else {
-    excluded = cv::Mat::zeros(image.size(), CV_8UC1);
-    for (const int label : options.classes) excluded |= image == label;
+  constexpr int kBand = 32;  // rows that stay in the cache from one class to the next
+  const std::vector<int> labels = options.classes.empty() ? std::vector<int>{0} : options.classes;
+  cv::Mat mask(image.size(), CV_8UC1, cv::Scalar(255)), other;
+  for (int y = 0; y < image.rows; y += kBand) {
+    const cv::Range rows(y, std::min(y + kBand, image.rows));
+    cv::Mat band = mask.rowRange(rows);
+    for (const int label : labels) {
+      cv::compare(image.rowRange(rows), label, other, cv::CMP_NE);
+      band &= other;
+    }
   }
   if (options.dilation > 0) {
+    // To dilate the zeros is to erode the rest. A square is what OpenCV takes apart into rows and columns.
     const int side = 2 * options.dilation + 1;
-    // A square, which OpenCV takes apart into rows and columns.
-    cv::dilate(excluded, excluded, cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
+    cv::erode(mask, mask, cv::getStructuringElement(cv::MORPH_RECT, {side, side}));
   }
-  cv::Mat mask;
-  cv::bitwise_not(excluded, mask);
   return mask;
 }
 
