@@ -1,8 +1,12 @@
-#include <fstream>
+#include <mutex>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
 
 #include "base/temporary_folder.h"
 #include "live_fixture.h"
+#include "ros/live/callback_thread.h"
+#include "ros/live/masked_source.h"
 
 // Masks: latched ones and those of files hide features, and stamped ones reject matches.
 namespace corrsel::testing {
@@ -214,6 +218,53 @@ TEST_F(LiveMasks, InASequenceTheMaskOfTheEarlierFrameCountsForTheRightSide) {
   EXPECT_EQ(first.selection->mask_use, Selection::MASK_APPLIED);
   frame(90);
   EXPECT_TRUE(isMasked(outcome(frame(150)), 150, 90));
+}
+
+TEST_F(LiveMasks, MasksThatBelongToNoPairAreComplainedAbout) {
+  correspondences_ = nh_.advertise<Correspondences>("correspondences", 10);
+  left_mask_ = nh_.advertise<sensor_msgs::Image>("left/mask", 10);
+  CallbackThread thread;
+  SelectorParameters parameters;
+  parameters.mask_timeout = 0.01;
+  std::mutex mutex;
+  std::vector<ros::Time> order;
+  std::vector<std::string> problems;
+  const auto receive = [&](const TimedMatches& matches, const PairMasks& masks) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    EXPECT_TRUE(masks.missing && masks.left.empty());
+    order.push_back(matches.message->header.stamp);
+  };
+  MaskedSource source(thread.handle(nh_), parameters, receive,
+                      [&problems](const std::string& problem) { problems.push_back(problem); });
+  source.subscribe();
+  ASSERT_TRUE(waitFor(
+      [&] { return correspondences_.getNumSubscribers() == 1 && left_mask_.getNumSubscribers() == 1; }));
+  EXPECT_EQ(source.complaint(), "");
+  std::vector<ros::Time> sent;
+  for (int i = 0; i < 3; ++i) {
+    Correspondences pair;
+    pair.header.stamp = pair.right_stamp = nextStamp();
+    sent.push_back(pair.header.stamp);
+    correspondences_.publish(pair);
+    left_mask_.publish(mask(pair.header.stamp + ros::Duration(0.01), 50));
+  }
+  left_mask_.publish(imageMsg(sent[2], "camera", "32FC1", cv::Mat::zeros(240, 320, CV_32FC1)));
+  ASSERT_TRUE(waitFor([&] { return source.counts().masks == 3 && source.counts().pairs_unmasked == 3; }));
+  const std::string text = source.complaint();
+  for (const std::string& part : {"3 masks (" + ns_ + "/left/mask, " + ns_ + "/right/mask) and 3 pairs",
+                                  std::string("~mask_max_age")}) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  }
+  EXPECT_EQ(source.complaint(), "") << "nothing has come since";
+  EXPECT_TRUE(waitFor([&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return order == sent;
+  }));
+  source.unsubscribe();
+  thread.stop();
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_EQ(problems[0].find(ns_ + "/left/mask: ignored: image encoding '32FC1' is not supported"), 0u)
+      << problems[0];
 }
 
 TEST_F(LiveMasks, AFileHidesTheRobotsOwnBody) {
