@@ -4,12 +4,14 @@
 #include <boost/shared_ptr.hpp>
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "corrsel/Correspondences.h"
 #include "corrsel/Features.h"
+#include "ros/live/image_mask.h"
 #include "ros/live/image_source.h"
 #include "ros/live/live_matcher.h"
 #include "ros/live/live_stage.h"
@@ -29,7 +31,12 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     for (const std::string& text : readParameters(getPrivateNodeHandle(), parameters)) {
       NODELET_ERROR_STREAM(text);
     }
-    matcher_ = std::make_unique<LiveMatcher>(parameters.threads);
+    const bool sequence = parameters.mode == FeatureMatcherParameters::Mode::kSequence;
+    const cv::Mat left_mask = sequence ? fixedMask("mask_file", parameters.mask_file)
+                                       : fixedMask("left_mask_file", parameters.left_mask_file);
+    const cv::Mat right_mask =
+        sequence ? cv::Mat() : fixedMask("right_mask_file", parameters.right_mask_file);
+    matcher_ = std::make_unique<LiveMatcher>(parameters.threads, left_mask, right_mask);
     Stage::Parts parts;
     parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) {
       return openImageSource(nh, getPrivateNodeHandle(), parameters, std::move(put));
@@ -42,6 +49,18 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     std::vector<ros::AdvertiseOptions> outputs = {Stage::output<Correspondences>("correspondences")};
     if (sequence_) outputs.push_back(Stage::output<Features>("features"));
     stage_->start(outputs);
+  }
+
+  /// The mask of a file; empty where none is given, and after an error, which is logged.
+  cv::Mat fixedMask(const std::string& parameter, const std::string& path) {
+    if (path.empty()) return {};
+    try {
+      return readMaskFile(path);
+    } catch (const std::runtime_error& error) {
+      NODELET_ERROR_STREAM("parameter " << getPrivateNodeHandle().resolveName(parameter)
+                                        << " is ignored: " << error.what());
+      return {};
+    }
   }
 
   void match(const ImageSet& images) {

@@ -3,7 +3,9 @@
 #include <nodelet/nodelet.h>
 #include <ros/param.h>
 
+#include <algorithm>
 #include <memory>
+#include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 #include <utility>
@@ -17,6 +19,7 @@
 #include "ros/live/live_selector.h"
 #include "ros/live/live_source.h"
 #include "ros/live/live_stage.h"
+#include "ros/live/masked_source.h"
 #include "ros/live/nodelet_parameters.h"
 #include "ros/live/parameters.h"
 
@@ -27,10 +30,13 @@ namespace corrsel {
 /// `pose`).
 class SelectorNodelet : public nodelet::Nodelet {
   struct Item {
-    CorrespondencesConstPtr message;
-    core::Stopwatch waiting;
+    TimedMatches matches;
+    std::optional<PairMasks> masks;  ///< where stamped masks are used
   };
   using Stage = LiveStage<Item, SelectorConfig>;
+
+  /// Pairs that may wait where masks are used: one mask shows of all earlier pairs that they get none.
+  static constexpr int kReleasedAtOnce = 10;
 
   void onInit() override {
     enableSelectorPlugins();
@@ -40,13 +46,12 @@ class SelectorNodelet : public nodelet::Nodelet {
     }
     for (const std::string& text : unreadParameters(ownParameters())) NODELET_ERROR_STREAM(text);
     selector_ = std::make_unique<LiveSelector>(parameters.presets_in_force);
+    const bool masked = parameters.use_mask && parameters.mask_mode == MaskMode::kStamped;
+    if (masked) parameters.pending = std::max(parameters.pending, kReleasedAtOnce);
     Stage::Parts parts;
     parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) {
-      return std::make_unique<MessageSource<Correspondences>>(
-          nh, "correspondences", static_cast<std::uint32_t>(parameters.subscriber_queue_size),
-          [put = std::move(put)](const CorrespondencesConstPtr& message) {
-            put({message, core::Stopwatch()});
-          });
+      return masked ? openMasked(nh, parameters, std::move(put))
+                    : openUnmasked(nh, parameters, std::move(put));
     };
     parts.work = [this](const Item& item) { select(item); };
     parts.configure = [this](SelectorConfig& config, std::uint32_t level) { configure(config, level); };
@@ -56,6 +61,35 @@ class SelectorNodelet : public nodelet::Nodelet {
     stage_->start({Stage::output<Correspondences>("matches"), Stage::output<Selection>("selection"),
                    Stage::output<RelativePose>("relative_pose"),
                    Stage::output<geometry_msgs::PoseWithCovarianceStamped>("pose")});
+  }
+
+  static std::unique_ptr<LiveSource> openUnmasked(const ros::NodeHandle& nh,
+                                                  const SelectorParameters& parameters, Stage::Put put) {
+    return std::make_unique<MessageSource<Correspondences>>(
+        nh, "correspondences", static_cast<std::uint32_t>(parameters.subscriber_queue_size),
+        [put = std::move(put)](const CorrespondencesConstPtr& message) {
+          put({{message, core::Stopwatch()}, std::nullopt});
+        });
+  }
+
+  std::unique_ptr<LiveSource> openMasked(const ros::NodeHandle& nh, const SelectorParameters& parameters,
+                                         Stage::Put put) {
+    auto source = std::make_unique<MaskedSource>(
+        nh, parameters,
+        [put = std::move(put)](TimedMatches matches, PairMasks masks) {
+          put({std::move(matches), std::move(masks)});
+        },
+        [this](const std::string& problem) { stage_->warn(problem); });
+    masked_source_ = source.get();
+    return source;
+  }
+
+  void reportMasks() {
+    const MaskedSource::Gate::Counts counts = masked_source_->counts();
+    stage_->diagnostics().set("masks", std::to_string(counts.masks));
+    stage_->diagnostics().set("masks that found no pair", std::to_string(counts.masks_unused));
+    stage_->diagnostics().set("pairs with their masks", std::to_string(counts.pairs_masked));
+    stage_->diagnostics().set("pairs without a mask", std::to_string(counts.pairs_unmasked));
   }
 
   /// The parameters that are set below the nodelet's namespace.
@@ -70,7 +104,8 @@ class SelectorNodelet : public nodelet::Nodelet {
   }
 
   void select(const Item& item) {
-    const LiveSelector::Result result = selector_->select(*item.message, item.waiting.seconds());
+    const LiveSelector::Result result =
+        selector_->select(*item.matches.message, item.matches.waiting.seconds(), item.masks);
     Selection& selection = *result.selection;
     const core::Stopwatch watch;
     stage_->publish("matches", result.matches);
@@ -84,6 +119,7 @@ class SelectorNodelet : public nodelet::Nodelet {
     }
     stage_->diagnostics().confidence(selection.confidence);
     stage_->diagnostics().set("pose", result.verdict);
+    if (masked_source_ != nullptr) reportMasks();
     if (!result.warning.empty()) stage_->warn(result.warning);
   }
 
@@ -101,7 +137,8 @@ class SelectorNodelet : public nodelet::Nodelet {
   }
 
   std::unique_ptr<LiveSelector> selector_;
-  std::unique_ptr<Stage> stage_;  ///< last: it calls what is above
+  const MaskedSource* masked_source_ = nullptr;  ///< of stage_; null where no stamped masks are used
+  std::unique_ptr<Stage> stage_;                 ///< last: it calls what is above
 };
 
 }  // namespace corrsel

@@ -6,7 +6,9 @@
 #include <new>
 #include <opencv2/core.hpp>
 #include <stdexcept>
+#include <utility>
 
+#include "base/spread_selection.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "posterior/posterior.h"
@@ -137,15 +139,6 @@ Selection restricted(const Selection& selection, const std::vector<std::uint32_t
   return result;
 }
 
-/// The values of some rows as values of all n rows.
-template <class Value>
-std::vector<Value> spread(const std::vector<Value>& values, const std::vector<std::uint32_t>& rows,
-                          std::size_t n, Value of_others) {
-  std::vector<Value> result(n, of_others);
-  for (std::size_t i = 0; i < rows.size(); ++i) result[rows[i]] = values[i];
-  return result;
-}
-
 /// @pre finite coordinates
 double confidenceIn(const Correspondences& matches, const Selection& selection, Workspace& workspace) {
   const bool modelled = selection.model_kind != ModelKind::kNone && selection.iterations > 0;
@@ -229,21 +222,7 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
       run(kept, workspace, inner);
       requireSense(inner, rows.size());
       requireConfidence(kept, inner, minConfidence(), workspace);
-      for (std::size_t i = 0; i < rows.size(); ++i) result.mask[rows[i]] = inner.mask[i];
-      constexpr float kNoScore = std::numeric_limits<float>::quiet_NaN();
-      if (!inner.score.empty()) result.score = spread(inner.score, rows, n, kNoScore);
-      if (!inner.group.empty()) result.group = spread(inner.group, rows, n, -1);
-      result.model_kind = inner.model_kind;
-      result.model = inner.model;
-      result.status = inner.status;
-      result.message = inner.message;
-      result.scene = inner.scene;
-      result.confidence = inner.confidence;
-      result.sigma = inner.sigma;
-      result.pose = inner.pose;
-      result.n_ignored = inner.n_ignored;
-      if (!inner.probability.empty()) result.probability = spread(inner.probability, rows, n, 0.0F);
-      result.iterations = inner.iterations;
+      result = spreadSelection(std::move(inner), rows, n);
     }
   } catch (const std::bad_alloc&) {
     fail(result, n, Status::kTooLarge, "out of memory with " + std::to_string(n) + " matches");

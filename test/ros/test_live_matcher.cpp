@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -244,6 +245,30 @@ TEST_F(LiveMatcherTest, MasksAndAreaLimitWhereFeaturesAre) {
       EXPECT_LE(y, 159.5F);
     }
   }
+}
+
+TEST_F(LiveMatcherTest, AFixedMaskCountsTogetherWithTheNewestOne) {
+  cv::Mat body(kHeight / 2, kWidth / 2, CV_8UC1, cv::Scalar(255)),
+      mask(kHeight, kWidth, CV_8UC1, cv::Scalar(1));
+  body.colRange(0, 30).setTo(0);  // of a smaller image of the same shape
+  mask.rowRange(0, 80).setTo(0);
+  LiveMatcher matcher(1, body);
+  ImageSet images;
+  images.left = message(view(0), 1.0);
+  images.right = message(view(0), 1.0);
+  const auto least = [&](auto member) {
+    const auto answer = matcher.match(images, settings_);
+    const std::vector<float>& values = (*answer).*member;
+    return values.empty() ? std::nanf("") : *std::min_element(values.begin(), values.end());
+  };
+  EXPECT_GE(least(&Correspondences::left_x), 59.5F);
+  EXPECT_LT(least(&Correspondences::left_y), 79.5F);
+  EXPECT_LT(least(&Correspondences::right_x), 59.5F) << "the right camera has no fixed mask";
+  images.left_mask = message(mask, 1.0);
+  EXPECT_GE(least(&Correspondences::left_x), 59.5F);
+  EXPECT_GE(least(&Correspondences::left_y), 79.5F);
+  images.left_mask = message(255 - mask, 1.0);  // excludes nothing, because it is 255 or 254
+  EXPECT_LT(least(&Correspondences::left_y), 79.5F);
 }
 
 TEST_F(LiveMatcherTest, WhatCannotBeUsedIsNamed) {

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "../core/test_support.h"
 #include "base/text.h"
@@ -74,6 +77,110 @@ TEST(LiveSelector, PassesOnNoMatchesThatAreUncertain) {
   EXPECT_TRUE(unsure.matches->left_x.empty());
   EXPECT_EQ(unsure.matches->header.stamp, input.header.stamp);
   EXPECT_EQ(unsure.warning.rfind("lpm: uncertain: the confidence is ", 0), 0u) << unsure.warning;
+}
+
+/// A mask for a left image of `message`, which excludes all up to a column.
+PairMasks leftMask(int columns) {
+  PairMasks masks;
+  masks.left = cv::Mat(core::testing::kSceneHeight, core::testing::kSceneWidth, CV_8UC1, cv::Scalar(255));
+  masks.left.colRange(0, columns).setTo(0);
+  return masks;
+}
+
+/// Whether an array has the values of some rows in these rows and another value elsewhere; empty arrays
+/// agree.
+template <class Value>
+bool isSpread(const std::vector<Value>& all, const std::vector<Value>& some,
+              const std::vector<std::uint32_t>& rows, std::size_t n, Value of_others) {
+  std::vector<Value> expected(some.empty() ? 0 : n, of_others);
+  for (std::size_t i = 0; i < some.size(); ++i) expected[rows[i]] = some[i];
+  return all == expected;
+}
+
+TEST(LiveSelector, RejectsTheMatchesOnMasksBeforeTheAlgorithm) {
+  bool grouped = false, with_probability = false;
+  for (const char* name : {"auto", "planes"}) {
+    LiveSelector selector;
+    SelectorConfig asked = config(name);
+    ASSERT_EQ(selector.configure(asked).error, "");
+    Correspondences input = message(400);
+    input.left_x[7] = std::numeric_limits<float>::quiet_NaN();
+    const LiveSelector::Result result = selector.select(input, 0.0, leftMask(300));
+    const Selection& all = *result.selection;
+    std::vector<std::uint32_t> rows;
+    for (std::uint32_t i = 0; i < input.left_x.size(); ++i) {
+      if (!(input.left_x[i] < 299.5F)) rows.push_back(i);
+    }
+    ASSERT_GT(rows.size(), 150u);
+    ASSERT_LT(rows.size(), 350u);
+    const core::Correspondences rest = fromMsg(input).subset(rows);
+    core::Selection expected = core::createSelector(name)->select(rest);
+    addConfidence(rest, expected);
+    ASSERT_GT(expected.n_selected, 50u);
+
+    EXPECT_EQ(all.mask_use, Selection::MASK_APPLIED);
+    EXPECT_EQ(all.n_input, 400u);
+    EXPECT_EQ(all.n_masked, 400u - rows.size());
+    EXPECT_EQ(all.n_ignored, 1u);
+    EXPECT_EQ(all.n_selected, expected.n_selected);
+    EXPECT_EQ(all.confidence, expected.confidence);
+    EXPECT_EQ(all.scene, static_cast<std::uint8_t>(expected.scene));
+    const core::Selection back = fromMsg(all);  // throws where lengths or counts do not fit
+    EXPECT_TRUE(isSpread(back.mask, expected.mask, rows, 400, std::uint8_t{0}));
+    EXPECT_TRUE(isSpread(back.group, expected.group, rows, 400, -1));
+    EXPECT_TRUE(isSpread(back.probability, expected.probability, rows, 400, 0.0F));
+    EXPECT_EQ(result.matches->left_x.size(), expected.n_selected);
+    for (const float x : result.matches->left_x) EXPECT_GE(x, 299.5F);
+    grouped = grouped || !expected.group.empty();
+    with_probability = with_probability || !expected.probability.empty();
+  }
+  EXPECT_TRUE(grouped && with_probability);
+}
+
+TEST(LiveSelector, ScoresOfMaskedMatchesAreNaN) {
+  LiveSelector selector;
+  SelectorConfig asked = config("nnsr");
+  ASSERT_EQ(selector.configure(asked).error, "");
+  Correspondences input = message(400);
+  input.distance.resize(400);
+  input.second_distance.assign(400, 1);
+  for (std::size_t i = 0; i < 400; ++i) input.distance[i] = i % 3 == 0 ? 0.9F : 0.1F;
+  const Selection result = *selector.select(input, 0.0, leftMask(300)).selection;
+  ASSERT_EQ(result.score.size(), 400u);
+  for (std::size_t i = 0; i < 400; ++i) EXPECT_EQ(std::isnan(result.score[i]), input.left_x[i] < 299.5F) << i;
+}
+
+TEST(LiveSelector, StatesWhatBecameOfTheMasks) {
+  LiveSelector selector;
+  SelectorConfig asked = config("lpm");
+  ASSERT_EQ(selector.configure(asked).error, "");
+  const Correspondences input = message(250);
+  const Selection without = *selector.select(input, 0.0).selection;
+  EXPECT_EQ(without.mask_use, Selection::MASK_UNUSED);
+  EXPECT_EQ(without.n_masked, 0u);
+
+  const Selection nothing = *selector.select(input, 0.0, leftMask(0)).selection;
+  EXPECT_EQ(nothing.mask_use, Selection::MASK_APPLIED) << "a mask that excludes nothing";
+  EXPECT_EQ(nothing.mask, without.mask);
+
+  PairMasks missing = leftMask(300);
+  missing.missing = true;
+  const Selection one = *selector.select(input, 0.0, missing).selection;
+  EXPECT_EQ(one.mask_use, Selection::MASK_MISSING);
+  EXPECT_GT(one.n_masked, 0u) << "what is there counts";
+
+  PairMasks odd;
+  odd.right = cv::Mat::zeros(100, 100, CV_8UC1);
+  const LiveSelector::Result refused = selector.select(input, 0.0, odd);
+  EXPECT_EQ(refused.selection->mask_use, Selection::MASK_MISSING);
+  EXPECT_EQ(refused.selection->mask, without.mask);
+  EXPECT_NE(refused.warning.find("right mask has 100x100 px; needed: 800x600 px"), std::string::npos)
+      << refused.warning;
+
+  const LiveSelector::Result all = selector.select(input, 0.0, leftMask(800));
+  EXPECT_EQ(all.selection->n_masked, 250u);
+  EXPECT_EQ(all.selection->status, Selection::STATUS_TOO_FEW);
+  EXPECT_EQ(all.selection->mask.size(), 250u);
 }
 
 TEST(LiveSelector, PassesOnAPoseWhereTheSelectorHasOne) {

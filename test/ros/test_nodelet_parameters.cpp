@@ -99,6 +99,20 @@ TEST(NodeletParameters, ValuesOfTheWrongKindAreIgnored) {
   EXPECT_EQ(images.approximate_sync_max_interval, 0.0);
 }
 
+TEST(NodeletParameters, ClassesOfMasksAreAListOfLabels) {
+  SelectorParameters selector;
+  EXPECT_TRUE(selector.maskClassList().empty());
+  EXPECT_EQ(assign(selector, "mask_classes", "11, 12, 65535"), "");
+  EXPECT_EQ(selector.maskClassList(), (std::vector<int>{11, 12, 65535}));
+  for (const char* bad : {"11, car", "-1", "65536", "1.5"}) {
+    const std::string text = assign(selector, "mask_classes", bad);
+    EXPECT_TRUE(holds(text, "is ignored")) << text;
+    EXPECT_EQ(selector.maskClassList().size(), 3u);
+  }
+  EXPECT_EQ(assign(selector, "mask_mode", "stamped"), "");
+  EXPECT_EQ(selector.mask_mode, MaskMode::kStamped);
+}
+
 TEST(NodeletParameters, TolerancesAreAListOfPositiveNumbers) {
   EvaluatorParameters evaluator;
   EXPECT_EQ(evaluator.toleranceList(), core::EvaluationOptions().tolerances);

@@ -31,7 +31,7 @@ CameraInput::CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,
                          Callback on_image)
     : nh_(nh),
       mask_topic_(prefix + "mask"),
-      use_mask_(parameters.use_mask),
+      use_mask_(parameters.use_mask && parameters.mask_mode == MaskMode::kLatched),
       on_image_(std::move(on_image)),
       images_(nh, pnh, parameters.image_transport, prefix + "image",
               static_cast<std::uint32_t>(parameters.subscriber_queue_size),

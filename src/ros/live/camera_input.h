@@ -19,14 +19,15 @@
 
 namespace corrsel {
 
-/// One camera: its images, its newest mask and calibration, and irregularities of its stamps.
+/// One camera: its images, its newest latched mask and calibration, and irregularities of its stamps.
 class CameraInput {
  public:
   /// @param backwards  whether the stamp is earlier than that of the previous image
   using Callback = std::function<void(const sensor_msgs::ImageConstPtr&, bool backwards)>;
 
   /// Does not subscribe yet.
-  /// @param parameters  subscriber_queue_size, image_transport, images and use_mask are used
+  /// @param parameters  subscriber_queue_size, image_transport, images, use_mask and
+  ///                    mask_mode are used
   /// @param prefix      of the topics `image`, `mask` and `camera_info`: "left/"
   /// @param on_image    called on the queue of `nh`, which must call one callback at a time
   CameraInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh,

@@ -15,20 +15,14 @@
 namespace corrsel {
 namespace {
 
-core::FeatureRegion region(const sensor_msgs::ImageConstPtr& mask, cv::Rect area, const cv::Size& size) {
+core::FeatureRegion region(const cv::Mat& mask, cv::Rect area, const cv::Size& size) {
   core::FeatureRegion result;
   if (area != cv::Rect()) {
     if (area.width == 0) area.width = std::max(1, size.width - area.x);
     if (area.height == 0) area.height = std::max(1, size.height - area.y);
     result.area = area;
   }
-  if (!mask) return result;
-  const cv::Mat image = fromMsg(mask)->image;
-  if (image.channels() == 1) {
-    result.mask = image;
-  } else {
-    cv::extractChannel(image, result.mask, 0);
-  }
+  result.mask = mask;
   return result;
 }
 
@@ -79,8 +73,11 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
   const core::Stopwatch watch;
   const cv_bridge::CvImageConstPtr left = fromMsgForFeatures(images.left),
                                    right = fromMsgForFeatures(images.right);
-  const core::FeatureRegion left_region = region(images.left_mask, settings.area, left->image.size()),
-                            right_region = region(images.right_mask, settings.area, right->image.size());
+  const cv::Size left_size = left->image.size(), right_size = right->image.size();
+  const core::FeatureRegion left_region =
+                                region(left_mask_.of(images.left_mask, left_size), settings.area, left_size),
+                            right_region = region(right_mask_.of(images.right_mask, right_size),
+                                                  settings.area, right_size);
   countBits(left->image);
   countBits(right->image);
   const cv::Mat left_pixels = inUsedBits(left->image), right_pixels = inUsedBits(right->image);
@@ -100,7 +97,8 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
   PairInfo info = infoOf(images, settings, images.waiting.seconds());
   const core::Stopwatch watch;
   const cv_bridge::CvImageConstPtr image = fromMsgForFeatures(images.left);
-  const core::FeatureRegion where = region(images.left_mask, settings.area, image->image.size());
+  const cv::Size size = image->image.size();
+  const core::FeatureRegion where = region(left_mask_.of(images.left_mask, size), settings.area, size);
   countBits(image->image);
   const cv::Mat pixels = inUsedBits(image->image);
   const double conversion_seconds = watch.seconds();

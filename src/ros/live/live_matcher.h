@@ -4,6 +4,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <utility>
 
 #include "corrsel/Correspondences.h"
 #include "corrsel/Features.h"
@@ -12,6 +13,7 @@
 #include "corrsel/matching/sequence.h"
 #include "corrsel/ros/features.h"
 #include "ros/live/frame_matching.h"
+#include "ros/live/image_mask.h"
 #include "ros/live/image_source.h"
 
 namespace corrsel {
@@ -34,8 +36,11 @@ class LiveMatcher {
                     ///< the edge
   };
 
-  /// @param threads  number of threads that may be used; the result does not depend on it
-  explicit LiveMatcher(int threads) : threads_(threads) {}
+  /// @param threads     number of threads that may be used; the result does not depend on it
+  /// @param left_mask   where no features are looked for in any left image, see ImageMask; empty = none
+  /// @param right_mask  the same for right images; a sequence has left ones only
+  explicit LiveMatcher(int threads, cv::Mat left_mask = {}, cv::Mat right_mask = {})
+      : threads_(threads), left_mask_(std::move(left_mask)), right_mask_(std::move(right_mask)) {}
 
   /// Matches the images. Throws std::exception that names the encoding or the size of an image or a mask that
   /// cannot be used.
@@ -54,6 +59,7 @@ class LiveMatcher {
   cv::Mat inUsedBits(const cv::Mat& image) const;
 
   const int threads_;
+  ImageMask left_mask_, right_mask_;
   int bits_ = 8;  ///< of images of 16 bits, so far
   SequenceMatching sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_

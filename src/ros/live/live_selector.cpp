@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <exception>
+#include <stdexcept>
+#include <utility>
 
+#include "base/spread_selection.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "corrsel/matching/match_mask.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/pose.h"
 #include "corrsel/selectors/factory.h"
@@ -46,6 +50,37 @@ void addPose(const core::Selection& selection, const PairInfo& info, const std::
   result.verdict = core::toString(selection.pose->motion);
   const auto pose = poseOfRight(*result.relative_pose);
   if (pose) result.pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(*pose);
+}
+
+/// The matches that masks leave, and what became of the masks.
+struct Unmasked {
+  std::vector<std::uint32_t> rows;
+  std::uint8_t mask_use = Selection::MASK_UNUSED;
+  std::string warning;  ///< why a mask was left out; empty = none was
+};
+
+Unmasked unmasked(const core::Correspondences& matches, PairMasks masks) {
+  Unmasked result;
+  const auto fit = [&](cv::Mat& mask, const cv::Size& image, const std::string& side) {
+    try {
+      if (!mask.empty()) mask = core::fittedMask(mask, image);
+    } catch (const std::invalid_argument& error) {
+      result.warning = side + " " + error.what();
+      mask.release();
+      masks.missing = true;
+    }
+  };
+  fit(masks.left, matches.left_size, "left");
+  fit(masks.right, matches.right_size, "right");
+  result.rows = core::unmaskedRows(matches, masks.left, masks.right);
+  result.mask_use = masks.missing ? Selection::MASK_MISSING : Selection::MASK_APPLIED;
+  return result;
+}
+
+core::Selection selectWithConfidence(const core::Selector& selector, const core::Correspondences& matches) {
+  core::Selection selection = selector.select(matches);
+  addConfidence(matches, selection);
+  return selection;
 }
 
 /// 0 for times that were not measured, because somebody else has made the matches.
@@ -183,7 +218,8 @@ std::vector<std::string> unreadParameters(const std::vector<std::string>& names)
   return complaints;
 }
 
-LiveSelector::Result LiveSelector::select(const Correspondences& message, double waited) const {
+LiveSelector::Result LiveSelector::select(const Correspondences& message, double waited,
+                                          const std::optional<PairMasks>& masks) const {
   Active active;
   {
     const std::lock_guard<std::mutex> lock(active_mutex_);
@@ -195,10 +231,14 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
   info.seconds.wait = orZero(info.seconds.wait) + waited;
   info.seconds.publish = orZero(info.seconds.publish) + watch.seconds();
 
-  core::Selection selection = active.selector->select(input);
-  info.seconds.select = selection.seconds;
   watch.restart();
-  addConfidence(input, selection);
+  const Unmasked rest = masks ? unmasked(input, *masks) : Unmasked();
+  const std::size_t n_masked = masks ? input.size() - rest.rows.size() : 0;
+  const core::Selection selection =
+      n_masked == 0 ? selectWithConfidence(*active.selector, input)
+                    : core::spreadSelection(selectWithConfidence(*active.selector, input.subset(rest.rows)),
+                                            rest.rows, input.size());
+  info.seconds.select = selection.seconds;
   Result result;
   // Subscribers of the matches alone see no status: they get none that they should not rely on.
   const bool reliable = selection.status != core::Status::kUncertain;
@@ -206,8 +246,10 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
       reliable ? core::selectedRows(selection.mask) : std::vector<std::uint32_t>();
   result.matches = boost::make_shared<Correspondences>(toMsg(input.subset(rows), info));
   result.selection = boost::make_shared<Selection>(toMsg(selection, info, active.spec));
+  result.selection->mask_use = rest.mask_use;
+  result.selection->n_masked = static_cast<std::uint32_t>(n_masked);
   addPose(selection, info, active.spec, result);
-  result.selection->seconds.publish += watch.seconds();
+  result.selection->seconds.publish += watch.seconds() - selection.seconds;
 
   if (selection.n_input == 0) {
     result.warning = "no putative matches: are the images dark, blurred or masked?";
@@ -217,6 +259,9 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
     result.warning = active.spec + ": took " + core::formatNumber(selection.seconds) +
                      " s of max_seconds = " + core::formatNumber(active.max_seconds) + " with " +
                      std::to_string(selection.n_input) + " matches";
+  }
+  if (!rest.warning.empty()) {
+    result.warning = rest.warning + (result.warning.empty() ? "" : "; " + result.warning);
   }
   return result;
 }

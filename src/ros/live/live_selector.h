@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "corrsel/Selection.h"
 #include "corrsel/options.h"
 #include "corrsel/selectors/selector.h"
+#include "ros/live/mask_gate.h"
 
 namespace corrsel {
 
@@ -59,7 +61,11 @@ class LiveSelector {
   /// Selects among the matches of a message. Only after configure(). Throws std::exception that names the
   /// field of a malformed message.
   /// @param waited  s since the message arrived
-  Result select(const Correspondences& message, double waited) const;
+  /// @param masks   of the two images, where masks are used: the matches on them are rejected, and the
+  ///                algorithm does not see them. A mask that does not fit its image is left out, with a
+  ///                warning
+  Result select(const Correspondences& message, double waited,
+                const std::optional<PairMasks>& masks = std::nullopt) const;
 
   /// The presets whose values the parameters of the selectors have, "name:preset", comma-separated.
   std::string presets() const;

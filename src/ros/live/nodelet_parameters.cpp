@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 #include "base/text.h"
 #include "corrsel/features/extractor.h"
@@ -9,6 +10,22 @@
 namespace corrsel {
 
 using core::OptionVisitor;
+
+namespace {
+
+/// The parameters that FeatureMatcher and Selector have in common, so that both know whose work masks are.
+template <class Parameters>
+void visitMasks(OptionVisitor& visitor) {
+  visitor.flag("use_mask", "Take masks from left/mask and right/mask, or from mask in sequence mode",
+               &Parameters::use_mask);
+  visitor.choice(
+      "mask_mode",
+      {{MaskMode::kLatched, "latched", "All later images; FeatureMatcher finds no features on it"},
+       {MaskMode::kStamped, "stamped", "The images with its stamp; Selector rejects the matches on it"}},
+      "With use_mask: what a mask is valid for; the same for both nodelets", &Parameters::mask_mode);
+}
+
+}  // namespace
 
 void LiveParameters::visitCommon(OptionVisitor& visitor, const char* lazy_text) const {
   using P = LiveParameters;
@@ -58,8 +75,13 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
   visitor.text("image_transport",
                "Transport of the images: raw, compressed, or the name of an installed plug-in",
                &P::image_transport);
-  visitor.flag("use_mask", "Take masks from left/mask and right/mask, or from mask in sequence mode",
-               &P::use_mask);
+  visitMasks<P>(visitor);
+  visitor.text("left_mask_file",
+               "Image file; no features are found in the left image where it is zero, as on the robot's own "
+               "body; empty = none",
+               &P::left_mask_file);
+  visitor.text("right_mask_file", "The same for the right image", &P::right_mask_file);
+  visitor.text("mask_file", "The same in sequence mode", &P::mask_file);
   visitor.flag("approximate_sync", "Pair images whose stamps are close instead of equal",
                &P::approximate_sync);
   visitor.number({"approximate_sync_max_interval", 0, 1e6, "s",
@@ -93,6 +115,27 @@ void MatcherParameters::visit(OptionVisitor& visitor) const {
 }
 
 void SelectorParameters::visit(OptionVisitor& visitor) const {
+  using P = SelectorParameters;
+  visitor.choice(
+      "mode",
+      {{FeatureMode::kPair, "pair", "Matches between two cameras, masks on left/mask and right/mask"},
+       {FeatureMode::kSequence, "sequence", "Matches between frames of one camera, masks on mask"}},
+      "Where stamped masks come from", &P::mode);
+  visitMasks<P>(visitor);
+  visitor.number({"mask_timeout", 0, 10, "s",
+                  "Stamped masks: time that a pair waits for its masks before it goes on without them"},
+                 &P::mask_timeout);
+  visitor.number({"mask_max_age", 0, 10, "s",
+                  "Stamped masks: a mask also belongs to the newest image that is older than it by at most "
+                  "this; 0 = equal stamps only"},
+                 &P::mask_max_age);
+  visitor.text("mask_classes",
+               "Stamped masks: labels of a label image that are excluded, as \"11, 12, 13\"; empty = the "
+               "image is a mask, which excludes where it is zero",
+               &P::mask_classes);
+  visitor.integer({"mask_dilation", 0, 200, "px",
+                   "Stamped masks: what they exclude grows by so many of their pixels in every direction"},
+                  &P::mask_dilation);
   visitCommon(visitor, "Subscribe to the correspondences only while somebody subscribes to the result");
   visitor.number(
       {"warn_inlier_ratio", 0, 1, "-", "Share of selected matches below which /diagnostics warns; 0 = off"},
@@ -104,6 +147,24 @@ void SelectorParameters::visit(OptionVisitor& visitor) const {
                "Presets whose values the parameters of the selectors have; the nodelet sets it for its next "
                "start",
                &SelectorParameters::presets_in_force);
+}
+
+void SelectorParameters::check() const {
+  OptionSet::check();
+  maskClassList();
+}
+
+std::vector<int> SelectorParameters::maskClassList() const {
+  constexpr int kLargestLabel = 65535;
+  std::vector<int> classes;
+  for (const std::string& text : core::splitList(mask_classes)) {
+    classes.push_back(core::parseInteger(text, "mask_classes"));
+    if (classes.back() < 0 || classes.back() > kLargestLabel) {
+      throw std::invalid_argument("mask_classes has " + text + "; a label is a whole number from 0 to " +
+                                  std::to_string(kLargestLabel));
+    }
+  }
+  return classes;
 }
 
 void TrackerParameters::visit(OptionVisitor& visitor) const {

@@ -28,6 +28,9 @@ struct LiveParameters : core::OptionSet {
   void visitCommon(core::OptionVisitor& visitor, const char* lazy_text) const;
 };
 
+/// What a mask is valid for.
+enum class MaskMode : std::uint8_t { kLatched, kStamped };
+
 /// Start-up parameters of the FeatureMatcher nodelet.
 struct FeatureMatcherParameters : LiveParameters {
   enum class Mode : std::uint8_t { kPair, kSequence };
@@ -37,6 +40,8 @@ struct FeatureMatcherParameters : LiveParameters {
   Images images = Images::kAuto;
   std::string image_transport = "raw";
   bool use_mask = false;
+  MaskMode mask_mode = MaskMode::kLatched;
+  std::string left_mask_file, right_mask_file, mask_file;
   bool approximate_sync = false;
   double approximate_sync_max_interval = 0;
   int queue_size = 5;
@@ -59,10 +64,20 @@ struct MatcherParameters : LiveParameters {
 
 /// Start-up parameters of the Selector nodelet.
 struct SelectorParameters : LiveParameters {
+  FeatureMode mode = FeatureMode::kPair;
+  bool use_mask = false;
+  MaskMode mask_mode = MaskMode::kLatched;
+  double mask_timeout = 0.2, mask_max_age = 0;
+  std::string mask_classes;
+  int mask_dilation = 0;
   double warn_inlier_ratio = 0.1, error_inlier_ratio = 0;
   std::string presets_in_force;
 
   void visit(core::OptionVisitor& visitor) const override;
+
+  /// Throws std::invalid_argument also if the classes are not a list of whole numbers from 0 to 65535.
+  void check() const override;
+  std::vector<int> maskClassList() const;
 };
 
 /// Start-up parameters of the Tracker nodelet.
