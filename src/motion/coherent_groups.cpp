@@ -1,0 +1,118 @@
+#include "motion/coherent_groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace corrsel::core {
+namespace {
+
+constexpr int kCandidates = 13, kNearest = 9;  // with the match itself
+constexpr int kMinAgreeing = 3;
+constexpr std::size_t kMinPlaces = 6;
+constexpr float kSamePlace = 3, kTolerance = 3;  // px
+constexpr float kRelativeTolerance = 0.3F;
+
+}  // namespace
+
+bool CoherentGroups::agree(std::uint32_t a, std::uint32_t b) const {
+  const Correspondences& m = *matches_;
+  const float ux = m.left_x[a] - m.left_x[b], uy = m.left_y[a] - m.left_y[b];
+  const float vx = m.right_x[a] - m.right_x[b], vy = m.right_y[a] - m.right_y[b];
+  const float length = std::hypot(ux, uy);
+  if (length <= kSamePlace || std::hypot(vx, vy) <= kSamePlace) return false;
+  return std::hypot(vx - ux, vy - uy) <= kTolerance + kRelativeTolerance * length;
+}
+
+std::uint32_t CoherentGroups::rootOf(std::uint32_t i) {
+  while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+  return i;
+}
+
+void CoherentGroups::find(const Correspondences& matches, const std::vector<std::uint8_t>& candidate,
+                          const std::vector<std::uint8_t>& still) {
+  matches_ = &matches;
+  members_.clear();
+  candidates_.clear();
+  for (std::uint32_t i = 0; i < matches.size(); ++i)
+    if (candidate[i] != 0) candidates_.push_back(i);
+  if (candidates_.size() < kMinPlaces) return;
+  findSeeds();
+  unite();
+  if (!members_.empty()) join(still);
+}
+
+void CoherentGroups::findSeeds() {
+  const Correspondences& m = *matches_;
+  const int k = static_cast<int>(std::min<std::size_t>(kCandidates, candidates_.size()));
+  neighbours_.build(m.left_x.data(), m.left_y.data(), candidates_.size(), k, candidates_.data());
+  near_.resize(candidates_.size() * k);
+  seed_.assign(m.size(), 0);
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    const std::uint32_t i = candidates_[c];
+    std::uint32_t* const near = near_.data() + c * k;
+    neighbours_.nearest(m.left_x[i], m.left_y[i], k, near);
+    int agreeing = 0;
+    for (int n = 0; n < k; ++n) agreeing += agree(i, near[n]) ? 1 : 0;
+    seed_[i] = agreeing >= kMinAgreeing ? 1 : 0;
+  }
+}
+
+/// Writes the groups of the seeds into group_ and members_.
+void CoherentGroups::unite() {
+  const std::size_t n = matches_->size(), k = near_.size() / candidates_.size();
+  parent_.resize(n);
+  std::iota(parent_.begin(), parent_.end(), 0U);
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    const std::uint32_t i = candidates_[c];
+    if (seed_[i] == 0) continue;
+    for (std::size_t near = c * k; near < (c + 1) * k; ++near) {
+      const std::uint32_t other = near_[near];
+      if (seed_[other] != 0 && agree(i, other)) parent_[rootOf(other)] = rootOf(i);
+    }
+  }
+  std::map<std::uint32_t, std::vector<std::uint32_t>> groups;
+  for (const std::uint32_t i : candidates_)
+    if (seed_[i] != 0) groups[rootOf(i)].push_back(i);
+  group_.assign(n, -1);
+  for (auto& [root, rows] : groups) {
+    if (rows.size() < kMinPlaces) continue;
+    in_.assign(n, 0);
+    for (const std::uint32_t i : rows) in_[i] = 1;
+    if (cells_.count(*matches_, in_) < kMinPlaces) continue;
+    for (const std::uint32_t i : rows) group_[i] = static_cast<std::int32_t>(members_.size());
+    members_.push_back(std::move(rows));
+  }
+}
+
+void CoherentGroups::join(const std::vector<std::uint8_t>& still) {
+  const Correspondences& m = *matches_;
+  points_.clear();
+  for (std::uint32_t i = 0; i < m.size(); ++i)
+    if (group_[i] >= 0 || still[i] != 0) points_.push_back(i);
+  const int k = static_cast<int>(std::min<std::size_t>(kNearest, points_.size()));
+  neighbours_.build(m.left_x.data(), m.left_y.data(), points_.size(), k, points_.data());
+  for (auto& rows : members_) rows.clear();
+  near_.resize(m.size() * k);
+  neighbours_.nearestToAll(m.left_x.data(), m.left_y.data(), m.size(), k, near_.data());
+  std::vector<int> votes(members_.size(), 0), agreeing(members_.size(), 0);
+  for (std::uint32_t i = 0; i < m.size(); ++i) {
+    std::fill(votes.begin(), votes.end(), 0);
+    std::fill(agreeing.begin(), agreeing.end(), 0);
+    int seen = 0;
+    for (int n = 0; n < k; ++n) {
+      const std::uint32_t other = near_[i * k + n];
+      if (other == i) continue;
+      ++seen;
+      if (group_[other] < 0) continue;
+      ++votes[group_[other]];
+      agreeing[group_[other]] += agree(i, other) ? 1 : 0;
+    }
+    const auto most = std::max_element(votes.begin(), votes.end()) - votes.begin();
+    if (2 * votes[most] > seen && 2 * agreeing[most] >= votes[most]) members_[most].push_back(i);
+  }
+}
+
+}  // namespace corrsel::core

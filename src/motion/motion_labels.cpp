@@ -1,0 +1,131 @@
+#include "corrsel/motion_labels.h"
+
+#include <algorithm>
+
+#include "base/gather.h"
+#include "base/usable_rows.h"
+#include "corrsel/workspace.h"
+#include "motion/camera_motion.h"
+#include "motion/coherent_groups.h"
+
+namespace corrsel::core {
+namespace {
+
+constexpr std::size_t kMinMatches = 8;  // of a group that is judged
+
+struct MotionMemory {
+  std::vector<std::uint32_t> rows;  // of the input: the order of everything below
+  Correspondences matches;
+  std::vector<std::uint8_t> base, still;
+  CameraMotion camera;
+  CoherentGroups groups;
+};
+
+/// Numbers of the selector's groups of a selection; without groups, all that is selected is group 0.
+std::int32_t groupOf(const Selection& selection, std::size_t row) {
+  return selection.mask[row] == 0 ? -1 : selection.group.empty() ? 0 : selection.group[row];
+}
+
+std::size_t groupCount(const Selection& selection) {
+  if (selection.group.empty()) return selection.n_selected > 0 ? 1 : 0;
+  return static_cast<std::size_t>(*std::max_element(selection.group.begin(), selection.group.end()) + 1);
+}
+
+void splitMatches(const Correspondences& matches, const Selection& selection, MotionMemory& memory) {
+  memory.rows = usableRows(matches);
+  gather(matches.left_x, memory.rows, memory.matches.left_x);
+  gather(matches.left_y, memory.rows, memory.matches.left_y);
+  gather(matches.right_x, memory.rows, memory.matches.right_x);
+  gather(matches.right_y, memory.rows, memory.matches.right_y);
+  memory.matches.left_size = matches.left_size;
+  memory.matches.right_size = matches.right_size;
+  memory.matches.left_camera = matches.left_camera;
+  memory.matches.right_camera = matches.right_camera;
+  memory.matches.prior = matches.prior;
+  memory.base.resize(memory.rows.size());
+  for (std::size_t i = 0; i < memory.rows.size(); ++i)
+    memory.base[i] = groupOf(selection, memory.rows[i]) == 0 ? 1 : 0;
+}
+
+/// Gives the matches of a moving group its number: that of the selector's group that lies in it for the
+/// most part, or the next one.
+void take(const std::vector<std::uint32_t>& members, const std::vector<std::uint32_t>& rows,
+          Selection& selection) {
+  std::vector<GroupMotion>& motion = selection.motion;
+  std::vector<std::size_t> sizes(motion.size(), 0), inside(motion.size(), 0);
+  for (const std::int32_t group : selection.group)
+    if (group >= 0) ++sizes[group];
+  for (const std::uint32_t i : members)
+    if (selection.group[rows[i]] >= 0) ++inside[selection.group[rows[i]]];
+  std::int32_t number = -1;
+  for (std::size_t g = 1; g < motion.size(); ++g) {
+    if (inside[g] == 0 || 2 * inside[g] < sizes[g]) continue;
+    motion[g] = GroupMotion::kMoving;
+    if (number < 0 || inside[g] > inside[number]) number = static_cast<std::int32_t>(g);
+  }
+  if (number < 0) {
+    number = static_cast<std::int32_t>(motion.size());
+    motion.push_back(GroupMotion::kMoving);
+  }
+  for (const std::uint32_t i : members) {
+    std::int32_t& group = selection.group[rows[i]];
+    if (group <= 0 || motion[group] != GroupMotion::kMoving) group = number;
+    selection.n_selected += selection.mask[rows[i]] == 0 ? 1 : 0;
+    selection.mask[rows[i]] = 1;
+  }
+}
+
+/// The selector's other groups are static where most of their matches agree with the camera's motion.
+void labelOthers(const MotionMemory& memory, Selection& selection) {
+  std::vector<GroupMotion>& motion = selection.motion;
+  std::vector<std::size_t> agreeing(motion.size(), 0), sizes(motion.size(), 0);
+  for (std::size_t i = 0; i < memory.rows.size(); ++i) {
+    const std::int32_t group = groupOf(selection, memory.rows[i]);
+    if (group < 0) continue;
+    ++sizes[group];
+    agreeing[group] += memory.camera.beyond()[i] == 0 ? 1 : 0;
+  }
+  for (std::size_t g = 1; g < motion.size(); ++g) {
+    if (motion[g] == GroupMotion::kUnknown && 2 * agreeing[g] > sizes[g]) motion[g] = GroupMotion::kStatic;
+  }
+}
+
+}  // namespace
+
+void labelMotion(const Correspondences& matches, Selection& selection) {
+  if (!selection.motion.empty() || selection.mask.size() != matches.size()) return;
+  if (!matches.inconsistency().empty()) return;
+  selection.motion.assign(groupCount(selection), GroupMotion::kUnknown);
+  if (selection.status != Status::kOk || selection.motion.empty()) return;
+  auto& memory = Workspace::ofThread().part<MotionMemory>();
+  splitMatches(matches, selection, memory);
+  CameraMotion& camera = memory.camera;
+  if (!camera.assign(memory.matches, selection, memory.base)) return;
+  selection.motion[0] = GroupMotion::kStatic;
+  memory.still = memory.base;
+  for (std::size_t i = 0; i < memory.still.size(); ++i)
+    if (camera.beyond()[i] != 0) memory.still[i] = 0;
+  memory.groups.find(memory.matches, camera.beyond(), memory.still);
+  for (std::size_t g = 0; g < memory.groups.size(); ++g) {
+    const std::vector<std::uint32_t>& members = memory.groups.members(g);
+    if (members.size() < kMinMatches || !camera.contradicts(members)) continue;
+    if (selection.group.empty()) {
+      selection.group.resize(matches.size());
+      for (std::size_t i = 0; i < matches.size(); ++i) selection.group[i] = selection.mask[i] != 0 ? 0 : -1;
+    }
+    take(members, memory.rows, selection);
+  }
+  labelOthers(memory, selection);
+}
+
+std::vector<std::uint32_t> movingRows(const Selection& selection) {
+  std::vector<std::uint32_t> rows;
+  for (std::size_t i = 0; i < selection.group.size() && !selection.motion.empty(); ++i) {
+    const std::int32_t group = selection.group[i];
+    if (group >= 0 && selection.motion[group] == GroupMotion::kMoving)
+      rows.push_back(static_cast<std::uint32_t>(i));
+  }
+  return rows;
+}
+
+}  // namespace corrsel::core
