@@ -21,7 +21,7 @@ constexpr double kPointLimit = 3, kLineLimit = 2;     // px, at least
 constexpr double kDeviations = 4;                     // within the noise
 constexpr double kRestAccuracy = 0.3, kClearly = 10;  // px; times that
 constexpr double kMaxUnexplained = 0.1;               // share of the static matches
-constexpr int kPoseSteps = 10, kFundamentalSteps = 3;
+constexpr int kPoseSteps = 10, kFundamentalSteps = 3, kReplacingPasses = 3;
 
 /// Median of squared errors; infinity where there is none.
 double medianOf(const std::vector<double>& errors, const std::vector<std::uint32_t>& rows) {
@@ -178,7 +178,9 @@ bool CameraMotion::explainedTogether(const std::vector<std::uint32_t>& group) {
     if (beyond_[i] == 0 && !std::binary_search(group.begin(), group.end(), i)) joint_.push_back(i);
   const std::size_t statics = joint_.size();
   joint_.insert(joint_.end(), group.begin(), group.end());
-  if (!(pose_ ? jointPoseErrors() : jointFundamentalErrors())) return true;
+  cv::Matx33d f;
+  if (!(pose_ ? jointPoseErrors() : jointFundamental(f))) return true;
+  if (!pose_) writeSampson(f, joint_, others_);
   const double limit = std::max(kLineLimit, limit_);
   std::size_t static_beyond = 0, group_beyond = 0;
   for (std::size_t i = 0; i < joint_.size(); ++i)
@@ -197,20 +199,50 @@ bool CameraMotion::jointPoseErrors() {
   return true;
 }
 
-/// Writes the errors of the joint matches under a fundamental matrix that is fitted to them.
-bool CameraMotion::jointFundamentalErrors() {
+/// Fits a fundamental matrix to the joint matches.
+bool CameraMotion::jointFundamental(cv::Matx33d& f) {
   normalizeMatches(*matches_, joint_, normalized_);
-  cv::Matx33d f = eightPoint(normalized_);
+  f = eightPoint(normalized_);
   if (!cv::checkRange(f)) return false;
   for (int step = 0; step < kFundamentalSteps; ++step)
     refineFundamental(normalized_, std::numeric_limits<float>::max(), f);
   f = normalized_.fundamentalToPixels(f);
-  others_.resize(joint_.size());
-  for (std::size_t k = 0; k < joint_.size(); ++k) {
-    const std::uint32_t i = joint_[k];
-    others_[k] =
-        sampsonError(f, matches_->left_x[i], matches_->left_y[i], matches_->right_x[i], matches_->right_y[i]);
+  return true;
+}
+
+void CameraMotion::writeSampson(const cv::Matx33d& f, const std::vector<std::uint32_t>& rows,
+                                std::vector<double>& errors) const {
+  const Correspondences& m = *matches_;
+  errors.clear();
+  for (const std::uint32_t i : rows)
+    errors.push_back(sampsonError(f, m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]));
+}
+
+bool CameraMotion::replaceBy(const std::vector<std::uint32_t>& others) {
+  if (pose_ || kind_ == Kind::kPoints || others.size() < kMinBase) return false;
+  joint_ = others;
+  const double squared = limit_ * limit_;
+  cv::Matx33d f;
+  for (int pass = 0; pass < kReplacingPasses; ++pass) {
+    if (!jointFundamental(f)) return false;
+    writeSampson(f, others, others_);
+    joint_.clear();
+    for (std::size_t k = 0; k < others.size(); ++k)
+      if (others_[k] <= squared) joint_.push_back(others[k]);
+    if (joint_.size() < kMinBase) return false;
   }
+  const auto before =
+      std::count_if(base_.begin(), base_.end(), [&](std::uint32_t i) { return beyond_[i] == 0; });
+  writeSampson(f, base_, others_);
+  for (std::size_t k = 0; k < base_.size(); ++k)
+    if (others_[k] <= squared) joint_.push_back(base_[k]);
+  std::sort(joint_.begin(), joint_.end());
+  joint_.erase(std::unique(joint_.begin(), joint_.end()), joint_.end());
+  if (joint_.size() <= static_cast<std::size_t>(before)) return false;
+  base_ = joint_;
+  kind_ = Kind::kEpipolar;
+  pixelErrors(Residual::kSampson, f, *matches_, errors_.data());
+  judge();
   return true;
 }
 

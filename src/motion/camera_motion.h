@@ -44,9 +44,12 @@ class CameraMotion {
   /// @param group  rows of at least 8 matches
   bool contradicts(const std::vector<std::uint32_t>& group);
 
-  /// Whether a group that the static model does not explain, but which is not contradicted either, may be
-  /// static: true for planes, with which parallax is possible.
-  bool isPlane() const { return kind_ == Kind::kPlane; }
+  /// Replaces the motion by another one where that explains more: a fundamental matrix that is fitted to the
+  /// given matches. A large object in front of a scene with depth can be the strongest group, and the scene
+  /// is then what contradicts it.
+  /// @param others  rows of all matches in groups that contradict the motion
+  /// @return whether it was replaced; never where there is a pose
+  bool replaceBy(const std::vector<std::uint32_t>& others);
 
  private:
   enum class Kind : std::uint8_t { kNone, kPoints, kPlane, kEpipolar };
@@ -55,9 +58,11 @@ class CameraMotion {
   bool atRest();
   void poseErrors(const Pose& pose, const RayMatches& rays, std::vector<double>& errors) const;
   void judge();
+  void writeSampson(const cv::Matx33d& f, const std::vector<std::uint32_t>& rows,
+                    std::vector<double>& errors) const;
   bool explainedTogether(const std::vector<std::uint32_t>& group);
   bool jointPoseErrors();
-  bool jointFundamentalErrors();
+  bool jointFundamental(cv::Matx33d& f);
 
   const Correspondences* matches_ = nullptr;
   Kind kind_ = Kind::kNone;

@@ -10,7 +10,7 @@ namespace corrsel::core {
 namespace {
 
 constexpr int kCandidates = 13, kNearest = 9;  // with the match itself
-constexpr int kMinAgreeing = 3;
+constexpr int kMinAgreeing = 3, kMinVotes = 2;
 constexpr std::size_t kMinPlaces = 6;
 constexpr float kSamePlace = 3, kTolerance = 3;  // px
 constexpr float kRelativeTolerance = 0.3F;
@@ -41,7 +41,10 @@ void CoherentGroups::find(const Correspondences& matches, const std::vector<std:
   if (candidates_.size() < kMinPlaces) return;
   findSeeds();
   unite();
-  if (!members_.empty()) join(still);
+  if (members_.empty()) return;
+  listNearest(still);
+  dropInterleaved();
+  join(candidate);
 }
 
 void CoherentGroups::findSeeds() {
@@ -87,31 +90,50 @@ void CoherentGroups::unite() {
   }
 }
 
-void CoherentGroups::join(const std::vector<std::uint8_t>& still) {
+/// Lists for every match the nearest ones among the seeds of groups and the static ones.
+void CoherentGroups::listNearest(const std::vector<std::uint8_t>& still) {
   const Correspondences& m = *matches_;
   points_.clear();
   for (std::uint32_t i = 0; i < m.size(); ++i)
     if (group_[i] >= 0 || still[i] != 0) points_.push_back(i);
-  const int k = static_cast<int>(std::min<std::size_t>(kNearest, points_.size()));
+  listed_ = std::min<std::size_t>(kNearest, points_.size());
+  const int k = static_cast<int>(listed_);
   neighbours_.build(m.left_x.data(), m.left_y.data(), points_.size(), k, points_.data());
-  for (auto& rows : members_) rows.clear();
-  near_.resize(m.size() * k);
+  near_.resize(m.size() * listed_);
   neighbours_.nearestToAll(m.left_x.data(), m.left_y.data(), m.size(), k, near_.data());
-  std::vector<int> votes(members_.size(), 0), agreeing(members_.size(), 0);
-  for (std::uint32_t i = 0; i < m.size(); ++i) {
+}
+
+void CoherentGroups::dropInterleaved() {
+  for (std::size_t g = 0; g < members_.size(); ++g) {
+    std::size_t own = 0, seen = 0;
+    for (const std::uint32_t i : members_[g]) {
+      for (std::size_t n = i * listed_; n < (i + 1) * listed_; ++n) {
+        if (near_[n] == i) continue;
+        ++seen;
+        own += group_[near_[n]] == static_cast<std::int32_t>(g) ? 1 : 0;
+      }
+    }
+    if (2 * own > seen) continue;
+    for (const std::uint32_t i : members_[g]) group_[i] = -1;
+  }
+}
+
+/// Replaces the seeds in members_ by all matches that join their groups.
+void CoherentGroups::join(const std::vector<std::uint8_t>& candidate) {
+  for (auto& rows : members_) rows.clear();
+  std::vector<int> votes(members_.size()), agreeing(members_.size());
+  for (std::uint32_t i = 0; i < matches_->size(); ++i) {
     std::fill(votes.begin(), votes.end(), 0);
     std::fill(agreeing.begin(), agreeing.end(), 0);
-    int seen = 0;
-    for (int n = 0; n < k; ++n) {
-      const std::uint32_t other = near_[i * k + n];
-      if (other == i) continue;
-      ++seen;
-      if (group_[other] < 0) continue;
+    for (std::size_t n = i * listed_; n < (i + 1) * listed_; ++n) {
+      const std::uint32_t other = near_[n];
+      if (other == i || group_[other] < 0) continue;
       ++votes[group_[other]];
       agreeing[group_[other]] += agree(i, other) ? 1 : 0;
     }
     const auto most = std::max_element(votes.begin(), votes.end()) - votes.begin();
-    if (2 * votes[most] > seen && 2 * agreeing[most] >= votes[most]) members_[most].push_back(i);
+    const int needed = candidate[i] != 0 ? kMinVotes : kNearest / 2 + 1;
+    if (votes[most] >= needed && 2 * agreeing[most] >= votes[most]) members_[most].push_back(i);
   }
 }
 

@@ -17,10 +17,12 @@ namespace corrsel::core {
 ///     agree with it. Those at the same place, within 3 px in one of the images, do not count.
 ///  2. Seeds that agree with each other as neighbours are in one group. Groups of fewer than 6 places
 ///     (occupied_cells.h) are dropped.
-///  3. Every match, whether candidate or not, joins a group if more than half of its 8 nearest matches, among
-///     the seeds of groups and the static matches that are no seeds, are seeds of this group, and at least
-///     half of these agree with it. Seeds that do not satisfy this leave it: wrong matches of repeated
-///     structure agree with each other, but correct matches lie between them.
+///  3. Among the 8 nearest matches of the left image that are seeds of groups or static, a group has a share
+///  of
+///     its own. It is dropped unless the mean of this share over its seeds exceeds a half: wrong matches of
+///     repeated structure agree with each other, too, but correct matches lie between them.
+///  4. A match joins the group with the largest share around it if at least half of the seeds of this group
+///     there agree with it. A candidate needs 2 such seeds, and a static match more than half of the 8.
 ///
 /// Chance: 12 wrong neighbours at a distance of 60 px agree with a wrong match with a probability of 0.002
 /// each in an image of 1024 x 768 px; three do so in one of 10^6 cases.
@@ -45,11 +47,14 @@ class CoherentGroups {
  private:
   void findSeeds();
   void unite();
-  void join(const std::vector<std::uint8_t>& still);
+  void listNearest(const std::vector<std::uint8_t>& still);
+  void dropInterleaved();
+  void join(const std::vector<std::uint8_t>& candidate);
   bool agree(std::uint32_t a, std::uint32_t b) const;
   std::uint32_t rootOf(std::uint32_t i);
 
   const Correspondences* matches_ = nullptr;
+  std::size_t listed_ = 0;  // nearest matches per match
   std::vector<std::uint32_t> candidates_, near_, parent_, points_;
   std::vector<std::uint8_t> seed_, in_;
   std::vector<std::int32_t> group_;  // of the seeds, per match; -1 = none

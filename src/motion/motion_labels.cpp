@@ -17,6 +17,8 @@ struct MotionMemory {
   std::vector<std::uint32_t> rows;  // of the input: the order of everything below
   Correspondences matches;
   std::vector<std::uint8_t> base, still;
+  std::vector<std::size_t> moving;  // those of `groups` that do
+  std::vector<std::uint32_t> moving_rows;
   CameraMotion camera;
   CoherentGroups groups;
 };
@@ -45,6 +47,23 @@ void splitMatches(const Correspondences& matches, const Selection& selection, Mo
   memory.base.resize(memory.rows.size());
   for (std::size_t i = 0; i < memory.rows.size(); ++i)
     memory.base[i] = groupOf(selection, memory.rows[i]) == 0 ? 1 : 0;
+  memory.still.resize(memory.rows.size());
+}
+
+/// Finds the groups that contradict the motion of the camera.
+void findMoving(const Selection& selection, MotionMemory& memory) {
+  const std::vector<std::uint8_t>& beyond = memory.camera.beyond();
+  for (std::size_t i = 0; i < memory.rows.size(); ++i)
+    memory.still[i] = selection.mask[memory.rows[i]] != 0 && beyond[i] == 0 ? 1 : 0;
+  memory.groups.find(memory.matches, beyond, memory.still);
+  memory.moving.clear();
+  memory.moving_rows.clear();
+  for (std::size_t g = 0; g < memory.groups.size(); ++g) {
+    const std::vector<std::uint32_t>& members = memory.groups.members(g);
+    if (members.size() < kMinMatches || !memory.camera.contradicts(members)) continue;
+    memory.moving.push_back(g);
+    memory.moving_rows.insert(memory.moving_rows.end(), members.begin(), members.end());
+  }
 }
 
 /// Gives the matches of a moving group its number: that of the selector's group that lies in it for the
@@ -75,7 +94,7 @@ void take(const std::vector<std::uint32_t>& members, const std::vector<std::uint
   }
 }
 
-/// The selector's other groups are static where most of their matches agree with the camera's motion.
+/// The other groups are static where most of their matches agree with the camera's motion.
 void labelOthers(const MotionMemory& memory, Selection& selection) {
   std::vector<GroupMotion>& motion = selection.motion;
   std::vector<std::size_t> agreeing(motion.size(), 0), sizes(motion.size(), 0);
@@ -85,7 +104,7 @@ void labelOthers(const MotionMemory& memory, Selection& selection) {
     ++sizes[group];
     agreeing[group] += memory.camera.beyond()[i] == 0 ? 1 : 0;
   }
-  for (std::size_t g = 1; g < motion.size(); ++g) {
+  for (std::size_t g = 0; g < motion.size(); ++g) {
     if (motion[g] == GroupMotion::kUnknown && 2 * agreeing[g] > sizes[g]) motion[g] = GroupMotion::kStatic;
   }
 }
@@ -101,20 +120,13 @@ void labelMotion(const Correspondences& matches, Selection& selection) {
   splitMatches(matches, selection, memory);
   CameraMotion& camera = memory.camera;
   if (!camera.assign(memory.matches, selection, memory.base)) return;
-  selection.motion[0] = GroupMotion::kStatic;
-  memory.still = memory.base;
-  for (std::size_t i = 0; i < memory.still.size(); ++i)
-    if (camera.beyond()[i] != 0) memory.still[i] = 0;
-  memory.groups.find(memory.matches, camera.beyond(), memory.still);
-  for (std::size_t g = 0; g < memory.groups.size(); ++g) {
-    const std::vector<std::uint32_t>& members = memory.groups.members(g);
-    if (members.size() < kMinMatches || !camera.contradicts(members)) continue;
-    if (selection.group.empty()) {
-      selection.group.resize(matches.size());
-      for (std::size_t i = 0; i < matches.size(); ++i) selection.group[i] = selection.mask[i] != 0 ? 0 : -1;
-    }
-    take(members, memory.rows, selection);
+  findMoving(selection, memory);
+  if (camera.replaceBy(memory.moving_rows)) findMoving(selection, memory);
+  if (!memory.moving.empty() && selection.group.empty()) {
+    selection.group.resize(matches.size());
+    for (std::size_t i = 0; i < matches.size(); ++i) selection.group[i] = selection.mask[i] != 0 ? 0 : -1;
   }
+  for (const std::size_t g : memory.moving) take(memory.groups.members(g), memory.rows, selection);
   labelOthers(memory, selection);
 }
 
