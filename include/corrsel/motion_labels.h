@@ -34,7 +34,7 @@ namespace corrsel::core {
 /// object. Moving groups that the selector has found keep their numbers, and those that it has not found get
 /// the next ones. The matches of a moving group are correct, so their mask is 1, and `n_selected` counts
 /// them. A match that agrees with group 0, but lies inside of a moving group and moves like it, changes to
-/// that group. Where the selection has no groups and something moves, group 0 is what was selected.
+/// that group. Where the selection has no groups, group 0 is what was selected.
 ///   kUnknown is what cannot be told: all groups where the status is not `ok`, there is no model, or the
 ///   model
 /// is a homography and the scene is unknown; and a group that is off the homography of a plane, or of a

@@ -12,6 +12,7 @@ namespace {
 constexpr int kCandidates = 13, kNearest = 9;  // with the match itself
 constexpr int kMinAgreeing = 3, kMinVotes = 2;
 constexpr std::size_t kMinPlaces = 6;
+constexpr double kMinShare = 0.02;
 constexpr float kSamePlace = 3, kTolerance = 3;  // px
 constexpr float kRelativeTolerance = 0.3F;
 
@@ -39,10 +40,16 @@ void CoherentGroups::find(const Correspondences& matches, const std::vector<std:
   for (std::uint32_t i = 0; i < matches.size(); ++i)
     if (candidate[i] != 0) candidates_.push_back(i);
   if (candidates_.size() < kMinPlaces) return;
+  still_ = static_cast<std::size_t>(std::count(still.begin(), still.end(), 1));
   findSeeds();
   unite();
   if (members_.empty()) return;
-  listNearest(still);
+  points_.clear();
+  for (std::uint32_t i = 0; i < matches.size(); ++i)
+    if (group_[i] >= 0 || still[i] != 0) points_.push_back(i);
+  listNearest(matches.right_x, matches.right_y);
+  dropInterleaved();
+  listNearest(matches.left_x, matches.left_y);
   dropInterleaved();
   join(candidate);
 }
@@ -81,26 +88,30 @@ void CoherentGroups::unite() {
     if (seed_[i] != 0) groups[rootOf(i)].push_back(i);
   group_.assign(n, -1);
   for (auto& [root, rows] : groups) {
-    if (rows.size() < kMinPlaces) continue;
-    in_.assign(n, 0);
-    for (const std::uint32_t i : rows) in_[i] = 1;
-    if (cells_.count(*matches_, in_) < kMinPlaces) continue;
+    if (!isSizable(rows)) continue;
     for (const std::uint32_t i : rows) group_[i] = static_cast<std::int32_t>(members_.size());
     members_.push_back(std::move(rows));
   }
 }
 
-/// Lists for every match the nearest ones among the seeds of groups and the static ones.
-void CoherentGroups::listNearest(const std::vector<std::uint8_t>& still) {
-  const Correspondences& m = *matches_;
-  points_.clear();
-  for (std::uint32_t i = 0; i < m.size(); ++i)
-    if (group_[i] >= 0 || still[i] != 0) points_.push_back(i);
+/// Lists for every match the nearest ones among the seeds of groups and the static ones in one image.
+void CoherentGroups::listNearest(const std::vector<float>& x, const std::vector<float>& y) {
   listed_ = std::min<std::size_t>(kNearest, points_.size());
   const int k = static_cast<int>(listed_);
-  neighbours_.build(m.left_x.data(), m.left_y.data(), points_.size(), k, points_.data());
-  near_.resize(m.size() * listed_);
-  neighbours_.nearestToAll(m.left_x.data(), m.left_y.data(), m.size(), k, near_.data());
+  neighbours_.build(x.data(), y.data(), points_.size(), k, points_.data());
+  near_.resize(x.size() * listed_);
+  neighbours_.nearestToAll(x.data(), y.data(), x.size(), k, near_.data());
+}
+
+/// Whether there are more matches than chance and repeated structure let agree.
+bool CoherentGroups::isSizable(const std::vector<std::uint32_t>& rows) {
+  if (rows.size() < kMinPlaces) return false;
+  in_.assign(matches_->size(), 0);
+  for (const std::uint32_t i : rows) in_[i] = 1;
+  const std::size_t places = cells_.count(*matches_, in_);
+  const auto c = static_cast<double>(places);
+  return places >= kMinPlaces && c > kMinShare * (c + static_cast<double>(still_)) &&
+         c > kMinShare * static_cast<double>(candidates_.size());
 }
 
 void CoherentGroups::dropInterleaved() {

@@ -17,12 +17,16 @@ namespace corrsel::core {
 ///     agree with it. Those at the same place, within 3 px in one of the images, do not count.
 ///  2. Seeds that agree with each other as neighbours are in one group. Groups of fewer than 6 places
 ///     (occupied_cells.h) are dropped.
-///  3. Among the 8 nearest matches of the left image that are seeds of groups or static, a group has a share
-///  of
-///     its own. It is dropped unless the mean of this share over its seeds exceeds a half: wrong matches of
-///     repeated structure agree with each other, too, but correct matches lie between them.
+///  3. Among the 8 nearest matches that are seeds of groups or static, a group has a share of its own. It is
+///     dropped unless the mean of this share over its seeds exceeds a half in the left and in the right
+///     image: wrong matches of repeated structure agree with each other, too, but correct matches lie between
+///     them, at their own places or at those that they were taken for.
 ///  4. A match joins the group with the largest share around it if at least half of the seeds of this group
-///     there agree with it. A candidate needs 2 such seeds, and a static match more than half of the 8.
+///     in the left image agree with it. A candidate needs 2 such seeds, and a static match more than half of
+///     the 8.
+///  5. A group needs 6 places, 2 % of the number of its places and the static matches, and 2 % of the number
+///  of
+///     candidates: repeated structure makes as many wrong matches agree (leftover.h).
 ///
 /// Chance: 12 wrong neighbours at a distance of 60 px agree with a wrong match with a probability of 0.002
 /// each in an image of 1024 x 768 px; three do so in one of 10^6 cases.
@@ -47,13 +51,15 @@ class CoherentGroups {
  private:
   void findSeeds();
   void unite();
-  void listNearest(const std::vector<std::uint8_t>& still);
+  void listNearest(const std::vector<float>& x, const std::vector<float>& y);
   void dropInterleaved();
+  bool isSizable(const std::vector<std::uint32_t>& rows);
   void join(const std::vector<std::uint8_t>& candidate);
   bool agree(std::uint32_t a, std::uint32_t b) const;
   std::uint32_t rootOf(std::uint32_t i);
 
   const Correspondences* matches_ = nullptr;
+  std::size_t still_ = 0;   // static matches
   std::size_t listed_ = 0;  // nearest matches per match
   std::vector<std::uint32_t> candidates_, near_, parent_, points_;
   std::vector<std::uint8_t> seed_, in_;

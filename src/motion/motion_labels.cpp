@@ -23,13 +23,8 @@ struct MotionMemory {
   CoherentGroups groups;
 };
 
-/// Numbers of the selector's groups of a selection; without groups, all that is selected is group 0.
-std::int32_t groupOf(const Selection& selection, std::size_t row) {
-  return selection.mask[row] == 0 ? -1 : selection.group.empty() ? 0 : selection.group[row];
-}
-
 std::size_t groupCount(const Selection& selection) {
-  if (selection.group.empty()) return selection.n_selected > 0 ? 1 : 0;
+  if (selection.group.empty()) return 0;
   return static_cast<std::size_t>(*std::max_element(selection.group.begin(), selection.group.end()) + 1);
 }
 
@@ -46,7 +41,7 @@ void splitMatches(const Correspondences& matches, const Selection& selection, Mo
   memory.matches.prior = matches.prior;
   memory.base.resize(memory.rows.size());
   for (std::size_t i = 0; i < memory.rows.size(); ++i)
-    memory.base[i] = groupOf(selection, memory.rows[i]) == 0 ? 1 : 0;
+    memory.base[i] = selection.group[memory.rows[i]] == 0 ? 1 : 0;
   memory.still.resize(memory.rows.size());
 }
 
@@ -99,7 +94,7 @@ void labelOthers(const MotionMemory& memory, Selection& selection) {
   std::vector<GroupMotion>& motion = selection.motion;
   std::vector<std::size_t> agreeing(motion.size(), 0), sizes(motion.size(), 0);
   for (std::size_t i = 0; i < memory.rows.size(); ++i) {
-    const std::int32_t group = groupOf(selection, memory.rows[i]);
+    const std::int32_t group = selection.group[memory.rows[i]];
     if (group < 0) continue;
     ++sizes[group];
     agreeing[group] += memory.camera.beyond()[i] == 0 ? 1 : 0;
@@ -114,6 +109,10 @@ void labelOthers(const MotionMemory& memory, Selection& selection) {
 void labelMotion(const Correspondences& matches, Selection& selection) {
   if (!selection.motion.empty() || selection.mask.size() != matches.size()) return;
   if (!matches.inconsistency().empty()) return;
+  if (selection.group.empty()) {
+    selection.group.resize(matches.size());
+    for (std::size_t i = 0; i < matches.size(); ++i) selection.group[i] = selection.mask[i] != 0 ? 0 : -1;
+  }
   selection.motion.assign(groupCount(selection), GroupMotion::kUnknown);
   if (selection.status != Status::kOk || selection.motion.empty()) return;
   auto& memory = Workspace::ofThread().part<MotionMemory>();
@@ -122,10 +121,6 @@ void labelMotion(const Correspondences& matches, Selection& selection) {
   if (!camera.assign(memory.matches, selection, memory.base)) return;
   findMoving(selection, memory);
   if (camera.replaceBy(memory.moving_rows)) findMoving(selection, memory);
-  if (!memory.moving.empty() && selection.group.empty()) {
-    selection.group.resize(matches.size());
-    for (std::size_t i = 0; i < matches.size(); ++i) selection.group[i] = selection.mask[i] != 0 ? 0 : -1;
-  }
   for (const std::size_t g : memory.moving) take(memory.groups.members(g), memory.rows, selection);
   labelOthers(memory, selection);
 }
