@@ -6,6 +6,7 @@
 
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "corrsel/motion_labels.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/pose.h"
 #include "corrsel/selectors/factory.h"
@@ -86,6 +87,7 @@ LiveSelector::Active LiveSelector::create(SelectorConfig& config) const {
   active.spec = specOf(config);
   refuseBrackets(active.spec, config);
   active.max_seconds = config.max_seconds;
+  active.label_motion = config.label_motion;
   core::OptionMap options = parametersOf(config), others;
   for (const auto& [name, value] : parseOptions(config.options)) {
     if (options.count(name) == 0) others[name] = value;
@@ -199,12 +201,17 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
   info.seconds.select = selection.seconds;
   watch.restart();
   addConfidence(input, selection);
+  if (active.label_motion) core::labelMotion(input, selection);
   Result result;
   // Subscribers of the matches alone see no status: they get none that they should not rely on.
   const bool reliable = selection.status != core::Status::kUncertain;
   const std::vector<std::uint32_t> rows =
       reliable ? core::selectedRows(selection.mask) : std::vector<std::uint32_t>();
   result.matches = boost::make_shared<Correspondences>(toMsg(input.subset(rows), info));
+  if (active.label_motion) {
+    const core::Correspondences moving = input.subset(core::movingRows(selection));
+    result.moving = boost::make_shared<Correspondences>(toMsg(moving, info));
+  }
   result.selection = boost::make_shared<Selection>(toMsg(selection, info, active.spec));
   addPose(selection, info, active.spec, result);
   result.selection->seconds.publish += watch.seconds();
