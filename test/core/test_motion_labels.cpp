@@ -63,14 +63,14 @@ void expectConsistent(const Selection& selection) {
   for (std::size_t i = 0; i < selection.mask.size(); ++i) {
     selected += selection.mask[i];
     ASSERT_LT(selection.group[i], static_cast<std::int32_t>(selection.motion.size()));
-    if (selection.group[i] >= 0) EXPECT_EQ(selection.mask[i], 1);
+    EXPECT_TRUE(selection.group[i] < 0 || selection.mask[i] == 1);
   }
   EXPECT_EQ(selection.n_selected, selected);
 }
 
-class MotionLabels : public ::testing::TestWithParam<const char*> {};
+class LabelsOf : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(MotionLabels, ObjectsOfSixToThirtyPercentMoveAndTheSceneStands) {
+TEST_P(LabelsOf, ObjectsOfSixToThirtyPercentMoveAndTheSceneStands) {
   for (const MatchSceneKind kind : {MatchSceneKind::kMovingObject, MatchSceneKind::kPassingObject}) {
     for (const double share : {0.06, 0.1, 0.2, 0.3}) {
       for (const double noise : {0.5, 1.0}) {
@@ -98,7 +98,7 @@ TEST_P(MotionLabels, ObjectsOfSixToThirtyPercentMoveAndTheSceneStands) {
   }
 }
 
-TEST_P(MotionLabels, NothingMovesInStaticScenes) {
+TEST_P(LabelsOf, NothingMovesInStaticScenes) {
   for (const MatchSceneKind kind : kStaticKinds) {
     for (std::uint64_t seed = 0; seed < 5; ++seed) {
       MatchScene scene = makeScene(sceneOf(kind, seed));
@@ -110,7 +110,7 @@ TEST_P(MotionLabels, NothingMovesInStaticScenes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Selectors, MotionLabels, ::testing::Values("auto", "pose", "usac:f"));
+INSTANTIATE_TEST_SUITE_P(MotionLabels, LabelsOf, ::testing::Values("auto", "pose", "usac:f"));
 
 /// Replaces the object of a scene by one that moves without turning.
 void moveObject(MatchScene& scene, const cv::Point2f& by) {
