@@ -17,11 +17,10 @@ namespace corrsel::core {
 /// explains those, or correct matches lie among them.
 ///
 /// Algorithm:
-///  1. The motion of the camera (src/motion/camera_motion.h) is that of the pose where there is one,
-///  otherwise
-///     that of the model. Matches whose error is beyond the noise are candidates.
+///  1. The motion of the camera is that of the pose, or without one that of the model
+///     (src/motion/camera_motion.h). Matches whose error is beyond the noise are candidates.
 ///  2. Candidates that move like their neighbours form groups (src/motion/coherent_groups.h).
-///  3. A group of at least 6 places moves where most of its matches contradict the camera's motion:
+///  3. A group of at least 8 matches moves where most of its matches contradict the camera's motion:
 ///     - at rest, and where the pose is a rotation, by more than ten times the displacement that the static
 ///       scene shows itself;
 ///     - otherwise, and in those cases too, by lying off every epipolar geometry that explains the static
@@ -35,11 +34,10 @@ namespace corrsel::core {
 /// the next ones. The matches of a moving group are correct, so their mask is 1, and `n_selected` counts
 /// them. A match that agrees with group 0, but lies inside of a moving group and moves like it, changes to
 /// that group. Where the selection has no groups, group 0 is what was selected.
-///   kUnknown is what cannot be told: all groups where the status is not `ok`, there is no model, or the
-///   model
-/// is a homography and the scene is unknown; and a group that is off the homography of a plane, or of a
-/// camera that turns without calibration, but agrees with an epipolar geometry of that homography. It may be
-/// the parallax of the static scene, or an object.
+///
+/// kUnknown is what cannot be told: all groups where the status is not `ok`, where there is no model, and
+/// where the model is a homography and the scene is unknown; and a group that is off a homography, but agrees
+/// with an epipolar geometry of it. It may be the parallax of the static scene, or an object.
 ///
 /// What two images do not show: an object that moves along the epipolar lines looks like one at another
 /// depth, unless it then lies behind the camera (which is only tested with cameras). An object that moves

@@ -89,10 +89,11 @@ bool CameraMotion::assign(const Correspondences& matches, const Selection& selec
 CameraMotion::Kind CameraMotion::findErrors(const Selection& selection) {
   const bool calibrated = matches_->left_camera && matches_->right_camera;
   const Motion motion = selection.pose && calibrated ? selection.pose->motion : Motion::kNone;
-  if (motion == Motion::kRest || atRest()) {
-    if (motion == Motion::kRest) still_ = kMaxRest;
-    pixelErrors(Residual::kTransfer, cv::Matx33d::eye(), *matches_,
-                (errors_.resize(matches_->size()), errors_.data()));
+  const bool at_rest = atRest();
+  if (at_rest || motion == Motion::kRest) {
+    if (!at_rest) still_ = kMaxRest;
+    errors_.resize(matches_->size());
+    pixelErrors(Residual::kTransfer, cv::Matx33d::eye(), *matches_, errors_.data());
     return Kind::kPoints;
   }
   still_ = kRestAccuracy;

@@ -16,9 +16,10 @@ namespace corrsel::core {
 ///
 /// Kinds of motion:
 ///  - of points: the place of every static point in the right image is known. The camera is at rest, or its
-///    pose is a rotation. Without a pose, it is at rest where at least half of the selected matches are
+///    pose is a rotation. It is at rest by its pose, and also where at least half of the selected matches are
 ///    displaced by at most 4 px, and the affine displacement that fits these is at most 1 px in all corners
-///    of their bounding box. A fundamental matrix is not determined then.
+///    of their bounding box. A fundamental matrix or a translation
+///    is not determined then, and would explain an object.
 ///  - of a plane: a homography, which is that of a plane or of a turned camera.
 ///  - epipolar: a pose with translation, or a fundamental or essential matrix.
 ///

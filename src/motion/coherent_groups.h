@@ -15,8 +15,10 @@ namespace corrsel::core {
 ///  1. Two matches agree if |v - u| <= 3 px + 0.3 |u|, where u and v are the differences of their left and of
 ///     their right points. A candidate is a seed if at least 3 of its 12 nearest candidates in the left image
 ///     agree with it. Those at the same place, within 3 px in one of the images, do not count.
-///  2. Seeds that agree with each other as neighbours are in one group. Groups of fewer than 6 places
-///     (occupied_cells.h) are dropped.
+///  2. Seeds that agree with each other as neighbours are in one group. A group needs 6 places
+///     (occupied_cells.h), and more than 2 % of the number of candidates and of the number of its places and
+///     the static matches together, because repeated structure makes as many wrong matches agree
+///     (leftover.h).
 ///  3. Among the 8 nearest matches that are seeds of groups or static, a group has a share of its own. It is
 ///     dropped unless the mean of this share over its seeds exceeds a half in the left and in the right
 ///     image: wrong matches of repeated structure agree with each other, too, but correct matches lie between
@@ -24,9 +26,6 @@ namespace corrsel::core {
 ///  4. A match joins the group with the largest share around it if at least half of the seeds of this group
 ///     in the left image agree with it. A candidate needs 2 such seeds, and a static match more than half of
 ///     the 8.
-///  5. A group needs 6 places, 2 % of the number of its places and the static matches, and 2 % of the number
-///  of
-///     candidates: repeated structure makes as many wrong matches agree (leftover.h).
 ///
 /// Chance: 12 wrong neighbours at a distance of 60 px agree with a wrong match with a probability of 0.002
 /// each in an image of 1024 x 768 px; three do so in one of 10^6 cases.

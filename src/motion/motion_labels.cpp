@@ -30,15 +30,7 @@ std::size_t groupCount(const Selection& selection) {
 
 void splitMatches(const Correspondences& matches, const Selection& selection, MotionMemory& memory) {
   memory.rows = usableRows(matches);
-  gather(matches.left_x, memory.rows, memory.matches.left_x);
-  gather(matches.left_y, memory.rows, memory.matches.left_y);
-  gather(matches.right_x, memory.rows, memory.matches.right_x);
-  gather(matches.right_y, memory.rows, memory.matches.right_y);
-  memory.matches.left_size = matches.left_size;
-  memory.matches.right_size = matches.right_size;
-  memory.matches.left_camera = matches.left_camera;
-  memory.matches.right_camera = matches.right_camera;
-  memory.matches.prior = matches.prior;
+  gather(matches, memory.rows, memory.matches);
   memory.base.resize(memory.rows.size());
   for (std::size_t i = 0; i < memory.rows.size(); ++i)
     memory.base[i] = selection.group[memory.rows[i]] == 0 ? 1 : 0;
