@@ -237,7 +237,7 @@ TEST(SelectionDrawing, GroupsHaveTheirColoursInThePictureAndInTheCaption) {
   }
 }
 
-TEST(Drawings, MovingGroupsHaveAColourOfTheirOwn) {
+TEST(SelectionDrawing, MovingGroupsHaveAColourOfTheirOwn) {
   const Correspondences m = rungs(8);
   Selection selection = firstOnes(m, 8);
   selection.group = {0, 1, 2, 3, 4, 5, 6, 7};
