@@ -31,9 +31,9 @@ namespace corrsel::core {
 /// Output: `motion` has one entry per group. Group 0 is kStatic: the camera moves against it, or nothing
 /// moves. Where an object fills more of the images than the scene does, the camera seems to move against the
 /// object. Moving groups that the selector has found keep their numbers, and those that it has not found get
-/// the next ones. The matches of a moving group are correct, so their mask is 1, and `n_selected` counts
-/// them. A match that agrees with group 0, but lies inside of a moving group and moves like it, changes to
-/// that group. Where the selection has no groups, group 0 is what was selected.
+/// the next ones, the largest first. The matches of a moving group are correct, so their mask is 1, and
+/// `n_selected` counts them. A match that agrees with group 0, but lies inside of a moving group and moves
+/// like it, changes to that group. Where the selection has no groups, group 0 is what was selected.
 ///
 /// kUnknown is what cannot be told: all groups where the status is not `ok`, where there is no model, and
 /// where the model is a homography and the scene is unknown; and a group that is off a homography, but agrees
@@ -44,7 +44,8 @@ namespace corrsel::core {
 /// without turning before a plane, too, is kUnknown. At rest, a static thing that is more than ten times as
 /// near as the rest of the scene seems to move if the camera moves by less than a pixel shows.
 ///
-/// Does nothing where the selection is not of these matches or has been labelled before, or where the columns
+/// Does nothing where the selection is not of these matches or has been labelled before, where its group
+/// numbers reach beyond the number of matches, or where the columns
 /// of the matches are inconsistent. Nothing is drawn at random.
 ///
 /// Cost: O(N); docs/studies/moving_objects.md has the times. The memory is kept by the calling thread.

@@ -1,6 +1,8 @@
 #include "corrsel/motion_labels.h"
 
 #include <algorithm>
+#include <limits>
+#include <utility>
 
 #include "base/gather.h"
 #include "base/usable_rows.h"
@@ -51,6 +53,16 @@ void findMoving(const Selection& selection, MotionMemory& memory) {
     memory.moving.push_back(g);
     memory.moving_rows.insert(memory.moving_rows.end(), members.begin(), members.end());
   }
+  // The largest first, and equal ones by their place, so that their numbers do not depend on the input's
+  // order.
+  const auto key = [&memory](std::size_t g) {
+    const std::vector<std::uint32_t>& members = memory.groups.members(g);
+    float left = std::numeric_limits<float>::max();
+    for (const std::uint32_t i : members) left = std::min(left, memory.matches.left_x[i]);
+    return std::make_pair(-static_cast<std::ptrdiff_t>(members.size()), left);
+  };
+  std::sort(memory.moving.begin(), memory.moving.end(),
+            [&key](std::size_t a, std::size_t b) { return key(a) < key(b); });
 }
 
 /// Gives the matches of a moving group its number: that of the selector's group that lies in it for the
@@ -105,7 +117,9 @@ void labelMotion(const Correspondences& matches, Selection& selection) {
     selection.group.resize(matches.size());
     for (std::size_t i = 0; i < matches.size(); ++i) selection.group[i] = selection.mask[i] != 0 ? 0 : -1;
   }
-  selection.motion.assign(groupCount(selection), GroupMotion::kUnknown);
+  const std::size_t groups = groupCount(selection);
+  if (groups > matches.size()) return;  // the numbers of another package's selector may be anything
+  selection.motion.assign(groups, GroupMotion::kUnknown);
   if (selection.status != Status::kOk || selection.motion.empty()) return;
   auto& memory = Workspace::ofThread().part<MotionMemory>();
   splitMatches(matches, selection, memory);
