@@ -8,6 +8,7 @@ Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 
 
     select, Selector, Selection        decide which matches are inliers
     add_probability                    how probably each match is right, for any selection
+    label_motion                       which groups of matches are objects that move by themselves
     selector_names, selector_groups, selector_presets   what there is to choose from
     options, Option                    options of selectors, features and matching, with ranges and meanings
     Matches                            putative matches with all their columns
@@ -44,6 +45,7 @@ _HOMES = {
         "Selection",
         "Selector",
         "add_probability",
+        "label_motion",
         "relative_pose",
         "select",
         "selector_groups",

@@ -35,6 +35,7 @@ from .selectors import (
     Selection as Selection,
     Selector as Selector,
     add_probability as add_probability,
+    label_motion as label_motion,
     relative_pose as relative_pose,
     select as select,
     selector_groups as selector_groups,

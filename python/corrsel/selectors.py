@@ -176,6 +176,7 @@ class Selection:
     group        per match, number of the model that a selected match belongs to, counted from 0 in the order in which
                  the selector finds them; -1 = not selected, or selected without a model: N, int32. None if the selector
                  finds one model or none. The matches of the second plane of "planes": matches[selection.group == 1]
+    motion       per group what it does: a tuple of "static", "moving" or "unknown". None before label_motion()
     model        left to right, 3 x 3, float64, or None: x' ~ H x of a homography, x'^T F x = 0 of a fundamental matrix;
                  with the unit rays d of calibrated cameras, d'^T E d = 0 of an essential matrix, d' = R d of a rotation
     model_kind   "none", "homography", "fundamental", "essential" or "rotation"
@@ -205,6 +206,7 @@ class Selection:
         "mask",
         "score",
         "group",
+        "motion",
         "model",
         "model_kind",
         "status",
@@ -413,6 +415,32 @@ def add_probability(matches, selection):
     selection   of these matches; one that has a probability already stays as it is, and so does one with the status
                 "failed" or "unsupported_input"
     """
+    _require_selection(matches, selection)
+    if selection.probability is None:
+        selection.confidence, selection.sigma, selection.probability = _core.probability_of(
+            matches, selection
+        )
+
+
+def label_motion(matches, selection):
+    """Find out which groups of a Selection are the scene, which stands still, and which are objects that move.
+
+    It fills selection.motion, and adds groups of objects that the selector has not found to selection.group and
+    selection.mask. A selection without groups gets them. docs/selectors.md describes what two images can show. The
+    matches of moving objects:
+
+        moving = np.isin(selection.group, [g for g, m in enumerate(selection.motion) if m == "moving"])
+
+    matches     those that the selector was given
+    selection   of these matches; one that has been labelled already stays as it is
+    """
+    _require_selection(matches, selection)
+    if selection.motion is None:
+        selection.mask, selection.group, selection.motion = _core.motion_of(matches, selection)
+        selection.n_selected = int(np.count_nonzero(selection.mask))
+
+
+def _require_selection(matches, selection):
     if not isinstance(matches, Matches):
         raise TypeError("matches is %s; needed: corrsel.Matches" % type(matches).__name__)
     if not isinstance(selection, Selection):
@@ -421,10 +449,6 @@ def add_probability(matches, selection):
         raise ValueError(
             "the selection is of %d matches, but there are %d; give the matches that the selector was given"
             % (len(selection.mask), len(matches))
-        )
-    if selection.probability is None:
-        selection.confidence, selection.sigma, selection.probability = _core.probability_of(
-            matches, selection
         )
 
 

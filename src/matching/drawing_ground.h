@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "corrsel/correspondences.h"
+#include "corrsel/selection.h"
 
 namespace corrsel::core {
 
@@ -18,5 +19,8 @@ bool drawable(const Correspondences& matches, std::size_t row);
 /// image holds all points that can be drawn.
 cv::Mat imageOrGround(const cv::Mat& image, cv::Size size, const std::vector<float>& x,
                       const std::vector<float>& y);
+
+/// The colour of a group whose motion is known (BGR): that of moving matches, or one of four others in turn.
+cv::Scalar colourOf(std::int32_t group, GroupMotion motion);
 
 }  // namespace corrsel::core

@@ -57,9 +57,16 @@ cv::Scalar groupColour(std::int32_t group) {
   return colours[static_cast<std::size_t>(group) % std::size(colours)];
 }
 
+cv::Scalar colourOf(std::int32_t group, GroupMotion motion) {
+  if (motion == GroupMotion::kMoving) return MatchColours().moving;
+  constexpr std::int32_t kOthers[] = {0, 1, 2, 4};  // groupColour(3) is that of moving matches
+  return groupColour(kOthers[static_cast<std::size_t>(group) % std::size(kOthers)]);
+}
+
 cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const Correspondences& matches,
                     const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,
-                    double tolerance, std::size_t max_lines, const std::vector<std::int32_t>& group) {
+                    double tolerance, std::size_t max_lines, const std::vector<std::int32_t>& group,
+                    const std::vector<GroupMotion>& motion) {
   const cv::Mat left = imageOrGround(left_image, matches.left_size, matches.left_x, matches.left_y);
   const cv::Mat right = imageOrGround(right_image, matches.right_size, matches.right_x, matches.right_y);
   const MatchColours colours;
@@ -81,6 +88,10 @@ cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const
   }
   const int thickness = std::max(1, canvas.cols / 1600);
   const auto is_grouped = [&group](std::size_t i) { return i < group.size() && group[i] >= 0; };
+  const auto colour_of_group = [&](std::int32_t number) {
+    const auto place = static_cast<std::size_t>(number);
+    return place < motion.size() ? colourOf(number, motion[place]) : groupColour(number);
+  };
   std::vector<std::pair<std::array<cv::Point, 2>, cv::Scalar>> discs;
   const auto draw = [&](const std::vector<std::size_t>& rows, const cv::Scalar& colour) {
     const std::size_t count = std::min(rows.size(), max_lines);
@@ -89,9 +100,9 @@ cv::Mat drawMatches(const cv::Mat& left_image, const cv::Mat& right_image, const
       const cv::Point from(cvRound(matches.left_x[i]), cvRound(matches.left_y[i]));
       const cv::Point to(cvRound(matches.right_x[i]) + left.cols, cvRound(matches.right_y[i]));
       const bool line_of_group = is_grouped(i) && &rows == &unknown;
-      cv::line(canvas, from, to, line_of_group ? groupColour(group[i]) : colour, thickness, cv::LINE_AA);
+      cv::line(canvas, from, to, line_of_group ? colour_of_group(group[i]) : colour, thickness, cv::LINE_AA);
       if (is_grouped(i)) {
-        discs.push_back({{from, to}, groupColour(group[i])});
+        discs.push_back({{from, to}, colour_of_group(group[i])});
         continue;
       }
       for (const cv::Point& point : {from, to})

@@ -95,10 +95,12 @@ std::vector<Class> classesOf(const Correspondences& matches, const Selection& se
   std::vector<Class> classes = {rejected};
   for (auto& [key, members] : kept) {
     const auto group = static_cast<std::int32_t>(key);
-    members.colour = selectionColour(group);
+    const bool labelled = group >= 0 && key < selection.motion.size();
+    members.colour = labelled ? colourOf(group, selection.motion[key]) : selectionColour(group);
     members.name = !grouped || kept.size() == 1 ? "kept"
                    : group < 0                  ? "kept, in no group"
                                                 : "group " + std::to_string(group + 1);
+    if (labelled) members.name += ", " + inWords(selection.motion[key]);
     classes.push_back(members);
   }
   return classes;
@@ -290,6 +292,10 @@ std::string inWords(SceneKind scene) {
       break;
   }
   return "";
+}
+
+std::string inWords(GroupMotion motion) {
+  return motion == GroupMotion::kUnknown ? "not known whether moving" : toString(motion);
 }
 
 cv::Mat drawSelection(const cv::Mat& left_image, const cv::Mat& right_image, const Correspondences& matches,

@@ -100,7 +100,8 @@ class MatchViewerNodelet : public nodelet::Nodelet {
       }
       const cv::Mat picture = core::drawMatches(
           left_image->image, right_image->image, matches, selection.mask, errors(result, matches),
-          parameters_.tolerance, static_cast<std::size_t>(parameters_.max_lines), selection.group);
+          parameters_.tolerance, static_cast<std::size_t>(parameters_.max_lines), selection.group,
+          selection.motion);
       publisher_.publish(
           cv_bridge::CvImage(result.left->header, sensor_msgs::image_encodings::BGR8, picture).toImageMsg());
     } catch (const std::exception& error) {  // malformed messages, unsupported encodings, OpenCV

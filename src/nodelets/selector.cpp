@@ -26,8 +26,8 @@
 namespace corrsel {
 
 /// Publishes, for every message on `correspondences`, the matches that the chosen selector keeps (`matches`),
-/// its decision (`selection`), and, if it estimates one, the pose between the images (`relative_pose`,
-/// `pose`).
+/// those that move by themselves where this is asked for (`moving`), its decision (`selection`), and, if it
+/// estimates one, the pose between the images (`relative_pose`, `pose`).
 class SelectorNodelet : public nodelet::Nodelet {
   struct Item {
     TimedMatches matches;
@@ -58,8 +58,8 @@ class SelectorNodelet : public nodelet::Nodelet {
     stage_ = std::make_unique<Stage>(getNodeHandle(), getPrivateNodeHandle(), getName(), parameters,
                                      std::move(parts));
     stage_->diagnostics().limitInlierRatio(parameters.warn_inlier_ratio, parameters.error_inlier_ratio);
-    stage_->start({Stage::output<Correspondences>("matches"), Stage::output<Selection>("selection"),
-                   Stage::output<RelativePose>("relative_pose"),
+    stage_->start({Stage::output<Correspondences>("matches"), Stage::output<Correspondences>("moving"),
+                   Stage::output<Selection>("selection"), Stage::output<RelativePose>("relative_pose"),
                    Stage::output<geometry_msgs::PoseWithCovarianceStamped>("pose")});
   }
 
@@ -109,6 +109,7 @@ class SelectorNodelet : public nodelet::Nodelet {
     Selection& selection = *result.selection;
     const core::Stopwatch watch;
     stage_->publish("matches", result.matches);
+    if (result.moving) stage_->publish("moving", result.moving);
     if (result.relative_pose) stage_->publish("relative_pose", result.relative_pose);
     if (result.pose) stage_->publish("pose", result.pose);
     selection.seconds.publish += watch.seconds();

@@ -17,6 +17,7 @@
 #include "corrsel/evaluation/metrics.h"
 #include "corrsel/evaluation/pose.h"
 #include "corrsel/evaluation/statistics.h"
+#include "corrsel/motion_labels.h"
 #include "corrsel/pose_result.h"
 #include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
@@ -78,6 +79,7 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
   result["sigma"] = selection.sigma;
   const bool rated = !selection.probability.empty();
   result["probability"] = rated ? py::object(arrayFrom(std::move(selection.probability))) : py::none();
+  result["motion"] = py::none();  // see motionOf()
   result["pose"] = selection.pose ? py::object(toDict(*selection.pose)) : py::none();
   result["message"] = selection.message;
   result["seconds"] = selection.seconds;
@@ -97,16 +99,23 @@ core::ModelKind modelKindFrom(const std::string& text) {
   throw std::invalid_argument("unknown model kind '" + text + "'");
 }
 
-/// Confidence, sigma, and probability (or None) of a corrsel.Selection.
-py::tuple probabilityOf(const py::object& matches, const py::object& of) {
-  const core::Correspondences input = correspondencesFrom(matches);
+/// Mask, model, status, scene, confidence and iterations of a corrsel.Selection.
+core::Selection selectionFrom(const py::object& of) {
   core::Selection selection;
   selection.mask = vectorFrom<std::uint8_t>(of.attr("mask"));
   selection.model_kind = modelKindFrom(of.attr("model_kind").cast<std::string>());
   if (selection.model_kind != core::ModelKind::kNone) selection.model = matrixFrom(of.attr("model"));
   selection.status = core::statusFromString(of.attr("status").cast<std::string>());
+  selection.scene = core::sceneFromString(of.attr("scene").cast<std::string>());
   selection.confidence = of.attr("confidence").cast<double>();
   selection.iterations = of.attr("iterations").cast<int>();
+  return selection;
+}
+
+/// Confidence, sigma, and probability (or None) of a corrsel.Selection.
+py::tuple probabilityOf(const py::object& matches, const py::object& of) {
+  const core::Correspondences input = correspondencesFrom(matches);
+  core::Selection selection = selectionFrom(of);
   {
     const py::gil_scoped_release released;
     core::addProbability(input, selection);
@@ -114,6 +123,35 @@ py::tuple probabilityOf(const py::object& matches, const py::object& of) {
   const bool rated = !selection.probability.empty();
   return py::make_tuple(selection.confidence, selection.sigma,
                         rated ? py::object(arrayFrom(std::move(selection.probability))) : py::none());
+}
+
+/// Motion and poses of a corrsel.PoseResult.
+core::PoseResult poseResultFrom(const py::object& of) {
+  const auto poseFrom = [](const py::object& pose) {
+    return core::Pose{matrixFrom(pose.attr("rotation")), vectorOfThree(pose.attr("translation"))};
+  };
+  core::PoseResult result;
+  result.motion = core::motionFromString(of.attr("motion").cast<std::string>());
+  result.pose = poseFrom(of);
+  if (!of.attr("second").is_none()) result.second = poseFrom(of.attr("second"));
+  return result;
+}
+
+/// Mask, group and motion of a corrsel.Selection after labelMotion().
+py::tuple motionOf(const py::object& matches, const py::object& of) {
+  const core::Correspondences input = correspondencesFrom(matches);
+  core::Selection selection = selectionFrom(of);
+  selection.group = vectorFrom<std::int32_t>(of.attr("group"));
+  if (!of.attr("pose").is_none()) selection.pose = poseResultFrom(of.attr("pose"));
+  {
+    const py::gil_scoped_release released;
+    core::labelMotion(input, selection);
+  }
+  py::list motion;
+  for (const core::GroupMotion of_group : selection.motion) motion.append(core::toString(of_group));
+  const auto rows = static_cast<py::ssize_t>(input.size());
+  return py::make_tuple(arrayFrom<bool>(std::move(selection.mask), {rows}),
+                        arrayFrom(std::move(selection.group)), py::tuple(motion));
 }
 
 py::array groundTruthErrors(const py::object& matches, const std::string& kind, const py::object& value) {
@@ -229,6 +267,7 @@ PYBIND11_MODULE(_core, module) {
   module.def("selector_list", &selectorList);
   module.def("selector_presets", &core::selectorPresets);
   module.def("probability_of", &probabilityOf);
+  module.def("motion_of", &motionOf);
   module.def("ground_truth_errors", &groundTruthErrors);
   module.def("evaluate", &evaluate);
   module.def("pose_errors", &poseErrors);

@@ -194,11 +194,22 @@ py::dict extractorOptions(const core::FeatureExtractor& extractor) {
   return result;
 }
 
+core::GroupMotion groupMotionFrom(const std::string& text) {
+  for (const core::GroupMotion motion : {core::GroupMotion::kStatic, core::GroupMotion::kMoving}) {
+    if (core::toString(motion) == text) return motion;
+  }
+  return core::GroupMotion::kUnknown;
+}
+
 /// What is drawn of a corrsel.Selection.
 core::Selection drawnSelection(const py::object& of) {
   core::Selection selection;
   selection.mask = vectorFrom<std::uint8_t>(of.attr("mask"));
   selection.group = vectorFrom<std::int32_t>(of.attr("group"));
+  if (const py::object motion = of.attr("motion"); !motion.is_none()) {
+    for (const py::handle text : motion)
+      selection.motion.push_back(groupMotionFrom(text.cast<std::string>()));
+  }
   selection.status = core::statusFromString(of.attr("status").cast<std::string>());
   selection.scene = core::sceneFromString(of.attr("scene").cast<std::string>());
   selection.n_selected = of.attr("n_selected").cast<std::size_t>();

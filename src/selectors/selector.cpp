@@ -11,33 +11,17 @@
 #include "base/spread_selection.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "base/usable_rows.h"
 #include "posterior/posterior.h"
 #include "search/significance.h"
 
 namespace corrsel::core {
 namespace {
 
-// Beyond this, squared distances lose their pixels in single precision.
-constexpr float kMaxCoordinate = 1e6F;
-
-bool usable(float value) { return std::abs(value) <= kMaxCoordinate; }
-
-std::vector<std::uint32_t> usableRows(const Correspondences& matches) {
-  std::vector<std::uint32_t> rows;
-  rows.reserve(matches.size());
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (usable(matches.left_x[i]) && usable(matches.left_y[i]) && usable(matches.right_x[i]) &&
-        usable(matches.right_y[i])) {
-      rows.push_back(static_cast<std::uint32_t>(i));
-    }
-  }
-  return rows;
-}
-
 bool allUsable(const std::vector<float>& column) {
   // No early exit: the loop is vectorised.
   unsigned unusable = 0;
-  for (const float value : column) unusable |= usable(value) ? 0U : 1U;
+  for (const float value : column) unusable |= isUsable(value) ? 0U : 1U;
   return unusable == 0;
 }
 

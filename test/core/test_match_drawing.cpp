@@ -237,6 +237,27 @@ TEST(SelectionDrawing, GroupsHaveTheirColoursInThePictureAndInTheCaption) {
   }
 }
 
+TEST(SelectionDrawing, MovingGroupsHaveAColourOfTheirOwn) {
+  const Correspondences m = rungs(8);
+  Selection selection = firstOnes(m, 8);
+  selection.group = {0, 1, 2, 3, 4, 5, 6, 7};
+  selection.motion.assign(8, GroupMotion::kStatic);
+  selection.motion[1] = selection.motion[4] = GroupMotion::kMoving;
+  selection.motion[2] = GroupMotion::kUnknown;
+  const cv::Scalar moving = MatchColours().moving;
+  const cv::Mat picture = drawSelection(black(100, 80), black(100, 80), m, selection, unscaled());
+  const cv::Mat matches = drawMatches(black(100, 80), black(100, 80), m, selection.mask, {}, 5, 200,
+                                      selection.group, selection.motion);
+  for (int i = 0; i < 8; ++i) {
+    const bool moves = selection.motion[std::size_t(i)] == GroupMotion::kMoving;
+    EXPECT_EQ(distance(picture.at<cv::Vec3b>(6 * i + 10, 30), moving) < 30, moves) << i;
+    EXPECT_EQ(distance(matches.at<cv::Vec3b>(6 * i + 10, 30), moving) < 30, moves) << i;
+    EXPECT_EQ(distance(matches.at<cv::Vec3b>(6 * i + 10, 99), moving) < 30, moves) << i;
+  }
+  EXPECT_GT(countOf(picture.rowRange(82, picture.rows), moving), 5);  // the legend
+  EXPECT_EQ(inWords(GroupMotion::kMoving), "moving");
+}
+
 TEST(SelectionDrawing, LargeImagesAreReducedSmallOnesEnlargedFlatOnesStacked) {
   const Correspondences m = rungs(2);
   SelectionDrawingOptions options;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "arbitrary.h"
+#include "corrsel/motion_labels.h"
 #include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
 
@@ -73,7 +74,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Selection first = selector->select(matches);
   Selection rated = first;
   addProbability(matches, rated);
-  for (const Selection& selection : {first, rated}) {
+  Selection labelled = rated;
+  labelMotion(matches, labelled);
+  for (const Selection& selection : {first, rated, labelled}) {
     const std::string fault = contractViolation(matches, selection);
     if (!fault.empty()) fail(spec, options, matches, fault);
   }

@@ -232,6 +232,27 @@ class Extremes(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "selection is None"):
             corrsel.add_probability(matches, None)
 
+    def test_moving_groups_are_labelled_on_demand(self):
+        random = np.random.RandomState(0)
+        left = random.uniform((0, 0), (640, 480), (300, 2))
+        inside = (abs(left - (250, 200)) < (70, 70)).all(axis=1)
+        left = np.vstack([left[~inside], random.uniform((200, 150), (300, 250), (60, 2))])
+        right = left + random.normal(0, 0.5, left.shape)
+        right[-60:] += (30, 20)
+        matches = corrsel.Matches(left, right, left_size=(640, 480), right_size=(640, 480))
+        for selector in ("auto", "usac:h"):
+            selection = matches.select(selector)
+            self.assertIsNone(selection.motion)
+            corrsel.label_motion(matches, selection)
+            self.assertEqual(selection.motion, ("static", "moving"))
+            self.assertGreater((selection.group[-60:] == 1).sum(), 57)
+            self.assertFalse((selection.group[:-60] == 1).any())
+            self.assertEqual(selection.n_selected, selection.mask.sum())
+            self.assertTrue(selection.mask[selection.group == 1].all())
+            self.assertEqual(corrsel.draw(None, None, matches, selection).shape[2], 3)
+        with self.assertRaisesRegex(ValueError, "but there are 7"):
+            corrsel.label_motion(matches[:7], selection)
+
     def test_coordinates_that_are_not_finite_are_ignored(self):
         random = np.random.RandomState(0)
         left, right = random.uniform(0, 600, (2, 60, 2))

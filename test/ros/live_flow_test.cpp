@@ -16,6 +16,7 @@
 #include "base/stopwatch.h"
 #include "corrsel/evaluation/statistics.h"
 #include "live_fixture.h"
+#include "passing_object.h"
 
 namespace corrsel {
 namespace {
@@ -97,6 +98,27 @@ class LiveFlow : public Live {
     return taken;
   }
 };
+
+TEST_F(LiveFlow, MovingMatchesHaveATopicOfTheirOwn) {
+  startSelector();
+  configure(selector(), {{"selector", "auto"}});
+  testing::Inbox<Correspondences> moving(nh_, "moving");
+  ASSERT_TRUE(waitFor([&] { return moving.connected(); }));
+  ros::Time stamp = nextStamp();
+  correspondences_.publish(testing::passingObject(stamp));
+  ASSERT_TRUE(selections_->wait(stamp));
+  EXPECT_FALSE(moving.has(stamp));
+
+  configure(selector(), {{"label_motion", "true"}});
+  stamp = nextStamp();
+  correspondences_.publish(testing::passingObject(stamp));
+  const CorrespondencesConstPtr found = moving.wait(stamp);
+  const SelectionConstPtr selection = selections_->wait(stamp);
+  ASSERT_TRUE(found && selection);
+  EXPECT_NEAR(found->left_x.size(), testing::kObjectMatches, 2);
+  EXPECT_EQ(found->header.frame_id, "left_optical");
+  EXPECT_EQ(selection->motion.back(), Selection::GROUP_MOVING);
+}
 
 TEST_F(LiveFlow, NothingIsCopiedInsideAManager) {
   start();

@@ -14,6 +14,7 @@
 #include "corrsel/ros/conversions.h"
 #include "corrsel/selectors/factory.h"
 #include "fixed_pose_selector.h"
+#include "passing_object.h"
 #include "ros/live/live_selector.h"
 
 namespace corrsel {
@@ -57,6 +58,27 @@ TEST(LiveSelector, SelectsAsTheCoreDoes) {
   EXPECT_GT(result.selection->seconds.select, 0.0);
   EXPECT_EQ(result.matches->seconds.select, result.selection->seconds.select);
   EXPECT_EQ(result.warning, "");
+}
+
+TEST(LiveSelector, LabelsWhatMovesWhereItIsAskedTo) {
+  LiveSelector selector;
+  SelectorConfig asked = config("auto");
+  ASSERT_EQ(selector.configure(asked).error, "");
+  const Correspondences input = testing::passingObject(ros::Time(7));
+  const LiveSelector::Result without = selector.select(input, 0.0);
+  EXPECT_FALSE(without.moving);
+  EXPECT_TRUE(without.selection->motion.empty());
+
+  asked.label_motion = true;
+  ASSERT_EQ(selector.configure(asked).error, "");
+  const LiveSelector::Result result = selector.select(input, 0.0);
+  ASSERT_TRUE(result.moving);
+  EXPECT_NEAR(result.moving->left_x.size(), testing::kObjectMatches, 2);
+  EXPECT_EQ(result.moving->header.stamp, input.header.stamp);
+  EXPECT_EQ(result.selection->motion,
+            (std::vector<std::uint8_t>{Selection::GROUP_STATIC, Selection::GROUP_MOVING}));
+  EXPECT_EQ(result.matches->left_x.size(), result.selection->n_selected);
+  EXPECT_EQ(fromMsg(*result.selection).motion.at(1), core::GroupMotion::kMoving);
 }
 
 TEST(LiveSelector, PassesOnNoMatchesThatAreUncertain) {

@@ -16,6 +16,7 @@ struct MatchColours {
   cv::Scalar wrong{0, 94, 213};       ///< vermillion: selected and wrong
   cv::Scalar missed{178, 114, 0};     ///< blue: correct but not selected
   cv::Scalar selected{66, 228, 240};  ///< yellow: selected, ground truth unknown
+  cv::Scalar moving{167, 121, 204};   ///< reddish purple: selected, of a group that moves by itself
 };
 
 /// The colour of a group of matches (BGR), different from those that state whether a match is correct. There
@@ -31,11 +32,13 @@ cv::Scalar groupColour(std::int32_t group);
 /// @param group     numbers as in Selection::group, or empty. The points of matches of a group are discs
 /// above
 ///                  all lines in the colour of the group; lines have it where the truth is unknown
+/// @param motion    as Selection::motion, or empty. Moving groups have MatchColours::moving, and no other
+///                  group has it
 /// @return 8-bit BGR, height of the taller image, widths added
 cv::Mat drawMatches(const cv::Mat& left, const cv::Mat& right, const Correspondences& matches,
                     const std::vector<std::uint8_t>& mask, const std::vector<double>& errors,
                     double tolerance, std::size_t max_lines = 200,
-                    const std::vector<std::int32_t>& group = {});
+                    const std::vector<std::int32_t>& group = {}, const std::vector<GroupMotion>& motion = {});
 
 struct SelectionDrawingOptions {
   /// Of the picture, px, to which the images are reduced or enlarged, but at most twice; 0 = they stay as
@@ -47,8 +50,10 @@ struct SelectionDrawingOptions {
 
 /// Draws a selection for people: grey images, above them thin dark lines and crosses of the rejected matches,
 /// and above these the lines and discs of the kept ones, in the colours of their groups. A caption below
-/// states what was found and explains the colours; it stays readable where the picture is reduced to a third.
-/// Images that are wide and flat are put above each other, others side by side.
+/// states what was found and explains the colours, and where the motion of the groups is known, which of them
+/// move by themselves (in MatchColours::moving, which no other group then has); it stays readable where the
+/// picture is reduced to a third. Images that are wide and flat are put above each other, others side by
+/// side.
 ///
 /// The parameters that drawMatches() has too mean the same here.
 /// @param selection  of these matches
@@ -64,5 +69,8 @@ cv::Scalar selectionColour(std::int32_t group);
 
 /// A few words on a scene, for people: "a plane, or a camera that only turned". Empty for kUnknown.
 std::string inWords(SceneKind scene);
+
+/// What a group of matches does, for people: "moving".
+std::string inWords(GroupMotion motion);
 
 }  // namespace corrsel::core

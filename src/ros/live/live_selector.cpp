@@ -10,6 +10,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "corrsel/matching/match_mask.h"
+#include "corrsel/motion_labels.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/pose.h"
 #include "corrsel/selectors/factory.h"
@@ -77,9 +78,12 @@ Unmasked unmasked(const core::Correspondences& matches, PairMasks masks) {
   return result;
 }
 
-core::Selection selectWithConfidence(const core::Selector& selector, const core::Correspondences& matches) {
+/// Selects, and adds what the selector leaves to others: the confidence, and where asked for what moves.
+core::Selection selectAndExplain(const core::Selector& selector, bool label_motion,
+                                 const core::Correspondences& matches) {
   core::Selection selection = selector.select(matches);
   addConfidence(matches, selection);
+  if (label_motion) core::labelMotion(matches, selection);
   return selection;
 }
 
@@ -121,6 +125,7 @@ LiveSelector::Active LiveSelector::create(SelectorConfig& config) const {
   active.spec = specOf(config);
   refuseBrackets(active.spec, config);
   active.max_seconds = config.max_seconds;
+  active.label_motion = config.label_motion;
   core::OptionMap options = parametersOf(config), others;
   for (const auto& [name, value] : parseOptions(config.options)) {
     if (options.count(name) == 0) others[name] = value;
@@ -234,10 +239,12 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
   watch.restart();
   const Unmasked rest = masks ? unmasked(input, *masks) : Unmasked();
   const std::size_t n_masked = masks ? input.size() - rest.rows.size() : 0;
+  const auto chosen = [&active](const core::Correspondences& matches) {
+    return selectAndExplain(*active.selector, active.label_motion, matches);
+  };
   const core::Selection selection =
-      n_masked == 0 ? selectWithConfidence(*active.selector, input)
-                    : core::spreadSelection(selectWithConfidence(*active.selector, input.subset(rest.rows)),
-                                            rest.rows, input.size());
+      n_masked == 0 ? chosen(input)
+                    : core::spreadSelection(chosen(input.subset(rest.rows)), rest.rows, input.size());
   info.seconds.select = selection.seconds;
   Result result;
   // Subscribers of the matches alone see no status: they get none that they should not rely on.
@@ -245,6 +252,10 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
   const std::vector<std::uint32_t> rows =
       reliable ? core::selectedRows(selection.mask) : std::vector<std::uint32_t>();
   result.matches = boost::make_shared<Correspondences>(toMsg(input.subset(rows), info));
+  if (active.label_motion) {
+    const core::Correspondences moving = input.subset(core::movingRows(selection));
+    result.moving = boost::make_shared<Correspondences>(toMsg(moving, info));
+  }
   result.selection = boost::make_shared<Selection>(toMsg(selection, info, active.spec));
   result.selection->mask_use = rest.mask_use;
   result.selection->n_masked = static_cast<std::uint32_t>(n_masked);

@@ -36,6 +36,7 @@ class LiveSelector {
 
   struct Result {
     boost::shared_ptr<Correspondences> matches;  ///< the selected ones; none where the status is `uncertain`
+    boost::shared_ptr<Correspondences> moving;   ///< those of moving groups; null where label_motion is off
     boost::shared_ptr<Selection> selection;      ///< its time of publishing lacks that of these messages
     boost::shared_ptr<RelativePose> relative_pose;  ///< null where the selector estimates none
     /// poseOfRight(); null where there is none, or none to be relied on
@@ -74,6 +75,7 @@ class LiveSelector {
   struct Active {
     std::string spec;
     double max_seconds = 0.0;
+    bool label_motion = false;
     std::shared_ptr<const core::Selector> selector;
   };
 

@@ -290,6 +290,9 @@ void SelectorChoice::visit(OptionVisitor& visitor) const {
   visitor.number({"max_seconds", 0, 1e6, "s",
                   "Time limit of a selection, after which the best result so far counts; 0 = none"},
                  &P::max_seconds);
+  visitor.flag("label_motion",
+               "Find out which groups of matches move by themselves, and publish their matches on moving",
+               &P::label_motion);
   visitor.integer({"seed", 0, 2147483647, "-", "Seed of the random numbers of every selector that draws any"},
                   &P::seed);
 }

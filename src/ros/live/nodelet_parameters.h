@@ -166,6 +166,7 @@ struct SelectorChoice : core::OptionSet {
   std::string preset;
   std::string options;
   double max_seconds = 1;
+  bool label_motion = false;
   int seed = 0;
 
   void visit(core::OptionVisitor& visitor) const override;
