@@ -34,10 +34,10 @@ MaskedSource::MaskedSource(const ros::NodeHandle& nh, const SelectorParameters& 
       matches_(nh, "correspondences", queue_size_,
                [this](const CorrespondencesConstPtr& message) { receiveMatches(message); }) {
   if (parameters.mode == FeatureMode::kSequence) {
-    masks_.push_back({Gate::kLeft, nh_.resolveName("mask"), {}});
+    masks_.push_back({Gate::kLeft, "mask", {}});
   } else {
-    masks_.push_back({Gate::kLeft, nh_.resolveName("left/mask"), {}});
-    masks_.push_back({Gate::kRight, nh_.resolveName("right/mask"), {}});
+    masks_.push_back({Gate::kLeft, "left/mask", {}});
+    masks_.push_back({Gate::kRight, "right/mask", {}});
   }
 }
 
@@ -85,7 +85,7 @@ void MaskedSource::receiveMask(const MaskTopic& topic, const sensor_msgs::ImageC
   try {
     mask = toMask(message, mask_options_);
   } catch (const std::exception& error) {
-    on_problem_(topic.name + ": ignored: " + error.what());
+    on_problem_(nh_.resolveName(topic.name) + ": ignored: " + error.what());
     return;
   }
   const MaskTrack::Stamp stamp = static_cast<MaskTrack::Stamp>(message->header.stamp.toNSec());
@@ -117,7 +117,7 @@ std::string MaskedSource::complaint() {
   complained_ = now;
   if (fits || masks < kFew || pairs < kFew) return "";
   std::vector<std::string> topics;
-  for (const MaskTopic& topic : masks_) topics.push_back(topic.name);
+  for (const MaskTopic& topic : masks_) topics.push_back(nh_.resolveName(topic.name));
   return std::to_string(masks) + " masks (" + core::joinList(topics, ", ") + ") and " +
          std::to_string(pairs) +
          " pairs, but no pair had all its masks. Remedies: masks with the stamps of their images; a larger "

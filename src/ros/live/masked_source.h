@@ -56,7 +56,7 @@ class MaskedSource : public LiveSource {
  private:
   struct MaskTopic {
     Gate::Side side;
-    std::string name;            ///< resolved
+    std::string name;
     ros::Subscriber subscriber;  ///< written under the mutex
   };
 
