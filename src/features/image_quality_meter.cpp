@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -22,7 +23,7 @@ constexpr int kSmallest = 32;                // px, of a block
 constexpr int kCell = 16;                    // px, of the estimate of noise
 constexpr int kCellStep = 32;                // px
 constexpr double kCalm = 0.91;      // what the calmest eighth of cells with the same noise shows of it
-constexpr int kLineStep = 16;       // px
+constexpr int kLineStep = 32;       // px
 constexpr double kQuantile = 0.25;  // of the widths of edges
 constexpr double kVisible = 0.5;    // px, a blur that the grid of the pixels does not hide
 constexpr double kMoment = 0.25, kMemory = 5;  // s, of the sharp images
@@ -30,26 +31,61 @@ constexpr int kTextureCells = 8;               // in each direction
 constexpr std::size_t kCounted = 640 * 480;    // pixels that are looked at for black and saturated
 
 /// Counts the pixels without light and those at full scale.
+class Counts {
+ public:
+  explicit Counts(int columns)
+      : black_(static_cast<std::size_t>(columns)), saturated_(static_cast<std::size_t>(columns)) {}
+
+  /// Counts in columns of 8 bits, a loop that compilers turn into instructions for many pixels.
+  void add(const std::uint8_t* row) {
+    const std::size_t columns = black_.size();
+    std::uint8_t *const black = black_.data(), *const saturated = saturated_.data();
+    for (std::size_t x = 0; x < columns; ++x) {
+      black[x] = static_cast<std::uint8_t>(black[x] + (row[x] <= kBlack ? 1 : 0));
+      saturated[x] = static_cast<std::uint8_t>(saturated[x] + (row[x] >= kSaturated ? 1 : 0));
+    }
+    ++rows_;
+    if (++pending_ == std::numeric_limits<std::uint8_t>::max()) sum();
+  }
+
+  void shares(ImageQuality& quality) {
+    sum();
+    const double pixels = static_cast<double>(rows_) * static_cast<double>(black_.size());
+    quality.black = static_cast<double>(n_black_) / pixels;
+    quality.saturated = static_cast<double>(n_saturated_) / pixels;
+  }
+
+ private:
+  static std::int64_t take(std::vector<std::uint8_t>& counts) {
+    const auto sum = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
+    std::fill(counts.begin(), counts.end(), std::uint8_t{0});
+    return sum;
+  }
+
+  void sum() {
+    n_black_ += take(black_);
+    n_saturated_ += take(saturated_);
+    pending_ = 0;
+  }
+
+  std::vector<std::uint8_t> black_, saturated_;
+  std::int64_t n_black_ = 0, n_saturated_ = 0;
+  int rows_ = 0, pending_ = 0;
+};
+
 void count(const cv::Mat& image, std::vector<std::uint8_t>& memory, ImageQuality& quality) {
   const auto every = static_cast<int>((image.total() + kCounted - 1) / kCounted);
   const bool converts = image.type() != CV_8UC1;
   if (converts) memory.resize(static_cast<std::size_t>(image.cols));
-  int black = 0, saturated = 0, rows = 0;
-  for (int y = every / 2; y < image.rows; y += every, ++rows) {
-    const std::uint8_t* row = image.ptr(y);
+  Counts counts(image.cols);
+  for (int y = std::min(every / 2, image.rows - 1); y < image.rows; y += every) {
     if (converts) {
       GreyBuffer none;
       toGrey(image.row(y), 1e6, none).copyTo(cv::Mat(1, image.cols, CV_8U, memory.data()));
-      row = memory.data();
     }
-    for (int x = 0; x < image.cols; ++x) {
-      black += row[x] <= kBlack;
-      saturated += row[x] >= kSaturated;
-    }
+    counts.add(converts ? memory.data() : image.ptr(y));
   }
-  const double pixels = static_cast<double>(rows) * image.cols;
-  quality.black = black / pixels;
-  quality.saturated = saturated / pixels;
+  counts.shares(quality);
 }
 
 /// Parts of an image in 8-bit grey, on a regular grid.
@@ -230,7 +266,7 @@ class EdgeMeter {
     }
     // Both in units of kScale: `across` has weights of 8 over a distance of 2.
     const double gradient = kScale * across / 16.0;
-    return peak / std::hypot(peak, gradient);
+    return peak / std::sqrt(1.0 * peak * peak + gradient * gradient);
   }
 
   /// Variance that smoothing along the line (1/2) and the difference of neighbours (1/12) add, px^2.

@@ -8,6 +8,9 @@
 #include <utility>
 
 #include "corrsel/Correspondences.h"
+#include "corrsel/features/image_faults.h"
+#include "corrsel/ros/conversions.h"
+#include "ros/live/image_report.h"
 #include "ros/live/image_source.h"
 #include "ros/live/live_matcher.h"
 #include "ros/live/live_stage.h"
@@ -27,7 +30,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     for (const std::string& text : readParameters(getPrivateNodeHandle(), parameters)) {
       NODELET_ERROR_STREAM(text);
     }
-    matcher_ = std::make_unique<LiveMatcher>(parameters.threads);
+    matcher_ = std::make_unique<LiveMatcher>(parameters.threads, parameters.image_quality);
     Stage::Parts parts;
     parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) {
       return openImageSource(nh, getPrivateNodeHandle(), parameters, std::move(put));
@@ -43,7 +46,11 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings_.current());
     if (!message) return;  // the first image of a sequence
     stage_->report(message->seconds, message->header.stamp);
-    stage_->diagnostics().set("cameras", camerasText(*message));
+    LiveDiagnostics& diagnostics = stage_->diagnostics();
+    diagnostics.set("cameras", camerasText(*message));
+    diagnostics.set("left image", core::toText(fromMsg(message->left_quality)));
+    diagnostics.set("right image", core::toText(fromMsg(message->right_quality)));
+    diagnostics.imageFaults(imageFaults(*message));
     stage_->publish("correspondences", message);
   }
 

@@ -7,6 +7,7 @@
 
 #include "corrsel/Correspondences.h"
 #include "corrsel/features/extractor.h"
+#include "corrsel/features/image_quality_meter.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "ros/live/frame_matching.h"
@@ -33,7 +34,9 @@ class LiveMatcher {
   };
 
   /// @param threads  number of threads that may be used; the result does not depend on it
-  explicit LiveMatcher(int threads) : threads_(threads) {}
+  /// @param quality  whether to measure what the images suffer from, in the part where features are looked
+  /// for. Without it, only their texture is known
+  explicit LiveMatcher(int threads, bool quality = true) : threads_(threads), measures_quality_(quality) {}
 
   /// Matches the images. Throws std::exception that names the encoding or the size of an image or a mask that
   /// cannot be used.
@@ -48,8 +51,14 @@ class LiveMatcher {
 
   cv::Mat inUsedBits(const cv::Mat& image) const;
 
+  core::ImageQuality qualityOf(const cv::Mat& image, const core::FeatureRegion& region,
+                               const ros::Time& stamp, const core::Features& features,
+                               core::ImageQualityMeter& meter) const;
+
   const int threads_;
-  int bits_ = 8;  ///< of images of 16 bits, so far
+  const bool measures_quality_;
+  core::ImageQualityMeter left_meter_, right_meter_;  ///< the left one also measures the camera of a sequence
+  int bits_ = 8;                                      ///< of images of 16 bits, so far
   SequenceMatching sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
+#include <cmath>
 #include <exception>
 
 #include "base/stopwatch.h"
@@ -9,6 +10,7 @@
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/pose.h"
 #include "corrsel/selectors/factory.h"
+#include "ros/live/image_report.h"
 #include "ros/live/parameters.h"
 
 namespace corrsel {
@@ -46,6 +48,14 @@ void addPose(const core::Selection& selection, const PairInfo& info, const std::
   result.verdict = core::toString(selection.pose->motion);
   const auto pose = poseOfRight(*result.relative_pose);
   if (pose) result.pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>(*pose);
+}
+
+/// Why there is nothing to select from, as far as the images explain it.
+std::string noMatches(const Correspondences& message, const std::string& faults) {
+  const std::string text = "no putative matches: ";
+  if (!faults.empty()) return text + faults;
+  if (std::isnan(message.left_quality.black)) return text + "are the images dark, blurred or masked?";
+  return text + "the images are neither dark, overexposed, blurred nor noisy; are they masked?";
 }
 
 /// 0 for times that were not measured, because somebody else has made the matches.
@@ -210,9 +220,11 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
   result.selection->seconds.publish += watch.seconds();
 
   if (selection.n_input == 0) {
-    result.warning = "no putative matches: are the images dark, blurred or masked?";
+    result.warning = noMatches(message, imageFaults(message));
   } else if (selection.status != core::Status::kOk) {
     result.warning = active.spec + ": " + core::toString(selection.status) + ": " + selection.message;
+    const std::string faults = imageFaults(message);
+    if (!faults.empty()) result.warning += "; " + faults;
   } else if (active.max_seconds > 0 && selection.seconds > active.max_seconds) {
     result.warning = active.spec + ": took " + core::formatNumber(selection.seconds) +
                      " s of max_seconds = " + core::formatNumber(active.max_seconds) + " with " +
