@@ -336,6 +336,29 @@ TEST(Extractor, OptionsOfOtherAlgorithmsAreNotLookedAt) {
              createExtractor("orb+orb")->extract(image));
 }
 
+TEST(Extractor, ClaheFindsFeaturesInTheEqualizedImage) {
+  cv::Mat dark, expected;
+  shapes().convertTo(dark, CV_8U, 0.15);
+  cv::createCLAHE(3.0, {4, 4})->apply(dark, expected);
+  const OptionMap clahe = {{"equalize", "clahe"}, {"clahe_clip", "3"}, {"clahe_tiles", "4"}};
+  for (const std::string name : {"sift+sift", "orb+orb", "sift+freak"}) {
+    const auto plain = createExtractor(name);
+    const Features raised = createExtractor(name, {{kImageOptions, clahe}})->extract(dark);
+    expectSame(raised, plain->extract(expected));
+    EXPECT_GT(raised.keypoints.size(), plain->extract(dark).keypoints.size()) << name;
+    expectSame(createExtractor(name, {{kImageOptions, {{"equalize", "none"}}}})->extract(dark),
+               plain->extract(dark));
+  }
+  EXPECT_TRUE(contains(errorOf<std::invalid_argument>([] {
+                         createExtractor("orb+orb", {{kImageOptions, {{"equalize", "all"}}}});
+                       }),
+                       "equalize"));
+  EXPECT_TRUE(contains(errorOf<std::invalid_argument>([] {
+                         createExtractor("orb+orb", {{kImageOptions, {{"clahe_tiles", "0"}}}});
+                       }),
+                       "image: option clahe_tiles = 0"));
+}
+
 TEST(Extractor, RootSiftIsTheSquareRoot) {
   const cv::Mat image = shapes();
   for (const std::string name : {"sift+sift", "hessian_affine+sift"}) {
