@@ -10,6 +10,7 @@
 #include "feature_checks.h"
 #include "features/descriptors/descriptor.h"
 #include "features/detectors/blob.h"
+#include "features/parts/image_options.h"
 #include "test_support.h"
 
 namespace corrsel::core {
