@@ -95,7 +95,8 @@ class Extractor:
     """A detector with a descriptor and their options, for use on many images, from any thread.
 
     features     "detector+descriptor", e.g. "orb+orb" or "hessian_affine+sift": see extractor_names()
-    algorithms   options as dictionaries, by the name of the algorithm: sift={"max_features": 2000}
+    algorithms   options as dictionaries, by the name of the algorithm: sift={"max_features": 2000}; those of "image",
+                 image={"equalize": "clahe"}, belong to every pairing
 
     Raises ValueError for names that do not exist, listing those that do, for pairings that cannot work, for options of
     an algorithm that is not part of the pairing, and for options that are unknown or out of their range.
@@ -112,7 +113,7 @@ class Extractor:
         self._extractor = _features.Extractor(features, texts)
         parts = _features.algorithms_of(features)
         for name in algorithms:
-            if name not in parts:
+            if name not in parts + ["image"]:
                 raise ValueError(
                     "options of '%s', but %s is made of %s" % (name, features, " and ".join(parts))
                 )

@@ -163,7 +163,7 @@ void BenchmarkConfig::resolve() {
   requireRange("seed", seed, 0, 2147483647 - 1000);
   requireRange("max_pairs", max_pairs, 0, 2147483647);
 
-  std::set<std::string> known = {"nnsr", "match"};
+  std::set<std::string> known = {"nnsr", "match", kImageOptions};
   matchOptions(options);
   for (const std::string& name : features) {
     createExtractor(name, options);
@@ -207,7 +207,11 @@ std::string BenchmarkConfig::toYaml() const {
   for (const std::string& name : features) {
     out << YAML::Key << name << YAML::Value << YAML::BeginMap;
     const auto extractor = createExtractor(name, options);
-    for (const auto& [algorithm, values] : extractor->options()) emitOptions(out, algorithm, *values);
+    for (const auto& [algorithm, values] : extractor->options()) {
+      // Without options of the images a run stays comparable with those of earlier versions.
+      if (algorithm == kImageOptions && options.count(algorithm) == 0) continue;
+      emitOptions(out, algorithm, *values);
+    }
     out << YAML::EndMap;
   }
   emitOptions(out, "match", matchOptions(options));

@@ -13,6 +13,7 @@
 #include "features/detectors/detector.h"
 #include "features/parts/feature_list.h"
 #include "features/parts/grey_image.h"
+#include "features/parts/image_options.h"
 #include "features/parts/place_mask.h"
 
 namespace corrsel::core {
@@ -54,8 +55,11 @@ void checkMask(const cv::Mat& mask, const cv::Size& image) {
 }  // namespace
 
 FeatureExtractor::FeatureExtractor(std::string name, std::unique_ptr<Detector> detector,
-                                   std::unique_ptr<Descriptor> descriptor)
-    : name_(std::move(name)), detector_(std::move(detector)), descriptor_(std::move(descriptor)) {
+                                   std::unique_ptr<Descriptor> descriptor, const ImageOptions& image)
+    : name_(std::move(name)),
+      detector_(std::move(detector)),
+      descriptor_(std::move(descriptor)),
+      image_(std::make_unique<const ImageOptions>(image)) {
   if (descriptor_ == nullptr && !detector_->describesKeypoints()) {
     throw std::invalid_argument("features '" + name_ + "': the detector " + detector_->name() +
                                 " does not describe its keypoints; needed: a descriptor");
@@ -73,7 +77,8 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
   const cv::Rect area = visibleArea(region.area, image.size());
   DetectionRequest request;
   const DetectorOptions& options = detector_->options();
-  request.image = toGrey(image(area), options.max_megapixels, request.workspace.part<GreyBuffer>());
+  GreyBuffer& buffer = request.workspace.part<GreyBuffer>();
+  request.image = equalized(toGrey(image(area), options.max_megapixels, buffer), *image_, buffer);
   request.threads = threads;
   request.describe = descriptor_ == nullptr;
   std::vector<ScaleLevel> levels;
@@ -105,6 +110,7 @@ cv::Size FeatureExtractor::searchedSize(const cv::Size& image) const {
 std::vector<std::pair<std::string, const OptionSet*>> FeatureExtractor::options() const {
   std::vector<std::pair<std::string, const OptionSet*>> result = {{detector_->name(), &detector_->options()}};
   if (descriptor_ != nullptr) result.emplace_back(descriptor_->name(), &descriptor_->options());
+  result.emplace_back(kImageOptions, image_.get());
   return result;
 }
 

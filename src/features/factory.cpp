@@ -18,6 +18,7 @@
 #include "features/detectors/hessian_affine.h"
 #include "features/detectors/orb.h"
 #include "features/detectors/sift.h"
+#include "features/parts/image_options.h"
 
 namespace corrsel::core {
 namespace {
@@ -158,8 +159,9 @@ std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const
         " valid: detector+descriptor, e.g. " + joinList(extractorNames()) +
         "; detectors: " + joinList(detectors) + "; descriptors: " + joinList(descriptors));
   }
+  const auto image = optionsFrom<ImageOptions>(kImageOptions, options);
   if (detector == descriptor && detector->self_describing) {
-    return std::make_unique<FeatureExtractor>(name, detector->detector(first, options), nullptr);
+    return std::make_unique<FeatureExtractor>(name, detector->detector(first, options), nullptr, image);
   }
   if (descriptor->descriptor == nullptr) {
     throw std::invalid_argument("features '" + name + "' cannot work: the descriptor " + second +
@@ -168,7 +170,7 @@ std::unique_ptr<FeatureExtractor> createExtractor(const std::string& name, const
                                 " with one of the descriptors " + joinList(generalDescriptors()));
   }
   return std::make_unique<FeatureExtractor>(name, detector->detector(first, options),
-                                            descriptor->descriptor(second, options));
+                                            descriptor->descriptor(second, options), image);
 }
 
 const std::vector<FeatureCombination>& featureCombinations() {
@@ -221,6 +223,7 @@ std::vector<std::pair<std::string, std::string>> missingAlgorithms() {
 
 std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> featureAlgorithms() {
   std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> result;
+  result.emplace_back(kImageOptions, std::make_unique<ImageOptions>());
   for (const Algorithm& algorithm : algorithms()) result.emplace_back(algorithm.name, algorithm.options());
   return result;
 }

@@ -11,7 +11,10 @@
 
 #include "corrsel/Correspondences.h"
 #include "corrsel/Features.h"
+#include "corrsel/features/image_faults.h"
+#include "corrsel/ros/conversions.h"
 #include "ros/live/image_mask.h"
+#include "ros/live/image_report.h"
 #include "ros/live/image_source.h"
 #include "ros/live/live_matcher.h"
 #include "ros/live/live_stage.h"
@@ -32,11 +35,13 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
       NODELET_ERROR_STREAM(text);
     }
     const bool sequence = parameters.mode == FeatureMatcherParameters::Mode::kSequence;
-    const cv::Mat left_mask = sequence ? fixedMask("mask_file", parameters.mask_file)
-                                       : fixedMask("left_mask_file", parameters.left_mask_file);
-    const cv::Mat right_mask =
-        sequence ? cv::Mat() : fixedMask("right_mask_file", parameters.right_mask_file);
-    matcher_ = std::make_unique<LiveMatcher>(parameters.threads, left_mask, right_mask);
+    LiveMatcher::Setup setup;
+    setup.threads = parameters.threads;
+    setup.quality = parameters.image_quality;
+    setup.left_mask = sequence ? fixedMask("mask_file", parameters.mask_file)
+                               : fixedMask("left_mask_file", parameters.left_mask_file);
+    if (!sequence) setup.right_mask = fixedMask("right_mask_file", parameters.right_mask_file);
+    matcher_ = std::make_unique<LiveMatcher>(setup);
     Stage::Parts parts;
     parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) {
       return openImageSource(nh, getPrivateNodeHandle(), parameters, std::move(put));
@@ -69,7 +74,11 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     if (sequence_ && stage_->isWanted("features")) stage_->publish("features", matcher_->newestFeatures());
     if (!message) return;  // the first image of a sequence
     stage_->report(message->seconds, message->header.stamp);
-    stage_->diagnostics().set("cameras", camerasText(*message));
+    LiveDiagnostics& diagnostics = stage_->diagnostics();
+    diagnostics.set("cameras", camerasText(*message));
+    diagnostics.set("left image", core::toText(fromMsg(message->left_quality)));
+    diagnostics.set("right image", core::toText(fromMsg(message->right_quality)));
+    diagnostics.imageFaults(imageFaults(*message));
     stage_->publish("correspondences", message);
   }
 

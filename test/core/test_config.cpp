@@ -124,6 +124,16 @@ TEST(Config, OptionsBelongToDetectorOrDescriptor) {
   EXPECT_TRUE(contains(errorOf([&] { config.resolve(); }), "cannot work"));
 }
 
+TEST(Config, ImagesHaveOptionsForAllFeatures) {
+  BenchmarkConfig config = sampleConfig();
+  config.features = {"sift+orb", "orb+orb"};
+  config.resolve();
+  EXPECT_FALSE(contains(config.toYaml(), "equalize")) << "comparable with runs of earlier versions";
+  config.options["image"]["equalize"] = "clahe";
+  config.resolve();
+  EXPECT_TRUE(contains(config.toYaml(), "equalize: clahe")) << config.toYaml();
+}
+
 TEST(Config, MatchingHasOptions) {
   BenchmarkConfig config = sampleConfig();
   config.options["match"]["mutual"] = "true";

@@ -10,6 +10,7 @@
 #include "feature_checks.h"
 #include "features/descriptors/descriptor.h"
 #include "features/detectors/blob.h"
+#include "features/parts/image_options.h"
 #include "test_support.h"
 
 namespace corrsel::core {
@@ -49,9 +50,11 @@ TEST_P(EveryExtractor, DescribesEveryKeypoint) {
   EXPECT_GT(features.detect_seconds, 0);
   const bool one_pass = algorithmsOf(GetParam()).size() == 1;
   EXPECT_EQ(features.describe_seconds > 0, !one_pass);
-  EXPECT_EQ(extractor->options().size(), one_pass ? 1u : 2u);
-  EXPECT_EQ(extractor->options().front().first, algorithmsOf(GetParam()).front());
-  EXPECT_EQ(extractor->options().back().first, algorithmsOf(GetParam()).back());
+  std::vector<std::string> names = algorithmsOf(GetParam());
+  names.emplace_back(kImageOptions);
+  std::vector<std::string> of_options;
+  for (const auto& [name, options] : extractor->options()) of_options.push_back(name);
+  EXPECT_EQ(of_options, names);
   for (const cv::KeyPoint& p : features.keypoints) {
     EXPECT_TRUE(cv::Rect2f(-0.5F, -0.5F, 400, 300).contains(p.pt)) << p.pt;
   }
@@ -303,7 +306,7 @@ TEST(Extractor, NamesWhatIsValid) {
 
 TEST(Extractor, NeedsADescriptorWhereTheDetectorHasNone) {
   EXPECT_TRUE(mentions(errorOf<std::invalid_argument>(
-                           [] { FeatureExtractor("blob", std::make_unique<BlobDetector>(), nullptr); }),
+                           [] { FeatureExtractor("blob", std::make_unique<BlobDetector>(), nullptr, {}); }),
                        {"'blob'", "descriptor", "keypoints"}));
 }
 
@@ -332,6 +335,29 @@ TEST(Extractor, OptionsOfOtherAlgorithmsAreNotLookedAt) {
   const cv::Mat image = shapes();
   expectSame(createExtractor("orb+orb", {{"sift", {{"nonsense", "1"}}}})->extract(image),
              createExtractor("orb+orb")->extract(image));
+}
+
+TEST(Extractor, ClaheFindsFeaturesInTheEqualizedImage) {
+  cv::Mat dark, expected;
+  shapes().convertTo(dark, CV_8U, 0.15);
+  cv::createCLAHE(3.0, {4, 4})->apply(dark, expected);
+  const OptionMap clahe = {{"equalize", "clahe"}, {"clahe_clip", "3"}, {"clahe_tiles", "4"}};
+  for (const std::string name : {"sift+sift", "orb+orb", "sift+freak"}) {
+    const auto plain = createExtractor(name);
+    const Features raised = createExtractor(name, {{kImageOptions, clahe}})->extract(dark);
+    expectSame(raised, plain->extract(expected));
+    EXPECT_GT(raised.keypoints.size(), plain->extract(dark).keypoints.size()) << name;
+    expectSame(createExtractor(name, {{kImageOptions, {{"equalize", "none"}}}})->extract(dark),
+               plain->extract(dark));
+  }
+  EXPECT_TRUE(contains(errorOf<std::invalid_argument>([] {
+                         createExtractor("orb+orb", {{kImageOptions, {{"equalize", "all"}}}});
+                       }),
+                       "equalize"));
+  EXPECT_TRUE(contains(errorOf<std::invalid_argument>([] {
+                         createExtractor("orb+orb", {{kImageOptions, {{"clahe_tiles", "0"}}}});
+                       }),
+                       "image: option clahe_tiles = 0"));
 }
 
 TEST(Extractor, RootSiftIsTheSquareRoot) {

@@ -189,8 +189,12 @@ class Options(FeaturesCase):
         self.assertLessEqual(len(matches), 30)
         self.assertEqual(len(np.unique(matches.right_index)), len(matches))
         options = corrsel.Extractor("sift+freak", sift={"max_features": 30}).options
-        self.assertEqual(sorted(options), ["freak", "sift"])
+        self.assertEqual(sorted(options), ["freak", "image", "sift"])
         self.assertIn(("max_features", 30), {(option.name, option.value) for option in options["sift"]})
+        dark = left // 8
+        raised = corrsel.extract(dark, "orb+orb", image={"equalize": "clahe"})
+        self.assertGreater(len(raised), len(corrsel.extract(dark, "orb+orb")))
+        self.assert_raises(ValueError, "equalize", corrsel.extract, left, image={"equalize": "all"})
 
     def test_errors(self):
         left, right = images()

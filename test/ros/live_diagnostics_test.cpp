@@ -160,6 +160,17 @@ TEST_F(LiveDiagnosticsTest, FailuresWarnForAWhileAndAreRemembered) {
   EXPECT_EQ(Reader::valueOf(status, "failures"), "1");
 }
 
+TEST_F(LiveDiagnosticsTest, ImagesThatSufferWarnForAWhile) {
+  left_step_ = right_step_ = done_step_ = 1;
+  const auto diagnostics = make("dark");
+  diagnostics->imageFaults("the left image is dark");
+  diagnostics->imageFaults("");
+  auto status = reader_.waitFor("dark: processing", [](const auto& s) { return s.level == 1; });
+  EXPECT_NE(status.message.find("the left image is dark"), std::string::npos) << status.message;
+  status = reader_.waitFor("dark: processing", [](const auto& s) { return s.level == 0; });
+  EXPECT_EQ(status.level, DiagnosticStatus::OK);
+}
+
 TEST_F(LiveDiagnosticsTest, LatencyAndInlierRatioHaveLimits) {
   left_step_ = right_step_ = done_step_ = 1;
   SelectorParameters parameters;

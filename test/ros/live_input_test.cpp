@@ -207,7 +207,14 @@ TEST_F(LiveInput, BlackAndSaturatedFramesAreAnswered) {
   }
   EXPECT_TRUE(waitFor([&] {
     const std::string failure = diagnostics_->of(selector(), "processing").values["last failure"];
-    return failure.find("no putative matches") != std::string::npos;
+    return failure.find("no putative matches: the left image is overexposed: 100 % of the pixels") !=
+           std::string::npos;
+  })) << diagnostics_->text();
+  EXPECT_TRUE(waitFor([&] {
+    auto status = diagnostics_->of(matcher(), "processing");
+    return status.level == 1 &&
+           status.values["right image"].find("saturated 100 %") != std::string::npos &&
+           status.message.find("the right image is overexposed") != std::string::npos;
   })) << diagnostics_->text();
   const SelectionConstPtr selection = ask(good_, good_);
   ASSERT_TRUE(selection);

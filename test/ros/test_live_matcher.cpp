@@ -65,7 +65,7 @@ class LiveMatcherTest : public ::testing::Test {
 
   const cv::Mat strip_ = strip();
   LiveMatcher::Settings settings_;
-  LiveMatcher matcher_{2};
+  LiveMatcher matcher_{LiveMatcher::Setup{2}};
 };
 
 TEST_F(LiveMatcherTest, PairsAreMatchedAsTheCoreDoes) {
@@ -165,6 +165,53 @@ TEST_F(LiveMatcherTest, ImagesOfTwelveBitsAreStretchedHoweverDarkTheNextOnesAre)
   EXPECT_EQ(dark->n_left_features, settings_.extractor->extract(expected).keypoints.size());
 }
 
+TEST_F(LiveMatcherTest, MessagesHaveWhatTheImagesSufferFrom) {
+  cv::Mat dark, blurred;
+  view(30).convertTo(dark, CV_8U, 0.02);
+  cv::GaussianBlur(view(0), blurred, {0, 0}, 2.5);
+  const auto pair = [&](LiveMatcher& matcher) {
+    ImageSet images;
+    images.left = message(blurred, 1.0);
+    images.right = message(dark, 1.0);
+    return matcher.match(images, settings_);
+  };
+  const auto answer = pair(matcher_);
+  EXPECT_NEAR(answer->left_quality.blur, 2.5, 0.8);
+  EXPECT_EQ(answer->left_quality.relative_blur, 1);
+  EXPECT_LT(answer->left_quality.black, 0.2);
+  EXPECT_EQ(answer->right_quality.black, 1);
+  EXPECT_EQ(answer->right_quality.texture, 0);
+  LiveMatcher without(2, false);
+  const auto unmeasured = pair(without);
+  EXPECT_TRUE(std::isnan(unmeasured->left_quality.blur) && std::isnan(unmeasured->right_quality.black));
+  EXPECT_EQ(unmeasured->left_quality.texture, answer->left_quality.texture);
+}
+
+TEST_F(LiveMatcherTest, TheQualityOfAnEarlierImageGoesWithIt) {
+  ImageSet images;
+  images.left = message(view(0), 1.0);
+  matcher_.match(images, settings_);
+  cv::Mat blurred;
+  cv::GaussianBlur(view(10), blurred, {0, 0}, 2.5);
+  images.left = message(blurred, 1.1);
+  const auto answer = matcher_.match(images, settings_);
+  ASSERT_TRUE(answer);
+  EXPECT_GT(answer->left_quality.relative_blur, 2.5);
+  EXPECT_EQ(answer->right_quality.relative_blur, 1);
+  EXPECT_GT(answer->left_quality.blur, 2.5 * answer->right_quality.blur);
+}
+
+TEST_F(LiveMatcherTest, QualityIsThatOfThePartWhereFeaturesAreLookedFor) {
+  cv::Mat half = view(0);
+  half(cv::Rect(0, 0, kWidth / 2, kHeight)).setTo(0);
+  ImageSet images;
+  images.left = images.right = message(half, 1.0);
+  settings_.area = cv::Rect(kWidth / 2, 0, 0, 0);
+  EXPECT_LT(matcher_.match(images, settings_)->left_quality.black, 0.2);
+  settings_.area = cv::Rect(0, 0, kWidth / 2, 0);
+  EXPECT_EQ(matcher_.match(images, settings_)->left_quality.black, 1);
+}
+
 TEST_F(LiveMatcherTest, SequencesMatchTheNewImageOnTheLeftWithTheOneBefore) {
   EXPECT_FALSE(frame(0, 1.0));
   for (const double stamp : {2.0, 3.0}) {
@@ -252,7 +299,7 @@ TEST_F(LiveMatcherTest, AFixedMaskCountsTogetherWithTheNewestOne) {
       mask(kHeight, kWidth, CV_8UC1, cv::Scalar(1));
   body.colRange(0, 30).setTo(0);  // of a smaller image of the same shape
   mask.rowRange(0, 80).setTo(0);
-  LiveMatcher matcher(1, body);
+  LiveMatcher matcher(LiveMatcher::Setup{1, true, body});
   ImageSet images;
   images.left = message(view(0), 1.0);
   images.right = message(view(0), 1.0);

@@ -426,7 +426,31 @@ TEST(LiveSelector, SaysWhenThereIsNothingToSelectAndWhenAMessageIsMalformed) {
   LiveSelector selector;
   SelectorConfig standard = config("gms");
   selector.configure(standard);
-  EXPECT_NE(selector.select(message(0), 0.0).warning.find("no putative matches"), std::string::npos);
+  Correspondences none = message(0);
+  EXPECT_EQ(selector.select(none, 0.0).warning,
+            "no putative matches: are the images dark, blurred or masked?");
+  none.left_quality.black = none.right_quality.black = 0.93;
+  none.right_quality.blur = 3;
+  none.right_quality.texture = 0.25;
+  const LiveSelector::Result dark = selector.select(none, 0.0);
+  EXPECT_EQ(
+      dark.warning,
+      "no putative matches: the left image is dark: 93 % of the pixels are black; the right image is dark: "
+      "93 % of the pixels are black, and is blurred: edges 3.0 px wide");
+  EXPECT_EQ(dark.selection->left_quality.black, 0.93);
+  EXPECT_EQ(dark.selection->right_quality.texture, 0.25);
+  none.left_quality.black = none.right_quality.black = 0;
+  none.header.stamp.fromSec(7.1);
+  none.right_stamp.fromSec(7.0);
+  const double angle = 8 * M_PI / 180;
+  none.guess_rotation = {std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0, std::cos(angle)};
+  none.guess_sigma = 0.01;
+  EXPECT_EQ(selector.select(none, 0.0).warning,
+            "no putative matches: the right image is blurred: edges 3.0 px wide; turn of 80 deg/s");
+  none.right_quality.blur = 0.7;
+  EXPECT_EQ(
+      selector.select(none, 0.0).warning,
+      "no putative matches: the images are neither dark, overexposed, blurred nor noisy; are they masked?");
   Correspondences broken = message(20);
   broken.right_y.pop_back();
   EXPECT_THROW(selector.select(broken, 0.0), std::invalid_argument);

@@ -15,19 +15,25 @@ namespace corrsel::core {
 
 class Descriptor;
 class Detector;
+struct ImageOptions;
 
-/// Options by the name of the algorithm they belong to: {"orb": {"levels": "4"}}.
+/// Options by the name of the algorithm they belong to: {"orb": {"levels": "4"}}. Those under kImageOptions
+/// belong to every combination: what is done to an image before features are searched.
 using AlgorithmOptions = std::map<std::string, OptionMap>;
 
-/// Extracts features with a detector and a descriptor. It converts colours, reduces large images, applies
-/// regions, sorts the features and limits their number. extract() is const and re-entrant.
+/// The name of the options that every combination has.
+constexpr char kImageOptions[] = "image";
+
+/// Extracts features with a detector and a descriptor. It converts colours, reduces large images, raises
+/// contrast, applies regions, sorts the features and limits their number. extract() is const and re-entrant.
 class FeatureExtractor {
  public:
   /// Applications use createExtractor().
   /// @param descriptor  null where the detector describes its keypoints itself
-  /// Throws std::invalid_argument where it is null and the detector has no descriptor of its own.
+  /// @param image       what is done to every image first
+  /// Throws std::invalid_argument where `descriptor` is null and the detector has no descriptor of its own.
   FeatureExtractor(std::string name, std::unique_ptr<Detector> detector,
-                   std::unique_ptr<Descriptor> descriptor);
+                   std::unique_ptr<Descriptor> descriptor, const ImageOptions& image);
   ~FeatureExtractor();
 
   /// Finds and describes the features of an image.
@@ -36,8 +42,8 @@ class FeatureExtractor {
   /// becomes 255. A blank or tiny image has no features.
   /// @param threads  threads that may be used; the result does not depend on it
   /// @param region  the part of the image in which features are searched. Its area is treated as an image of
-  /// its own: max_megapixels and spread apply to the area, its border costs features as the border of an
-  /// image does, and the time is that of an image of its size. Masked features are dropped before
+  /// its own: max_megapixels, equalize and spread apply to the area, its border costs features as the border
+  /// of an image does, and the time is that of an image of its size. Masked features are dropped before
   /// max_features is applied. A region that is the whole image, and a mask without zeros in the area, give
   /// the same features as no region, bit for bit.
   /// @return features in a fixed order, strongest first, in px of the whole image; at most max_features where
@@ -54,13 +60,15 @@ class FeatureExtractor {
   /// "detector+descriptor".
   const std::string& name() const { return name_; }
 
-  /// The options in force, by algorithm: one entry where detector and descriptor are one algorithm, else two.
+  /// The options in force, by algorithm: one entry where detector and descriptor are one algorithm, else two;
+  /// then kImageOptions.
   std::vector<std::pair<std::string, const OptionSet*>> options() const;
 
  private:
   std::string name_;
   std::unique_ptr<Detector> detector_;
   std::unique_ptr<Descriptor> descriptor_;
+  std::unique_ptr<const ImageOptions> image_;
 };
 
 /// Creates an extractor from "detector+descriptor". Options of other algorithms are ignored. Throws
@@ -87,7 +95,8 @@ std::vector<std::string> descriptorNames();
 /// The algorithms that this version of OpenCV lacks, and why createExtractor() throws for them.
 std::vector<std::pair<std::string, std::string>> missingAlgorithms();
 
-/// Every algorithm (detector, descriptor or both) with its default options.
+/// The options of all combinations, kImageOptions, and every algorithm (detector, descriptor or both), with
+/// their default values.
 std::vector<std::pair<std::string, std::unique_ptr<OptionSet>>> featureAlgorithms();
 
 /// The algorithms of a combination: "sift+freak" gives sift and freak, "orb+orb" gives orb.

@@ -8,6 +8,7 @@
 
 #include "corrsel/correspondences.h"
 #include "corrsel/features/features.h"
+#include "corrsel/features/image_quality.h"
 #include "corrsel/options.h"
 
 namespace corrsel::core {
@@ -45,6 +46,7 @@ class Sequence {
     std::uint64_t id;  ///< given by the caller, e.g. the stamp in ns
     std::shared_ptr<const Features> features;
     std::optional<Camera> camera = {};  ///< calibration of the image
+    ImageQuality quality = {};          ///< what the image suffers from
   };
 
   /// Throws std::invalid_argument for options out of range.

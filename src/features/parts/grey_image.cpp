@@ -78,6 +78,14 @@ cv::Mat toGrey(const cv::Mat& image, double max_megapixels, GreyBuffer& buffer) 
   return reduced;
 }
 
+cv::Mat equalized(const cv::Mat& grey, const ImageOptions& options, GreyBuffer& buffer) {
+  if (options.equalize == ImageOptions::Equalize::kNone) return grey;
+  cv::Mat result = inBuffer(grey.size(), buffer.equalized);
+  // One for every call, since it keeps memory of its own and calls may be simultaneous.
+  cv::createCLAHE(options.clahe_clip, {options.clahe_tiles, options.clahe_tiles})->apply(grey, result);
+  return result;
+}
+
 cv::Mat detached(const cv::Mat& image) { return image.isSubmatrix() ? image.clone() : image; }
 
 }  // namespace corrsel::core

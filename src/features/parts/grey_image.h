@@ -4,11 +4,13 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
+#include "features/parts/image_options.h"
+
 namespace corrsel::core {
 
 /// Memory for the grey image of one extraction, kept for the next one.
 struct GreyBuffer {
-  std::vector<std::uint8_t> grey, reduced;
+  std::vector<std::uint8_t> grey, reduced, equalized;
 };
 
 /// Throws std::invalid_argument that names the type if an image is empty or if features cannot be extracted
@@ -40,6 +42,12 @@ cv::Size reducedSize(const cv::Size& size, double max_megapixels);
 /// bits first. The result is valid until the buffer is used again.
 /// @pre checkImage() accepts it
 cv::Mat toGrey(const cv::Mat& image, double max_megapixels, GreyBuffer& buffer);
+
+/// The image with its contrast raised as the options ask, in the memory of the buffer; the image itself,
+/// without a copy, where they ask for nothing. The result is valid until the buffer is used again. The cost
+/// of CLAHE is that of OpenCV's, 0.5 ms for 640 x 480 px.
+/// @param grey  8 bits, one channel
+cv::Mat equalized(const cv::Mat& grey, const ImageOptions& options, GreyBuffer& buffer);
 
 /// The image itself or, if it is a part of another one, a copy. Some algorithms of OpenCV read pixels beyond
 /// the border of a part.

@@ -45,10 +45,11 @@ boost::shared_ptr<Correspondences> SequenceMatching::add(std::shared_ptr<const c
   if (reference != nullptr) {
     info.right_stamp.fromNSec(reference->id);
     info.right_frame_id = info.header.frame_id;
+    info.right_quality = reference->quality;
     message = matchFrames({*features, camera}, {*reference->features, reference->camera}, match,
                           conversion_seconds, info, &matches);
   }
-  sequence_.add({id, std::move(features), camera}, matches);
+  sequence_.add({id, std::move(features), camera, info.left_quality}, matches);
   return message;
 }
 

@@ -38,7 +38,7 @@ class SequenceMatching {
  public:
   /// A frame of another size, or of a time before that of the earlier one (a bag that starts again), begins a
   /// new sequence. Throws what matchFrames() and core::Sequence throw.
-  /// @param info  of the frame; its stamp is that of the frame
+  /// @param info  of the frame, which is the left side; its stamp is that of the frame
   /// @return null if there is no earlier frame yet
   boost::shared_ptr<Correspondences> add(std::shared_ptr<const core::Features> features,
                                          const std::optional<core::Camera>& camera,

@@ -85,6 +85,13 @@ void LiveDiagnostics::failed(const std::string& reason) {
   last_failure_time_ = Clock::now();
 }
 
+void LiveDiagnostics::imageFaults(const std::string& faults) {
+  if (faults.empty()) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  image_faults_ = faults;
+  image_faults_time_ = Clock::now();
+}
+
 void LiveDiagnostics::set(const std::string& key, const std::string& value) {
   const std::lock_guard<std::mutex> lock(mutex_);
   values_[key] = value;
@@ -169,6 +176,9 @@ void LiveDiagnostics::reportProcessing(Status& status) {
   status.add("last failure", last_failure_.empty() ? "none" : last_failure_);
   if (failures_ > 0 && Clock::now() - last_failure_time_ < kWindow) {
     status.mergeSummary(DiagnosticStatus::WARN, last_failure_);
+  }
+  if (!image_faults_.empty() && Clock::now() - image_faults_time_ < kWindow) {
+    status.mergeSummary(DiagnosticStatus::WARN, image_faults_);
   }
 }
 

@@ -40,7 +40,7 @@ class LiveDiagnostics {
   LiveDiagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& node,
                   const LiveParameters& parameters, std::function<Flow()> poll);
 
-  /// Sets limits of inlierRatio(), below which the status is WARN or ERROR; 0 = off. Like the next five
+  /// Sets limits of inlierRatio(), below which the status is WARN or ERROR; 0 = off. Like the next six
   /// members it may be called from any thread.
   void limitInlierRatio(double warn, double error);
 
@@ -56,6 +56,9 @@ class LiveDiagnostics {
   /// Something was lost or late. The status is WARN for some seconds, and the reason stays as the last
   /// failure.
   void failed(const std::string& reason);
+
+  /// What the images suffer from, in words; empty = nothing. The status is WARN for some seconds.
+  void imageFaults(const std::string& faults);
 
   /// Shows a value as it is: {"selector", "lpm:v2"}.
   void set(const std::string& key, const std::string& value);
@@ -91,6 +94,8 @@ class LiveDiagnostics {
   std::size_t failures_ = 0;
   std::string last_failure_;
   Clock::time_point last_failure_time_;
+  std::string image_faults_;
+  Clock::time_point image_faults_time_;
   diagnostic_updater::Updater updater_;
   std::unique_ptr<Periodic> timer_;
 };

@@ -66,11 +66,23 @@ cv::Mat LiveMatcher::inUsedBits(const cv::Mat& image) const {
   return bits_ < core::kMaxBits ? core::toEightBits(image, bits_) : image;
 }
 
+core::ImageQuality LiveMatcher::qualityOf(const cv::Mat& image, const core::FeatureRegion& region,
+                                          const ros::Time& stamp, const core::Features& features,
+                                          core::ImageQualityMeter& meter) const {
+  core::ImageQuality quality;
+  if (measures_quality_) {
+    const cv::Rect whole({0, 0}, image.size());
+    quality = meter.measure(image(region.area.empty() ? whole : region.area & whole), stamp.toSec());
+  }
+  quality.texture = core::textureOf(features);
+  return quality;
+}
+
 boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images, const Settings& settings) {
   PairInfo info = infoOf(images, settings, images.waiting.seconds());
   info.right_stamp = images.right->header.stamp;
   info.right_frame_id = images.right->header.frame_id;
-  const core::Stopwatch watch;
+  core::Stopwatch watch;
   const cv_bridge::CvImageConstPtr left = fromMsgForFeatures(images.left),
                                    right = fromMsgForFeatures(images.right);
   const cv::Size left_size = left->image.size(), right_size = right->image.size();
@@ -81,9 +93,13 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
   countBits(left->image);
   countBits(right->image);
   const cv::Mat left_pixels = inUsedBits(left->image), right_pixels = inUsedBits(right->image);
-  const double conversion_seconds = watch.seconds();
+  double conversion_seconds = watch.restart();
   const auto features =
       core::extractPair(*settings.extractor, left_pixels, right_pixels, threads_, left_region, right_region);
+  watch.restart();
+  info.left_quality = qualityOf(left_pixels, left_region, info.header.stamp, features.first, left_meter_);
+  info.right_quality = qualityOf(right_pixels, right_region, info.right_stamp, features.second, right_meter_);
+  conversion_seconds += watch.seconds();
   info.seconds.detect = features.first.detect_seconds + features.second.detect_seconds;
   info.seconds.describe = features.first.describe_seconds + features.second.describe_seconds;
   const CalibrationPtr &from = images.left_calibration, &to = images.right_calibration;
@@ -95,14 +111,17 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
 boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& images,
                                                               const Settings& settings) {
   PairInfo info = infoOf(images, settings, images.waiting.seconds());
-  const core::Stopwatch watch;
+  core::Stopwatch watch;
   const cv_bridge::CvImageConstPtr image = fromMsgForFeatures(images.left);
   const cv::Size size = image->image.size();
   const core::FeatureRegion where = region(left_mask_.of(images.left_mask, size), settings.area, size);
   countBits(image->image);
   const cv::Mat pixels = inUsedBits(image->image);
-  const double conversion_seconds = watch.seconds();
+  double conversion_seconds = watch.restart();
   auto features = std::make_shared<core::Features>(settings.extractor->extract(pixels, threads_, where));
+  watch.restart();
+  info.left_quality = qualityOf(pixels, where, info.header.stamp, *features, left_meter_);
+  conversion_seconds += watch.seconds();
   info.seconds.detect = features->detect_seconds;
   info.seconds.describe = features->describe_seconds;
   if (sequence_extractor_ != settings.extractor) sequence_.reset();  // features of another kind

@@ -9,6 +9,7 @@
 #include "corrsel/Correspondences.h"
 #include "corrsel/Features.h"
 #include "corrsel/features/extractor.h"
+#include "corrsel/features/image_quality_meter.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "corrsel/ros/features.h"
@@ -36,11 +37,21 @@ class LiveMatcher {
                     ///< the edge
   };
 
-  /// @param threads     number of threads that may be used; the result does not depend on it
-  /// @param left_mask   where no features are looked for in any left image, see ImageMask; empty = none
-  /// @param right_mask  the same for right images; a sequence has left ones only
-  explicit LiveMatcher(int threads, cv::Mat left_mask = {}, cv::Mat right_mask = {})
-      : threads_(threads), left_mask_(std::move(left_mask)), right_mask_(std::move(right_mask)) {}
+  /// What a LiveMatcher does with every image, from its start on.
+  struct Setup {
+    int threads = 1;          ///< that may be used; the result does not depend on it
+    bool quality = true;      ///< measure what the images suffer from, in the part where features are looked
+                              ///< for; without it, only their texture is known
+    cv::Mat left_mask = {};   ///< where no features are looked for in any left image, see ImageMask; empty =
+                              ///< none
+    cv::Mat right_mask = {};  ///< the same for right images; a sequence has left ones only
+  };
+
+  explicit LiveMatcher(const Setup& setup)
+      : threads_(setup.threads),
+        measures_quality_(setup.quality),
+        left_mask_(setup.left_mask),
+        right_mask_(setup.right_mask) {}
 
   /// Matches the images. Throws std::exception that names the encoding or the size of an image or a mask that
   /// cannot be used.
@@ -58,7 +69,13 @@ class LiveMatcher {
 
   cv::Mat inUsedBits(const cv::Mat& image) const;
 
+  core::ImageQuality qualityOf(const cv::Mat& image, const core::FeatureRegion& region,
+                               const ros::Time& stamp, const core::Features& features,
+                               core::ImageQualityMeter& meter) const;
+
   const int threads_;
+  const bool measures_quality_;
+  core::ImageQualityMeter left_meter_, right_meter_;  ///< the left one also measures the camera of a sequence
   ImageMask left_mask_, right_mask_;
   int bits_ = 8;  ///< of images of 16 bits, so far
   SequenceMatching sequence_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
+#include <cmath>
 #include <exception>
 #include <stdexcept>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "corrsel/ros/conversions.h"
 #include "corrsel/ros/pose.h"
 #include "corrsel/selectors/factory.h"
+#include "ros/live/image_report.h"
 #include "ros/live/parameters.h"
 
 namespace corrsel {
@@ -85,6 +87,14 @@ core::Selection selectAndExplain(const core::Selector& selector, bool label_moti
   addConfidence(matches, selection);
   if (label_motion) core::labelMotion(matches, selection);
   return selection;
+}
+
+/// Why there is nothing to select from, as far as the images explain it.
+std::string noMatches(const Correspondences& message, const std::string& faults) {
+  const std::string text = "no putative matches: ";
+  if (!faults.empty()) return text + faults;
+  if (std::isnan(message.left_quality.black)) return text + "are the images dark, blurred or masked?";
+  return text + "the images are neither dark, overexposed, blurred nor noisy; are they masked?";
 }
 
 /// 0 for times that were not measured, because somebody else has made the matches.
@@ -263,9 +273,11 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
   result.selection->seconds.publish += watch.seconds() - selection.seconds;
 
   if (selection.n_input == 0) {
-    result.warning = "no putative matches: are the images dark, blurred or masked?";
+    result.warning = noMatches(message, imageFaults(message));
   } else if (selection.status != core::Status::kOk) {
     result.warning = active.spec + ": " + core::toString(selection.status) + ": " + selection.message;
+    const std::string faults = imageFaults(message);
+    if (!faults.empty()) result.warning += "; " + faults;
   } else if (active.max_seconds > 0 && selection.seconds > active.max_seconds) {
     result.warning = active.spec + ": took " + core::formatNumber(selection.seconds) +
                      " s of max_seconds = " + core::formatNumber(active.max_seconds) + " with " +

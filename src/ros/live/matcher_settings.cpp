@@ -9,6 +9,7 @@ namespace {
 
 std::shared_ptr<const core::FeatureExtractor> createExtractor(const FeatureMatcherConfig& config) {
   core::AlgorithmOptions options;
+  options[core::kImageOptions] = readOptions(config, core::kImageOptions + std::string("_"));
   for (const std::string& algorithm : core::algorithmsOf(config.features)) {
     // All of them, since some default values differ from those of the library.
     options[algorithm] = readOptions(config, algorithm + "_");

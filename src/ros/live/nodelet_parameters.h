@@ -46,6 +46,7 @@ struct FeatureMatcherParameters : LiveParameters {
   double approximate_sync_max_interval = 0;
   int queue_size = 5;
   int threads = 2;
+  bool image_quality = true;
 
   void visit(core::OptionVisitor& visitor) const override;
 };
