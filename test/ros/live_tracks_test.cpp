@@ -161,6 +161,19 @@ TEST_F(LiveTracks, WithoutGapsNoFeaturesAreMade) {
   EXPECT_EQ(tracks_->wait(fourth)->id.size(), 15u);
 }
 
+TEST_F(LiveTracks, FeaturesWithoutAnEarlierMatchAreLocatedByTheNextOne) {
+  startAlone(0);
+  const ros::Time first = nextStamp(), second = nextStamp(), third = nextStamp();
+  sendMatches(second, first, 30, 10);  // says nothing of the places of 20 features,
+  ASSERT_TRUE(tracks_->wait(second));
+  sendMatches(third, second, 30, 30);  // which begin tracks
+  const TracksConstPtr tracks = tracks_->wait(third);
+  ASSERT_TRUE(tracks);
+  ASSERT_EQ(tracks->id.size(), 30u);
+  EXPECT_EQ(tracks->age[29], 2u);
+  EXPECT_EQ(tracks->previous_x[29], 290.0F);
+}
+
 TEST_F(LiveTracks, GapsAreBridged) {
   startAlone(2);
   const ros::Time first = nextStamp(), second = nextStamp(), third = nextStamp(), fourth = nextStamp();
