@@ -82,6 +82,7 @@ class LiveTracks : public Live {
 };
 
 TEST_F(LiveTracks, FollowImagesThroughAllNodelets) {
+  const Log log;
   setDefaults();
   const core::TemporaryFolder folder("tracks");
   const std::filesystem::path path = folder.path() / "tracks.csv";
@@ -111,6 +112,7 @@ TEST_F(LiveTracks, FollowImagesThroughAllNodelets) {
     ASSERT_TRUE(tracks_->wait(stamps.back())) << k << "\n" << diagnostics_->text();
   }
   const TracksConstPtr last = tracks_->wait(stamps.back());
+  EXPECT_EQ(log.count("no features"), 0u) << log.text();  // the FeatureMatcher publishes them
   EXPECT_EQ(last->features, "orb+orb");
   EXPECT_EQ(last->width, 320u);
   EXPECT_EQ(last->previous_stamp, stamps[6]);
