@@ -1,4 +1,4 @@
-"""Convert corrsel/Correspondences and corrsel/Selection messages to arrays and to OpenCV's keypoints.
+"""Convert corrsel/Correspondences, corrsel/Selection and corrsel/Tracks messages to arrays and to OpenCV's keypoints.
 
     import cv2, rospy
     from corrsel import matches
@@ -18,12 +18,22 @@ import collections
 
 import numpy as np
 
-__all__ = ["KeypointsAndMatches", "groups", "keypoints", "points", "selected_rows"]
+__all__ = ["KeypointsAndMatches", "groups", "keypoints", "points", "selected_rows", "tracks"]
 
 #: Two lists of cv2.KeyPoint and a list of cv2.DMatch between them: queryIdx is an index into the left list.
 KeypointsAndMatches = collections.namedtuple("KeypointsAndMatches", "left right matches")
 
 FRAME_NUMBERS = 6
+
+#: The columns of a file of tracks, and of a Tracks message, with the types of their arrays.
+_SIGHT = [
+    ("track", np.uint64),
+    ("stamp", np.uint64),
+    ("keypoint", np.uint32),
+    ("x", np.float32),
+    ("y", np.float32),
+]
+_PREVIOUS = [("age", np.uint32), ("previous_x", np.float32), ("previous_y", np.float32)]
 
 
 def points(msg):
@@ -89,6 +99,51 @@ def groups(msg):
         text = "Selection message: group has %d elements, expected 0 or %d"
         raise ValueError(text % (len(msg.group), len(msg.mask)))
     return np.asarray(msg.group, np.int32)
+
+
+def tracks(source):
+    """Return the rows of a file of tracks, or of a corrsel/Tracks message, as one structured array.
+
+    `source` is the message, or the path of the file that the nodelet corrsel/Tracker has written. The fields are track
+    (its identity, uint64), stamp (of the image, ns, uint64), keypoint (number of the feature in its image, uint32), x
+    and y (px, float32); those of a message also age (uint32) and previous_x and previous_y (float32, NaN = not seen in
+    the image before). The rows of a file are in its order, in which those of each track have rising stamps; a last line
+    that was not written to its end is left out. Sort them by `np.argsort(rows["track"], kind="stable")` to have track
+    after track.
+
+    Raises ValueError that names the array or the line that is wrong, and OSError if the file cannot be read.
+    """
+    if not hasattr(source, "previous_x"):
+        return _tracks_of_file(source)
+    rows = np.empty(len(source.id), _SIGHT + _PREVIOUS)
+    fields = {"track": "id", "keypoint": "feature_index"}
+    for name in rows.dtype.names:
+        if name == "stamp":
+            rows[name] = source.header.stamp.to_nsec()
+            continue
+        values = getattr(source, fields.get(name, name))
+        if len(values) != len(rows):
+            text = "Tracks message: %s has %d elements, expected %d"
+            raise ValueError(text % (fields.get(name, name), len(values), len(rows)))
+        rows[name] = values
+    return rows
+
+
+def _tracks_of_file(path):
+    """Return the rows of a file of tracks."""
+    with open(path, encoding="ascii") as file:
+        lines = file.read().split("\n")[:-1]  # what follows the last line feed is incomplete
+    names = ",".join(name for name, _ in _SIGHT)
+    if not lines or lines[0] != names:
+        raise ValueError("%s is no file of tracks: its first line is not %r" % (path, names))
+    rows = np.empty(len(lines) - 1, _SIGHT)
+    for number, line in enumerate(lines[1:]):
+        try:
+            track, stamp, keypoint, x, y = line.split(",")
+            rows[number] = int(track), int(stamp), int(keypoint), float(x), float(y)
+        except ValueError as error:
+            raise ValueError("%s, line %d is %r: %s" % (path, number + 2, line, error)) from error
+    return rows
 
 
 def _opencv():

@@ -71,7 +71,9 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   void match(const ImageSet& images) {
     const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings_.current());
     // They come before their matches, so that whoever has a match has the features, too.
-    if (sequence_ && stage_->isWanted("features")) stage_->publish("features", matcher_->newestFeatures());
+    if (sequence_ && stage_->isWanted("features")) {
+      if (const auto features = matcher_->newestFeatures()) stage_->publish("features", features);
+    }
     if (!message) return;  // the first image of a sequence
     stage_->report(message->seconds, message->header.stamp);
     LiveDiagnostics& diagnostics = stage_->diagnostics();

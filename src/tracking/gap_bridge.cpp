@@ -9,6 +9,9 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
+/// A wrong link spoils a whole track, and a missing one only makes two of it.
+constexpr float kProbable = 0.9F;
+
 /// Which rows of the putative matches are judged, and which of them may become links.
 struct Rows {
   std::vector<std::uint32_t> judged;
@@ -52,6 +55,7 @@ std::vector<FeatureLink> GapBridge::operator()(const GapTask& task) const {
   std::vector<FeatureLink> links;
   for (std::size_t i = 0; i < judged.size(); ++i) {
     if (rows.open[i] == 0 || selection.mask[i] == 0) continue;
+    if (!selection.probability.empty() && selection.probability[i] < kProbable) continue;
     links.push_back({judged.left_index[i], judged.right_index[i], judged.distance[i]});
   }
   return links;

@@ -204,6 +204,17 @@ void TrackKeeper::forget() {
   }
 }
 
+void TrackKeeper::locate(std::uint64_t frame, const std::vector<cv::Point2f>& points) {
+  const Record* const record = find(frame);
+  if (record == nullptr) return;
+  for (std::size_t i = 0; i < std::min(points.size(), record->tracks.size()); ++i) {
+    State& state = states_.at(record->tracks[i]);
+    if (state.last.frame != frame || !std::isnan(state.last.point.x)) continue;
+    state.last.point = points[i];
+    if (state.first.frame == frame) state.first.point = points[i];
+  }
+}
+
 std::vector<FeatureTrack> TrackKeeper::tracks() const {
   std::vector<FeatureTrack> result;
   if (frames_.empty()) return result;
@@ -240,6 +251,11 @@ std::vector<FeatureLink> selectedLinks(const Correspondences& matches,
 
 std::vector<cv::Point2f> matchedPoints(const Correspondences& matches, MatchSide side,
                                        std::size_t n_features) {
+  constexpr std::size_t kMaxFeatures = 1000000;
+  if (n_features > kMaxFeatures) {
+    throw std::invalid_argument("tracks: an image has " + std::to_string(n_features) +
+                                " features, expected at most " + std::to_string(kMaxFeatures));
+  }
   const std::vector<std::uint32_t>& numbers = numbersOf(matches, side);
   const bool left = side == MatchSide::kLeft;
   std::vector<cv::Point2f> points(n_features, kNotSeen);

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <fstream>
 #include <iterator>
 
@@ -43,6 +45,29 @@ TEST(TrackFile, AFileThatCannotBeWrittenIsNamed) {
                        {"/no_such_folder/tracks.csv", "room"}));
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
   EXPECT_TRUE(mentions(errorOf([] { TrackFile("/dev/full"); }), {"/dev/full", "room"}));
+}
+
+TEST(TrackFile, ADiskThatFillsUpIsReported) {
+  const TemporaryFolder folder("track_file");
+  TrackFile file(folder.path() / "tracks.csv");
+  // Files of this process cannot grow any more, which looks like a full disk.
+  const auto before = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{}, small{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &limit), 0);
+  small = limit;
+  small.rlim_cur = 100;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  TrackKeeper keeper;
+  const std::string error = errorOf([&] {
+    keeper.add(frame(1));
+    for (std::uint64_t k = 2; k < 20; ++k) {
+      keeper.add(frame(k), k - 1, {{0, 0, 0}, {1, 1, 0}});
+      file.add(k, keeper.tracks());
+    }
+  });
+  setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, before);
+  EXPECT_TRUE(mentions(error, {"tracks.csv cannot be written", "room"}));
 }
 
 }  // namespace

@@ -263,6 +263,19 @@ TEST(TrackKeeper, BadInputIsNamedAndChangesNothing) {
   EXPECT_TRUE(mentions(errorOf([] { TrackKeeper(3, {}, 4); }), {"max_frames is 4", "5"}));
 }
 
+TEST(TrackKeeper, PositionsMayBeFilledInLater) {
+  TrackKeeper keeper;
+  TrackKeeper::Frame unknown = frame(1, 2);
+  unknown.points[0] = {kNaN, kNaN};
+  keeper.add(unknown);
+  keeper.locate(1, {{3, 4}, {5, 6}});
+  keeper.locate(9, {{7, 8}});
+  keeper.add(frame(2, 2), 1, {{0, 0, 0}, {1, 1, 0}});
+  EXPECT_EQ(keeper.tracks()[0].first.point, cv::Point2f(3, 4));
+  EXPECT_EQ(keeper.tracks()[0].previous, cv::Point2f(3, 4));
+  EXPECT_EQ(keeper.tracks()[1].previous, cv::Point2f(1, 1));  // what is known stays
+}
+
 TEST(TrackKeeper, LinksAndPointsOfMatches) {
   Correspondences matches;
   for (int i = 0; i < 3; ++i) matches.add({float(i), 1}, {float(10 * i), 2});
@@ -281,6 +294,8 @@ TEST(TrackKeeper, LinksAndPointsOfMatches) {
   EXPECT_EQ(matchedPoints(matches, MatchSide::kRight, 3)[2], cv::Point2f(20, 2));
   EXPECT_TRUE(mentions(errorOf([&] { matchedPoints(matches, MatchSide::kLeft, 3); }),
                        {"left feature 3", "3 features"}));
+  EXPECT_TRUE(mentions(errorOf([&] { matchedPoints(matches, MatchSide::kLeft, 4000000000); }),
+                       {"4000000000 features", "1000000"}));
   matches.distance.clear();
   matches.probability = {0.25F, 0.5F, 1};
   EXPECT_EQ(selectedLinks(matches, {1, 0, 0})[0].cost, 0.75F);

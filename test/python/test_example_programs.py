@@ -60,6 +60,20 @@ class Examples(unittest.TestCase):
         self.assertEqual(code, 2)
         self.assertIn("/nonexistent.png", text)
 
+    def test_track_images(self):
+        left, right = self.frames()
+        file = self.work / "tracks.csv"
+        code, text = installed.run(
+            [self.build / "06_track_images", file, "sift+sift", "1", left, left, right, left]
+        )
+        self.assertEqual(code, 0, text)
+        self.assertRegex(
+            text, r"^4 images: features continued a track \d+ times, and \d+ times after a gap\n"
+        )
+        lines = file.read_text().splitlines()
+        self.assertEqual(lines[0], "track,stamp,keypoint,x,y")
+        self.assertGreater(len(lines), 100)
+
     def run_python(self, *command):
         """Return what an example in Python prints."""
         try:

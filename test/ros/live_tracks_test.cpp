@@ -82,6 +82,7 @@ class LiveTracks : public Live {
 };
 
 TEST_F(LiveTracks, FollowImagesThroughAllNodelets) {
+  const Log log;
   setDefaults();
   const core::TemporaryFolder folder("tracks");
   const std::filesystem::path path = folder.path() / "tracks.csv";
@@ -111,6 +112,7 @@ TEST_F(LiveTracks, FollowImagesThroughAllNodelets) {
     ASSERT_TRUE(tracks_->wait(stamps.back())) << k << "\n" << diagnostics_->text();
   }
   const TracksConstPtr last = tracks_->wait(stamps.back());
+  EXPECT_EQ(log.count("no features"), 0u) << log.text();  // the FeatureMatcher publishes them
   EXPECT_EQ(last->features, "orb+orb");
   EXPECT_EQ(last->width, 320u);
   EXPECT_EQ(last->previous_stamp, stamps[6]);
@@ -159,6 +161,19 @@ TEST_F(LiveTracks, WithoutGapsNoFeaturesAreMade) {
   sendMatches(fourth, third, 30, 20);
   ASSERT_TRUE(tracks_->wait(fourth));
   EXPECT_EQ(tracks_->wait(fourth)->id.size(), 15u);
+}
+
+TEST_F(LiveTracks, FeaturesWithoutAnEarlierMatchAreLocatedByTheNextOne) {
+  startAlone(0);
+  const ros::Time first = nextStamp(), second = nextStamp(), third = nextStamp();
+  sendMatches(second, first, 30, 10);  // says nothing of the places of 20 features,
+  ASSERT_TRUE(tracks_->wait(second));
+  sendMatches(third, second, 30, 30);  // which begin tracks
+  const TracksConstPtr tracks = tracks_->wait(third);
+  ASSERT_TRUE(tracks);
+  ASSERT_EQ(tracks->id.size(), 30u);
+  EXPECT_EQ(tracks->age[29], 2u);
+  EXPECT_EQ(tracks->previous_x[29], 290.0F);
 }
 
 TEST_F(LiveTracks, GapsAreBridged) {

@@ -1,6 +1,7 @@
 #include <corrsel/FeatureMatcherConfig.h>
 #include <corrsel/MatcherConfig.h>
 #include <corrsel/SelectorConfig.h>
+#include <corrsel/TrackerConfig.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "corrsel/selectors/factory.h"
+#include "ros/live/live_tracker.h"
 #include "ros/live/message_matcher.h"
 #include "ros/live/nodelet_parameters.h"
 #include "ros/live/parameters.h"
@@ -196,6 +198,13 @@ TEST(Cfg, MatcherParametersEqualTheOptions) {
   compare(MatcherChoice(), open, all, "", MessageMatcher::kLevelMatcher);
   compare(core::MatchOptions(), open, all, "match_", MessageMatcher::kLevelMatch);
   compare(core::SequenceOptions(), open, all, "sequence_", 4);
+  EXPECT_EQ(names(open), std::vector<std::string>());
+}
+
+TEST(Cfg, TrackerParametersEqualTheOptions) {
+  const auto all = parameters(TrackerConfig::__getDescriptionMessage__());
+  auto open = all;
+  compare(TrackerChoice(), open, all, "", LiveTracker::kLevelTracker);
   EXPECT_EQ(names(open), std::vector<std::string>());
 }
 

@@ -12,7 +12,8 @@ import unittest
 import numpy as np
 import rosbag
 import rospy
-from corrsel.msg import Camera, Correspondences
+from corrsel import matches
+from corrsel.msg import Camera, Correspondences, Tracks
 from launched import PATIENCE, LaunchedTest
 from sensor_msgs.msg import CameraInfo, Image
 
@@ -167,9 +168,17 @@ class LiveLaunch(LaunchedTest):
 
     def test_a_sequence_is_matched_with_earlier_frames_and_drawn(self):
         """sequence.launch: the newest frame is the left one; matches/image comes from the same launch file."""
-        _, cameras = self.live("walk", "image:=left/image_rect", "step:=2", file="sequence.launch")
-        pairs, drawn = [], []
+        _, cameras = self.live(
+            "walk",
+            "image:=left/image_rect",
+            "step:=2",
+            "tracks:=true",
+            "tracks_file:=tracks.csv",
+            file="sequence.launch",
+        )
+        pairs, drawn, tracks = [], [], []
         topics = [
+            rospy.Subscriber("/walk/tracks", Tracks, tracks.append, queue_size=10),
             rospy.Subscriber("/walk/matches", Correspondences, pairs.append, queue_size=10),
             rospy.Subscriber("/walk/matches/image", Image, drawn.append, queue_size=10),
         ]
@@ -186,10 +195,13 @@ class LiveLaunch(LaunchedTest):
             cameras.play()
         self.assertEqual(pairs[-1].right_camera, pairs[-1].left_camera)
         deadline = time.monotonic() + PATIENCE
-        while not drawn and time.monotonic() < deadline:
+        while not (drawn and tracks) and time.monotonic() < deadline:
             cameras.play()
         self.assertTrue(drawn, self.text())
         self.assertEqual((drawn[0].width, drawn[0].height), (2 * WIDTH, HEIGHT))
+        self.assertTrue(tracks, self.text())
+        self.assertGreater(len(tracks[-1].id), 20)
+        self.assertGreater(len(matches.tracks(self.root / "tracks.csv")), 20)
 
     def record(self, namespace, prefix):
         """Records some frames with live.launch and returns the bag."""

@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """The Python module for consumers, as it is found in the build folder."""
 
+import pathlib
 import subprocess
 import sys
+import tempfile
 import unittest
 
 import cv2
 import numpy as np
 from corrsel import matches
-from corrsel.msg import Correspondences, Selection
+from corrsel.msg import Correspondences, Selection, Tracks
 
 
 def example():
@@ -102,6 +104,38 @@ class Matches(unittest.TestCase):
             setattr(message, field, values)
             with self.assertRaisesRegex(ValueError, field + " has 1 elements, expected"):
                 matches.keypoints(message)
+
+    def test_tracks_of_a_message(self):
+        """A structured array with one row for each feature."""
+        message = Tracks(id=[2**60 + 1, 7], age=[3, 2], x=[1.5, 2], y=[4, 5], feature_index=[9, 0])
+        message.previous_x, message.previous_y = [1, float("nan")], [3, float("nan")]
+        message.header.stamp.secs, message.header.stamp.nsecs = 1700000000, 1
+        rows = matches.tracks(message)
+        self.assertEqual(rows["track"].tolist(), [2**60 + 1, 7])
+        self.assertEqual(rows["stamp"].tolist(), [1700000000000000001] * 2)
+        self.assertEqual(rows["keypoint"].tolist(), [9, 0])
+        self.assertEqual(rows["x"].tolist(), [1.5, 2])
+        self.assertEqual(rows["age"].tolist(), [3, 2])
+        self.assertTrue(np.isnan(rows["previous_y"][1]))
+        message.y.append(1)
+        with self.assertRaisesRegex(ValueError, "y has 3 elements, expected 2"):
+            matches.tracks(message)
+        self.assertEqual(len(matches.tracks(Tracks())), 0)
+
+    def test_tracks_of_a_file(self):
+        """The same fields; a line that is not complete is left out, a wrong one is named."""
+        head = "track,stamp,keypoint,x,y\n2,1700000000000000001,5,1000.125,0.5\n"
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "tracks.csv"
+            path.write_text(head + "3,17000", encoding="ascii")
+            rows = matches.tracks(path)
+            self.assertEqual(rows.tolist(), [(2, 1700000000000000001, 5, 1000.125, 0.5)])
+            path.write_text(head + "3,17000\n", encoding="ascii")
+            with self.assertRaisesRegex(ValueError, "tracks.csv, line 3 is '3,17000'"):
+                matches.tracks(path)
+            path.write_text("track,image\n", encoding="ascii")
+            with self.assertRaisesRegex(ValueError, "no file of tracks"):
+                matches.tracks(path)
 
     def test_without_opencv(self):
         """points() works; keypoints() names the package to install."""

@@ -16,7 +16,8 @@ namespace corrsel::core {
 ///
 /// Algorithm: matchFeatures() between the newest and the earlier frame, mutual nearest neighbours only. Kept
 /// are matches of a free with a lost feature, and those between the features of a track that both frames
-/// have. The selector decides about all of them, and the selected ones of the first kind are the links.
+/// have. The selector decides about all of them, and the selected ones of the first kind are the links. Where
+/// it states probabilities, those below 0.9 are left out (docs/studies/tracking.md).
 ///
 /// Failure: There are no links if a frame has no descriptors, or if the status of the selection is neither
 /// `ok` nor `time_limit`.

@@ -17,7 +17,7 @@ namespace corrsel::core {
 /// order of the frames; the row of its first sight comes with that of its second one. Every frame is flushed,
 /// so that a program that ends at any moment leaves whole frames.
 ///
-/// Cost: O(features) for a frame, and about 40 bytes of the file for each row.
+/// Cost: O(features) for a frame, and about 50 bytes of the file for each row.
 class TrackFile {
  public:
   /// Replaces a file of this name. Throws std::runtime_error that names it if it cannot be written.

@@ -116,6 +116,11 @@ class TrackKeeper {
   /// Adds the next frame without links. It continues tracks only by the bridge.
   void add(Frame frame);
 
+  /// Fills in positions that were not known when a frame was added, for the tracks that were seen there last.
+  /// Nothing happens for a frame that is not known. O(features).
+  /// @param points  of the features of the frame, px; NaN = not known
+  void locate(std::uint64_t frame, const std::vector<cv::Point2f>& points);
+
   /// The tracks of the newest frame, one for each of its features.
   std::vector<FeatureTrack> tracks() const;
 
@@ -172,8 +177,8 @@ enum class MatchSide : std::uint8_t { kLeft, kRight };
 
 /// The positions of the features of one image, as far as its matches show them: NaN for the others.
 /// O(matches + features).
-/// Throws std::invalid_argument for matches without numbers of features, and for numbers that an image with
-/// so many features does not have.
+/// Throws std::invalid_argument for matches without numbers of features, for numbers that an image with so
+/// many features does not have, and for more than a million features.
 std::vector<cv::Point2f> matchedPoints(const Correspondences& matches, MatchSide side,
                                        std::size_t n_features);
 

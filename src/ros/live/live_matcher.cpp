@@ -134,6 +134,7 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
 }
 
 boost::shared_ptr<Features> LiveMatcher::newestFeatures() const {
+  if (newest_ == nullptr) return nullptr;
   return boost::make_shared<Features>(toMsg(*newest_, newest_info_));
 }
 

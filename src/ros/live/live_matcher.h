@@ -58,7 +58,7 @@ class LiveMatcher {
   /// @return null if there is no earlier image yet
   boost::shared_ptr<Correspondences> match(const ImageSet& images, const Settings& settings);
 
-  /// The features of the newest image of a sequence. Only after a match() without a partner. O(features).
+  /// The features of the newest image of a sequence; null before the first one. O(features).
   boost::shared_ptr<Features> newestFeatures() const;
 
  private:

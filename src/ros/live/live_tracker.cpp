@@ -96,6 +96,7 @@ LiveTracker::Result LiveTracker::add(const TrackItem& item) {
   }
   const std::uint64_t id = frame.id, previous = keeper_.newest().value_or(0);
   if (keeper_.knows(reference)) {
+    keeper_.locate(reference, core::matchedPoints(matches, core::MatchSide::kRight, of.n_right_features));
     keeper_.add(std::move(frame), reference, links);
   } else {  // forgotten
     keeper_.add(std::move(frame));
