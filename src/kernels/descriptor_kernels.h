@@ -189,13 +189,18 @@ inline void takeDistances(const NearestBlock<Distance>& block, std::size_t query
 #pragma GCC unroll 8
   for (std::size_t q = 0; q < kQueries; ++q) {
     const DistanceV second = splat(block.second[query + q]);
-    IntV closer = distances[q][0] < second;
 #pragma GCC unroll 4
-    for (std::size_t part = 1; part < kParts; ++part) closer |= distances[q][part] < second;
-    if (anyTrue(closer)) {
-      Distance lanes[kLanes];
-      for (std::size_t part = 0; part < kParts; ++part) store(lanes + part * kWidth, distances[q][part]);
-      for (std::size_t k = 0; k < kLanes; ++k) compete(block, query + q, first_train + k, lanes[k]);
+    for (std::size_t part = 0; part < kParts; ++part) {
+      const IntV closer = distances[q][part] < second;
+      if (!anyTrue(closer)) continue;
+      Distance lanes[kWidth];
+      std::int32_t numbers[kWidth];
+      store(lanes, distances[q][part]);
+      const std::size_t count = keep(closer, laneNumbers(), numbers);
+      for (std::size_t k = 0; k < count; ++k) {
+        const auto lane = static_cast<std::size_t>(numbers[k]);
+        compete(block, query + q, first_train + part * kWidth + lane, lanes[lane]);
+      }
     }
   }
   if (block.train_best == nullptr) return;

@@ -73,25 +73,39 @@ TestedMatches compareWithAll(const Features& left, const Features& right,
   return result;
 }
 
+/// Right features whose distances stand for those of wrong ones.
+std::vector<std::uint32_t> evenlySpread(std::size_t size) {
+  const std::size_t count = std::min(size, kBackground);
+  std::vector<std::uint32_t> rows;
+  for (std::size_t k = 0; k < count; ++k) rows.push_back(static_cast<std::uint32_t>(k * size / count));
+  return rows;
+}
+
 /// How many tested matches are in an area, and how many chance puts there.
 struct Agreement {
-  std::size_t count = 0;
+  double count = 0;
   double chance = 0;  ///< of one match
 };
 
-Agreement agreementWithin(double reach, const TestedMatches& tested, const PredictedAreas& areas,
-                          std::size_t right_size) {
-  Agreement result;
-  std::vector<std::uint64_t> bits;
+/// The agreement with both areas. The chance is the share of evenly spread right features.
+std::array<Agreement, 2> agreementOf(const TestedMatches& tested, const PredictedAreas& areas,
+                                     const Reach& reach, std::size_t right_size) {
+  std::vector<std::uint32_t> rights = evenlySpread(right_size);
+  const auto spread = static_cast<double>(rights.size());
+  rights.push_back(0);
+  std::array<Agreement, 2> result;
+  std::vector<double> distances;
   for (std::size_t i = 0; i < tested.left.size(); ++i) {
-    bits.assign(areas.words(), 0);
-    areas.mark(tested.left[i], reach, bits);
-    std::size_t inside = 0;
-    for (const std::uint64_t word : bits) inside += static_cast<std::size_t>(__builtin_popcountll(word));
-    result.chance += static_cast<double>(inside);
-    result.count += bits[tested.right[i] / 64] >> (tested.right[i] % 64) & 1;
+    rights.back() = tested.right[i];
+    areas.distances(tested.left[i], reach.outer, rights, distances);
+    for (std::size_t area = 0; area < 2; ++area) {
+      const double limit = area == 0 ? reach.inner : reach.outer;
+      if (distances.back() <= limit) ++result[area].count;
+      const auto inside =
+          std::count_if(distances.begin(), distances.end() - 1, [&](double d) { return d <= limit; });
+      result[area].chance += static_cast<double>(inside) / (spread * static_cast<double>(tested.left.size()));
+    }
   }
-  result.chance /= static_cast<double>(right_size * tested.left.size());
   return result;
 }
 
@@ -102,23 +116,18 @@ GuessVerdict judge(const TestedMatches& tested, const PredictedAreas& areas, con
   constexpr double kMaxExcess = 0.15;
   const std::size_t n = tested.left.size();
   if (n < std::max(kMinTested, tested.compared / kMinShare)) return GuessVerdict::kNone;
-  const Agreement inner = agreementWithin(reach.inner, tested, areas, right_size);
-  if (!isSignificant(-log10BinomialTail(n, n, inner.chance))) return GuessVerdict::kNone;
-  if (!isSignificant(-log10BinomialTail(n, inner.count, inner.chance))) return GuessVerdict::kContradicted;
-  if (2 * inner.count < n) return GuessVerdict::kNone;
-  const Agreement outer = agreementWithin(reach.outer, tested, areas, right_size);
-  const double expected = static_cast<double>(n - inner.count) * (outer.chance - inner.chance);
-  const double excess = static_cast<double>(outer.count - inner.count) - expected;
-  const bool spreads = excess > kMaxExcess * static_cast<double>(inner.count);
+  const auto [inner, outer] = agreementOf(tested, areas, reach, right_size);
+  const auto isBeyondChance = [&, chance = inner.chance](double count) {
+    return isSignificant(-log10BinomialTail(n, static_cast<std::size_t>(count), chance));
+  };
+  const auto all = static_cast<double>(n);
+  if (!isBeyondChance(all)) return GuessVerdict::kNone;
+  if (!isBeyondChance(inner.count)) return GuessVerdict::kContradicted;
+  if (2 * inner.count < all) return GuessVerdict::kNone;
+  const double expected = (all - inner.count) * (outer.chance - inner.chance);
+  const double excess = outer.count - inner.count - expected;
+  const bool spreads = excess > kMaxExcess * inner.count;
   return spreads ? GuessVerdict::kNone : GuessVerdict::kConfirmed;
-}
-
-/// Right features whose distances stand for those of wrong ones.
-std::vector<std::uint32_t> evenlySpread(std::size_t size) {
-  const std::size_t count = std::min(size, kBackground);
-  std::vector<std::uint32_t> rows;
-  for (std::size_t k = 0; k < count; ++k) rows.push_back(static_cast<std::uint32_t>(k * size / count));
-  return rows;
 }
 
 Correspondences matchAmong(const Features& left, const Features& right,

@@ -23,15 +23,22 @@ double pixelAngle(const Camera& camera, const cv::Size2d& size) {
   return std::isnan(middle) ? rays.pixelAngle(1) : middle;
 }
 
-/// Squared distance of a point from a segment that begins at the origin.
-double squaredDistance(const cv::Point2d& end, const cv::Point2d& point) {
-  const double length = end.dot(end);
-  const double along = length > 0 ? std::clamp(end.dot(point) / length, 0.0, 1.0) : 0;
-  const cv::Point2d off = point - along * end;
-  return off.dot(off);
-}
-
 }  // namespace
+
+/// A part of a path, which may be a point.
+struct PredictedAreas::Segment {
+  cv::Point2d from, to;
+  double scale;           ///< of distances along rows
+  double end_x, end_y;    ///< from `from`, scaled
+  double inverse_square;  ///< of the length; 0 of a point
+
+  double squaredDistance(double x, double y) const {
+    const double dx = scale * (x - from.x), dy = y - from.y;
+    const double along = std::min(1.0, std::max(0.0, (dx * end_x + dy * end_y) * inverse_square));
+    const double off_x = dx - along * end_x, off_y = dy - along * end_y;
+    return off_x * off_x + off_y * off_y;
+  }
+};
 
 PredictedAreas::PredictedAreas(const Features& left, const Features& right, const Camera& left_camera,
                                const Camera& right_camera, const MotionGuess& guess, int threads)
@@ -60,7 +67,14 @@ void PredictedAreas::indexRight(const Features& right) {
   cells_.build(right_x_.data(), right_y_.data(), right_x_.size(),
                CellGrid::covering(0, 0, size_.width, size_.height, std::max(1.0, cell)));
   at_slot_.resize(cells_.slots());
-  for (std::uint32_t i = 0; i < right_x_.size(); ++i) at_slot_[cells_.slotOf()[i]] = i;
+  slot_x_.resize(cells_.slots());
+  slot_y_.resize(cells_.slots());
+  for (std::uint32_t i = 0; i < right_x_.size(); ++i) {
+    const std::uint32_t slot = cells_.slotOf()[i];
+    at_slot_[slot] = i;
+    slot_x_[slot] = right_x_[i];
+    slot_y_[slot] = right_y_[i];
+  }
 }
 
 void PredictedAreas::predict(const Features& left, const Camera& left_camera, const MotionGuess& guess,
@@ -99,7 +113,7 @@ bool PredictedAreas::isInside(std::uint32_t left) const {
 /// The epipolar curve as a polyline, as far as it is in the image: its first point is that of infinite depth.
 PredictedAreas::Path PredictedAreas::pathOf(const cv::Point2d& place, const cv::Vec3d& direction,
                                             double reach) const {
-  constexpr double kStep = 64;  // px
+  const double step = camera_.isPlainPinhole() ? 128 : 64;  // px; lines are straight in a pinhole
   Path path = {place};
   if (!translation_) return path;
   const cv::Vec3d& end = *translation_;
@@ -107,7 +121,7 @@ PredictedAreas::Path PredictedAreas::pathOf(const cv::Point2d& place, const cv::
   const cv::Vec3d across = end - cosine * direction;
   const double sine = cv::norm(across), angle = std::atan2(sine, cosine);
   if (!(sine > 1e-9)) return path;
-  const int steps = static_cast<int>(angle / (kStep * pixel_angle_)) + 1;
+  const int steps = static_cast<int>(angle / (step * pixel_angle_)) + 1;
   const cv::Rect2d seen(-reach, -reach, size_.width + 2 * reach, size_.height + 2 * reach);
   bool entered = closed_ || seen.contains(place);
   for (int k = 1; k <= steps; ++k) {
@@ -126,39 +140,55 @@ PredictedAreas::Path PredictedAreas::pathOf(const cv::Point2d& place, const cv::
   return path;
 }
 
-void PredictedAreas::markSegment(const cv::Point2d& from, const cv::Point2d& to, double reach,
-                                 std::vector<std::uint64_t>& bits) const {
-  const cv::Point2d middle = (from + to) / 2;
-  const double scale = rowScale(middle.y);
-  const cv::Point2d end(scale * (to.x - from.x), to.y - from.y);
-  const double half_width = std::abs(to.x - from.x) / 2 + reach / scale;
-  const double half_height = std::abs(to.y - from.y) / 2 + reach;
-  const auto markAround = [&](double shift) {
-    const double x = middle.x + shift, start = from.x + shift;
-    if (x + half_width < 0 || x - half_width > size_.width) return;
-    cells_.visitRuns(x, middle.y, half_width, half_height, [&](std::uint32_t begin, std::uint32_t end_slot) {
-      for (std::uint32_t slot = begin; slot < end_slot; ++slot) {
+/// Part k of a path: that from its point k - 1, or the only point.
+PredictedAreas::Segment PredictedAreas::segmentOf(const Path& path, std::size_t k) const {
+  Segment segment;
+  segment.to = path[k];
+  segment.from = path[k > 0 ? k - 1 : 0];
+  segment.scale = rowScale((segment.from.y + segment.to.y) / 2);
+  segment.end_x = segment.scale * (segment.to.x - segment.from.x);
+  segment.end_y = segment.to.y - segment.from.y;
+  const double square = segment.end_x * segment.end_x + segment.end_y * segment.end_y;
+  segment.inverse_square = square > 0 ? 1 / square : 0;
+  return segment;
+}
+
+/// Marks the right features that are within reach of a part of a path.
+void PredictedAreas::mark(const Segment& segment, double reach, std::vector<std::uint64_t>& bits) const {
+  const cv::Point2d middle = (segment.from + segment.to) / 2;
+  const double half_width = std::abs(segment.to.x - segment.from.x) / 2 + reach / segment.scale;
+  const double half_height = std::abs(segment.to.y - segment.from.y) / 2 + reach;
+  if (middle.y + half_height < 0 || middle.y - half_height > size_.height) return;
+  for (const double shift : {0.0, size_.width, -size_.width}) {
+    const double x = middle.x + shift;
+    if (x + half_width < 0 || x - half_width > size_.width) continue;
+    cells_.visitRuns(x, middle.y, half_width, half_height, [&](std::uint32_t begin, std::uint32_t end) {
+      for (std::uint32_t slot = begin; slot < end; ++slot) {
+        const double squared = segment.squaredDistance(slot_x_[slot] - shift, slot_y_[slot]);
         const std::uint32_t i = at_slot_[slot];
-        const cv::Point2d offset(scale * (right_x_[i] - start), right_y_[i] - from.y);
-        if (squaredDistance(end, offset) <= reach * reach) bits[i / 64] |= std::uint64_t{1} << (i % 64);
+        bits[i / 64] |= std::uint64_t{squared <= reach * reach} << (i % 64);
       }
     });
-  };
-  if (middle.y + half_height < 0 || middle.y - half_height > size_.height) return;
-  markAround(0);
-  if (!closed_) return;
-  markAround(size_.width);
-  markAround(-size_.width);
+    if (!closed_) return;
+  }
 }
 
-void PredictedAreas::markPath(const Path& path, double reach, std::vector<std::uint64_t>& bits) const {
-  if (path.size() == 1) return markSegment(path[0], path[0], reach, bits);
-  for (std::size_t k = 1; k < path.size(); ++k) markSegment(path[k - 1], path[k], reach, bits);
-}
-
-void PredictedAreas::mark(std::uint32_t left, double reach, std::vector<std::uint64_t>& bits) const {
+void PredictedAreas::distances(std::uint32_t left, double reach, const std::vector<std::uint32_t>& rights,
+                               std::vector<double>& result) const {
+  result.assign(rights.size(), std::numeric_limits<double>::infinity());
   if (std::isnan(places_[left].x)) return;
-  markPath(pathOf(places_[left], directions_[left], reach), reach, bits);
+  const Path path = pathOf(places_[left], directions_[left], reach);
+  for (std::size_t k = path.size() > 1 ? 1 : 0; k < path.size(); ++k) {
+    const Segment segment = segmentOf(path, k);
+    for (const double shift : {0.0, size_.width, -size_.width}) {
+      for (std::size_t i = 0; i < rights.size(); ++i) {
+        const std::uint32_t right = rights[i];
+        result[i] = std::min(result[i], segment.squaredDistance(right_x_[right] - shift, right_y_[right]));
+      }
+      if (!closed_) break;
+    }
+  }
+  for (double& distance : result) distance = std::sqrt(distance);
 }
 
 /// Finds the candidates of a group of queries.
@@ -172,9 +202,12 @@ void PredictedAreas::findTrains(double reach, CandidateGroup& group) const {
   double extent = 0;
   const double scale = rowScale(mean.y);
   for (const std::uint32_t left : group.queries)
-    extent = std::max(extent, std::hypot(scale * (places_[left].x - mean.x), places_[left].y - mean.y));
-  std::vector<std::uint64_t> bits(words());
-  markPath(pathOf(mean, cv::normalize(direction), reach + extent), reach + extent, bits);
+    extent =
+        std::max(extent, cv::norm(cv::Vec2d(scale * (places_[left].x - mean.x), places_[left].y - mean.y)));
+  const Path path = pathOf(mean, cv::normalize(direction), reach + extent);
+  std::vector<std::uint64_t> bits((right_x_.size() + 63) / 64);
+  for (std::size_t k = path.size() > 1 ? 1 : 0; k < path.size(); ++k)
+    mark(segmentOf(path, k), reach + extent, bits);
   for (std::uint32_t word = 0; word < bits.size(); ++word) {
     for (std::uint64_t rest = bits[word]; rest != 0; rest &= rest - 1)
       group.trains.push_back(64 * word + static_cast<std::uint32_t>(__builtin_ctzll(rest)));

@@ -36,25 +36,24 @@ class PredictedAreas {
   /// Whether the place of infinite depth is in the right image.
   bool isInside(std::uint32_t left) const;
 
-  /// Marks the right features in the area of a left one. O(features near it).
-  void mark(std::uint32_t left, double reach, std::vector<std::uint64_t>& bits) const;
+  /// Distances of right features from the place or the curve of a left one, px; infinite where it has none.
+  /// @param reach  up to which they are exact
+  void distances(std::uint32_t left, double reach, const std::vector<std::uint32_t>& rights,
+                 std::vector<double>& result) const;
 
   /// All left features whose place is in the right image or near it, in groups of those that are near to each
   /// other, and the right features that are in the area of one of a group, or as near to their mean.
   std::vector<CandidateGroup> groups(double reach, int threads) const;
 
-  /// Words of the bits of all right features.
-  std::size_t words() const { return (right_x_.size() + 63) / 64; }
-
  private:
   using Path = std::vector<cv::Point2d>;
+  struct Segment;
 
   void indexRight(const Features& right);
   void predict(const Features& left, const Camera& left_camera, const MotionGuess& guess, int threads);
   Path pathOf(const cv::Point2d& place, const cv::Vec3d& direction, double reach) const;
-  void markPath(const Path& path, double reach, std::vector<std::uint64_t>& bits) const;
-  void markSegment(const cv::Point2d& from, const cv::Point2d& to, double reach,
-                   std::vector<std::uint64_t>& bits) const;
+  void mark(const Segment& segment, double reach, std::vector<std::uint64_t>& bits) const;
+  Segment segmentOf(const Path& path, std::size_t k) const;
   void findTrains(double reach, CandidateGroup& group) const;
   double rowScale(double y) const;
 
@@ -66,6 +65,7 @@ class PredictedAreas {
   std::vector<float> right_x_, right_y_;
   PointCells cells_;
   std::vector<std::uint32_t> at_slot_;  ///< the right feature in a slot of the cells
+  std::vector<float> slot_x_, slot_y_;  ///< and its place
   std::vector<cv::Vec3d> directions_;   ///< of the left features, in the right camera
   std::vector<cv::Point2d> places_;     ///< of infinite depth, px; NaN where there is none
 };

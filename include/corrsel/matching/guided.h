@@ -12,7 +12,7 @@ namespace corrsel::core {
 /// Lengths are in thousandths of the diagonal of the right image, beyond what the uncertainty of the rotation
 /// (three standard deviations) adds.
 struct GuidedOptions : OptionSet {
-  double radius = 64;  ///< of the area in which a match is looked for; the parallax must be smaller
+  double radius = 48;  ///< of the area in which a match is looked for; the parallax must be smaller
   double band = 8;     ///< half the width of the band along the epipolar line of a known translation
 
   void visit(OptionVisitor& visitor) const override;
@@ -39,9 +39,10 @@ struct GuidedMatches {
 ///  2. Test: up to 200 left features, the strongest in each cell of a grid, are compared with all right
 ///     features. Of those that pass the ratio test (0.8), as many have their nearest feature in their area
 ///     that chance explains it with a probability below 10^-4 (binomial distribution; the chance of a feature
-///     is the share of all right features that are in its area). The matches must not spread beyond the area
-///     either: in an area of twice the radius (band: with the half width `radius`) the excess over chance is
-///     at most 15 %. A translation that fails the test is left out, and the rotation is tested alone.
+///     is the share of 128 right features, spread evenly over the indices, that are in its area). They must
+///     be half of all at least, and must not spread beyond the area: between it and an area of twice the
+///     radius (band: with the half width `radius`) the excess over chance is at most 15 % of those in the
+///     area. A translation that fails the test is left out, and the rotation is tested alone.
 ///  3. Left features of a cell have the same candidates: all that are in the area of one of them, and those
 ///     that are as near to the mean of their places. Candidates are compared as in matchFeatures(), with the
 ///     same distances, and with the lowest index among equal ones. `mutual` regards candidates only.
