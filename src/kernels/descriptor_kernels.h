@@ -182,6 +182,21 @@ inline void addDistances(const NearestBlock<typename Metric::Distance>& block, c
   }
 }
 
+/// The second smallest of the distances of a vector. NaN does not count.
+template <class Distance>
+inline Distance secondSmallest(const Distance (&lanes)[kWidth]) {
+  Distance first = kFarDistance<Distance>, second = first;
+  for (const Distance lane : lanes) {
+    const Distance larger = first > lane ? first : lane;  // NaN is never smaller
+    second = larger < second ? larger : second;
+    first = lane < first ? lane : first;
+  }
+  return second;
+}
+
+// Of more lanes than these, only the two nearest can remain, so the others need not compete.
+constexpr std::size_t kManyCloser = 3;
+
 /// Updates the nearest trains of queries with a group of trains, and the nearest queries of these trains.
 template <class Distance, class DistanceV, std::size_t kQueries>
 inline void takeDistances(const NearestBlock<Distance>& block, std::size_t query, std::size_t first_train,
@@ -196,7 +211,11 @@ inline void takeDistances(const NearestBlock<Distance>& block, std::size_t query
       Distance lanes[kWidth];
       std::int32_t numbers[kWidth];
       store(lanes, distances[q][part]);
-      const std::size_t count = keep(closer, laneNumbers(), numbers);
+      std::size_t count = keep(closer, laneNumbers(), numbers);
+      if (count > kManyCloser && block.near == nullptr) {
+        const IntV nearest = distances[q][part] <= splat(secondSmallest(lanes));
+        count = keep(closer & nearest, laneNumbers(), numbers);
+      }
       for (std::size_t k = 0; k < count; ++k) {
         const auto lane = static_cast<std::size_t>(numbers[k]);
         compete(block, query + q, first_train + part * kWidth + lane, lanes[lane]);

@@ -13,7 +13,7 @@ namespace corrsel::core {
 namespace {
 
 constexpr double kSigmas = 3;  // of the rotation, within the area
-constexpr std::size_t kTested = 200;
+constexpr std::size_t kTested = 150;
 constexpr double kRatio = 0.8;
 constexpr std::size_t kBackground = 128;
 

@@ -215,7 +215,7 @@ void PredictedAreas::findTrains(double reach, CandidateGroup& group) const {
 }
 
 std::vector<CandidateGroup> PredictedAreas::groups(double reach, int threads) const {
-  constexpr double kSideOfReach = 0.7, kPerGroup = 8;
+  constexpr double kSideOfReach = 1, kPerGroup = 8;
   // Places beyond it have no candidate, or a part of the epipolar line only.
   const double border = translation_ ? std::max(size_.width, size_.height) : reach;
   const double side = std::max(

@@ -36,7 +36,7 @@ struct GuidedMatches {
 ///     is the circle with `radius` about this place or, where the translation is known, the band with a half
 ///     width of `band` along the epipolar line from this place (infinite depth) to the epipole (depth 0).
 ///     Features without a predicted place have no candidates.
-///  2. Test: up to 200 left features, the strongest in each cell of a grid, are compared with all right
+///  2. Test: some 150 left features, the strongest in each cell of a grid, are compared with all right
 ///     features. Of those that pass the ratio test (0.8), as many have their nearest feature in their area
 ///     that chance explains it with a probability below 10^-4 (binomial distribution; the chance of a feature
 ///     is the share of 128 right features, spread evenly over the indices, that are in its area). They must
@@ -60,7 +60,7 @@ struct GuidedMatches {
 /// (fewer than 16, or than a tenth) or if the agreeing ones spread beyond the area. Throws
 /// std::invalid_argument as matchFeatures() does, and for cameras or a guess that are not valid.
 ///
-/// Cost: that of the test, about 200 N_right comparisons, plus N_left times the features in an area.
+/// Cost: that of the test, about 150 N_right comparisons, plus N_left times the features in an area.
 ///
 /// Source: own work; the homography of a rotation is that of Hartley and Zisserman, Multiple View Geometry,
 /// 2nd edition, 8.4.
