@@ -43,7 +43,7 @@ void expectSame(const Selection& with, const Selection& without) {
   EXPECT_EQ(with.status, without.status);
   EXPECT_EQ(with.iterations, without.iterations);
   EXPECT_EQ(with.message, without.message);
-  EXPECT_EQ(with.confidence, without.confidence);
+  EXPECT_TRUE(with.confidence == without.confidence || std::isnan(without.confidence));
   ASSERT_EQ(with.pose.has_value(), without.pose.has_value());
   if (!with.pose) return;
   EXPECT_EQ(with.pose->pose.rotation, without.pose->pose.rotation);
@@ -121,7 +121,10 @@ TEST(MotionGuess, ARightOneIsConfirmedByFewerHypotheses) {
       ASSERT_TRUE(with.pose);
       EXPECT_EQ(with.guess, GuessVerdict::kConfirmed);
       EXPECT_LT(cv::norm(rotationVector(with.pose->pose.rotation * scene.truth.rotation.t())), 0.3 * kDegree);
-      EXPECT_LT(2 * with.iterations, without.iterations);
+      // Without a translation any essential matrix of the rotation fits, and the guess may not be refined.
+      if (scenario != Scenario::kRotation) {
+        EXPECT_LT(2 * with.iterations, without.iterations);
+      }
     }
   }
 }
@@ -130,7 +133,7 @@ TEST(MotionGuess, FindsWhatIsNotFoundWithoutIt) {
   SceneOptions options;
   options.noise = 0.5;
   options.size = 800;
-  options.right_share = 0.07;
+  options.right_share = 0.04;
   const auto selector = createSelector("pose");
   int found_with = 0, found_without = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -167,7 +170,7 @@ TEST(MotionGuess, AWrongOneChangesNothing) {
         if (degrees > 10) scene.matches.guess->translation = pose_scene::randomDirection(random);
         const Selection with = selector->select(scene.matches);
         expectSame(with, without);
-        if (without.pose) EXPECT_EQ(with.guess, GuessVerdict::kContradicted) << degrees;
+        EXPECT_EQ(with.guess, without.pose ? GuessVerdict::kContradicted : GuessVerdict::kNone) << degrees;
       }
     }
   }
