@@ -57,8 +57,9 @@ struct GuidedMatches {
 ///
 /// Failure: where the guess fails the test, the matches are exactly those of matchFeatures(). The verdict is
 /// kContradicted if the features that pass the ratio test disagree with it, and kNone if too few pass it
-/// (fewer than 16, or than a tenth) or if the agreeing ones spread beyond the area. Throws
-/// std::invalid_argument as matchFeatures() does, and for cameras or a guess that are not valid.
+/// (fewer than 16, or than a tenth), if fewer than half of them agree, or if the agreeing ones spread beyond
+/// the area. Throws std::invalid_argument as matchFeatures() does, and for cameras or a guess that are not
+/// valid.
 ///
 /// Cost: that of the test, about 150 N_right comparisons, plus N_left times the features in an area.
 ///
