@@ -98,7 +98,10 @@ void writeAnswer(const Decision& decision, const Evidence& evidence, const AutoO
   result.status = decision.status;
   result.scene = decision.scene;
   result.message = decision.message;
-  if (decision.scene != SceneKind::kNothing) result.pose = evidence.pose;
+  if (decision.scene != SceneKind::kNothing) {
+    result.pose = evidence.pose;
+    result.guess = evidence.guess;
+  }
   switch (decision.answer) {
     case Answer::kNothing:
       return;

@@ -5,6 +5,7 @@
 #include <opencv2/core/matx.hpp>
 #include <optional>
 
+#include "corrsel/motion_guess.h"
 #include "corrsel/pose_result.h"
 #include "corrsel/selection.h"
 
@@ -46,6 +47,7 @@ struct Evidence {
   std::optional<FundamentalEvidence> fundamental;
   bool pose_known = false;                   ///< whether the pose was searched; only with cameras
   std::optional<PoseResult> pose;            ///< what was found
+  GuessVerdict guess = GuessVerdict::kNone;  ///< of this search
   std::optional<bool> fundamental_leftover;  ///< whether it leaves a sizable coherent group over
   std::optional<double> local_confidence;    ///< of the extended local set, -log10 units
 };

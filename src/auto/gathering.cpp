@@ -130,9 +130,11 @@ void Gathering::findPose() {
   parameters.search.seed = static_cast<std::uint64_t>(options_.seed);
   parameters.search.confidence = kPoseConfidence;
   parameters.supported = &memory_.support.extended();
+  parameters.guess = memory_.matches.guess;
   Selection remarks;
   evidence_.pose =
       memory_.pose_search.find(memory_.matches, parameters, effort_.deadline, effort_.workspace, remarks);
+  evidence_.guess = remarks.guess;
   effort_.hypotheses += static_cast<std::uint64_t>(remarks.iterations);
   effort_.timed_out = effort_.timed_out || remarks.status == Status::kTimeLimit;
 }

@@ -31,6 +31,7 @@ inline void gather(const Correspondences& from, const std::vector<std::uint32_t>
   to.left_camera = from.left_camera;
   to.right_camera = from.right_camera;
   to.prior = from.prior;
+  to.guess = from.guess;
 }
 
 }  // namespace corrsel::core

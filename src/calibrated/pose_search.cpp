@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>  // inv()
 
 #include "base/gather.h"
+#include "calibrated/guess_search.h"
 #include "geometry/essential.h"
 #include "geometry/known_motion.h"
 #include "geometry/rotation.h"
@@ -263,7 +264,52 @@ std::optional<PoseResult> PoseSearch::find(const Correspondences& matches, const
   freedom_ = freedomOf(parameters.prior);
   support_known_ = false;
   if (model == nullptr) return judgeRig(parameters);
-  const SearchOutcome outcome = search(matches, parameters, {*model, proposal}, deadline, workspace);
+  std::optional<PoseResult> found;
+  if (parameters.guess && !parameters.prior)
+    found = findByGuess(matches, parameters, proposal, deadline, workspace, result);
+  if (!found) {
+    found = answer(matches, parameters, search(matches, parameters, {*model, proposal}, deadline, workspace),
+                   result);
+  }
+  if (parameters.guess && found) {
+    result.guess =
+        agreesWithGuess(*found, *parameters.guess) ? GuessVerdict::kConfirmed : GuessVerdict::kContradicted;
+  }
+  return found;
+}
+
+/// Searches from the hypothesis of the guess on. As two independent sources agree where it is the best one,
+/// few samples are drawn.
+/// @return nothing if the answer does not agree with the guess
+std::optional<PoseResult> PoseSearch::findByGuess(const Correspondences& matches,
+                                                  const PoseParameters& parameters, Proposal& proposal,
+                                                  const Deadline& deadline, Workspace& workspace,
+                                                  Selection& result) {
+  constexpr double kConfidence = 0.95;
+  constexpr int kMaxIterations = 2000;
+  int iterations = 0;
+  const std::optional<cv::Matx33d> hypothesis =
+      hypothesisOfGuess(*parameters.guess, {input_.matches, set_, input_.best_first, proposal},
+                        parameters.search, deadline, workspace, iterations);
+  if (!hypothesis) return std::nullopt;
+  SearchParameters few = parameters.search;
+  few.confidence = std::min(few.confidence, kConfidence);
+  few.max_iterations = few.max_iterations > 0 ? std::min(few.max_iterations, kMaxIterations) : kMaxIterations;
+  SearchOutcome outcome =
+      core::search(input_.matches, {workspace.part<EssentialModel>(), proposal, nullptr, &*hypothesis}, few,
+                   input_.best_first, deadline, workspace);
+  outcome.iterations += iterations;
+  Selection attempt = result;
+  const std::optional<PoseResult> found = answer(matches, parameters, outcome, attempt);
+  if (!found || attempt.status != Status::kOk || !agreesWithGuess(*found, *parameters.guess))
+    return std::nullopt;
+  result = attempt;
+  return found;
+}
+
+/// Makes an answer of what the search found.
+std::optional<PoseResult> PoseSearch::answer(const Correspondences& matches, const PoseParameters& parameters,
+                                             const SearchOutcome& outcome, Selection& result) {
   result.iterations = outcome.iterations;
   if (outcome.timed_out) reportEnd(outcome, parameters.max_seconds, result);
   Pose pose;

@@ -9,6 +9,7 @@
 #include "calibrated/search_set.h"
 #include "calibrated/verdict.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/motion_guess.h"
 #include "corrsel/pose_prior.h"
 #include "corrsel/pose_result.h"
 #include "corrsel/selection.h"
@@ -31,6 +32,9 @@ struct PoseParameters {
   /// Per match, whether it has local support (LocalSupport::extended()), where that is known already.
   const std::vector<std::uint8_t>* supported = nullptr;
   std::optional<PosePrior> prior;  ///< what is known of the motion; that of the matches is not used
+  /// What is believed of the motion; that of the matches is not used. Without a prior it is one hypothesis of
+  /// the search. Where the answer does not agree with it, the answer is that without it.
+  std::optional<MotionGuess> guess;
   SearchParameters search;
 };
 
@@ -42,7 +46,7 @@ class PoseSearch {
  public:
   /// @param matches     with both cameras
   /// @param result      receives status, message, iterations and ignored matches where there is something to
-  ///                    report
+  ///                    report, and the verdict about the guess
   /// @return the pose; nothing if the status is `too_few`, `degenerate` or `no_model`
   std::optional<PoseResult> find(const Correspondences& matches, const PoseParameters& parameters,
                                  const Deadline& deadline, Workspace& workspace, Selection& result);
@@ -51,6 +55,11 @@ class PoseSearch {
   const RayMatches& rays() const { return input_.rays(); }
 
  private:
+  std::optional<PoseResult> findByGuess(const Correspondences& matches, const PoseParameters& parameters,
+                                        Proposal& proposal, const Deadline& deadline, Workspace& workspace,
+                                        Selection& result);
+  std::optional<PoseResult> answer(const Correspondences& matches, const PoseParameters& parameters,
+                                   const SearchOutcome& outcome, Selection& result);
   PoseResult judgeRig(const PoseParameters& parameters);
   bool refine(const Correspondences& matches, const PoseParameters& parameters, Pose& pose);
   bool isOnLine(const Verdict& verdict, double threshold);

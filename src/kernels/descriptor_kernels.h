@@ -182,6 +182,21 @@ inline void addDistances(const NearestBlock<typename Metric::Distance>& block, c
   }
 }
 
+/// The second smallest of the distances of a vector. NaN does not count.
+template <class Distance>
+inline Distance secondSmallest(const Distance (&lanes)[kWidth]) {
+  Distance first = kFarDistance<Distance>, second = first;
+  for (const Distance lane : lanes) {
+    const Distance larger = first > lane ? first : lane;  // NaN is never smaller
+    second = larger < second ? larger : second;
+    first = lane < first ? lane : first;
+  }
+  return second;
+}
+
+// Of more lanes than these, only the two nearest can remain, so the others need not compete.
+constexpr std::size_t kManyCloser = 3;
+
 /// Updates the nearest trains of queries with a group of trains, and the nearest queries of these trains.
 template <class Distance, class DistanceV, std::size_t kQueries>
 inline void takeDistances(const NearestBlock<Distance>& block, std::size_t query, std::size_t first_train,
@@ -189,13 +204,22 @@ inline void takeDistances(const NearestBlock<Distance>& block, std::size_t query
 #pragma GCC unroll 8
   for (std::size_t q = 0; q < kQueries; ++q) {
     const DistanceV second = splat(block.second[query + q]);
-    IntV closer = distances[q][0] < second;
 #pragma GCC unroll 4
-    for (std::size_t part = 1; part < kParts; ++part) closer |= distances[q][part] < second;
-    if (anyTrue(closer)) {
-      Distance lanes[kLanes];
-      for (std::size_t part = 0; part < kParts; ++part) store(lanes + part * kWidth, distances[q][part]);
-      for (std::size_t k = 0; k < kLanes; ++k) compete(block, query + q, first_train + k, lanes[k]);
+    for (std::size_t part = 0; part < kParts; ++part) {
+      const IntV closer = distances[q][part] < second;
+      if (!anyTrue(closer)) continue;
+      Distance lanes[kWidth];
+      std::int32_t numbers[kWidth];
+      store(lanes, distances[q][part]);
+      std::size_t count = keep(closer, laneNumbers(), numbers);
+      if (count > kManyCloser && block.near == nullptr) {
+        const IntV nearest = distances[q][part] <= splat(secondSmallest(lanes));
+        count = keep(closer & nearest, laneNumbers(), numbers);
+      }
+      for (std::size_t k = 0; k < count; ++k) {
+        const auto lane = static_cast<std::size_t>(numbers[k]);
+        compete(block, query + q, first_train + part * kWidth + lane, lanes[lane]);
+      }
     }
   }
   if (block.train_best == nullptr) return;

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "matching/nearest.h"
+#include "matching/putative.h"
 
 namespace corrsel::core {
 namespace {
@@ -19,6 +19,8 @@ void checkCount(const char* side, const Features& features) {
                               " descriptors; needed: one per keypoint");
 }
 
+}  // namespace
+
 void checkDescriptors(const Features& left, const Features& right) {
   checkCount("left", left);
   checkCount("right", right);
@@ -33,7 +35,26 @@ void checkDescriptors(const Features& left, const Features& right) {
   }
 }
 
-}  // namespace
+Correspondences putativeMatches(const Features& left, const Features& right, const Neighbours& nearest,
+                                bool mutual) {
+  Correspondences matches;
+  matches.left_size = left.image_size;
+  matches.right_size = right.image_size;
+  for (std::uint32_t l = 0; l < nearest.train.size(); ++l) {
+    const std::uint32_t r = nearest.train[l];
+    if (r == Neighbours::kNone || (mutual && nearest.query[r] != l)) continue;
+    matches.add(left.keypoints[l].pt, right.keypoints[r].pt);
+    matches.distance.push_back(nearest.distance[l]);
+    matches.second_distance.push_back(nearest.second_distance[l]);
+    matches.left_index.push_back(l);
+    matches.right_index.push_back(r);
+    if (!left.frames.empty() && !right.frames.empty()) {
+      matches.left_frame.push_back(left.frames[l]);
+      matches.right_frame.push_back(right.frames[r]);
+    }
+  }
+  return matches;
+}
 
 void Matcher::configure(const OptionMap& options) {
   if (options.empty()) return;
@@ -52,10 +73,7 @@ void MatchOptions::visit(OptionVisitor& visitor) const {
 Correspondences matchFeatures(const Features& left, const Features& right, const MatchOptions& options,
                               int threads) {
   options.check();
-  Correspondences matches;
-  matches.left_size = left.image_size;
-  matches.right_size = right.image_size;
-  if (left.keypoints.empty() || right.keypoints.empty()) return matches;
+  if (left.keypoints.empty() || right.keypoints.empty()) return putativeMatches(left, right, {}, false);
   checkDescriptors(left, right);
   NeighbourSearch search;
   search.threads = threads;
@@ -63,20 +81,7 @@ Correspondences matchFeatures(const Features& left, const Features& right, const
   search.second_radius = options.second_distance_radius;
   search.train_keypoints = &right.keypoints;
   const Neighbours nearest = findNeighbours(left.descriptors, right.descriptors, search);
-  for (std::uint32_t l = 0; l < nearest.train.size(); ++l) {
-    const std::uint32_t r = nearest.train[l];
-    if (r == Neighbours::kNone || (options.mutual && nearest.query[r] != l)) continue;
-    matches.add(left.keypoints[l].pt, right.keypoints[r].pt);
-    matches.distance.push_back(nearest.distance[l]);
-    matches.second_distance.push_back(nearest.second_distance[l]);
-    matches.left_index.push_back(l);
-    matches.right_index.push_back(r);
-    if (!left.frames.empty() && !right.frames.empty()) {
-      matches.left_frame.push_back(left.frames[l]);
-      matches.right_frame.push_back(right.frames[r]);
-    }
-  }
-  return matches;
+  return putativeMatches(left, right, nearest, options.mutual);
 }
 
 void DescriptorMatcher::configure(const OptionMap& options) {

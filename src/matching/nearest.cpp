@@ -81,6 +81,12 @@ Content contentOf(const cv::Mat& descriptors) {
   return content;
 }
 
+/// Whether products of integers give the exact distances.
+bool haveExactProducts(const Content& left, const Content& right, int columns) {
+  const double largest = std::max(left.largest, right.largest);
+  return !left.bytes.empty() && !right.bytes.empty() && columns * largest * largest <= kMaxExact;
+}
+
 /// The same descriptors as CV_32F.
 cv::Mat asFloats(const cv::Mat& descriptors) {
   if (descriptors.type() == CV_32F) return descriptors;
@@ -464,6 +470,16 @@ void findFarSeconds(const cv::Mat& queries, const Rows& query_rows, const Packed
   }
 }
 
+/// A result of findNeighbours() without any neighbour.
+Neighbours noNeighbours(std::size_t queries, std::size_t trains, bool nearest_query) {
+  Neighbours result;
+  result.train.assign(queries, Neighbours::kNone);
+  result.distance.assign(queries, std::numeric_limits<float>::quiet_NaN());
+  result.second_distance = result.distance;
+  if (nearest_query) result.query.assign(trains, Neighbours::kNone);
+  return result;
+}
+
 template <class Metric>
 Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& trains, const Rows& train_rows,
                 const NeighbourSearch& search, const CoarseTrains* coarse = nullptr) {
@@ -477,11 +493,8 @@ Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& t
   if (search.second_radius > 0) {
     findFarSeconds<Metric>(queries, query_rows, packed, coarse, train_rows, search, threads, nearest);
   }
-  Neighbours result;
-  const auto query_count = static_cast<std::size_t>(queries.rows);
-  result.train.assign(query_count, Neighbours::kNone);
-  result.distance.assign(query_count, std::numeric_limits<float>::quiet_NaN());
-  result.second_distance = result.distance;
+  Neighbours result = noNeighbours(static_cast<std::size_t>(queries.rows),
+                                   static_cast<std::size_t>(trains.rows), search.nearest_query);
   for (std::size_t i = 0; i < query_rows.size(); ++i) {
     const std::uint32_t row = query_rows[i], train = nearest.best_train[i];
     if (train == Neighbours::kNone) continue;
@@ -494,13 +507,105 @@ Neighbours find(const cv::Mat& queries, const Rows& query_rows, const cv::Mat& t
     result.second_distance[row] = Metric::distance(nearest.second[i]);
   }
   if (search.nearest_query) {
-    result.query.assign(static_cast<std::size_t>(trains.rows), Neighbours::kNone);
     for (std::size_t i = 0; i < train_rows.size(); ++i) {
       if (minima.query[i] != Neighbours::kNone) result.query[train_rows[i]] = query_rows[minima.query[i]];
     }
   }
   return result;
 }
+
+/// The neighbours of the queries of groups, each of which has its own trains.
+template <class Metric>
+class AmongCandidates {
+ public:
+  using Distance = typename Metric::Distance;
+
+  AmongCandidates(const cv::Mat& queries, const cv::Mat& trains, const Rows& background,
+                  const NeighbourSearch& search)
+      : queries_(queries),
+        trains_(trains),
+        search_(search),
+        background_(trains, background, true),
+        minima_(search.nearest_query ? static_cast<std::size_t>(trains.rows) : 0),
+        result_(
+            noNeighbours(static_cast<std::size_t>(queries.rows), minima_.best.size(), search.nearest_query)) {
+    for (const std::uint32_t row : background) {
+      background_x_.push_back((*search.train_keypoints)[row].pt.x);
+      background_y_.push_back((*search.train_keypoints)[row].pt.y);
+    }
+  }
+
+  Neighbours run(const std::vector<CandidateGroup>& groups) {
+    forEachBlock(groups.size(), 1, search_.threads,
+                 [&](std::size_t group, std::size_t) { find(groups[group]); });
+    result_.query = minima_.query;
+    return result_;
+  }
+
+ private:
+  void find(const CandidateGroup& group) {
+    if (group.trains.empty()) return;
+    const PackedTrains<Metric> packed(trains_, group.trains, true);
+    Nearest<Distance> nearest(roundedUp(group.queries.size(), NearestBlock<Distance>::kQueries));
+    TrainMinima<Distance> minima(search_.nearest_query ? packed.offsets.size() : 0);
+    compare<Metric>(queries_, group.queries, packed, nullptr, nullptr, 1, 1, nearest,
+                    search_.nearest_query ? &minima : nullptr);
+    if (search_.second_radius > 0) {
+      findFarSeconds<Metric>(queries_, group.queries, packed, nullptr, group.trains, search_, 1, nearest);
+    }
+    compareWithBackground(group, nearest);
+    for (std::size_t i = 0; i < group.queries.size(); ++i) {
+      const std::uint32_t row = group.queries[i], train = nearest.best_train[i];
+      if (train == Neighbours::kNone) continue;
+      result_.train[row] = group.trains[train];
+      result_.distance[row] = Metric::distance(nearest.best[i]);
+      if (nearest.second[i] < kFarDistance<Distance>)
+        result_.second_distance[row] = Metric::distance(nearest.second[i]);
+    }
+    if (search_.nearest_query) keepMinima(group, minima);
+  }
+
+  /// Replaces second neighbours by nearer ones of the background.
+  void compareWithBackground(const CandidateGroup& group, Nearest<Distance>& nearest) {
+    std::vector<double> centre_x(nearest.best.size()), centre_y(centre_x);
+    for (std::size_t i = 0; i < group.queries.size(); ++i) {
+      if (nearest.best_train[i] == Neighbours::kNone) continue;
+      const cv::Point2f place = (*search_.train_keypoints)[group.trains[nearest.best_train[i]]].pt;
+      centre_x[i] = place.x;
+      centre_y[i] = place.y;
+    }
+    constexpr double kSamePlace = 1e-3;  // px
+    const NearFeatures near{background_x_.data(), background_y_.data(), centre_x.data(), centre_y.data(),
+                            std::max(kSamePlace, search_.second_radius)};
+    Nearest<Distance> others(nearest.best.size());
+    // No distance is smaller, so all trains can become second.
+    std::fill(others.best.begin(), others.best.end(), Distance{-1});
+    others.second = nearest.second;
+    compare<Metric>(queries_, group.queries, background_, nullptr, &near, 1, 1, others, nullptr);
+    nearest.second = others.second;
+  }
+
+  /// Of equally near queries, the one with the lowest row remains.
+  void keepMinima(const CandidateGroup& group, const TrainMinima<Distance>& minima) {
+    const std::lock_guard<std::mutex> lock(merging_);
+    for (std::size_t i = 0; i < group.trains.size(); ++i) {
+      if (minima.query[i] == Neighbours::kNone) continue;
+      const std::uint32_t train = group.trains[i], query = group.queries[minima.query[i]];
+      if (minima.best[i] > minima_.best[train]) continue;
+      if (minima.best[i] == minima_.best[train] && query > minima_.query[train]) continue;
+      minima_.best[train] = minima.best[i];
+      minima_.query[train] = query;
+    }
+  }
+
+  const cv::Mat &queries_, &trains_;
+  const NeighbourSearch& search_;
+  PackedTrains<Metric> background_;
+  std::vector<double> background_x_, background_y_;
+  std::mutex merging_;
+  TrainMinima<Distance> minima_;
+  Neighbours result_;
+};
 
 }  // namespace
 
@@ -511,8 +616,7 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
   forEachBlock(2, 1, search.threads, [&](std::size_t side, std::size_t) {
     (side == 0 ? left : right) = contentOf(side == 0 ? queries : trains);
   });
-  const double largest = std::max(left.largest, right.largest);
-  if (left.bytes.empty() || right.bytes.empty() || queries.cols * largest * largest > kMaxExact) {
+  if (!haveExactProducts(left, right, queries.cols)) {
     return find<FloatRows>(asFloats(queries), left.rows, asFloats(trains), right.rows, search);
   }
   const WholeNumberForm form = kernels().descriptors.whole_number_form;
@@ -522,6 +626,17 @@ Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const N
   }
   const CoarseTrains coarse(right.bytes, right.rows, squares, search.ratio);
   return find<ByteSquareRows>(left.bytes, left.rows, right.bytes, right.rows, search, &coarse);
+}
+
+Neighbours findNeighboursAmong(const cv::Mat& queries, const cv::Mat& trains,
+                               const std::vector<CandidateGroup>& groups, const Rows& background,
+                               const NeighbourSearch& search) {
+  if (queries.type() == CV_8U)
+    return AmongCandidates<BitRows>(queries, trains, background, search).run(groups);
+  const Content left = contentOf(queries), right = contentOf(trains);
+  if (haveExactProducts(left, right, queries.cols))
+    return AmongCandidates<PairRows>(left.bytes, right.bytes, background, search).run(groups);
+  return AmongCandidates<FloatRows>(queries, trains, background, search).run(groups);
 }
 
 }  // namespace corrsel::core

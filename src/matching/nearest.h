@@ -59,4 +59,21 @@ struct NeighbourSearch {
 /// Cost: O(queries * trains * columns) time and memory of the order of the descriptors.
 Neighbours findNeighbours(const cv::Mat& queries, const cv::Mat& trains, const NeighbourSearch& search = {});
 
+/// Queries that have the same candidates.
+struct CandidateGroup {
+  std::vector<std::uint32_t> queries;  ///< rows
+  std::vector<std::uint32_t> trains;   ///< rows, ascending
+};
+
+/// findNeighbours() where every query is compared with its candidates only. Queries that are in no group have
+/// no neighbour.
+/// @param groups      no query is in two of them
+/// @param background  trains that can be second neighbours of all queries, except where their keypoints are
+///                    at the place of the nearest train
+/// @param search      of the number of threads, nearest_query and second_radius. @pre train_keypoints is set
+/// Cost: O(sum of queries * (trains + background) * columns) over all groups.
+Neighbours findNeighboursAmong(const cv::Mat& queries, const cv::Mat& trains,
+                               const std::vector<CandidateGroup>& groups,
+                               const std::vector<std::uint32_t>& background, const NeighbourSearch& search);
+
 }  // namespace corrsel::core

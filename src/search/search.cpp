@@ -60,6 +60,7 @@ class Search {
     Proposal& proposal = parts_.proposal;
     Hypotheses hypotheses;
     Candidate& best = outcome_.best;
+    if (parts_.first != nullptr) begin(*parts_.first);
     for (; outcome_.iterations < max_iterations_; ++outcome_.iterations) {
       if (proposal.isFinished(best) || isEnough(proposal.drawn())) break;
       if (nothingLeftToFind(proposal.drawn()) || isTimeOver()) break;
@@ -83,6 +84,15 @@ class Search {
   }
 
  private:
+  /// Refines and adopts a hypothesis that is not from a sample. Those of samples are not compared with it
+  /// before their own refinement.
+  void begin(const cv::Matx33d& first) {
+    if (!verifier_.improve(first, outcome_.best)) return;
+    optimizeLocally(parts_.model, verifier_, outcome_.best);
+    optimized_ = true;
+    adopt(nullptr);
+  }
+
   int maxIterations() const {
     const int by_default = traits_.iterations > 0 ? traits_.iterations : model_.iterations;
     return std::min(parameters_.max_iterations > 0 ? parameters_.max_iterations : by_default,
@@ -94,7 +104,7 @@ class Search {
   bool isEnough(std::uint64_t drawn) const {
     constexpr double kMin = 48, kMax = 5000;
     if (!stopping_.enough(drawn)) return false;
-    if (!(model_.floor > 0)) return true;
+    if (!(model_.floor > 0) || parts_.first != nullptr) return true;
     const double inliers = std::max<double>(1, static_cast<double>(outcome_.best.distinct));
     return static_cast<double>(drawn) >= std::clamp(model_.floor / (inliers * inliers), kMin, kMax);
   }

@@ -19,6 +19,9 @@ struct SearchParts {
   const Model& model;
   Proposal& proposal;
   SecondScore* second_score = nullptr;  ///< nullptr: MSAC or the number of inliers alone decides
+  /// A hypothesis from elsewhere, refined before the first sample is drawn. The floor of the model
+  /// (ModelTraits::floor) does not apply then. nullptr: none. Only of models that refine fully.
+  const cv::Matx33d* first = nullptr;
 };
 
 /// What search() found.

@@ -72,6 +72,7 @@ void PoseSelector::run(const Correspondences& matches, Workspace& workspace, Sel
   parameters.search.confidence = options_.confidence;
   parameters.search.seed = static_cast<std::uint64_t>(options_.seed);
   parameters.prior = matches.prior;
+  parameters.guess = matches.guess;
   auto& [search, errors] = workspace.part<PoseMemory>();
   result.pose = search.find(matches, parameters, deadline, workspace, result);
   if (result.pose) selectByPose(search.rays(), options_.threshold, errors, result);

@@ -119,6 +119,70 @@ TEST(CorrespondencesMessage, RoundTripKeepsEverything) {
   EXPECT_EQ(back.seconds.publish, info.seconds.publish);
 }
 
+core::ImageQuality exampleQuality() {
+  core::ImageQuality quality;
+  quality.black = 0.25;
+  quality.saturated = 0.125;
+  quality.blur = 1.5;
+  quality.relative_blur = 2;
+  quality.noise = 3.5;  // texture stays NaN
+  return quality;
+}
+
+void expectSame(const core::ImageQuality& a, const core::ImageQuality& b) {
+  EXPECT_EQ(a.black, b.black);
+  EXPECT_EQ(a.saturated, b.saturated);
+  EXPECT_EQ(a.blur, b.blur);
+  EXPECT_EQ(a.relative_blur, b.relative_blur);
+  EXPECT_EQ(a.noise, b.noise);
+  EXPECT_EQ(std::isnan(a.texture), std::isnan(b.texture));
+}
+
+core::Correspondences guessedMatches() {
+  core::Correspondences matches = exampleMatches();
+  matches.guess.emplace();
+  matches.guess->rotation = {0, -1, 0, 1, 0, 0, 0, 0, 1};
+  matches.guess->translation = cv::Vec3d(0, 0.6, -0.8);
+  matches.guess->rotation_sigma = 0.25;
+  return matches;
+}
+
+TEST(CorrespondencesMessage, RoundTripKeepsTheGuessAndTheQuality) {
+  PairInfo info = exampleInfo(), back;
+  info.guess = core::GuessVerdict::kContradicted;
+  info.left_quality = exampleQuality();
+  core::Correspondences matches = guessedMatches();
+  for (const bool translates : {true, false}) {
+    if (!translates) matches.guess->translation.reset();
+    const core::Correspondences read = fromMsg(toMsg(matches, info), &back);
+    ASSERT_TRUE(read.guess);
+    EXPECT_EQ(read.guess->rotation, matches.guess->rotation);
+    EXPECT_EQ(read.guess->translation, matches.guess->translation);
+    EXPECT_EQ(read.guess->rotation_sigma, 0.25);
+    EXPECT_EQ(back.guess, info.guess);
+    expectSame(back.left_quality, info.left_quality);
+    EXPECT_TRUE(std::isnan(back.right_quality.black));
+  }
+  EXPECT_FALSE(fromMsg(toMsg(exampleMatches(), {})).guess);
+  EXPECT_FALSE(fromMsg(Correspondences()).guess) << "a message that was filled in by hand holds zeros";
+}
+
+TEST(CorrespondencesMessage, GuessesThatAreNoneAreNamed) {
+  const auto with = [](const std::function<void(Correspondences&)>& damage) {
+    Correspondences msg = toMsg(guessedMatches(), exampleInfo());
+    damage(msg);
+    return [msg] {
+      PairInfo info;
+      fromMsg(msg, &info);
+    };
+  };
+  expectRefused(with([](Correspondences& m) { m.guess_rotation[0] = 1; }), "guess: rotation");
+  expectRefused(with([](Correspondences& m) { m.guess_translation[0] = 2; }), "guess: translation");
+  expectRefused(with([](Correspondences& m) { m.guess_sigma = -1; }), "guess: rotation_sigma");
+  expectRefused(with([](Correspondences& m) { m.guess_sigma = std::nan(""); }), "guess: rotation_sigma");
+  expectRefused(with([](Correspondences& m) { m.guess = 3; }), "guess");
+}
+
 TEST(CorrespondencesMessage, RoundTripOfCoordinatesOnly) {
   core::Correspondences matches;
   matches.add({1, 2}, {3, 4});
@@ -177,6 +241,8 @@ core::Selection exampleSelection() {
   selection.mask = {1, 0, 1};
   selection.score = {0.5F, kNaN, 1.0F};
   selection.group = {0, -1, 2};
+  selection.motion = {core::GroupMotion::kStatic, core::GroupMotion::kUnknown, core::GroupMotion::kMoving};
+  selection.guess = core::GuessVerdict::kConfirmed;
   selection.model_kind = core::ModelKind::kFundamental;
   selection.model = cv::Matx33d(1, 2, 3, 4, 5, 6, 7, 8, 9);
   selection.status = core::Status::kTimeLimit;
@@ -197,7 +263,13 @@ TEST(SelectionMessage, RoundTripKeepsEverything) {
   const core::Selection selection = exampleSelection();
   PairInfo info;
   std::string selector;
-  const core::Selection back = fromMsg(toMsg(selection, exampleInfo(), "lpm:v2"), &info, &selector);
+  PairInfo sent = exampleInfo();
+  sent.right_quality = exampleQuality();
+  const core::Selection back = fromMsg(toMsg(selection, sent, "lpm:v2"), &info, &selector);
+  EXPECT_EQ(back.motion, selection.motion);
+  EXPECT_EQ(back.guess, selection.guess);
+  expectSame(info.right_quality, sent.right_quality);
+  EXPECT_TRUE(std::isnan(info.left_quality.blur));
   EXPECT_EQ(back.mask, selection.mask);
   expectSame(back.score, selection.score);
   EXPECT_EQ(back.group, selection.group);
@@ -250,6 +322,9 @@ TEST(SelectionMessage, NonsenseIsNamed) {
   expectRefused(with([](Selection& m) { m.score.pop_back(); }), "score");
   expectRefused(with([](Selection& m) { m.group.pop_back(); }), "group");
   expectRefused(with([](Selection& m) { m.group[1] = -2; }), "group");
+  expectRefused(with([](Selection& m) { m.motion.pop_back(); }), "motion");
+  expectRefused(with([](Selection& m) { m.motion[1] = 3; }), "motion");
+  expectRefused(with([](Selection& m) { m.guess = 3; }), "guess");
   expectRefused(with([](Selection& m) { m.n_input = 4; }), "n_input");
   expectRefused(with([](Selection& m) { m.n_selected = 3; }), "n_selected");
   expectRefused(with([](Selection& m) { m.model[4] = std::nan(""); }), "model");

@@ -40,6 +40,13 @@ struct PoseOptions : ConfidenceOptions {
 /// (src/search/prior_models.h), and a plane has one pose. With a known rig nothing is searched: matches are
 /// judged by its pose, and the motion is always `general`.
 ///
+/// What is believed of the motion (Correspondences::guess) is one hypothesis of the search, unless there is a
+/// prior (src/calibrated/guess_search.h). It is refined without regard to the guess. If the refined rotation
+/// agrees with the guessed one, a search of at most 2000 samples begins with it, with a confidence of at most
+/// 0.95. Its answer is taken if it still agrees with the guess; otherwise the answer is that without a guess,
+/// bit for bit unless max_seconds ends the search. Selection::guess tells whether the rotation of the answer
+/// agrees with the guess within both uncertainties.
+///
 /// Input: coordinates and both cameras (Correspondences::left_camera, right_camera). Images need not be
 /// rectified. Descriptor distances or probabilities are used where they are there. Matches without a ray are
 /// ignored and counted.
