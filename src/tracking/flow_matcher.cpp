@@ -5,11 +5,11 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
-#include <stdexcept>
 #include <unordered_map>
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "corrsel/evaluation/statistics.h"
 #include "features/parts/grey_image.h"
 #include "features/parts/visible_area.h"
 #include "tracking/flow_points.h"
@@ -27,6 +27,9 @@ constexpr double kSquaredGradientUnit = 1024;
 constexpr double kGradientOfNoise = 2.0 * (3 * 3 + 10 * 10 + 3 * 3) / (32.0 * 32.0);
 /// Mean absolute difference of two normally distributed values of deviation 1: 2 / sqrt(pi).
 constexpr double kMeanDifference = 1.1283791670955126;
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+/// A guess is near enough if it is wrong by less than this part of the window, for this share of the points.
+constexpr double kNearShare = 4, kMostPoints = 0.9;
 constexpr double kMinGradient = 1;  // grey levels per px, where images have no noise
 const cv::TermCriteria kStop(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 20, 0.01);
 
@@ -44,7 +47,9 @@ void FlowOptions::visit(OptionVisitor& visitor) const {
   visitor.number(
       {"min_distance", 0, 1000, "px", "Flow: smallest distance of two points; the older one stays"},
       &O::min_distance);
-  visitor.integer({"window", 5, 63, "px", "Flow: side of the patches that are compared; odd"}, &O::window);
+  visitor.integer(
+      {"window", 5, 63, "px", "Flow: side of the patches that are compared; multiples of 8 are fastest"},
+      &O::window);
   visitor.integer({"levels", 1, 8, "-", "Flow: levels of the pyramid; each one doubles the largest motion"},
                   &O::levels);
   visitor.number(
@@ -53,14 +58,6 @@ void FlowOptions::visit(OptionVisitor& visitor) const {
   visitor.number({"max_deviation", 0.001, 100, "px",
                   "Flow: largest standard deviation of a position by the noise of the images"},
                  &O::max_deviation);
-}
-
-void FlowOptions::check() const {
-  OptionSet::check();
-  if (window % 2 == 0) {
-    throw std::invalid_argument("window is " + std::to_string(window) + "; needed: an odd number, e.g. " +
-                                std::to_string(window + 1));
-  }
 }
 
 FlowMatcher::FlowMatcher(const FlowOptions& options, const AlgorithmOptions& detector_options)
@@ -84,6 +81,7 @@ void FlowMatcher::reset() {
   points_.clear();
   filled_ = 0;
   images_since_refill_ = 0;
+  usual_level_ = options_.levels - 1;
 }
 
 Features FlowMatcher::track(const cv::Mat& image, int threads, const FeatureRegion& region) {
@@ -97,7 +95,7 @@ Features FlowMatcher::track(const cv::Mat& image, int threads, const FeatureRegi
   const cv::Mat grey = toGrey(image, std::numeric_limits<double>::infinity(), *grey_);
   const std::size_t newest = freeImage();
   const cv::Size window(options_.window, options_.window);
-  levels_ = cv::buildOpticalFlowPyramid(grey, images_[newest], window, options_.levels - 1);
+  top_level_ = cv::buildOpticalFlowPyramid(grey, images_[newest], window, options_.levels - 1);
   follow(newest);
   dropOutside(area, region.mask);
   std::vector<cv::Point2f> places;
@@ -137,12 +135,12 @@ double FlowMatcher::minEigenvalue() const {
   return std::max(kMinGradient * kMinGradient, gradient * noise * noise) / kSquaredGradientUnit;
 }
 
-void FlowMatcher::step(const Pyramid& from, const Pyramid& to, Steps& steps) const {
+void FlowMatcher::step(const Pyramid& from, const Pyramid& to, int max_level, Steps& steps) const {
   steps.found.clear();
   if (steps.from.empty()) return;
   const cv::Size window(options_.window, options_.window);
   const std::vector<cv::Point2f> guesses = steps.to;
-  cv::calcOpticalFlowPyrLK(from, to, steps.from, steps.to, steps.found, steps.residuals, window, levels_,
+  cv::calcOpticalFlowPyrLK(from, to, steps.from, steps.to, steps.found, steps.residuals, window, max_level,
                            kStop, cv::OPTFLOW_USE_INITIAL_FLOW, minEigenvalue());
   std::vector<std::size_t> there;
   std::vector<cv::Point2f> turned, back;
@@ -154,7 +152,7 @@ void FlowMatcher::step(const Pyramid& from, const Pyramid& to, Steps& steps) con
   }
   if (there.empty()) return;
   std::vector<std::uint8_t> returned;
-  cv::calcOpticalFlowPyrLK(to, from, turned, back, returned, cv::noArray(), window, levels_, kStop,
+  cv::calcOpticalFlowPyrLK(to, from, turned, back, returned, cv::noArray(), window, max_level, kStop,
                            cv::OPTFLOW_USE_INITIAL_FLOW, minEigenvalue());
   for (std::size_t k = 0; k < there.size(); ++k) {
     const double error = squaredDistance(back[k], steps.from[there[k]]);
@@ -162,69 +160,92 @@ void FlowMatcher::step(const Pyramid& from, const Pyramid& to, Steps& steps) con
   }
 }
 
-/// Follows the points from the images of their patches, as far as they still look like them.
-void FlowMatcher::stepFromPatches(std::size_t newest, std::vector<char>& found,
-                                  std::vector<float>& residuals) {
+void FlowMatcher::move(Point& point, const cv::Point2f& place) {
+  point.step = place - point.place;
+  point.place = place;
+}
+
+/// Follows the points without a residual from the images of their patches, as far as they still look like
+/// them.
+void FlowMatcher::stepFromPatches(std::size_t newest, int max_level, std::vector<float>& residuals) {
   const float typical = typicalResidual();
-  Steps steps;
-  std::vector<std::size_t> rows;
   for (std::size_t image = 0; image < images_.size(); ++image) {
-    rows.clear();
-    steps.from.clear();
-    steps.to.clear();
+    Steps steps;
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (points_[i].image != image) continue;
-      rows.push_back(i);
+      if (points_[i].image != image || !std::isnan(residuals[i])) continue;
+      steps.rows.push_back(i);
       steps.from.push_back(points_[i].patch);
-      steps.to.push_back(points_[i].place);
+      steps.to.push_back(points_[i].place + points_[i].step);
     }
-    step(images_[image], images_[newest], steps);
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      Point& point = points_[rows[k]];
-      if (std::isnan(point.first_residual)) point.first_residual = steps.residuals[k];
-      const float usual = std::max(typical, point.first_residual);
-      if (steps.found[k] == 0 || steps.residuals[k] > kLostShare * usual + kLostLevels) continue;
-      found[rows[k]] = 1;
-      residuals[rows[k]] = steps.residuals[k];
-      point.place = steps.to[k];
+    step(images_[image], images_[newest], max_level, steps);
+    for (std::size_t k = 0; k < steps.found.size(); ++k) {
+      Point& point = points_[steps.rows[k]];
+      const float residual = steps.residuals[k];
+      const float usual =
+          std::isnan(point.first_residual) ? typical : std::max(typical, point.first_residual);
+      if (steps.found[k] == 0 || residual > kLostShare * usual + kLostLevels) continue;
+      if (std::isnan(point.first_residual)) point.first_residual = residual;
+      residuals[steps.rows[k]] = residual;
+      move(point, steps.to[k]);
     }
   }
 }
 
-/// Follows the points that have not been found from the previous image.
-void FlowMatcher::stepFromPrevious(std::size_t newest, std::vector<char>& found) {
+/// Follows the points without a residual from the previous image.
+void FlowMatcher::stepFromPrevious(std::size_t newest, std::vector<float>& residuals) {
   Steps steps;
-  std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (found[i] != 0 || points_[i].image == previous_) continue;
-    rows.push_back(i);
+    if (!std::isnan(residuals[i]) || points_[i].image == previous_) continue;
+    steps.rows.push_back(i);
     steps.from.push_back(points_[i].place);
+    steps.to.push_back(points_[i].place + points_[i].step);
   }
-  steps.to = steps.from;
-  step(images_[previous_], images_[newest], steps);
-  for (std::size_t k = 0; k < rows.size(); ++k) {
+  step(images_[previous_], images_[newest], top_level_, steps);
+  for (std::size_t k = 0; k < steps.found.size(); ++k) {
     if (steps.found[k] == 0) continue;
-    Point& point = points_[rows[k]];
-    found[rows[k]] = 1;
-    point.place = point.patch = steps.to[k];
-    point.image = newest;
+    Point& point = points_[steps.rows[k]];
+    residuals[steps.rows[k]] = steps.residuals[k];
+    move(point, steps.to[k]);
+    renew(point, newest);
   }
+}
+
+void FlowMatcher::renew(Point& point, std::size_t newest) {
+  point.image = newest;
+  point.patch = point.place;
+}
+
+/// The level at which a guess that is wrong by this much, px, is near enough.
+int FlowMatcher::levelFor(double error) const {
+  int level = 0;
+  while (level < top_level_ && error * kNearShare > options_.window << level) ++level;
+  return level;
 }
 
 void FlowMatcher::follow(std::size_t newest) {
   if (points_.empty()) return;
-  std::vector<char> found(points_.size(), 0);
-  std::vector<float> residuals(points_.size(), 0.0F);
+  std::vector<float> residuals(points_.size(), kUnknown);
+  std::vector<cv::Point2f> guesses;
+  for (const Point& point : points_) guesses.push_back(point.place + point.step);
   const float typical = typicalResidual();
-  stepFromPatches(newest, found, residuals);
-  stepFromPrevious(newest, found);
+  const int level = std::min(usual_level_, top_level_);
+  stepFromPatches(newest, level, residuals);
+  if (level < top_level_) stepFromPatches(newest, top_level_, residuals);
+  stepFromPrevious(newest, residuals);
+  std::vector<double> errors;
+  std::vector<char> found(points_.size());
   for (std::size_t i = 0; i < points_.size(); ++i) {
     Point& point = points_[i];
-    if (residuals[i] <= kRenewShare * std::max(typical, point.first_residual) + kRenewLevels) continue;
-    point.image = newest;
-    point.patch = point.place;
-    point.first_residual = std::numeric_limits<float>::quiet_NaN();
+    found[i] = !std::isnan(residuals[i]);
+    if (found[i] == 0) continue;
+    errors.push_back(std::sqrt(squaredDistance(point.place, guesses[i])));
+    if (point.image != newest &&
+        residuals[i] > kRenewShare * std::max(typical, point.first_residual) + kRenewLevels) {
+      renew(point, newest);
+      point.first_residual = kUnknown;
+    }
   }
+  if (!errors.empty()) usual_level_ = levelFor(quantile(errors, kMostPoints));
   drop(found);
 }
 
@@ -261,9 +282,7 @@ void FlowMatcher::limitKeyframes(std::size_t newest) {
       if (counts[image] > 0 && (fewest == newest || counts[image] < counts[fewest])) fewest = image;
     }
     for (Point& point : points_) {
-      if (point.image != fewest) continue;
-      point.image = newest;
-      point.patch = point.place;
+      if (point.image == fewest) renew(point, newest);
     }
     counts[fewest] = 0;
   }
@@ -293,7 +312,7 @@ void FlowMatcher::refill(const cv::Mat& grey, std::size_t newest, int threads, c
   // Those without texture would be lost in the next image.
   Steps steps;
   steps.from = steps.to = candidates;
-  step(images_[newest], images_[newest], steps);
+  step(images_[newest], images_[newest], 0, steps);
   std::vector<char> keep = keepDistant(candidates, size_, options_.min_distance);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -302,8 +321,7 @@ void FlowMatcher::refill(const cv::Mat& grey, std::size_t newest, int threads, c
   candidates.resize(kept);
   for (const std::size_t i :
        chooseNew(candidates, places, size_, static_cast<std::size_t>(options_.max_points))) {
-    points_.push_back(
-        {next_id_, newest, candidates[i], candidates[i], std::numeric_limits<float>::quiet_NaN()});
+    points_.push_back({next_id_, newest, candidates[i], candidates[i], {0, 0}, kUnknown});
     next_id_ = next_id_ == std::numeric_limits<int>::max() ? 0 : next_id_ + 1;
   }
   filled_ = points_.size();

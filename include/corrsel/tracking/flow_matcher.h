@@ -22,17 +22,14 @@ struct GreyBuffer;
 struct FlowOptions : OptionSet {
   std::string detector = "orb";  ///< finds new points, with the options of this algorithm
   int max_points = 1000;         ///< points that are followed at most
-  double refill = 0.8;         ///< new points are detected when fewer than this share of max_points are left
-  double min_distance = 8;     ///< of two points, px; where two come closer, the older one stays
-  int window = 15;             ///< side of the patches that are compared, px; odd
-  int levels = 4;              ///< of the pyramid; each one doubles the largest motion
-  double max_error = 0.7;      ///< largest distance of a point that was followed there and back, px
-  double max_deviation = 0.1;  ///< largest standard deviation of a position by the noise of the image, px
+  double refill = 0.8;          ///< new points are detected when fewer than this share of max_points are left
+  double min_distance = 8;      ///< of two points, px; where two come closer, the older one stays
+  int window = 16;              ///< side of the patches that are compared, px; multiples of 8 are fastest
+  int levels = 4;               ///< of the pyramid; each one doubles the largest motion
+  double max_error = 0.7;       ///< largest distance of a point that was followed there and back, px
+  double max_deviation = 0.07;  ///< largest standard deviation of a position by the noise, px
 
   void visit(OptionVisitor& visitor) const override;
-
-  /// Throws std::invalid_argument also for an even window.
-  void check() const override;
 };
 
 /// Follows points through the images of one camera by pyramidal Lucas-Kanade.
@@ -43,11 +40,12 @@ struct FlowOptions : OptionSet {
 /// no longer looks like the old one.
 ///
 /// Algorithm: A point is followed from the image of its patch to the newest one and back, which must end
-/// within `max_error` of the beginning; the way back starts as far off as the way there. Where that fails, or
-/// the patches differ much more than after the first step, the point is followed from the previous image, and
-/// the newest image becomes that of its patch. It does so, too, where the patches begin to differ. At most
-/// four images with patches are kept: of more, the one with the fewest points gives them to the newest image.
-/// A point is dropped where both fail, where it comes within half a window of the border, on a zero of the
+/// within `max_error` of the beginning; the way back starts as far off as the way there. As many levels of
+/// the pyramid are used as the last image would have needed, and all where that fails. Where all fail, or the
+/// patches differ much more than after the first step, the point is followed from the previous image, and the
+/// newest image becomes that of its patch. It does so, too, where the patches begin to differ. At most four
+/// images with patches are kept: of more, the one with the fewest points gives them to the newest image. A
+/// point is dropped where both fail, where it comes within half a window of the border, on a zero of the
 /// mask, outside the area, too close to an older point, or where its place would be less exact than
 /// `max_deviation`. With fewer than `refill` of `max_points` left (at least every fifth image while the scene
 /// does not show as many), the detector looks for points in what is empty, and the cells with the fewest
@@ -106,21 +104,26 @@ class FlowMatcher {
     std::size_t image;     ///< that of its patch, in images_
     cv::Point2f patch;     ///< centre of the patch, px
     cv::Point2f place;     ///< in the newest image, px
+    cv::Point2f step;      ///< from the image before to the newest one, px
     float first_residual;  ///< of the patches after the first step, grey levels; NaN = not known
   };
   using Pyramid = std::vector<cv::Mat>;
 
   /// Points that are followed from one image to another.
   struct Steps {
+    std::vector<std::size_t> rows;      ///< in points_
     std::vector<cv::Point2f> from, to;  ///< `to` begins with a guess
     std::vector<std::uint8_t> found;
     std::vector<float> residuals;  ///< mean difference of the patches, grey levels
   };
 
   void follow(std::size_t newest);
-  void step(const Pyramid& from, const Pyramid& to, Steps& steps) const;
-  void stepFromPatches(std::size_t newest, std::vector<char>& found, std::vector<float>& residuals);
-  void stepFromPrevious(std::size_t newest, std::vector<char>& found);
+  void step(const Pyramid& from, const Pyramid& to, int max_level, Steps& steps) const;
+  void stepFromPatches(std::size_t newest, int max_level, std::vector<float>& residuals);
+  void stepFromPrevious(std::size_t newest, std::vector<float>& residuals);
+  static void move(Point& point, const cv::Point2f& place);
+  static void renew(Point& point, std::size_t newest);
+  int levelFor(double error) const;
   void drop(const std::vector<char>& keep);
   void dropOutside(const cv::Rect& area, const cv::Mat& mask);
   void limitKeyframes(std::size_t newest);
@@ -138,7 +141,8 @@ class FlowMatcher {
   std::array<Pyramid, kKeyframes + 3> images_;  ///< and the previous and the newest one
   std::size_t previous_ = 0;                    ///< the last image, in images_
   cv::Size size_;                               ///< of the images, px
-  int levels_ = 0;                              ///< that images of this size have
+  int top_level_ = 0;                           ///< that images of this size have
+  int usual_level_ = 0;                         ///< from which most points can be found
   std::vector<Point> points_;                   ///< oldest first
   std::size_t filled_ = 0;                      ///< points after the last detection
   int images_since_refill_ = 0;
