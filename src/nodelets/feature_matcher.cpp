@@ -28,6 +28,8 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
       NODELET_ERROR_STREAM(text);
     }
     matcher_ = std::make_unique<LiveMatcher>(parameters.threads);
+    settings_ =
+        std::make_unique<MatcherSettings>(parameters.tracker == FeatureMatcherParameters::Tracker::kFlow);
     Stage::Parts parts;
     parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) {
       return openImageSource(nh, getPrivateNodeHandle(), parameters, std::move(put));
@@ -40,7 +42,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   void match(const ImageSet& images) {
-    const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings_.current());
+    const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings_->current());
     if (!message) return;  // the first image of a sequence
     stage_->report(message->seconds, message->header.stamp);
     stage_->diagnostics().set("cameras", camerasText(*message));
@@ -48,7 +50,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   void configure(FeatureMatcherConfig& config, std::uint32_t level) {
-    const MatcherSettings::Change change = settings_.configure(config, level);
+    const MatcherSettings::Change change = settings_->configure(config, level);
     if (!change.error.empty()) NODELET_ERROR_STREAM(change.error);
     if (!change.new_features) return;
     NODELET_INFO_STREAM("features " << change.features);
@@ -56,7 +58,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   std::unique_ptr<LiveMatcher> matcher_;  ///< used on the thread of the stage's queue only
-  MatcherSettings settings_;
+  std::unique_ptr<MatcherSettings> settings_;
   std::unique_ptr<Stage> stage_;  ///< last: it calls what is above
 };
 

@@ -9,6 +9,7 @@
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
+#include "corrsel/tracking/flow_matcher.h"
 #include "ros/live/frame_matching.h"
 #include "ros/live/image_source.h"
 
@@ -28,6 +29,8 @@ class LiveMatcher {
     std::shared_ptr<const core::FeatureExtractor> extractor;
     core::MatchOptions match;
     core::SequenceOptions sequence;
+    /// Follows the points of a sequence, in place of the comparison of descriptors; null = none does.
+    std::shared_ptr<core::FlowMatcher> flow;
     cv::Rect area;  ///< part of both images in which features are looked for, px; no width or height = up to
                     ///< the edge
   };
@@ -43,6 +46,7 @@ class LiveMatcher {
  private:
   boost::shared_ptr<Correspondences> matchPair(const ImageSet& images, const Settings& settings);
   boost::shared_ptr<Correspondences> matchSequence(const ImageSet& images, const Settings& settings);
+  void followSettings(const Settings& settings, const ros::Time& stamp);
   MatchFunction matchingOf(const Settings& settings) const;
   void countBits(const cv::Mat& image);
 
@@ -52,6 +56,8 @@ class LiveMatcher {
   int bits_ = 8;  ///< of images of 16 bits, so far
   SequenceMatching sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_
+  std::shared_ptr<core::FlowMatcher> sequence_flow_;                  ///< of the points in sequence_
+  ros::Time newest_;                                                  ///< stamp of the last frame
 };
 
 /// Which cameras a message has, for diagnostics: "left pinhole, right fisheye, a rig" or "left unknown, right

@@ -50,6 +50,10 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
                  {{Mode::kPair, "pair", "Pairs of left/image and right/image"},
                   {Mode::kSequence, "sequence", "Images of one camera, each with an earlier one"}},
                  "The images that are matched", &P::mode);
+  visitor.choice("tracker",
+                 {{Tracker::kDescriptors, "descriptors", "Features are detected in every image and compared"},
+                  {Tracker::kFlow, "flow", "Points are followed by optical flow, in sequence mode only"}},
+                 "What matches the images of a sequence", &P::tracker);
   visitor.choice("images",
                  {{Images::kAuto, "auto", "Rectified if the name of their topic contains image_rect"},
                   {Images::kRaw, "raw", "K and D of camera_info hold"},
@@ -72,6 +76,14 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
                    "1 = the images of a pair one after the other, 2 = side by side; the result is the same"},
                   &P::threads);
   visitCommon(visitor, "Subscribe to the images only while somebody subscribes to the matches");
+}
+
+void FeatureMatcherParameters::check() const {
+  OptionSet::check();
+  if (tracker == Tracker::kFlow && mode == Mode::kPair) {
+    throw std::invalid_argument(
+        "tracker is flow with mode pair; needed: mode sequence, or tracker descriptors");
+  }
 }
 
 void MatcherParameters::visit(OptionVisitor& visitor) const {
