@@ -12,6 +12,7 @@
 #include "corrsel/evaluation/statistics.h"
 #include "features/parts/grey_image.h"
 #include "features/parts/visible_area.h"
+#include "tracking/brightness.h"
 #include "tracking/flow_points.h"
 
 namespace corrsel::core {
@@ -20,6 +21,7 @@ namespace {
 /// Patches that differ by more than this, as a multiple of what they differed by after the first step and in
 /// grey levels, are renewed, or no longer believed.
 constexpr float kRenewShare = 2, kRenewLevels = 2, kLostShare = 3, kLostLevels = 10;
+constexpr int kCandidates = 6;      // for each point; most are near another one
 constexpr int kRefillInterval = 5;  // images, at least, while the scene does not show max_points
 /// OpenCV divides the least eigenvalue of the sums of squared gradients by the pixels, with this unit.
 constexpr double kSquaredGradientUnit = 1024;
@@ -61,11 +63,11 @@ void FlowOptions::visit(OptionVisitor& visitor) const {
 }
 
 FlowMatcher::FlowMatcher(const FlowOptions& options, const AlgorithmOptions& detector_options)
-    : options_(options), grey_(std::make_unique<GreyBuffer>()) {
+    : options_(options), grey_(std::make_unique<GreyBuffer>()), brightness_(std::make_unique<Brightness>()) {
   options_.check();
   AlgorithmOptions given = detector_options;
   OptionMap& own = given[options_.detector];
-  own["max_features"] = std::to_string(2 * options_.max_points);
+  own["max_features"] = std::to_string(kCandidates * options_.max_points);
   own["spread"] = "true";
   // ORB keeps this distance from the border.
   if (own.count("patch_size") != 0 || options_.detector == "orb") {
@@ -79,6 +81,7 @@ FlowMatcher::~FlowMatcher() = default;
 
 void FlowMatcher::reset() {
   points_.clear();
+  *brightness_ = {};
   filled_ = 0;
   images_since_refill_ = 0;
   usual_level_ = options_.levels - 1;
@@ -95,7 +98,8 @@ Features FlowMatcher::track(const cv::Mat& image, int threads, const FeatureRegi
   const cv::Mat grey = toGrey(image, std::numeric_limits<double>::infinity(), *grey_);
   const std::size_t newest = freeImage();
   const cv::Size window(options_.window, options_.window);
-  top_level_ = cv::buildOpticalFlowPyramid(grey, images_[newest], window, options_.levels - 1);
+  top_level_ =
+      cv::buildOpticalFlowPyramid(adaptedToLight(grey), images_[newest], window, options_.levels - 1);
   follow(newest);
   dropOutside(area, region.mask);
   std::vector<cv::Point2f> places;
@@ -210,9 +214,32 @@ void FlowMatcher::stepFromPrevious(std::size_t newest, std::vector<float>& resid
   }
 }
 
-void FlowMatcher::renew(Point& point, std::size_t newest) {
+void FlowMatcher::renew(Point& point, std::size_t newest) const {
   point.image = newest;
   point.patch = point.place;
+  point.level = levelAt(images_[newest].front(), point.patch);
+}
+
+/// The mean of the patch; NaN where it is not inside the image.
+float FlowMatcher::levelAt(const cv::Mat& image, const cv::Point2f& place) const {
+  const cv::Rect patch(cvRound(place.x) - options_.window / 2, cvRound(place.y) - options_.window / 2,
+                       options_.window, options_.window);
+  if ((patch & cv::Rect({0, 0}, image.size())) != patch) return kUnknown;
+  return static_cast<float>(cv::mean(image(patch))[0]);
+}
+
+cv::Mat FlowMatcher::adaptedToLight(const cv::Mat& grey) {
+  std::vector<double> values, expected;
+  for (const Point& point : points_) {
+    const float value = levelAt(grey, point.place + point.step);
+    if (std::isnan(value) || std::isnan(point.level)) continue;
+    values.push_back(value);
+    expected.push_back(point.level);
+  }
+  *brightness_ = fitBrightness(values, expected, *brightness_);
+  if (brightness_->gain == 1 && brightness_->offset == 0) return grey;
+  grey.convertTo(adapted_, CV_8U, brightness_->gain, brightness_->offset);
+  return adapted_;
 }
 
 /// The level at which a guess that is wrong by this much, px, is near enough.
@@ -313,15 +340,18 @@ void FlowMatcher::refill(const cv::Mat& grey, std::size_t newest, int threads, c
   Steps steps;
   steps.from = steps.to = candidates;
   step(images_[newest], images_[newest], 0, steps);
-  std::vector<char> keep = keepDistant(candidates, size_, options_.min_distance);
+  std::vector<cv::Point2f> all = places;
+  all.insert(all.end(), candidates.begin(), candidates.end());
+  const std::vector<char> keep = keepDistant(all, size_, options_.min_distance);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (keep[i] != 0 && steps.found[i] != 0) candidates[kept++] = candidates[i];
+    if (keep[places.size() + i] != 0 && steps.found[i] != 0) candidates[kept++] = candidates[i];
   }
   candidates.resize(kept);
   for (const std::size_t i :
        chooseNew(candidates, places, size_, static_cast<std::size_t>(options_.max_points))) {
-    points_.push_back({next_id_, newest, candidates[i], candidates[i], {0, 0}, kUnknown});
+    points_.push_back({next_id_, newest, {}, candidates[i], {0, 0}, 0, kUnknown});
+    renew(points_.back(), newest);
     next_id_ = next_id_ == std::numeric_limits<int>::max() ? 0 : next_id_ + 1;
   }
   filled_ = points_.size();

@@ -17,6 +17,7 @@
 
 namespace corrsel::core {
 
+struct Brightness;
 struct GreyBuffer;
 
 struct FlowOptions : OptionSet {
@@ -50,6 +51,10 @@ struct FlowOptions : OptionSet {
 /// `max_deviation`. With fewer than `refill` of `max_points` left (at least every fifth image while the scene
 /// does not show as many), the detector looks for points in what is empty, and the cells with the fewest
 /// points are filled first.
+///
+/// Light: The grey values of an image are mapped to those of the first one by a gain and an offset, which are
+/// estimated from the means of the patches, because Lucas-Kanade takes brighter for nearer. Where the light
+/// of a part of the image changes, its points get new patches.
 ///
 /// Exactness: With a noise of the grey values of s and N pixels of the window, the deviation of a place is
 /// sqrt(2 / (N g)) s along the direction in which the mean squared gradient g is least. s comes from the
@@ -105,6 +110,7 @@ class FlowMatcher {
     cv::Point2f patch;     ///< centre of the patch, px
     cv::Point2f place;     ///< in the newest image, px
     cv::Point2f step;      ///< from the image before to the newest one, px
+    float level;           ///< mean of the patch, grey levels
     float first_residual;  ///< of the patches after the first step, grey levels; NaN = not known
   };
   using Pyramid = std::vector<cv::Mat>;
@@ -122,13 +128,15 @@ class FlowMatcher {
   void stepFromPatches(std::size_t newest, int max_level, std::vector<float>& residuals);
   void stepFromPrevious(std::size_t newest, std::vector<float>& residuals);
   static void move(Point& point, const cv::Point2f& place);
-  static void renew(Point& point, std::size_t newest);
+  void renew(Point& point, std::size_t newest) const;
   int levelFor(double error) const;
   void drop(const std::vector<char>& keep);
   void dropOutside(const cv::Rect& area, const cv::Mat& mask);
   void limitKeyframes(std::size_t newest);
   void refill(const cv::Mat& grey, std::size_t newest, int threads, const cv::Rect& area,
               const FeatureRegion& region);
+  cv::Mat adaptedToLight(const cv::Mat& grey);
+  float levelAt(const cv::Mat& image, const cv::Point2f& place) const;
   bool wantsPoints() const;
   float typicalResidual() const;
   double minEigenvalue() const;
@@ -138,6 +146,8 @@ class FlowMatcher {
   FlowOptions options_;
   std::unique_ptr<FeatureExtractor> detector_;
   std::unique_ptr<GreyBuffer> grey_;
+  std::unique_ptr<Brightness> brightness_;      ///< of the newest image
+  cv::Mat adapted_;                             ///< memory for an image
   std::array<Pyramid, kKeyframes + 3> images_;  ///< and the previous and the newest one
   std::size_t previous_ = 0;                    ///< the last image, in images_
   cv::Size size_;                               ///< of the images, px
