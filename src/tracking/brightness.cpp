@@ -9,7 +9,7 @@ namespace corrsel::core {
 namespace {
 
 constexpr std::size_t kMinValues = 20;
-constexpr double kLargestGain = 4, kOutlier = 3, kBetter = 0.5;
+constexpr double kLargestGain = 4, kOutlier = 3, kBetter = 0.5, kSmall = 0.5;
 
 std::vector<double> differences(const std::vector<double>& values, const std::vector<double>& expected,
                                 const Brightness& map) {
@@ -41,6 +41,7 @@ Brightness fitBrightness(const std::vector<double>& values, const std::vector<do
   if (values.size() < kMinValues) return current;
   std::vector<double> off = differences(values, expected, current);
   const double before = quantile(off, 0.5);
+  if (before < kSmall) return current;
   Brightness fit = current;
   for (int round = 0; round < 2; ++round) {
     fit = leastSquares(values, expected, off, kOutlier * quantile(off, 0.5));

@@ -17,7 +17,8 @@ struct Brightness {
 /// the median. The result replaces `current` only where it halves the median difference, since values that
 /// are wrong for another reason would flatten the image.
 ///
-/// Failure: `current` with fewer than 20 values, and where the gain would leave [1/4, 4].
+/// Failure: `current` with fewer than 20 values, where the median difference is below half a grey level, and
+/// where the gain would leave [1/4, 4].
 ///
 /// Cost: O(values log values).
 ///

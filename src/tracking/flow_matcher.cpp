@@ -143,9 +143,10 @@ void FlowMatcher::step(const Pyramid& from, const Pyramid& to, int max_level, St
   steps.found.clear();
   if (steps.from.empty()) return;
   const cv::Size window(options_.window, options_.window);
+  const double min_eigenvalue = minEigenvalue();
   const std::vector<cv::Point2f> guesses = steps.to;
   cv::calcOpticalFlowPyrLK(from, to, steps.from, steps.to, steps.found, steps.residuals, window, max_level,
-                           kStop, cv::OPTFLOW_USE_INITIAL_FLOW, minEigenvalue());
+                           kStop, cv::OPTFLOW_USE_INITIAL_FLOW, min_eigenvalue);
   std::vector<std::size_t> there;
   std::vector<cv::Point2f> turned, back;
   for (std::size_t i = 0; i < steps.from.size(); ++i) {
@@ -157,7 +158,7 @@ void FlowMatcher::step(const Pyramid& from, const Pyramid& to, int max_level, St
   if (there.empty()) return;
   std::vector<std::uint8_t> returned;
   cv::calcOpticalFlowPyrLK(to, from, turned, back, returned, cv::noArray(), window, max_level, kStop,
-                           cv::OPTFLOW_USE_INITIAL_FLOW, minEigenvalue());
+                           cv::OPTFLOW_USE_INITIAL_FLOW, min_eigenvalue);
   for (std::size_t k = 0; k < there.size(); ++k) {
     const double error = squaredDistance(back[k], steps.from[there[k]]);
     steps.found[there[k]] = returned[k] != 0 && error <= options_.max_error * options_.max_error;
