@@ -36,7 +36,7 @@ if(${PROJECT_NAME}_BENCHMARK OR ${PROJECT_NAME}_DATABASE)
   check_found(nlohmann_json_FOUND "nlohmann-json" "${both_parts}" nlohmann-json3-dev)
 endif()
 if(${PROJECT_NAME}_FEATURES)
-  list(APPEND opencv_modules features2d imgproc)
+  list(APPEND opencv_modules features2d imgproc video)
   find_package(yaml-cpp QUIET)  # the benchmark needs it, and corrsel_match is built where it is found
   # The target is named yaml-cpp up to version 0.7 and yaml-cpp::yaml-cpp from 0.8 on.
   set(yaml_cpp_target yaml-cpp)

@@ -9,7 +9,7 @@ import os
 PATH = os.path.join(os.path.dirname(os.path.realpath(__file__)), "catalogue.json")
 
 # The parts of the nodelets that a change of a parameter rebuilds.
-FEATURES, MATCH, SEQUENCE, REGION = 1, 2, 4, 8
+FEATURES, MATCH, SEQUENCE, REGION, FLOW = 1, 2, 4, 8, 16
 MATCHER = 1
 SELECTOR = 2
 TRACKER = 1
@@ -62,7 +62,7 @@ def groups(catalogue, nodelet):
                 for option in algorithm["options"]
             ]
             result.append((name, name + "_", FEATURES, live))
-        return result + matching
+        return result + matching + [("flow", "flow_", FLOW, catalogue["flow"])]
     if nodelet == "Matcher":
         return [("", "", MATCHER, own["changeable"])] + matching
     selectors = [dict(entry, meaning="%(group)s: %(meaning)s" % entry) for entry in catalogue["selectors"]]

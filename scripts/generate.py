@@ -372,7 +372,7 @@ def nodelet_tables(catalogue):
 
 
 def feature_tables(catalogue):
-    """Return the tables of the options of features, matching and sequences."""
+    """Return the tables of the options of features, matching, sequences and optical flow."""
     algorithms = catalogue["features"]["algorithms"]
     common = common_options(algorithms)
     tables_of = {
@@ -382,6 +382,7 @@ def feature_tables(catalogue):
     tables_of["detectors"] = common_table(algorithms, common)
     tables_of["match"] = option_table(catalogue["matching"])
     tables_of["sequence"] = option_table(catalogue["sequence"])
+    tables_of["flow"] = option_table(catalogue["flow"])
     return tables_of
 
 

@@ -1,7 +1,5 @@
 #include "corrsel/features/extractor.h"
 
-#include <algorithm>
-#include <cstdint>
 #include <future>
 #include <opencv2/core.hpp>
 #include <stdexcept>
@@ -15,45 +13,9 @@
 #include "features/parts/grey_image.h"
 #include "features/parts/image_options.h"
 #include "features/parts/place_mask.h"
+#include "features/parts/visible_area.h"
 
 namespace corrsel::core {
-namespace {
-
-std::string sizeText(const cv::Size& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
-
-/// The part of the area that is inside the image.
-cv::Rect visibleArea(const cv::Rect& area, const cv::Size& image) {
-  if (area.empty()) return {{0, 0}, image};
-  // In 64 bits, because the sum of two arbitrary ints must fit.
-  const auto end = [](int begin, int length, int limit) {
-    return static_cast<int>(std::min<std::int64_t>(std::int64_t{begin} + length, limit));
-  };
-  const cv::Point first(std::max(area.x, 0), std::max(area.y, 0));
-  const cv::Point last(end(area.x, area.width, image.width), end(area.y, area.height, image.height));
-  if (last.x <= first.x || last.y <= first.y) {
-    throw std::invalid_argument("the area of " + sizeText(area.size()) + " px at (" + std::to_string(area.x) +
-                                ", " + std::to_string(area.y) + ") lies outside the image of " +
-                                sizeText(image) + " px");
-  }
-  return {first, last};
-}
-
-void checkMask(const cv::Mat& mask, const cv::Size& image) {
-  if (mask.empty()) return;
-  if (mask.type() != CV_8UC1) {
-    throw std::invalid_argument("mask has type " + cv::typeToString(mask.type()) +
-                                "; needed: 8 bits with 1 channel");
-  }
-  if (mask.size() != image) {
-    throw std::invalid_argument("mask has " + sizeText(mask.size()) + " px; needed: " + sizeText(image) +
-                                " px, the size of the image");
-  }
-}
-
-}  // namespace
-
 FeatureExtractor::FeatureExtractor(std::string name, std::unique_ptr<Detector> detector,
                                    std::unique_ptr<Descriptor> descriptor, const ImageOptions& image)
     : name_(std::move(name)),
@@ -69,20 +31,28 @@ FeatureExtractor::FeatureExtractor(std::string name, std::unique_ptr<Detector> d
 FeatureExtractor::~FeatureExtractor() = default;
 
 Features FeatureExtractor::extract(const cv::Mat& image, int threads, const FeatureRegion& region) const {
+  return find(image, threads, region, true);
+}
+
+Features FeatureExtractor::detect(const cv::Mat& image, int threads, const FeatureRegion& region) const {
+  return find(image, threads, region, false);
+}
+
+Features FeatureExtractor::find(const cv::Mat& image, int threads, const FeatureRegion& region,
+                                bool describe) const {
   Features features;
   features.image_size = image.size();
   Stopwatch watch;
   checkImage(image);
-  checkMask(region.mask, image.size());
-  const cv::Rect area = visibleArea(region.area, image.size());
+  const cv::Rect area = visibleArea(region, image.size());
   DetectionRequest request;
   const DetectorOptions& options = detector_->options();
   GreyBuffer& buffer = request.workspace.part<GreyBuffer>();
   request.image = equalized(toGrey(image(area), options.max_megapixels, buffer), *image_, buffer);
   request.threads = threads;
-  request.describe = descriptor_ == nullptr;
+  request.describe = describe && descriptor_ == nullptr;
   std::vector<ScaleLevel> levels;
-  request.levels = &levels;
+  if (describe) request.levels = &levels;
   const AreaTransform to_whole(request.image.size(), area);
   // A mask that allows the whole area is left out, since masks cost OpenCV's detectors time.
   if (!region.mask.empty() && cv::countNonZero(region.mask(area)) < area.area()) {
@@ -91,7 +61,7 @@ Features FeatureExtractor::extract(const cv::Mat& image, int threads, const Feat
   detector_->detect(request, features);
   keepStrongest(options.max_features, options.spread, request.image.size(), features);
   features.detect_seconds = watch.restart();
-  if (descriptor_ != nullptr) {
+  if (describe && descriptor_ != nullptr) {
     if (levels.empty()) {
       descriptor_->describe(request.image, threads, request.workspace, features);
     } else {

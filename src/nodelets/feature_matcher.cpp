@@ -42,6 +42,8 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
                                : fixedMask("left_mask_file", parameters.left_mask_file);
     if (!sequence) setup.right_mask = fixedMask("right_mask_file", parameters.right_mask_file);
     matcher_ = std::make_unique<LiveMatcher>(setup);
+    settings_ =
+        std::make_unique<MatcherSettings>(parameters.tracker == FeatureMatcherParameters::Tracker::kFlow);
     Stage::Parts parts;
     parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) {
       return openImageSource(nh, getPrivateNodeHandle(), parameters, std::move(put));
@@ -69,7 +71,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   void match(const ImageSet& images) {
-    const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings_.current());
+    const boost::shared_ptr<Correspondences> message = matcher_->match(images, settings_->current());
     // They come before their matches, so that whoever has a match has the features, too.
     if (sequence_ && stage_->isWanted("features")) {
       if (const auto features = matcher_->newestFeatures()) stage_->publish("features", features);
@@ -85,7 +87,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   void configure(FeatureMatcherConfig& config, std::uint32_t level) {
-    const MatcherSettings::Change change = settings_.configure(config, level);
+    const MatcherSettings::Change change = settings_->configure(config, level);
     if (!change.error.empty()) NODELET_ERROR_STREAM(change.error);
     if (!change.new_features) return;
     NODELET_INFO_STREAM("features " << change.features);
@@ -94,7 +96,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
 
   bool sequence_ = false;
   std::unique_ptr<LiveMatcher> matcher_;  ///< used on the thread of the stage's queue only
-  MatcherSettings settings_;
+  std::unique_ptr<MatcherSettings> settings_;
   std::unique_ptr<Stage> stage_;  ///< last: it calls what is above
 };
 

@@ -14,6 +14,7 @@
 #include "corrsel/options.h"
 #include "corrsel/reference/reference_selectors.h"
 #include "corrsel/selectors/factory.h"
+#include "corrsel/tracking/flow_matcher.h"
 #include "programs/degenerate_inputs.h"
 #include "ros/live/nodelet_parameters.h"
 
@@ -170,6 +171,7 @@ int main() {
                           {"features", features()},
                           {"matching", describe(core::MatchOptions())},
                           {"sequence", describe(core::SequenceOptions())},
+                          {"flow", describe(core::FlowOptions())},
                           {"nodelets", nodelets()}};
   print(catalogue, "");
   std::cout << "\n";

@@ -373,5 +373,40 @@ TEST_F(LiveSettings, SequenceComparesWithTheFrameBefore) {
   EXPECT_LE(found_->wait(stamp)->right_stamp, stamp);
 }
 
+TEST_F(LiveSettings, SequencesByOpticalFlow) {
+  setDefaults();
+  set(matcher() + "/mode", std::string("sequence"));
+  set(matcher() + "/tracker", std::string("flow"));
+  ros::Publisher camera = nh_.advertise<sensor_msgs::Image>("image", 10);
+  openInboxes();
+  loadMatcher();
+  loadSelector();
+  ASSERT_TRUE(waitFor([&] { return camera.getNumSubscribers() >= 1; }));
+  const auto answer = [&] {
+    ros::Time stamp;
+    EXPECT_TRUE(waitFor([&] {
+      stamp = nextStamp();
+      camera.publish(imageMsg(stamp, "camera", "mono8", good_));
+      return waitFor([&] { return selections_->has(stamp); }, 500ms);
+    }));
+    return found_->wait(stamp);
+  };
+  CorrespondencesConstPtr found = answer();
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->features, "orb+flow");
+  ASSERT_GT(found->left_x.size(), 50u);
+  for (std::size_t i = 0; i < found->left_x.size(); ++i) {
+    EXPECT_NEAR(found->left_x[i], found->right_x[i], 0.05);
+    EXPECT_NEAR(found->left_y[i], found->right_y[i], 0.05);
+  }
+  testing::configure(matcher(), {}, {}, {{"flow_max_points", 30}});
+  found = answer();
+  ASSERT_TRUE(found);
+  EXPECT_LE(found->left_x.size(), 30u);
+  EXPECT_TRUE(waitFor([&] {
+    return diagnostics_->of(matcher(), "processing").values["features"] == "orb+flow";
+  })) << diagnostics_->text();
+}
+
 }  // namespace
 }  // namespace corrsel

@@ -16,6 +16,7 @@
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "corrsel/selectors/factory.h"
+#include "corrsel/tracking/flow_matcher.h"
 #include "ros/live/live_tracker.h"
 #include "ros/live/message_matcher.h"
 #include "ros/live/nodelet_parameters.h"
@@ -186,6 +187,7 @@ TEST(Cfg, FeatureParametersEqualTheOptions) {
   for (const auto& [name, options] : liveFeatureAlgorithms()) compare(*options, open, all, name + "_", 1);
   compare(core::MatchOptions(), open, all, "match_", 2);
   compare(core::SequenceOptions(), open, all, "sequence_", 4);
+  compare(core::FlowOptions(), open, all, "flow_", 16);
   for (const std::string& name : core::extractorNames()) {
     EXPECT_NE(all.at("features").edit_method.find("'value': '" + name + "'"), std::string::npos) << name;
   }

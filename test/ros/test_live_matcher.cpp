@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
@@ -264,6 +265,43 @@ TEST_F(LiveMatcherTest, SequencesBeginAnewWhereTheyMust) {
   settings_.extractor = core::createExtractor("orb+brisk");
   EXPECT_FALSE(frame(10, 8.0));  // descriptors of another kind
   EXPECT_EQ(frame(10, 9.0)->features, "orb+brisk");
+}
+
+TEST_F(LiveMatcherTest, FlowFollowsPointsInPlaceOfDescriptors) {
+  settings_.flow = std::make_shared<core::FlowMatcher>();
+  EXPECT_FALSE(frame(0, 1.0));
+  const auto first = frame(6, 2.0), second = frame(12, 3.0);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(second->features, "orb+flow");
+  EXPECT_EQ(second->right_stamp, ros::Time(2.0));
+  EXPECT_TRUE(second->distance.empty());
+  ASSERT_GT(second->left_x.size(), 100u);
+  for (std::size_t i = 0; i < second->left_x.size(); ++i) {
+    EXPECT_NEAR(second->right_x[i] - second->left_x[i], 6, 0.3);
+    EXPECT_LT(second->left_index[i], second->n_left_features);
+    // The right end of the match is the left end of the one before.
+    const auto before = std::find(first->left_index.begin(), first->left_index.end(), second->right_index[i]);
+    if (before == first->left_index.end()) continue;
+    EXPECT_EQ(second->right_x[i],
+              first->left_x[static_cast<std::size_t>(before - first->left_index.begin())]);
+  }
+  settings_.sequence.reference = core::SequenceOptions::Reference::kKeyframe;
+  EXPECT_EQ(frame(18, 4.0)->right_stamp, ros::Time(3.0));
+  EXPECT_EQ(frame(24, 5.0)->right_stamp, ros::Time(3.0));
+}
+
+TEST_F(LiveMatcherTest, FlowBeginsAnewWhereItMust) {
+  settings_.flow = std::make_shared<core::FlowMatcher>();
+  EXPECT_FALSE(frame(0, 10.0));
+  EXPECT_TRUE(frame(5, 11.0));
+  EXPECT_FALSE(frame(10, 3.0));  // a bag that starts again
+  EXPECT_GT(frame(10, 4.0)->left_x.size(), 100u);
+  settings_.flow = std::make_shared<core::FlowMatcher>();  // other options
+  EXPECT_FALSE(frame(10, 5.0));
+  EXPECT_TRUE(frame(10, 6.0));
+  settings_.flow.reset();
+  EXPECT_FALSE(frame(10, 7.0));
+  EXPECT_EQ(frame(10, 8.0)->features, "orb+orb");
 }
 
 TEST_F(LiveMatcherTest, StampsThatStandStillAreNoReasonToStop) {

@@ -91,6 +91,38 @@ TEST(MatcherSettings, TheExtractorIsBuiltAnewForFeaturesOnly) {
   EXPECT_NE(settings.current().extractor, before);
 }
 
+TEST(MatcherSettings, OpticalFlowIsBuiltAnewForItsOptions) {
+  FeatureMatcherConfig asked = config("orb+orb");
+  MatcherSettings descriptors;
+  descriptors.configure(asked, kAll);
+  EXPECT_FALSE(descriptors.current().flow);
+
+  MatcherSettings settings(true);
+  asked.flow_max_points = 77;
+  MatcherSettings::Change change = settings.configure(asked, kAll);
+  EXPECT_EQ(change.error, "");
+  EXPECT_EQ(change.features, "orb+flow");
+  const auto before = settings.current().flow;
+  ASSERT_TRUE(before);
+  EXPECT_EQ(before->options().max_points, 77);
+
+  asked.match_mutual = true;
+  EXPECT_FALSE(settings.configure(asked, kLevelMatch).new_features);
+  EXPECT_EQ(settings.current().flow, before);
+
+  asked.flow_detector = "brisk";
+  change = settings.configure(asked, MatcherSettings::kLevelFlow);
+  EXPECT_TRUE(change.new_features);
+  EXPECT_EQ(change.features, "brisk+flow");
+
+  asked.flow_detector = "harris";
+  change = settings.configure(asked, MatcherSettings::kLevelFlow);
+  EXPECT_NE(change.error.find("harris"), std::string::npos) << change.error;
+  EXPECT_NE(change.error.find("brisk+flow stays in force"), std::string::npos) << change.error;
+  EXPECT_EQ(asked.flow_detector, "brisk");
+  EXPECT_EQ(settings.current().flow->name(), "brisk+flow");
+}
+
 TEST(MatcherSettings, AConfigurationThatDoesNotWorkLeavesTheOneBeforeInForce) {
   MatcherSettings settings;
   FeatureMatcherConfig good = config("orb+orb");

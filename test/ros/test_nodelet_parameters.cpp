@@ -52,6 +52,18 @@ TEST(NodeletParameters, EveryNodeletIsDescribedOnceAndItsDefaultsAreValid) {
   }
 }
 
+TEST(NodeletParameters, OpticalFlowNeedsASequence) {
+  FeatureMatcherParameters pairs, sequence;
+  const std::string refusal = assign(pairs, "tracker", "flow");
+  for (const char* part : {"tracker", "flow", "sequence", "descriptors"}) {
+    EXPECT_TRUE(holds(refusal, part)) << refusal;
+  }
+  EXPECT_EQ(pairs.tracker, FeatureMatcherParameters::Tracker::kDescriptors);
+  EXPECT_EQ(assign(sequence, "mode", "sequence"), "");
+  EXPECT_EQ(assign(sequence, "tracker", "flow"), "");
+  EXPECT_EQ(sequence.tracker, FeatureMatcherParameters::Tracker::kFlow);
+}
+
 TEST(NodeletParameters, GoodValuesAreTaken) {
   FeatureMatcherParameters images;
   EXPECT_EQ(assign(images, "mode", "sequence"), "");

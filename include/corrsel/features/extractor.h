@@ -53,6 +53,9 @@ class FeatureExtractor {
   /// outside the image, and a mask of another type or size. The message names the value.
   Features extract(const cv::Mat& image, int threads = 1, const FeatureRegion& region = {}) const;
 
+  /// As extract(), without descriptors. Features that the descriptor cannot describe remain.
+  Features detect(const cv::Mat& image, int threads = 1, const FeatureRegion& region = {}) const;
+
   /// The size to which an image of this size is reduced before features are searched: its own, or a smaller
   /// one where it has more than the option max_megapixels.
   cv::Size searchedSize(const cv::Size& image) const;
@@ -65,6 +68,8 @@ class FeatureExtractor {
   std::vector<std::pair<std::string, const OptionSet*>> options() const;
 
  private:
+  Features find(const cv::Mat& image, int threads, const FeatureRegion& region, bool describe) const;
+
   std::string name_;
   std::unique_ptr<Detector> detector_;
   std::unique_ptr<Descriptor> descriptor_;

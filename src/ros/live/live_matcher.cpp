@@ -30,7 +30,7 @@ core::FeatureRegion region(const cv::Mat& mask, cv::Rect area, const cv::Size& s
 PairInfo infoOf(const ImageSet& images, const LiveMatcher::Settings& settings, double wait_seconds) {
   PairInfo info;
   info.header = images.left->header;
-  info.features = settings.extractor->name();
+  info.features = settings.flow ? settings.flow->name() : settings.extractor->name();
   info.seconds.wait = wait_seconds;
   return info;
 }
@@ -51,6 +51,7 @@ boost::shared_ptr<Correspondences> LiveMatcher::match(const ImageSet& images, co
 }
 
 MatchFunction LiveMatcher::matchingOf(const Settings& settings) const {
+  if (settings.flow) return core::matchFlow;
   return [this, options = settings.match](const core::Features& left, const core::Features& right) {
     return core::matchFeatures(left, right, options, threads_);
   };
@@ -108,6 +109,15 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchPair(const ImageSet& images
                      conversion_seconds, info);
 }
 
+/// Begins a new sequence where the features are of another kind; points are not followed into the past.
+void LiveMatcher::followSettings(const Settings& settings, const ros::Time& stamp) {
+  if (sequence_extractor_ != settings.extractor || sequence_flow_ != settings.flow) sequence_.reset();
+  sequence_extractor_ = settings.extractor;
+  sequence_flow_ = settings.flow;
+  if (settings.flow && stamp < newest_stamp_) settings.flow->reset();
+  newest_stamp_ = stamp;
+}
+
 boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& images,
                                                               const Settings& settings) {
   PairInfo info = infoOf(images, settings, images.waiting.seconds());
@@ -118,14 +128,15 @@ boost::shared_ptr<Correspondences> LiveMatcher::matchSequence(const ImageSet& im
   countBits(image->image);
   const cv::Mat pixels = inUsedBits(image->image);
   double conversion_seconds = watch.restart();
-  auto features = std::make_shared<core::Features>(settings.extractor->extract(pixels, threads_, where));
+  followSettings(settings, images.left->header.stamp);
+  auto features =
+      std::make_shared<core::Features>(settings.flow ? settings.flow->track(pixels, threads_, where)
+                                                     : settings.extractor->extract(pixels, threads_, where));
   watch.restart();
   info.left_quality = qualityOf(pixels, where, info.header.stamp, *features, left_meter_);
   conversion_seconds += watch.seconds();
   info.seconds.detect = features->detect_seconds;
   info.seconds.describe = features->describe_seconds;
-  if (sequence_extractor_ != settings.extractor) sequence_.reset();  // features of another kind
-  sequence_extractor_ = settings.extractor;
   newest_ = features;
   newest_info_ = {info.header, info.features, cameraOf(images.left_calibration),
                   features->detect_seconds + features->describe_seconds};

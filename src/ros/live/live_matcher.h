@@ -13,6 +13,7 @@
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "corrsel/ros/features.h"
+#include "corrsel/tracking/flow_matcher.h"
 #include "ros/live/frame_matching.h"
 #include "ros/live/image_mask.h"
 #include "ros/live/image_source.h"
@@ -33,6 +34,8 @@ class LiveMatcher {
     std::shared_ptr<const core::FeatureExtractor> extractor;
     core::MatchOptions match;
     core::SequenceOptions sequence;
+    /// Follows the points of a sequence, in place of the comparison of descriptors; null = none does.
+    std::shared_ptr<core::FlowMatcher> flow;
     cv::Rect area;  ///< part of both images in which features are looked for, px; no width or height = up to
                     ///< the edge
   };
@@ -64,6 +67,7 @@ class LiveMatcher {
  private:
   boost::shared_ptr<Correspondences> matchPair(const ImageSet& images, const Settings& settings);
   boost::shared_ptr<Correspondences> matchSequence(const ImageSet& images, const Settings& settings);
+  void followSettings(const Settings& settings, const ros::Time& stamp);
   MatchFunction matchingOf(const Settings& settings) const;
   void countBits(const cv::Mat& image);
 
@@ -80,7 +84,9 @@ class LiveMatcher {
   int bits_ = 8;  ///< of images of 16 bits, so far
   SequenceMatching sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_
-  std::shared_ptr<const core::Features> newest_;
+  std::shared_ptr<core::FlowMatcher> sequence_flow_;                  ///< of the points in sequence_
+  ros::Time newest_stamp_;                                            ///< of the newest frame
+  std::shared_ptr<const core::Features> newest_;                      ///< of that frame
   FeatureInfo newest_info_;
 };
 

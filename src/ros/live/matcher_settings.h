@@ -15,14 +15,18 @@ namespace corrsel {
 /// settings before it in force. Thread-safe: current() never waits for an extractor to be built.
 class MatcherSettings {
  public:
-  /// Levels of the parameters in cfg/FeatureMatcher.cfg: the features are built anew for this one.
-  static constexpr std::uint32_t kLevelFeatures = 1;
+  /// Levels of the parameters in cfg/FeatureMatcher.cfg: the features are built anew for the first one, and
+  /// what follows points for both.
+  static constexpr std::uint32_t kLevelFeatures = 1, kLevelFlow = 16;
 
   struct Change {
-    std::string features;       ///< "detector+descriptor" in force
-    bool new_features = false;  ///< the extractor was built anew
+    std::string features;       ///< "detector+descriptor" or "detector+flow" in force
+    bool new_features = false;  ///< the extractor, or what follows points, was built anew
     std::string error;          ///< why the configuration is not in force; empty = it is
   };
+
+  /// @param flow  whether points are followed by optical flow
+  explicit MatcherSettings(bool flow = false) : flow_(flow) {}
 
   /// Makes the settings that a configuration asks for. Throws nothing for a bad configuration: after an
   /// error, `config` is the configuration that stays in force (at first the defaults).
@@ -33,6 +37,9 @@ class MatcherSettings {
   LiveMatcher::Settings current() const;
 
  private:
+  void build(const FeatureMatcherConfig& config, std::uint32_t level, LiveMatcher::Settings& settings) const;
+
+  const bool flow_;
   std::mutex configuring_;
   FeatureMatcherConfig accepted_ = FeatureMatcherConfig::__getDefault__();  ///< the newest one that worked
   mutable std::mutex mutex_;                                                ///< guards settings_

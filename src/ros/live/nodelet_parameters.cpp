@@ -67,6 +67,10 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
                  {{Mode::kPair, "pair", "Pairs of left/image and right/image"},
                   {Mode::kSequence, "sequence", "Images of one camera, each with an earlier one"}},
                  "The images that are matched", &P::mode);
+  visitor.choice("tracker",
+                 {{Tracker::kDescriptors, "descriptors", "Features are detected in every image and compared"},
+                  {Tracker::kFlow, "flow", "Points are followed by optical flow, in sequence mode only"}},
+                 "What matches the images of a sequence", &P::tracker);
   visitor.choice("images",
                  {{Images::kAuto, "auto", "Rectified if the name of their topic contains image_rect"},
                   {Images::kRaw, "raw", "K and D of camera_info hold"},
@@ -97,6 +101,14 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
                "Measure exposure, blur and noise of every image, which takes 0.1 ms for each",
                &P::image_quality);
   visitCommon(visitor, "Subscribe to the images only while somebody subscribes to the matches");
+}
+
+void FeatureMatcherParameters::check() const {
+  OptionSet::check();
+  if (tracker == Tracker::kFlow && mode == Mode::kPair) {
+    throw std::invalid_argument(
+        "tracker is flow with mode pair; needed: mode sequence, or tracker descriptors");
+  }
 }
 
 void MatcherParameters::visit(OptionVisitor& visitor) const {

@@ -35,8 +35,10 @@ enum class MaskMode : std::uint8_t { kLatched, kStamped };
 struct FeatureMatcherParameters : LiveParameters {
   enum class Mode : std::uint8_t { kPair, kSequence };
   enum class Images : std::uint8_t { kAuto, kRaw, kRectified };
+  enum class Tracker : std::uint8_t { kDescriptors, kFlow };
 
   Mode mode = Mode::kPair;
+  Tracker tracker = Tracker::kDescriptors;
   Images images = Images::kAuto;
   std::string image_transport = "raw";
   bool use_mask = false;
@@ -49,6 +51,9 @@ struct FeatureMatcherParameters : LiveParameters {
   bool image_quality = true;
 
   void visit(core::OptionVisitor& visitor) const override;
+
+  /// Throws std::invalid_argument also for the optical flow of pairs.
+  void check() const override;
 };
 
 enum class FeatureMode : std::uint8_t { kPair, kSequence };

@@ -77,7 +77,7 @@ std::vector<cv::KeyPoint> readKeypoints(const Features& msg) {
 
 Features toMsg(const core::Features& features, const FeatureInfo& info) {
   const cv::Mat& descriptors = features.descriptors;
-  if (static_cast<std::size_t>(descriptors.rows) != features.keypoints.size()) {
+  if (!descriptors.empty() && static_cast<std::size_t>(descriptors.rows) != features.keypoints.size()) {
     throw std::invalid_argument(std::to_string(descriptors.rows) + " descriptors of " +
                                 std::to_string(features.keypoints.size()) + " keypoints");
   }
