@@ -11,6 +11,7 @@
 #include "corrsel/random.h"
 #include "geometry/cross_matrix.h"
 #include "geometry/homography.h"
+#include "geometry/rotation_vector.h"
 
 namespace corrsel::core {
 namespace {
@@ -61,23 +62,6 @@ double areaUnder(const std::vector<double>& sorted, const std::vector<std::size_
     last_error = sorted[i];
   }
   return (area + (threshold - last_error) * recall) / threshold;
-}
-
-/// The rotation vector of a rotation: axis times angle, rad.
-cv::Vec3d rotationVector(const cv::Matx33d& r) {
-  const cv::Vec3d axis = 0.5 * cv::Vec3d(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1));
-  const double sine = cv::norm(axis), cosine = 0.5 * (r(0, 0) + r(1, 1) + r(2, 2) - 1);
-  const double angle = std::atan2(sine, cosine);
-  if (sine > kSmallSine) return axis * (angle / sine);
-  if (cosine > 0) return axis;
-  // Half a turn: R = 2 n n^T - I.
-  int largest = 0;
-  for (int i = 1; i < 3; ++i) {
-    if (r(i, i) > r(largest, largest)) largest = i;
-  }
-  cv::Vec3d column(r(0, largest), r(1, largest), r(2, largest));
-  column[largest] += 1;
-  return cv::normalize(column) * angle;
 }
 
 /// e^T C^-1 e of the first n parameters; NaN where C is not positive definite.
