@@ -38,4 +38,11 @@ cv::Vec3d rotationVector(const cv::Matx33d& r) {
   return cv::normalize(column) * angle;
 }
 
+cv::Matx33d rotationFromQuaternion(const cv::Vec4d& q) {
+  const cv::Vec3d axis(q[1], q[2], q[3]);
+  const double sine = cv::norm(axis);
+  if (sine == 0) return cv::Matx33d::eye();
+  return rotationFromVector(axis * (2 * std::atan2(sine, q[0]) / sine));
+}
+
 }  // namespace corrsel::core

@@ -10,4 +10,7 @@ cv::Matx33d rotationFromVector(const cv::Vec3d& w);
 /// The reverse: the axis times the angle, rad, from 0 to pi.
 cv::Vec3d rotationVector(const cv::Matx33d& rotation);
 
+/// The rotation of a quaternion w x y z of any length but 0.
+cv::Matx33d rotationFromQuaternion(const cv::Vec4d& q);
+
 }  // namespace corrsel::core

@@ -12,6 +12,7 @@
 #include "ros/live/live_matcher.h"
 #include "ros/live/live_stage.h"
 #include "ros/live/matcher_settings.h"
+#include "ros/live/motion_source.h"
 #include "ros/live/nodelet_parameters.h"
 #include "ros/live/parameters.h"
 
@@ -27,10 +28,13 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     for (const std::string& text : readParameters(getPrivateNodeHandle(), parameters)) {
       NODELET_ERROR_STREAM(text);
     }
-    matcher_ = std::make_unique<LiveMatcher>(parameters.threads);
+    motion_ = openMotionSource(getNodeHandle(), parameters);
+    matcher_ = std::make_unique<LiveMatcher>(parameters.threads, motion_.get());
     Stage::Parts parts;
-    parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) {
-      return openImageSource(nh, getPrivateNodeHandle(), parameters, std::move(put));
+    parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) -> std::unique_ptr<LiveSource> {
+      auto images = openImageSource(nh, getPrivateNodeHandle(), parameters, std::move(put));
+      if (!motion_) return images;
+      return std::make_unique<JointSource>(std::move(images), *motion_);
     };
     parts.work = [this](const ImageSet& images) { match(images); };
     parts.configure = [this](FeatureMatcherConfig& config, std::uint32_t level) { configure(config, level); };
@@ -44,6 +48,11 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     if (!message) return;  // the first image of a sequence
     stage_->report(message->seconds, message->header.stamp);
     stage_->diagnostics().set("cameras", camerasText(*message));
+    if (motion_) {
+      stage_->diagnostics().set("prior", matcher_->guesses().text());
+      const std::string warning = matcher_->guesses().warning();
+      if (!warning.empty()) stage_->warn(warning);
+    }
     stage_->publish("correspondences", message);
   }
 
@@ -55,6 +64,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     stage_->diagnostics().set("features", change.features);
   }
 
+  std::unique_ptr<MotionSource> motion_;  ///< null = nothing is known of the motion
   std::unique_ptr<LiveMatcher> matcher_;  ///< used on the thread of the stage's queue only
   MatcherSettings settings_;
   std::unique_ptr<Stage> stage_;  ///< last: it calls what is above

@@ -11,6 +11,7 @@
 #include "corrsel/matching/sequence.h"
 #include "ros/live/frame_matching.h"
 #include "ros/live/image_source.h"
+#include "ros/live/motion_source.h"
 
 namespace corrsel {
 
@@ -27,28 +28,36 @@ class LiveMatcher {
   struct Settings {
     std::shared_ptr<const core::FeatureExtractor> extractor;
     core::MatchOptions match;
+    core::GuidedOptions guided;  ///< where the motion is known
     core::SequenceOptions sequence;
     cv::Rect area;  ///< part of both images in which features are looked for, px; no width or height = up to
                     ///< the edge
   };
 
   /// @param threads  number of threads that may be used; the result does not depend on it
-  explicit LiveMatcher(int threads) : threads_(threads) {}
+  /// @param motion   what is known of the motion between the images; null = nothing. It must outlive this
+  ///                 object
+  explicit LiveMatcher(int threads, MotionSource* motion = nullptr) : threads_(threads), motion_(motion) {}
 
   /// Matches the images. Throws std::exception that names the encoding or the size of an image or a mask that
   /// cannot be used.
   /// @return null if there is no earlier image yet
   boost::shared_ptr<Correspondences> match(const ImageSet& images, const Settings& settings);
 
+  /// What became of the guesses of the motion so far.
+  const GuessStatistics& guesses() const { return guesses_; }
+
  private:
   boost::shared_ptr<Correspondences> matchPair(const ImageSet& images, const Settings& settings);
   boost::shared_ptr<Correspondences> matchSequence(const ImageSet& images, const Settings& settings);
-  MatchFunction matchingOf(const Settings& settings) const;
+  Matching matchingOf(const Settings& settings);
   void countBits(const cv::Mat& image);
 
   cv::Mat inUsedBits(const cv::Mat& image) const;
 
   const int threads_;
+  MotionSource* const motion_;
+  GuessStatistics guesses_;
   int bits_ = 8;  ///< of images of 16 bits, so far
   SequenceMatching sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_

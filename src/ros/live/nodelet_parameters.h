@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <opencv2/core/matx.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,6 +34,7 @@ struct LiveParameters : core::OptionSet {
 struct FeatureMatcherParameters : LiveParameters {
   enum class Mode : std::uint8_t { kPair, kSequence };
   enum class Images : std::uint8_t { kAuto, kRaw, kRectified };
+  enum class Prior : std::uint8_t { kNone, kImu, kTf, kLastPose };
 
   Mode mode = Mode::kPair;
   Images images = Images::kAuto;
@@ -41,8 +44,21 @@ struct FeatureMatcherParameters : LiveParameters {
   double approximate_sync_max_interval = 0;
   int queue_size = 5;
   int threads = 2;
+  Prior prior = Prior::kNone;
+  double prior_timeout = 0.02, prior_sigma = 0.5;
+  std::string imu_rotation;
+  std::string prior_frame, prior_fixed_frame = "odom";
+  double prior_min_translation = 0.1;
 
   void visit(core::OptionVisitor& visitor) const override;
+
+  /// Throws std::invalid_argument also for an imu_rotation that is none, and for a prior that the mode does
+  /// not allow.
+  void check() const override;
+
+  /// R that turns a vector in the frame of the IMU into one in that of the camera; nothing where
+  /// imu_rotation is empty.
+  std::optional<cv::Matx33d> imuRotation() const;
 };
 
 enum class FeatureMode : std::uint8_t { kPair, kSequence };
