@@ -61,7 +61,7 @@ def groups(catalogue, nodelet):
                 for option in algorithm["options"]
             ]
             result.append((name, name + "_", FEATURES, live))
-        return result + matching
+        return result + matching + [("guided", "guided_", MATCH, catalogue["guided"])]
     if nodelet == "Matcher":
         return [("", "", MATCHER, own["changeable"])] + matching
     selectors = [dict(entry, meaning="%(group)s: %(meaning)s" % entry) for entry in catalogue["selectors"]]
