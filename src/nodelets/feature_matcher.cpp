@@ -51,7 +51,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     if (motion_) {
       stage_->diagnostics().set("prior", matcher_->guesses().text());
       const std::string warning = matcher_->guesses().warning();
-      if (!warning.empty()) stage_->warn(warning);
+      if (!warning.empty()) stage_->warn(motion_->name() + " " + warning);
     }
     stage_->publish("correspondences", message);
   }

@@ -13,6 +13,7 @@
 #include "corrsel/Correspondences.h"
 #include "corrsel/RelativePose.h"
 #include "corrsel/Selection.h"
+#include "corrsel/motion_guess.h"
 #include "corrsel/ros/selector_plugins.h"
 #include "ros/live/live_selector.h"
 #include "ros/live/live_source.h"
@@ -84,6 +85,7 @@ class SelectorNodelet : public nodelet::Nodelet {
     }
     stage_->diagnostics().confidence(selection.confidence);
     stage_->diagnostics().set("pose", result.verdict);
+    stage_->diagnostics().set("prior", core::toString(static_cast<core::GuessVerdict>(selection.guess)));
     if (!result.warning.empty()) stage_->warn(result.warning);
   }
 

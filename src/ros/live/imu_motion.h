@@ -27,6 +27,7 @@ class ImuMotion : public MotionSource {
 
   void subscribe() override;
   void unsubscribe() override;
+  std::string name() const override { return "the gyroscope"; }
   std::vector<std::string> topics() const override { return {nh_.resolveName("imu")}; }
   Inputs inputs() const override { return {{"imu", received_}}; }
 

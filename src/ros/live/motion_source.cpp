@@ -92,7 +92,7 @@ std::string GuessStatistics::warning() const {
   const auto contradicted = std::count(recent_.begin(), recent_.end(), true);
   if (contradicted < static_cast<std::ptrdiff_t>(kRecent / 2)) return "";
   return "contradicts the matches in " + std::to_string(contradicted) + " of the last " +
-         std::to_string(recent_.size()) + " pairs";
+         std::to_string(recent_.size()) + " pairs: are stamps, frames and imu_rotation right?";
 }
 
 }  // namespace corrsel

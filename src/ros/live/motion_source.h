@@ -30,6 +30,9 @@ class MotionSource : public LiveSource {
   /// @param timeout  s of wall time that between() waits at most
   explicit MotionSource(double timeout) : timeout_(timeout) {}
 
+  /// For messages: "the gyroscope".
+  virtual std::string name() const = 0;
+
   /// The motion between two images, as MotionGuess defines it. What is not known yet is awaited until the
   /// timeout; after it has passed in vain, nothing is awaited for a second, so that a source that is silent
   /// or always late costs no time. Calls must come one at a time.
@@ -85,7 +88,7 @@ class GuessStatistics {
   /// For diagnostics: "confirmed 120, contradicted 2, not tested 0, missing 3 (no camera_info)".
   std::string text() const;
 
-  /// Not empty where most of the last guesses were contradicted.
+  /// Not empty where most of the last guesses were contradicted; it follows MotionSource::name().
   std::string warning() const;
 
  private:

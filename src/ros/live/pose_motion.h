@@ -26,6 +26,7 @@ class PoseMotion : public MotionSource {
 
   void subscribe() override;
   void unsubscribe() override { subscriber_.shutdown(); }
+  std::string name() const override { return "the last pose"; }
   std::vector<std::string> topics() const override { return {nh_.resolveName("relative_pose")}; }
   Inputs inputs() const override { return {}; }  // a selector that estimates no pose is no silent input
 

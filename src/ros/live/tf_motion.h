@@ -20,6 +20,7 @@ class TfMotion : public MotionSource {
 
   void subscribe() override { transforms_.subscribe(); }
   void unsubscribe() override { transforms_.unsubscribe(); }
+  std::string name() const override { return "TF"; }
   std::vector<std::string> topics() const override { return {"/tf"}; }
   Inputs inputs() const override { return {}; }
 
