@@ -94,6 +94,7 @@ set(ros_components
   roslib
   sensor_msgs
   std_msgs
+  tf2_ros
   xmlrpcpp
 )
 set(ros_debian_packages
@@ -114,6 +115,7 @@ set(ros_debian_packages
   libroslib-dev
   libsensor-msgs-dev
   libstd-msgs-dev
+  libtf2-ros-dev
   libxmlrpcpp-dev
 )
 set(catkin_FOUND FALSE)

@@ -62,7 +62,8 @@ def groups(catalogue, nodelet):
                 for option in algorithm["options"]
             ]
             result.append((name, name + "_", FEATURES, live))
-        return result + matching + [("flow", "flow_", FLOW, catalogue["flow"])]
+        own_options = [("guided", "guided_", MATCH), ("flow", "flow_", FLOW)]
+        return result + matching + [entry + (catalogue[entry[0]],) for entry in own_options]
     if nodelet == "Matcher":
         return [("", "", MATCHER, own["changeable"])] + matching
     selectors = [dict(entry, meaning="%(group)s: %(meaning)s" % entry) for entry in catalogue["selectors"]]

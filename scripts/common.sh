@@ -18,8 +18,8 @@ build_dir=${CORRSEL_BUILD_DIR:-$cache_dir/build-$(printf %s "$package_dir" | cks
 build_packages=(
   build-essential catkin cmake git pkg-config
   libdiagnostic-updater-dev libdynamic-reconfigure-config-init-mutex-dev libeigen3-dev libimage-view-dev
-  libhdf5-dev libmatio-dev libnodeletlib-tools libopencv-dev librosbag-dev libsqlite3-dev libyaml-cpp-dev
-  nlohmann-json3-dev
+  libhdf5-dev libmatio-dev libnodeletlib-tools libopencv-dev librosbag-dev libsqlite3-dev libtf2-ros-dev
+  libyaml-cpp-dev nlohmann-json3-dev
   pybind11-dev python3-dev python3-diagnostic-msgs python3-dynamic-reconfigure python3-geometry-msgs python3-h5py
   python3-jinja2 python3-matplotlib python3-numpy python3-rosbag python3-roslaunch python3-rostopic python3-sensor-msgs
   python3-setuptools python3-yaml ros-image-view ros-perception-dev rosbash

@@ -381,6 +381,7 @@ def feature_tables(catalogue):
     }
     tables_of["detectors"] = common_table(algorithms, common)
     tables_of["match"] = option_table(catalogue["matching"])
+    tables_of["guided"] = option_table(catalogue["guided"])
     tables_of["sequence"] = option_table(catalogue["sequence"])
     tables_of["flow"] = option_table(catalogue["flow"])
     return tables_of

@@ -6,6 +6,7 @@
 
 #include "geometry/essential.h"
 #include "geometry/rotation.h"
+#include "geometry/rotation_vector.h"
 #include "search/essential_model.h"
 #include "search/local_optimization.h"
 #include "search/prior_models.h"

@@ -11,7 +11,7 @@
 #include "corrsel/random.h"
 #include "geometry/cross_matrix.h"
 #include "geometry/homography.h"
-#include "geometry/rotation.h"
+#include "geometry/rotation_vector.h"
 
 namespace corrsel::core {
 namespace {

@@ -7,9 +7,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "geometry/cross_matrix.h"
 #include "geometry/essential.h"
 #include "geometry/match_rays.h"
+#include "geometry/rotation_vector.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
@@ -73,16 +73,6 @@ PoseInBasis inBasis(const Pose& pose) {
 void restoreSign(const RayMatches& matches, Pose& pose) {
   const SideCounts counts = kernels().pose.sides(inBasis(pose), matchRaysOf(matches));
   if (counts.reversed > counts.front) pose.translation = -pose.translation;
-}
-
-cv::Matx33d exponential(const cv::Vec3d& w) {
-  const double squared = w.dot(w), angle = std::sqrt(squared);
-  const bool small = angle < 1e-4;  // below it the series are exact
-  const double first = small ? 1 - squared / 6 : std::sin(angle) / angle;
-  const double half = std::sin(0.5 * angle);
-  const double second = small ? 0.5 - squared / 24 : 2 * half * half / squared;
-  const cv::Matx33d cross = crossMatrix(w);
-  return cv::Matx33d::eye() + cross * first + cross * cross * second;
 }
 
 }  // namespace
@@ -160,7 +150,7 @@ Pose moved(const Pose& pose, const cv::Vec<double, 5>& step) {
   cv::Vec3d b1, b2;
   translationBasis(pose.translation, b1, b2);
   const cv::Vec3d t = pose.translation + b1 * step[3] + b2 * step[4];
-  return {exponential({step[0], step[1], step[2]}) * pose.rotation, t / cv::norm(t)};
+  return {rotationFromVector({step[0], step[1], step[2]}) * pose.rotation, t / cv::norm(t)};
 }
 
 bool poseCovariance(const Pose& pose, const RayMatches& matches, double scale,

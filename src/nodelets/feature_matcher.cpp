@@ -19,6 +19,7 @@
 #include "ros/live/live_matcher.h"
 #include "ros/live/live_stage.h"
 #include "ros/live/matcher_settings.h"
+#include "ros/live/motion_source.h"
 #include "ros/live/nodelet_parameters.h"
 #include "ros/live/parameters.h"
 
@@ -35,8 +36,10 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
       NODELET_ERROR_STREAM(text);
     }
     const bool sequence = parameters.mode == FeatureMatcherParameters::Mode::kSequence;
+    motion_ = openMotionSource(getNodeHandle(), parameters);
     LiveMatcher::Setup setup;
     setup.threads = parameters.threads;
+    setup.motion = motion_.get();
     setup.quality = parameters.image_quality;
     setup.left_mask = sequence ? fixedMask("mask_file", parameters.mask_file)
                                : fixedMask("left_mask_file", parameters.left_mask_file);
@@ -45,8 +48,10 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     settings_ =
         std::make_unique<MatcherSettings>(parameters.tracker == FeatureMatcherParameters::Tracker::kFlow);
     Stage::Parts parts;
-    parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) {
-      return openImageSource(nh, getPrivateNodeHandle(), parameters, std::move(put));
+    parts.open = [&](const ros::NodeHandle& nh, Stage::Put put) -> std::unique_ptr<LiveSource> {
+      auto images = openImageSource(nh, getPrivateNodeHandle(), parameters, std::move(put));
+      if (!motion_) return images;
+      return std::make_unique<JointSource>(std::move(images), *motion_);
     };
     parts.work = [this](const ImageSet& images) { match(images); };
     parts.configure = [this](FeatureMatcherConfig& config, std::uint32_t level) { configure(config, level); };
@@ -83,6 +88,11 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     diagnostics.set("left image", core::toText(fromMsg(message->left_quality)));
     diagnostics.set("right image", core::toText(fromMsg(message->right_quality)));
     diagnostics.imageFaults(imageFaults(*message));
+    if (motion_) {
+      diagnostics.set("prior", matcher_->guesses().text());
+      const std::string warning = matcher_->guesses().warning();
+      if (!warning.empty()) stage_->warn(motion_->name() + " " + warning);
+    }
     stage_->publish("correspondences", message);
   }
 
@@ -95,6 +105,7 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
   }
 
   bool sequence_ = false;
+  std::unique_ptr<MotionSource> motion_;  ///< null = nothing is known of the motion
   std::unique_ptr<LiveMatcher> matcher_;  ///< used on the thread of the stage's queue only
   std::unique_ptr<MatcherSettings> settings_;
   std::unique_ptr<Stage> stage_;  ///< last: it calls what is above

@@ -15,6 +15,7 @@
 #include "corrsel/Correspondences.h"
 #include "corrsel/RelativePose.h"
 #include "corrsel/Selection.h"
+#include "corrsel/motion_guess.h"
 #include "corrsel/ros/selector_plugins.h"
 #include "ros/live/live_selector.h"
 #include "ros/live/live_source.h"
@@ -121,6 +122,7 @@ class SelectorNodelet : public nodelet::Nodelet {
     stage_->diagnostics().confidence(selection.confidence);
     stage_->diagnostics().set("pose", result.verdict);
     if (masked_source_ != nullptr) reportMasks();
+    stage_->diagnostics().set("prior", core::toString(static_cast<core::GuessVerdict>(selection.guess)));
     if (!result.warning.empty()) stage_->warn(result.warning);
   }
 

@@ -9,6 +9,7 @@
 
 #include "benchmark/ordered_json.h"
 #include "corrsel/features/extractor.h"
+#include "corrsel/matching/guided.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "corrsel/options.h"
@@ -170,6 +171,7 @@ int main() {
                           {"special_cases", specialCases()},
                           {"features", features()},
                           {"matching", describe(core::MatchOptions())},
+                          {"guided", describe(core::GuidedOptions())},
                           {"sequence", describe(core::SequenceOptions())},
                           {"flow", describe(core::FlowOptions())},
                           {"nodelets", nodelets()}};

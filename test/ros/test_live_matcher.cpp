@@ -337,7 +337,7 @@ TEST_F(LiveMatcherTest, AFixedMaskCountsTogetherWithTheNewestOne) {
       mask(kHeight, kWidth, CV_8UC1, cv::Scalar(1));
   body.colRange(0, 30).setTo(0);  // of a smaller image of the same shape
   mask.rowRange(0, 80).setTo(0);
-  LiveMatcher matcher(LiveMatcher::Setup{1, true, body});
+  LiveMatcher matcher(LiveMatcher::Setup{1, true, nullptr, body});
   ImageSet images;
   images.left = message(view(0), 1.0);
   images.right = message(view(0), 1.0);

@@ -50,11 +50,39 @@ boost::shared_ptr<Correspondences> LiveMatcher::match(const ImageSet& images, co
   return images.right ? matchPair(images, settings) : matchSequence(images, settings);
 }
 
-MatchFunction LiveMatcher::matchingOf(const Settings& settings) const {
-  if (settings.flow) return core::matchFlow;
-  return [this, options = settings.match](const core::Features& left, const core::Features& right) {
-    return core::matchFeatures(left, right, options, threads_);
+Matching LiveMatcher::matchingOf(const Settings& settings) {
+  Matching matching;
+  if (settings.flow) {
+    matching.match = [](const FrameFeatures& left, const FrameFeatures& right,
+                        const std::optional<core::MotionGuess>&) {
+      return core::GuidedMatches{core::matchFlow(left.features, right.features)};
+    };
+    return matching;
+  }
+  if (motion_ != nullptr) {
+    matching.guess = [this](const FrameFeatures& left, const FrameFeatures& right, const PairInfo& info) {
+      std::optional<core::MotionGuess> guess;
+      std::string why_missing = "without camera_info of both images, no use can be made of it";
+      if (left.camera && right.camera) {
+        guess = motion_->between({info.header.stamp, info.header.frame_id},
+                                 {info.right_stamp, info.right_frame_id}, why_missing);
+      }
+      if (!guess) guesses_.missing(why_missing);
+      return guess;
+    };
+  }
+  matching.match = [this, &settings](const FrameFeatures& left, const FrameFeatures& right,
+                                     const std::optional<core::MotionGuess>& guess) {
+    if (!guess) {
+      return core::GuidedMatches{
+          core::matchFeatures(left.features, right.features, settings.match, threads_)};
+    }
+    core::GuidedMatches result = core::matchGuided(left.features, right.features, *left.camera, *right.camera,
+                                                   *guess, settings.match, settings.guided, threads_);
+    guesses_.used(result.verdict);
+    return result;
   };
+  return matching;
 }
 
 void LiveMatcher::countBits(const cv::Mat& image) {

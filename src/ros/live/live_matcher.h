@@ -17,6 +17,7 @@
 #include "ros/live/frame_matching.h"
 #include "ros/live/image_mask.h"
 #include "ros/live/image_source.h"
+#include "ros/live/motion_source.h"
 
 namespace corrsel {
 
@@ -33,6 +34,7 @@ class LiveMatcher {
   struct Settings {
     std::shared_ptr<const core::FeatureExtractor> extractor;
     core::MatchOptions match;
+    core::GuidedOptions guided;  ///< where the motion is known
     core::SequenceOptions sequence;
     /// Follows the points of a sequence, in place of the comparison of descriptors; null = none does.
     std::shared_ptr<core::FlowMatcher> flow;
@@ -42,9 +44,11 @@ class LiveMatcher {
 
   /// What a LiveMatcher does with every image, from its start on.
   struct Setup {
-    int threads = 1;          ///< that may be used; the result does not depend on it
-    bool quality = true;      ///< measure what the images suffer from, in the part where features are looked
-                              ///< for; without it, only their texture is known
+    int threads = 1;      ///< that may be used; the result does not depend on it
+    bool quality = true;  ///< measure what the images suffer from, in the part where features are looked
+                          ///< for; without it, only their texture is known
+    MotionSource* motion = nullptr;  ///< what is known of the motion between the images; null = nothing. It
+                                     ///< must outlive this object
     cv::Mat left_mask = {};   ///< where no features are looked for in any left image, see ImageMask; empty =
                               ///< none
     cv::Mat right_mask = {};  ///< the same for right images; a sequence has left ones only
@@ -53,6 +57,7 @@ class LiveMatcher {
   explicit LiveMatcher(const Setup& setup)
       : threads_(setup.threads),
         measures_quality_(setup.quality),
+        motion_(setup.motion),
         left_mask_(setup.left_mask),
         right_mask_(setup.right_mask) {}
 
@@ -64,11 +69,14 @@ class LiveMatcher {
   /// The features of the newest image of a sequence; null before the first one. O(features).
   boost::shared_ptr<Features> newestFeatures() const;
 
+  /// What became of the guesses of the motion so far.
+  const GuessStatistics& guesses() const { return guesses_; }
+
  private:
   boost::shared_ptr<Correspondences> matchPair(const ImageSet& images, const Settings& settings);
   boost::shared_ptr<Correspondences> matchSequence(const ImageSet& images, const Settings& settings);
   void followSettings(const Settings& settings, const ros::Time& stamp);
-  MatchFunction matchingOf(const Settings& settings) const;
+  Matching matchingOf(const Settings& settings);
   void countBits(const cv::Mat& image);
 
   cv::Mat inUsedBits(const cv::Mat& image) const;
@@ -79,8 +87,10 @@ class LiveMatcher {
 
   const int threads_;
   const bool measures_quality_;
+  MotionSource* const motion_;
   core::ImageQualityMeter left_meter_, right_meter_;  ///< the left one also measures the camera of a sequence
   ImageMask left_mask_, right_mask_;
+  GuessStatistics guesses_;
   int bits_ = 8;  ///< of images of 16 bits, so far
   SequenceMatching sequence_;
   std::shared_ptr<const core::FeatureExtractor> sequence_extractor_;  ///< of the features in sequence_

@@ -282,6 +282,8 @@ LiveSelector::Result LiveSelector::select(const Correspondences& message, double
     result.warning = active.spec + ": took " + core::formatNumber(selection.seconds) +
                      " s of max_seconds = " + core::formatNumber(active.max_seconds) + " with " +
                      std::to_string(selection.n_input) + " matches";
+  } else if (selection.guess == core::GuessVerdict::kContradicted) {
+    result.warning = active.spec + ": the matches show another motion than was known before (prior)";
   }
   if (!rest.warning.empty()) {
     result.warning = rest.warning + (result.warning.empty() ? "" : "; " + result.warning);

@@ -51,7 +51,9 @@ MatcherSettings::Change MatcherSettings::configure(FeatureMatcherConfig& config,
   try {
     core::setOptions(settings.match, readOptions(config, "match_"), "match");
     core::setOptions(settings.sequence, readOptions(config, "sequence_"), "sequence");
+    core::setOptions(settings.guided, readOptions(config, "guided_"), "guided");
     settings.match.check();
+    settings.guided.check();
     settings.sequence.check();
     settings.area = cv::Rect(config.roi_x, config.roi_y, config.roi_width, config.roi_height);
     build(config, level, settings);

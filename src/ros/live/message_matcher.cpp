@@ -80,14 +80,16 @@ boost::shared_ptr<Correspondences> MessageMatcher::match(const FeatureSet& set) 
   info.features = left_info.name;
   info.seconds.wait = set.waiting.seconds();
   info.seconds.detect = left_info.seconds;
-  const MatchFunction match = [&settings](const core::Features& from, const core::Features& to) {
-    return settings.matcher->match(from, to);
+  Matching matching;
+  matching.match = [&settings](const FrameFeatures& from, const FrameFeatures& to, const auto&) {
+    return core::GuidedMatches{settings.matcher->match(from.features, to.features)};
   };
   const std::string kind = kindOf(*set.left);
   if (!set.right) {
     if (kind != kind_) sequence_.reset();
     kind_ = kind;
-    return sequence_.add(std::move(left), left_info.camera, settings.sequence, match, watch.seconds(), info);
+    return sequence_.add(std::move(left), left_info.camera, settings.sequence, matching, watch.seconds(),
+                         info);
   }
   if (kindOf(*set.right) != kind) {
     throw std::invalid_argument("the left features are " + kind + ", the right ones are " +
@@ -97,7 +99,7 @@ boost::shared_ptr<Correspondences> MessageMatcher::match(const FeatureSet& set) 
   info.right_stamp = right_info.header.stamp;
   info.right_frame_id = right_info.header.frame_id;
   info.seconds.detect += right_info.seconds;
-  return matchFrames({*left, left_info.camera}, {right, right_info.camera}, match, watch.seconds(), info);
+  return matchFrames({*left, left_info.camera}, {right, right_info.camera}, matching, watch.seconds(), info);
 }
 
 }  // namespace corrsel

@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "corrsel/features/extractor.h"
+#include "geometry/rotation_vector.h"
 
 namespace corrsel {
 
@@ -100,15 +101,66 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
   visitor.flag("image_quality",
                "Measure exposure, blur and noise of every image, which takes 0.1 ms for each",
                &P::image_quality);
+  visitor.choice("prior",
+                 {{Prior::kNone, "none", "All features are compared"},
+                  {Prior::kImu, "imu", "The angular rates on imu (sensor_msgs/Imu); sequences only"},
+                  {Prior::kTf, "tf", "TF between the frames of the images, or of prior_frame"},
+                  {Prior::kLastPose, "last_pose",
+                   "The camera moves on as the last pose on relative_pose shows; sequences only"}},
+                 "What is known of the motion between the images; it is tested before it is used", &P::prior);
+  visitor.number(
+      {"prior_timeout", 0, 10, "s",
+       "Time that is waited for what is known of the motion; afterwards all features are compared"},
+      &P::prior_timeout);
+  visitor.number({"prior_sigma", 0, 180, "deg",
+                  "Standard deviation of the known rotation, beside what imu or last_pose state themselves"},
+                 &P::prior_sigma);
+  visitor.text("imu_rotation",
+               "With imu: rotation from the frame of the IMU to that of the camera, a quaternion x, y, z, w "
+               "or roll, pitch, yaw [rad]; empty = from TF",
+               &P::imu_rotation);
+  visitor.text("prior_frame", "With tf, in a sequence: frame of the camera; empty = that of the images",
+               &P::prior_frame);
+  visitor.text("prior_fixed_frame", "With tf: frame that does not move between the times of the images",
+               &P::prior_fixed_frame);
+  visitor.number({"prior_min_translation", 0, 1e6, "m",
+                  "With tf: shortest translation whose direction is used; twenty times the error of TF"},
+                 &P::prior_min_translation);
   visitCommon(visitor, "Subscribe to the images only while somebody subscribes to the matches");
 }
 
 void FeatureMatcherParameters::check() const {
   OptionSet::check();
+  imuRotation();
+  if (mode == Mode::kPair && (prior == Prior::kImu || prior == Prior::kLastPose)) {
+    throw std::invalid_argument(std::string("prior = ") + (prior == Prior::kImu ? "imu" : "last_pose") +
+                                " is for mode = sequence; pairs of two cameras can have tf");
+  }
   if (tracker == Tracker::kFlow && mode == Mode::kPair) {
     throw std::invalid_argument(
         "tracker is flow with mode pair; needed: mode sequence, or tracker descriptors");
   }
+}
+
+std::optional<cv::Matx33d> FeatureMatcherParameters::imuRotation() const {
+  if (imu_rotation.empty()) return std::nullopt;
+  std::vector<double> values;
+  double squared = 0;
+  for (const std::string& text : core::splitList(imu_rotation)) {
+    values.push_back(core::parseNumber(text, "imu_rotation"));
+    squared += values.back() * values.back();
+  }
+  if (values.size() == 3 && std::isfinite(squared)) {
+    return core::rotationFromVector({0, 0, values[2]}) * core::rotationFromVector({0, values[1], 0}) *
+           core::rotationFromVector({values[0], 0, 0});
+  }
+  constexpr double kTolerance = 1e-2;  // of a length that was written as text
+  if (values.size() == 4 && std::abs(squared - 1) <= kTolerance) {
+    return core::rotationFromQuaternion({values[3], values[0], values[1], values[2]});
+  }
+  throw std::invalid_argument(
+      "imu_rotation = " + imu_rotation +
+      " is no rotation; valid: a unit quaternion x, y, z, w, or roll, pitch, yaw [rad]");
 }
 
 void MatcherParameters::visit(OptionVisitor& visitor) const {

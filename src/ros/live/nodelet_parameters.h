@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <opencv2/core/matx.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,6 +38,7 @@ struct FeatureMatcherParameters : LiveParameters {
   enum class Mode : std::uint8_t { kPair, kSequence };
   enum class Images : std::uint8_t { kAuto, kRaw, kRectified };
   enum class Tracker : std::uint8_t { kDescriptors, kFlow };
+  enum class Prior : std::uint8_t { kNone, kImu, kTf, kLastPose };
 
   Mode mode = Mode::kPair;
   Tracker tracker = Tracker::kDescriptors;
@@ -49,11 +52,21 @@ struct FeatureMatcherParameters : LiveParameters {
   int queue_size = 5;
   int threads = 2;
   bool image_quality = true;
+  Prior prior = Prior::kNone;
+  double prior_timeout = 0.02, prior_sigma = 0.5;
+  std::string imu_rotation;
+  std::string prior_frame, prior_fixed_frame = "odom";
+  double prior_min_translation = 0.1;
 
   void visit(core::OptionVisitor& visitor) const override;
 
-  /// Throws std::invalid_argument also for the optical flow of pairs.
+  /// Throws std::invalid_argument also for an imu_rotation that is none, and for a prior that the mode does
+  /// not allow, and for the optical flow of pairs.
   void check() const override;
+
+  /// R that turns a vector in the frame of the IMU into one in that of the camera; nothing where
+  /// imu_rotation is empty.
+  std::optional<cv::Matx33d> imuRotation() const;
 };
 
 enum class FeatureMode : std::uint8_t { kPair, kSequence };
