@@ -1,0 +1,150 @@
+#include "rig/rig_fit.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numeric>
+#include <opencv2/core.hpp>
+
+#include "corrsel/random.h"
+#include "geometry/essential.h"
+
+namespace corrsel::core {
+namespace {
+
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+
+constexpr double kScale = 3;              // of the loss, times the noise
+constexpr double kMinNoise = 0.1;         // px
+constexpr int kRounds = 10, kSteps = 15;  // of the scale, and of the fit in each round
+constexpr double kEnough = 0.95;          // a scale that falls by less is the last one
+constexpr double kMaxAngle = 20 * CV_PI / 180;
+constexpr std::size_t kMinPairs = 10;
+constexpr std::uint64_t kSeed = 0;
+
+double angleOf(const Pose& a, const Pose& b) {
+  const cv::Matx33d r = a.rotation * b.rotation.t();
+  const double turn = std::acos(std::clamp(0.5 * (cv::trace(r) - 1), -1.0, 1.0));
+  return std::max(turn, std::acos(std::clamp(a.translation.dot(b.translation), -1.0, 1.0)));
+}
+
+void append(const std::vector<double>& values, std::vector<double>& to) {
+  to.insert(to.end(), values.begin(), values.end());
+}
+
+}  // namespace
+
+/// Puts the matches of all pairs in random order, which the refinement wants.
+void RigFit::gather(const RigWindow& window) {
+  RayMatches in_order;
+  std::vector<std::uint32_t> pair_of, rows;
+  std::uint32_t number = 0;
+  for (const RigWindow::Pair& pair : window.pairs()) {
+    for (std::size_t c = 0; c < Rays::kColumns; ++c) {
+      append(pair.rays.left.column[c], in_order.left.column[c]);
+      append(pair.rays.right.column[c], in_order.right.column[c]);
+    }
+    pair_of.resize(in_order.size(), number++);
+  }
+  n_pairs_ = number;
+  rows.resize(pair_of.size());
+  std::iota(rows.begin(), rows.end(), 0U);
+  Random(kSeed).shuffle(rows);
+  gatherRays(in_order, rows, all_);
+  pairs_.resize(rows.size());
+  std::transform(rows.begin(), rows.end(), pairs_.begin(), [&](std::uint32_t row) { return pair_of[row]; });
+  std::iota(rows.begin(), rows.end(), 0U);
+  columns_.take(all_, rows);
+}
+
+/// Standard deviation of the errors of the inliers, px.
+double RigFit::noise(const Pose& pose) {
+  constexpr double kOfNormal = 1.4826;
+  errors_.resize(all_.size());
+  squaredTangentSampson(essentialOf(pose), all_, errors_.data());
+  const auto middle = errors_.begin() + static_cast<std::ptrdiff_t>(errors_.size() / 2);
+  std::nth_element(errors_.begin(), middle, errors_.end());
+  return std::max(kMinNoise, kOfNormal * std::sqrt(*middle));
+}
+
+/// Fits the pose to all matches, with a loss that becomes narrower.
+/// @return the noise, px
+std::optional<double> RigFit::approach(Pose& pose) {
+  double sigma = noise(pose), scale = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const double next = kScale * sigma;
+    if (round > 0 && next > kEnough * scale) break;
+    scale = next;
+    if (std::isnan(fitPose(all_, scale, kSteps, pose))) return std::nullopt;
+    sigma = noise(pose);
+  }
+  return sigma;
+}
+
+std::optional<RigEstimate> RigFit::fit(const RigWindow& window, const Pose& start) {
+  gather(window);
+  if (all_.size() == 0) return std::nullopt;
+  RigEstimate estimate{start, {}, 0};
+  const std::optional<double> sigma = approach(estimate.pose);
+  if (!sigma) return std::nullopt;
+  estimate.noise = *sigma;
+  const double scale = kScale * estimate.noise;
+  if (!refinement_.refine(all_, columns_, scale, true, nullptr, PoseFreedom::all(), estimate.pose)) {
+    return std::nullopt;
+  }
+  if (!(angleOf(estimate.pose, start) < kMaxAngle)) return std::nullopt;
+  if (!poseCovariance(estimate.pose, refinement_.fitted(), scale, estimate.covariance)) return std::nullopt;
+  if (!addCommonNoise(estimate.pose, scale, estimate.covariance)) return std::nullopt;
+  return estimate;
+}
+
+/// Sum of s s^T over the pairs, with the sums s of their fitted matches.
+cv::Matx<double, 5, 5> RigFit::scatter(const Pose& pose, double scale) const {
+  std::vector<std::vector<std::uint32_t>> rows(n_pairs_);
+  for (const std::uint32_t row : refinement_.rows()) rows[pairs_[row]].push_back(row);
+  cv::Matx<double, 5, 5> result;
+  RayMatches rays;
+  for (const std::vector<std::uint32_t>& of_pair : rows) {
+    gatherRays(all_, of_pair, rays);
+    const cv::Vec<double, 5> sum = poseSums(pose, rays, scale).gradient;
+    result += sum * sum.t();
+  }
+  return result;
+}
+
+/// Enlarges a covariance along the directions in which the sums of the pairs vary by more than it explains.
+/// @return false if it is not positive definite
+bool RigFit::addCommonNoise(const Pose& pose, double scale, cv::Matx<double, 5, 5>& covariance) {
+  const Eigen::LLT<Matrix5> root(Eigen::Map<const Matrix5>(covariance.val));  // symmetric
+  if (root.info() != Eigen::Success) return false;
+  if (n_pairs_ < kMinPairs) return true;
+  const double n = static_cast<double>(n_pairs_);
+  const PoseSums sums = poseSums(pose, refinement_.fitted(), std::numeric_limits<double>::infinity());
+  const Matrix5 inverse = (slope(scale) * Eigen::Map<const Matrix5>(sums.hessian.val)).inverse();
+  const cv::Matx<double, 5, 5> spread = scatter(pose, scale);
+  const Matrix5 sandwich = n / (n - 1) * inverse * Eigen::Map<const Matrix5>(spread.val) * inverse;
+  const Matrix5 half = root.matrixL().solve(sandwich);
+  const Matrix5 ratio = root.matrixL().solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<Matrix5> solver(0.5 * (ratio + ratio.transpose()));
+  const Matrix5 columns = Matrix5(root.matrixL()) * solver.eigenvectors();
+  const Matrix5 result = columns * solver.eigenvalues().cwiseMax(1).asDiagonal() * columns.transpose();
+  for (int i = 0; i < 5; ++i) {
+    for (int j = 0; j < 5; ++j) covariance(i, j) = 0.5 * (result(i, j) + result(j, i));
+  }
+  return true;
+}
+
+/// Mean derivative of psi over the fitted matches, which makes the Hessian of the loss out of sum J J^T.
+double RigFit::slope(double scale) const {
+  double sum = 0;
+  for (const std::uint32_t row : refinement_.rows()) {
+    const double x = refinement_.errors()[row] / (scale * scale);
+    sum += (1 - 3 * x) / ((1 + x) * (1 + x) * (1 + x));
+  }
+  return sum / static_cast<double>(refinement_.rows().size());
+}
+
+}  // namespace corrsel::core
