@@ -20,7 +20,7 @@ struct RigMonitorOptions : OptionSet {
   double window = 5;         ///< s
   int max_pairs = 100;       ///< in the window
   int max_matches = 200;     ///< of a pair
-  int min_matches = 200;     ///< in the window
+  int min_matches = 100;     ///< in the window
   int grid = 3;              ///< regions along each side of the image
   double warn_angle = 0.1;   ///< degrees
   double error_angle = 0.3;  ///< degrees
@@ -49,6 +49,7 @@ std::string toString(RigState state);
 struct RigRegion {
   std::size_t count = 0;  ///< matches in the window
   double median = std::numeric_limits<double>::quiet_NaN();
+  /// Root mean square of those that the corrected pose brings to within 3 times the noise.
   double rms = std::numeric_limits<double>::quiet_NaN();
   double corrected_median = std::numeric_limits<double>::quiet_NaN();  ///< under the corrected pose
 };
@@ -76,8 +77,7 @@ struct RigReport {
   /// The part of the deviation that is significant, see RigMonitor.
   cv::Vec<double, 5> shown = cv::Vec<double, 5>::all(std::numeric_limits<double>::quiet_NaN());
   double angle = std::numeric_limits<double>::quiet_NaN();  ///< size of `shown`, degrees
-  bool agreed = false;  ///< whether the regions of the image agree about it
-  Pose corrected;       ///< the calibrated pose, moved by `shown`
+  Pose corrected;                                           ///< the calibrated pose, moved by `shown`
 };
 
 /// Watches a calibrated stereo rig: finds out from the selected matches of its pairs whether the cameras have
@@ -95,16 +95,17 @@ struct RigReport {
 /// has already is left out, because a rig at rest sees the same errors again and again. A pose is fitted with
 /// the Geman-McClure loss (geometry/pose_fit.h); its scale is 3 times the noise, 1.4826 times the median
 /// magnitude of the errors, found anew until it falls no more. The covariance of the fit (poseCovariance())
-/// takes the errors of the matches for independent. From 10 pairs on, it is enlarged along the directions in
+/// takes the errors of the matches for independent. From 9 pairs on, it is enlarged along the directions in
 /// which the sums of the pairs vary more than that: with C = L L^T and the eigenvalues of L^-1 S L^-T, where
 /// S is the sandwich with the pairs as clusters (Liang and Zeger, Biometrika 1986), by those above 1. So
 /// errors that all matches of a pair have in common, such as those of vibration, count as one.
 ///
 /// The principal axes of the covariance along which the deviation exceeds 5 standard deviations make up its
-/// significant part, `shown`; its angle is the larger one of those of the rotation and of the direction. It
-/// counts if the regions agree: of those with 20 matches whose median error changes by more than three of its
-/// standard errors, at least two and two thirds get a smaller one. The state rises when the angle has been
-/// above the limit for `hold`, and falls when it has been below 0.8 times the limit as long.
+/// significant part, `shown`; its angle is the larger one of those of the rotation and of the direction. For
+/// this decision the covariance is enlarged a second time, with the regions of the image as clusters, if
+/// there are at least 9. So what one region shows, such as a moving object before cameras that are not
+/// synchronous, or a poorly calibrated lens, is not taken for a turn of the rig. The state rises when the
+/// angle has been above the limit for `hold`, and falls when it has been below 0.8 times the limit as long.
 ///
 /// Not observable: the length of the baseline, ever. Of a horizontal rig, a rotation about the vertical axis
 /// moves points along the epipolar lines, as another depth does; only the corners of wide images show it.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <opencv2/core.hpp>
 
@@ -22,7 +23,7 @@ constexpr double kMinNoise = 0.1;         // px
 constexpr int kRounds = 10, kSteps = 15;  // of the scale, and of the fit in each round
 constexpr double kEnough = 0.95;          // a scale that falls by less is the last one
 constexpr double kMaxAngle = 20 * CV_PI / 180;
-constexpr std::size_t kMinPairs = 10;
+constexpr std::size_t kMinGroups = 9;
 constexpr std::uint64_t kSeed = 0;
 
 double angleOf(const Pose& a, const Pose& b) {
@@ -40,7 +41,7 @@ void append(const std::vector<double>& values, std::vector<double>& to) {
 /// Puts the matches of all pairs in random order, which the refinement wants.
 void RigFit::gather(const RigWindow& window) {
   RayMatches in_order;
-  std::vector<std::uint32_t> pair_of, rows;
+  std::vector<std::uint32_t> pair_of, region_of, rows;
   std::uint32_t number = 0;
   for (const RigWindow::Pair& pair : window.pairs()) {
     for (std::size_t c = 0; c < Rays::kColumns; ++c) {
@@ -48,14 +49,18 @@ void RigFit::gather(const RigWindow& window) {
       append(pair.rays.right.column[c], in_order.right.column[c]);
     }
     pair_of.resize(in_order.size(), number++);
+    region_of.insert(region_of.end(), pair.regions.begin(), pair.regions.end());
   }
-  n_pairs_ = number;
   rows.resize(pair_of.size());
   std::iota(rows.begin(), rows.end(), 0U);
   Random(kSeed).shuffle(rows);
   gatherRays(in_order, rows, all_);
-  pairs_.resize(rows.size());
-  std::transform(rows.begin(), rows.end(), pairs_.begin(), [&](std::uint32_t row) { return pair_of[row]; });
+  pairs_.clear();
+  regions_.clear();
+  for (const std::uint32_t row : rows) {
+    pairs_.push_back(pair_of[row]);
+    regions_.push_back(region_of[row]);
+  }
   std::iota(rows.begin(), rows.end(), 0U);
   columns_.take(all_, rows);
 }
@@ -87,7 +92,7 @@ std::optional<double> RigFit::approach(Pose& pose) {
 std::optional<RigEstimate> RigFit::fit(const RigWindow& window, const Pose& start) {
   gather(window);
   if (all_.size() == 0) return std::nullopt;
-  RigEstimate estimate{start, {}, 0};
+  RigEstimate estimate{start, {}, {}, 0};
   const std::optional<double> sigma = approach(estimate.pose);
   if (!sigma) return std::nullopt;
   estimate.noise = *sigma;
@@ -97,35 +102,35 @@ std::optional<RigEstimate> RigFit::fit(const RigWindow& window, const Pose& star
   }
   if (!(angleOf(estimate.pose, start) < kMaxAngle)) return std::nullopt;
   if (!poseCovariance(estimate.pose, refinement_.fitted(), scale, estimate.covariance)) return std::nullopt;
-  if (!addCommonNoise(estimate.pose, scale, estimate.covariance)) return std::nullopt;
+  if (!addCommonNoise(estimate.pose, scale, pairs_, estimate.covariance)) return std::nullopt;
+  estimate.cautious = estimate.covariance;
+  if (!addCommonNoise(estimate.pose, scale, regions_, estimate.cautious)) return std::nullopt;
   return estimate;
 }
 
-/// Sum of s s^T over the pairs, with the sums s of their fitted matches.
-cv::Matx<double, 5, 5> RigFit::scatter(const Pose& pose, double scale) const {
-  std::vector<std::vector<std::uint32_t>> rows(n_pairs_);
-  for (const std::uint32_t row : refinement_.rows()) rows[pairs_[row]].push_back(row);
-  cv::Matx<double, 5, 5> result;
-  RayMatches rays;
-  for (const std::vector<std::uint32_t>& of_pair : rows) {
-    gatherRays(all_, of_pair, rays);
-    const cv::Vec<double, 5> sum = poseSums(pose, rays, scale).gradient;
-    result += sum * sum.t();
-  }
-  return result;
-}
-
-/// Enlarges a covariance along the directions in which the sums of the pairs vary by more than it explains.
-/// @return false if it is not positive definite
-bool RigFit::addCommonNoise(const Pose& pose, double scale, cv::Matx<double, 5, 5>& covariance) {
+/// Enlarges a covariance along the directions in which the sums over groups of matches vary by more than it
+/// explains.
+/// @param groups  of each match
+/// @return false if the covariance is not positive definite
+bool RigFit::addCommonNoise(const Pose& pose, double scale, const std::vector<std::uint32_t>& groups,
+                            cv::Matx<double, 5, 5>& covariance) const {
   const Eigen::LLT<Matrix5> root(Eigen::Map<const Matrix5>(covariance.val));  // symmetric
   if (root.info() != Eigen::Success) return false;
-  if (n_pairs_ < kMinPairs) return true;
-  const double n = static_cast<double>(n_pairs_);
+  std::map<std::uint32_t, std::vector<std::uint32_t>> rows;
+  for (const std::uint32_t row : refinement_.rows()) rows[groups[row]].push_back(row);
+  if (rows.size() < kMinGroups) return true;
+  Matrix5 scatter = Matrix5::Zero();
+  RayMatches rays;
+  for (const auto& [group, of_group] : rows) {
+    gatherRays(all_, of_group, rays);
+    const PoseSums sums = poseSums(pose, rays, scale);
+    const Eigen::Map<const Vector5> sum(sums.gradient.val);
+    scatter += sum * sum.transpose();
+  }
+  const double n = static_cast<double>(rows.size());
   const PoseSums sums = poseSums(pose, refinement_.fitted(), std::numeric_limits<double>::infinity());
   const Matrix5 inverse = (slope(scale) * Eigen::Map<const Matrix5>(sums.hessian.val)).inverse();
-  const cv::Matx<double, 5, 5> spread = scatter(pose, scale);
-  const Matrix5 sandwich = n / (n - 1) * inverse * Eigen::Map<const Matrix5>(spread.val) * inverse;
+  const Matrix5 sandwich = n / (n - 1) * inverse * scatter * inverse;
   const Matrix5 half = root.matrixL().solve(sandwich);
   const Matrix5 ratio = root.matrixL().solve(half.transpose());
   const Eigen::SelfAdjointEigenSolver<Matrix5> solver(0.5 * (ratio + ratio.transpose()));

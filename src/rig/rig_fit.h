@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <opencv2/core/matx.hpp>
 #include <optional>
@@ -19,7 +18,9 @@ namespace corrsel::core {
 struct RigEstimate {
   Pose pose;
   cv::Matx<double, 5, 5> covariance;  ///< order of PoseResult::covariance
-  double noise;                       ///< of the errors, px
+  /// The same with errors that the matches of a region have in common.
+  cv::Matx<double, 5, 5> cautious;
+  double noise;  ///< of the errors, px
 };
 
 /// Fits the pose of a rig to the matches of a window, see RigMonitor. Keeps its memory between calls.
@@ -33,13 +34,12 @@ class RigFit {
   void gather(const RigWindow& window);
   double noise(const Pose& pose);
   std::optional<double> approach(Pose& pose);
-  bool addCommonNoise(const Pose& pose, double scale, cv::Matx<double, 5, 5>& covariance);
+  bool addCommonNoise(const Pose& pose, double scale, const std::vector<std::uint32_t>& groups,
+                      cv::Matx<double, 5, 5>& covariance) const;
   double slope(double scale) const;
-  cv::Matx<double, 5, 5> scatter(const Pose& pose, double scale) const;
 
-  RayMatches all_;                    // in random order
-  std::vector<std::uint32_t> pairs_;  // of each match, the number of its pair
-  std::size_t n_pairs_ = 0;
+  RayMatches all_;                              // in random order
+  std::vector<std::uint32_t> pairs_, regions_;  // of each match
   RayColumns columns_;
   std::vector<double> errors_;  // squared, px^2
   PoseRefinement refinement_;

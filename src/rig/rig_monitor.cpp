@@ -23,9 +23,7 @@ namespace {
 
 constexpr double kDegree = CV_PI / 180;
 constexpr double kSignificant = 5;  // standard deviations, as in deviation.cpp
-constexpr std::size_t kRegionMatches = 20;
-constexpr double kMedianError = 1.2533;  // standard error of a median: times sigma / sqrt(n)
-constexpr double kClear = 3;             // standard errors
+constexpr double kAgrees = 3;       // standard deviations
 constexpr const char* kNames[] = {"the rotation about x", "the rotation about y", "the rotation about z",
                                   "the first direction of the baseline",
                                   "the second direction of the baseline"};
@@ -59,10 +57,15 @@ std::vector<std::vector<double>> errorsByRegion(const Pose& pose, const RigWindo
   return errors;
 }
 
-double rootMeanSquare(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value * value;
-  return std::sqrt(sum / static_cast<double>(values.size()));  // NaN for no values
+/// Root mean square of the values whose corrected ones are within the limit; NaN for none.
+double rootMeanSquare(const std::vector<double>& values, const std::vector<double>& corrected, double limit) {
+  double sum = 0, n = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!(std::abs(corrected[i]) <= limit)) continue;
+    sum += values[i] * values[i];
+    ++n;
+  }
+  return std::sqrt(sum / n);
 }
 
 }  // namespace
@@ -163,6 +166,7 @@ class RigMonitor::Judge {
     if (!isLearning() || newest() - start_ < options_.learn) return;
     reference_ = estimate.pose;
     reference_covariance_ = estimate.covariance;
+    reference_cautious_ = estimate.cautious;
     learned_ = true;
   }
 
@@ -173,36 +177,32 @@ class RigMonitor::Judge {
     report.determined = true;
     report.noise = estimate.noise;
     report.deviation = poseDeviation(reference_, pose);
-    report.covariance = inBasisOf(reference_.translation, estimate.pose.translation, estimate.covariance) +
-                        reference_covariance_;
+    const auto inBasis = [&](const cv::Matx<double, 5, 5>& covariance) {
+      return inBasisOf(reference_.translation, estimate.pose.translation, covariance);
+    };
+    report.covariance = inBasis(estimate.covariance) + reference_covariance_;
+    const cv::Matx<double, 5, 5> cautious = inBasis(estimate.cautious) + reference_cautious_;
     for (int k = 0; k < 5; ++k) {
       report.observable[static_cast<std::size_t>(k)] =
-          kSignificant * std::sqrt(report.covariance(k, k)) <= options_.warn_angle * kDegree;
+          kSignificant * std::sqrt(cautious(k, k)) <= options_.warn_angle * kDegree;
     }
-    report.shown = significantPart(report.deviation, report.covariance);
+    report.shown = significantPart(report.deviation, cautious);
     report.angle = angleOf(report.shown);
     report.corrected = moved(calibrated_, report.shown);
   }
 
   void measureRegions(RigReport& report) const {
     const auto errors = errorsByRegion(reference_, window_, options_.grid);
-    report.regions.resize(errors.size());
-    for (std::size_t k = 0; k < errors.size(); ++k) {
-      report.regions[k] = {errors[k].size(), quantile(errors[k], 0.5), rootMeanSquare(errors[k])};
+    for (const std::vector<double>& of_region : errors) {
+      report.regions.push_back({of_region.size(), quantile(of_region, 0.5)});
     }
     if (!report.determined) return;
     const auto corrected = errorsByRegion(moved(reference_, report.shown), window_, options_.grid);
-    int better = 0, worse = 0;
     for (std::size_t k = 0; k < corrected.size(); ++k) {
       RigRegion& region = report.regions[k];
+      region.rms = rootMeanSquare(errors[k], corrected[k], kAgrees * report.noise);
       region.corrected_median = quantile(corrected[k], 0.5);
-      if (region.count < kRegionMatches) continue;
-      const double gain = std::abs(region.median) - std::abs(region.corrected_median);
-      const double limit =
-          kClear * kMedianError * report.noise / std::sqrt(static_cast<double>(region.count));
-      if (std::abs(gain) > limit) ++(gain > 0 ? better : worse);
     }
-    report.agreed = better >= std::min<int>(2, options_.grid) && better >= 2 * worse;
   }
 
   void decide(bool enough, RigReport& report) {
@@ -216,10 +216,12 @@ class RigMonitor::Judge {
                                     : "too few matches: " + matches;
       return;
     }
-    const double angle = report.agreed ? report.angle : 0;
-    warning_.update(newest(), angle);
-    error_.update(newest(), angle);
-    report.state = error_.isOn() ? RigState::kError : warning_.isOn() ? RigState::kWarning : RigState::kOk;
+    warning_.update(newest(), report.angle);
+    error_.update(newest(), report.angle);
+    settled_ = settled_ || !(warning_.isChanging() || error_.isChanging());
+    if (settled_) {
+      report.state = error_.isOn() ? RigState::kError : warning_.isOn() ? RigState::kWarning : RigState::kOk;
+    }
     report.message = sentence(report) + "; " + matches;
   }
 
@@ -229,7 +231,6 @@ class RigMonitor::Judge {
     if (report.angle > 0) {
       text = "the right camera has turned by " + degrees(d[0]) + " " + degrees(d[1]) + " " + degrees(d[2]) +
              " degrees about x y z, and the baseline by " + degrees(std::hypot(d[3], d[4])) + " degrees";
-      if (!report.agreed) text += ", but the regions of the image do not agree about it";
     }
     std::vector<std::string> hidden;
     for (std::size_t k = 0; k < report.observable.size(); ++k) {
@@ -244,7 +245,7 @@ class RigMonitor::Judge {
   RigFit fit_;
   const Pose calibrated_;
   Pose reference_;
-  cv::Matx<double, 5, 5> reference_covariance_;  // 0 of the calibration
+  cv::Matx<double, 5, 5> reference_covariance_, reference_cautious_;  // 0 of the calibration
   bool learned_ = false;
   bool settled_ = false;                                     // whether there has been a state that lasted
   double start_ = std::numeric_limits<double>::quiet_NaN();  // s
