@@ -24,7 +24,7 @@ struct RigMonitorOptions : OptionSet {
   int grid = 3;              ///< regions along each side of the image
   double warn_angle = 0.1;   ///< degrees
   double error_angle = 0.3;  ///< degrees
-  double hold = 1;           ///< s
+  double hold = 2;           ///< s
   double learn = 0;          ///< s
 
   void visit(OptionVisitor& visitor) const override;
@@ -77,7 +77,8 @@ struct RigReport {
   /// The part of the deviation that is significant, see RigMonitor.
   cv::Vec<double, 5> shown = cv::Vec<double, 5>::all(std::numeric_limits<double>::quiet_NaN());
   double angle = std::numeric_limits<double>::quiet_NaN();  ///< size of `shown`, degrees
-  Pose corrected;                                           ///< the calibrated pose, moved by `shown`
+  bool agreed = false;  ///< whether `shown` explains what the regions of the image show
+  Pose corrected;       ///< the calibrated pose, moved by `shown`
 };
 
 /// Watches a calibrated stereo rig: finds out from the selected matches of its pairs whether the cameras have
@@ -92,13 +93,15 @@ struct RigReport {
 ///
 /// Algorithm: The window holds the matches of the last seconds, of each pair at most `max_matches`, spread
 /// over the regions. A match whose place, 8 units of length (at least 8 px) wide in both images, the window
-/// has already is left out, because a rig at rest sees the same errors again and again. A pose is fitted with
-/// the Geman-McClure loss (geometry/pose_fit.h); its scale is 3 times the noise, 1.4826 times the median
-/// magnitude of the errors, found anew until it falls no more. The covariance of the fit (poseCovariance())
-/// takes the errors of the matches for independent. From 9 pairs on, it is enlarged along the directions in
-/// which the sums of the pairs vary more than that: with C = L L^T and the eigenvalues of L^-1 S L^-T, where
-/// S is the sandwich with the pairs as clusters (Liang and Zeger, Biometrika 1986), by those above 1. So
-/// errors that all matches of a pair have in common, such as those of vibration, count as one.
+/// has already is left out, and so is a pair with more of them than others, because a rig at rest sees the
+/// same errors again and again. A pose is fitted with the Geman-McClure loss (geometry/pose_fit.h); its scale
+/// is 3 times the noise, which follows from the lower quartile of the errors, found anew until it falls no
+/// more. Matches that may agree by chance are left out (calibrated/pose_refinement.h). The covariance of the
+/// fit (poseCovariance()) takes the errors of the matches for independent. From 9 pairs on, it is enlarged
+/// along the directions in which the sums of the pairs vary more than that: with C = L L^T and the
+/// eigenvalues of L^-1 S L^-T, where S is the sandwich with the pairs as clusters (Liang and Zeger,
+/// Biometrika 1986), by those above 1. So errors that all matches of a pair have in common, such as those of
+/// vibration, count as one.
 ///
 /// The principal axes of the covariance along which the deviation exceeds 5 standard deviations make up its
 /// significant part, `shown`; its angle is the larger one of those of the rotation and of the direction. For

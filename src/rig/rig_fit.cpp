@@ -65,14 +65,15 @@ void RigFit::gather(const RigWindow& window) {
   columns_.take(all_, rows);
 }
 
-/// Standard deviation of the errors of the inliers, px.
+/// Standard deviation of the errors of the inliers, px. The lower quartile is less than the median what an
+/// object that moves by itself makes of it.
 double RigFit::noise(const Pose& pose) {
-  constexpr double kOfNormal = 1.4826;
+  constexpr double kOfNormal = 3.1382;  // 1 over the quartile of its magnitudes
   errors_.resize(all_.size());
   squaredTangentSampson(essentialOf(pose), all_, errors_.data());
-  const auto middle = errors_.begin() + static_cast<std::ptrdiff_t>(errors_.size() / 2);
-  std::nth_element(errors_.begin(), middle, errors_.end());
-  return std::max(kMinNoise, kOfNormal * std::sqrt(*middle));
+  const auto quartile = errors_.begin() + static_cast<std::ptrdiff_t>(errors_.size() / 4);
+  std::nth_element(errors_.begin(), quartile, errors_.end());
+  return std::max(kMinNoise, kOfNormal * std::sqrt(*quartile));
 }
 
 /// Fits the pose to all matches, with a loss that becomes narrower.

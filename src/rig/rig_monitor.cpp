@@ -23,7 +23,9 @@ namespace {
 
 constexpr double kDegree = CV_PI / 180;
 constexpr double kSignificant = 5;  // standard deviations, as in deviation.cpp
-constexpr double kAgrees = 3;       // standard deviations
+constexpr std::size_t kRegionMatches = 20;
+constexpr double kLeftOver = 0.5;  // of the root mean square of the regions' median errors
+constexpr double kAgrees = 3;      // standard deviations
 constexpr const char* kNames[] = {"the rotation about x", "the rotation about y", "the rotation about z",
                                   "the first direction of the baseline",
                                   "the second direction of the baseline"};
@@ -66,6 +68,17 @@ double rootMeanSquare(const std::vector<double>& values, const std::vector<doubl
     ++n;
   }
   return std::sqrt(sum / n);
+}
+
+/// Whether the correction removes most of what the regions show.
+bool agrees(const std::vector<RigRegion>& regions) {
+  double before = 0, after = 0;
+  for (const RigRegion& region : regions) {
+    if (region.count < kRegionMatches) continue;
+    before += region.median * region.median;
+    after += region.corrected_median * region.corrected_median;
+  }
+  return after <= kLeftOver * kLeftOver * before;
 }
 
 }  // namespace
@@ -203,6 +216,7 @@ class RigMonitor::Judge {
       region.rms = rootMeanSquare(errors[k], corrected[k], kAgrees * report.noise);
       region.corrected_median = quantile(corrected[k], 0.5);
     }
+    report.agreed = agrees(report.regions);
   }
 
   void decide(bool enough, RigReport& report) {
@@ -216,8 +230,9 @@ class RigMonitor::Judge {
                                     : "too few matches: " + matches;
       return;
     }
-    warning_.update(newest(), report.angle);
-    error_.update(newest(), report.angle);
+    const double angle = report.agreed ? report.angle : 0;
+    warning_.update(newest(), angle);
+    error_.update(newest(), angle);
     settled_ = settled_ || !(warning_.isChanging() || error_.isChanging());
     if (settled_) {
       report.state = error_.isOn() ? RigState::kError : warning_.isOn() ? RigState::kWarning : RigState::kOk;
@@ -231,6 +246,7 @@ class RigMonitor::Judge {
     if (report.angle > 0) {
       text = "the right camera has turned by " + degrees(d[0]) + " " + degrees(d[1]) + " " + degrees(d[2]) +
              " degrees about x y z, and the baseline by " + degrees(std::hypot(d[3], d[4])) + " degrees";
+      if (!report.agreed) text += ", which does not explain what the regions of the image show";
     }
     std::vector<std::string> hidden;
     for (std::size_t k = 0; k < report.observable.size(); ++k) {

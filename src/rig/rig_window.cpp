@@ -69,6 +69,7 @@ std::size_t RigWindow::add(double time, const Correspondences& matches) {
   Pair pair = choose(matches, size);
   pair.time = time;
   const std::size_t count = pair.rays.size();
+  if (count == 0) return 0;
   size_ += count;
   pairs_.push_back(std::move(pair));
   return count;
@@ -99,6 +100,7 @@ RigWindow::Pair RigWindow::choose(const Correspondences& matches, const cv::Size
   Pair pair;
   std::vector<std::uint32_t> chosen;
   std::vector<std::uint8_t> regions;
+  std::size_t known = 0;
   for (std::size_t region = 0; region < by_region.size(); ++region) {
     const std::vector<std::uint32_t>& rows = by_region[region];
     const std::size_t step = std::max<std::size_t>(1, rows.size() / quota), end = chosen.size() + quota;
@@ -107,12 +109,17 @@ RigWindow::Pair RigWindow::choose(const Correspondences& matches, const cv::Size
       const std::uint64_t place = (cellOf(matches.left_x[row], kPlace * unit.left) << 42) |
                                   (cellOf(matches.left_y[row], kPlace * unit.left) << 21) |
                                   cellOf(matches.right_x[row], kPlace * unit.right);
-      if (!taken_.insert(place).second) continue;
+      if (taken_.count(place) > 0) {
+        ++known;
+        continue;
+      }
       pair.places.push_back(place);
       chosen.push_back(row);
       regions.push_back(static_cast<std::uint8_t>(region));
     }
   }
+  if (known > chosen.size()) return {};
+  taken_.insert(pair.places.begin(), pair.places.end());
   RayMatches rays;
   std::vector<std::uint8_t> exists;
   unproject(matches.subset(chosen), rays, exists);

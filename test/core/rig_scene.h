@@ -118,7 +118,7 @@ class Drive {
       for (Point& point : points_) point.position = turn * point.position - cv::Vec3d(0, 0, step);
     }
     if (spec_.objects && time_ >= object_.until + 5) {
-      const double width = random_.uniform(0.2, 0.5) * camera().size.width;
+      const double width = random_.uniform(0.1, 0.4) * camera().size.width;
       const double x = random_.uniform(0, camera().size.width - width);
       const double dx = random_.uniform(-6, 6);
       const double dy = random_.uniform(-3, 3);

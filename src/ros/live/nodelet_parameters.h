@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "corrsel/options.h"
+#include "corrsel/rig_monitor.h"
 
 // The parameters of the nodelets that are not options of an algorithm. This file includes no ROS, so that the
 // catalogue of options (src/programs/option_catalogue.cpp) lists them in every build.
@@ -41,6 +42,15 @@ struct FeatureMatcherParameters : LiveParameters {
   double approximate_sync_max_interval = 0;
   int queue_size = 5;
   int threads = 2;
+
+  void visit(core::OptionVisitor& visitor) const override;
+};
+
+/// Start-up parameters of the RigMonitor nodelet.
+struct RigMonitorParameters : core::RigMonitorOptions {
+  double report_period = 1;
+  std::string output_folder;
+  int subscriber_queue_size = 10;
 
   void visit(core::OptionVisitor& visitor) const override;
 };
