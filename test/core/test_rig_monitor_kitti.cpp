@@ -123,11 +123,13 @@ class Player {
 };
 
 const Recording& recording() {
-  static const Recording result = read(testing::realDataDir() + "/kitti_stereo");
+  static const Recording result = read(corrsel::testing::realDataDir() + "/kitti_stereo");
   return result;
 }
 
-bool isThere() { return std::ifstream(testing::realDataDir() + "/kitti_stereo/calib_cam_to_cam.txt").good(); }
+bool isThere() {
+  return std::ifstream(corrsel::testing::realDataDir() + "/kitti_stereo/calib_cam_to_cam.txt").good();
+}
 
 void print(const RigReport& report) {
   std::printf("%s, %zu matches in %zu pairs, noise %.2f px, deviation", toString(report.state).c_str(),
@@ -139,7 +141,7 @@ void print(const RigReport& report) {
 }
 
 TEST(RigMonitorKitti, TurnsAfterTheStart) {
-  if (!isThere()) GTEST_SKIP() << "no kitti_stereo in " << testing::realDataDir();
+  if (!isThere()) GTEST_SKIP() << "no kitti_stereo in " << corrsel::testing::realDataDir();
   for (int axis = 0; axis < 3; ++axis) {
     for (const double size : {0.05, 0.1, 0.2, 0.5}) {
       cv::Vec3d degrees;
@@ -166,7 +168,7 @@ TEST(RigMonitorKitti, TurnsAfterTheStart) {
 }
 
 TEST(RigMonitorKitti, TheCalibrationAsItIs) {
-  if (!isThere()) GTEST_SKIP() << "no kitti_stereo in " << testing::realDataDir();
+  if (!isThere()) GTEST_SKIP() << "no kitti_stereo in " << corrsel::testing::realDataDir();
   Player player(recording(), 0);
   const RigReport report = player.play(10).last;
   print(report);
