@@ -115,7 +115,7 @@ struct RigReport {
 /// The direction of the baseline shows in near points only.
 ///
 /// With `learn`, the pose that the matches show at first is the reference, and deviations are changes since
-/// then; its covariance counts, too.
+/// then; its covariance counts, too, and the median errors that the regions show then are no deviation.
 ///
 /// Failure: pairs whose stamps go back begin a new window. Matches that are not finite are left out.
 ///

@@ -7,12 +7,15 @@
 
 #include <boost/make_shared.hpp>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <exception>
 #include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <pluginlib/class_list_macros.hpp>
+#include <stdexcept>
 #include <string>
 
 #include "base/text.h"
@@ -81,14 +84,14 @@ class RigMonitorNodelet : public nodelet::Nodelet {
     if (rig_) NODELET_INFO("the calibration of the rig has changed; watching the new one");
     monitor_ = std::make_unique<core::RigMonitor>(parameters_, rig.rotation, rig.translation);
     rig_ = rig;
-    reported_ = ros::Time();
+    reported_.reset();
   }
 
   void report(const PairInfo& info) {
-    const bool due = info.header.stamp < reported_ ||
-                     info.header.stamp - reported_ >= ros::Duration(parameters_.report_period);
-    if (!due) return;
-    reported_ = info.header.stamp;
+    const ros::Time& stamp = info.header.stamp;
+    const ros::Duration period(parameters_.report_period);
+    if (reported_ && stamp >= *reported_ && stamp - *reported_ < period) return;
+    reported_ = stamp;
     const core::RigReport report = monitor_->report();
     const auto msg = boost::make_shared<RigState>(toMsg(report, cv::norm(rig_->translation), info));
     const bool is_bent = report.state == core::RigState::kWarning || report.state == core::RigState::kError;
@@ -174,7 +177,7 @@ class RigMonitorNodelet : public nodelet::Nodelet {
   RigMonitorParameters parameters_;
   std::unique_ptr<core::RigMonitor> monitor_;
   std::optional<RigPose> rig_;
-  ros::Time reported_;
+  std::optional<ros::Time> reported_;  ///< stamp of the newest report
   sensor_msgs::CameraInfoConstPtr left_, right_;
   WallThrottle throttle_;
   std::mutex mutex_;  ///< guards the next two, which the diagnostics read

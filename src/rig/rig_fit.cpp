@@ -20,7 +20,7 @@ using Vector5 = Eigen::Matrix<double, 5, 1>;
 
 constexpr double kScale = 3;              // of the loss, times the noise
 constexpr double kMinNoise = 0.1;         // px
-constexpr int kRounds = 10, kSteps = 15;  // of the scale, and of the fit in each round
+constexpr int kRounds = 12, kSteps = 15;  // of the scale, and of the fit in each round
 constexpr double kEnough = 0.95;          // a scale that falls by less is the last one
 constexpr double kMaxAngle = 20 * CV_PI / 180;
 constexpr std::size_t kMinGroups = 9;
@@ -65,27 +65,29 @@ void RigFit::gather(const RigWindow& window) {
   columns_.take(all_, rows);
 }
 
-/// Standard deviation of the errors of the inliers, px. The lower quartile is less than the median what an
-/// object that moves by itself makes of it.
-double RigFit::noise(const Pose& pose) {
-  constexpr double kOfNormal = 3.1382;  // 1 over the quartile of its magnitudes
+/// Standard deviation of the errors of the inliers, px, from the quantile q of the errors' magnitudes.
+/// @param of_normal  this quantile of the magnitudes of standard normal numbers
+double RigFit::noise(const Pose& pose, double q, double of_normal) {
   errors_.resize(all_.size());
   squaredTangentSampson(essentialOf(pose), all_, errors_.data());
-  const auto quartile = errors_.begin() + static_cast<std::ptrdiff_t>(errors_.size() / 4);
-  std::nth_element(errors_.begin(), quartile, errors_.end());
-  return std::max(kMinNoise, kOfNormal * std::sqrt(*quartile));
+  const auto found =
+      errors_.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(errors_.size() - 1));
+  std::nth_element(errors_.begin(), found, errors_.end());
+  return std::max(kMinNoise, std::sqrt(*found) / of_normal);
 }
 
-/// Fits the pose to all matches, with a loss that becomes narrower.
+/// Fits the pose to all matches, with a loss that becomes narrower. It begins wide enough for a pose that
+/// most of the matches contradict. The noise is taken from the lower quartile, of which an object that moves
+/// by itself makes less than of the median.
 /// @return the noise, px
 std::optional<double> RigFit::approach(Pose& pose) {
-  double sigma = noise(pose), scale = 0;
+  double scale = kScale * noise(pose, 0.75, 1.1503), sigma = 0;
   for (int round = 0; round < kRounds; ++round) {
-    const double next = kScale * sigma;
-    if (round > 0 && next > kEnough * scale) break;
-    scale = next;
     if (std::isnan(fitPose(all_, scale, kSteps, pose))) return std::nullopt;
-    sigma = noise(pose);
+    sigma = noise(pose, 0.25, 0.3186);
+    const double next = std::max(kScale * sigma, 0.5 * scale);
+    if (next > kEnough * scale) break;
+    scale = next;
   }
   return sigma;
 }

@@ -32,7 +32,7 @@ class RigFit {
 
  private:
   void gather(const RigWindow& window);
-  double noise(const Pose& pose);
+  double noise(const Pose& pose, double q, double of_normal);
   std::optional<double> approach(Pose& pose);
   bool addCommonNoise(const Pose& pose, double scale, const std::vector<std::uint32_t>& groups,
                       cv::Matx<double, 5, 5>& covariance) const;

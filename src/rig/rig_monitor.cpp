@@ -71,12 +71,13 @@ double rootMeanSquare(const std::vector<double>& values, const std::vector<doubl
 }
 
 /// Whether the correction removes most of what the regions show.
-bool agrees(const std::vector<RigRegion>& regions) {
+/// @param usual  their median errors at the start, px
+bool agrees(const std::vector<RigRegion>& regions, const std::vector<double>& usual) {
   double before = 0, after = 0;
-  for (const RigRegion& region : regions) {
-    if (region.count < kRegionMatches) continue;
-    before += region.median * region.median;
-    after += region.corrected_median * region.corrected_median;
+  for (std::size_t k = 0; k < regions.size(); ++k) {
+    if (regions[k].count < kRegionMatches) continue;
+    before += std::pow(regions[k].median - usual[k], 2);
+    after += std::pow(regions[k].corrected_median - usual[k], 2);
   }
   return after <= kLeftOver * kLeftOver * before;
 }
@@ -139,16 +140,19 @@ class RigMonitor::Judge {
         window_(limitsOf(options)),
         calibrated_(poseOf(rotation, translation)),
         reference_(calibrated_),
+        usual_medians_(static_cast<std::size_t>(options.grid * options.grid)),
         warning_(options.warn_angle, options.hold),
         error_(options.error_angle, options.hold) {}
 
   std::size_t add(double time, const Correspondences& matches) {
-    if (std::isnan(start_) || (!window_.pairs().empty() && time < window_.pairs().back().time)) {
+    const std::size_t count = window_.add(time, matches);
+    if (std::isnan(start_) || time < now_) {
       start_ = time;
       warning_.interrupt();
       error_.interrupt();
     }
-    return window_.add(time, matches);
+    now_ = time;
+    return count;
   }
 
   RigReport report() {
@@ -173,13 +177,15 @@ class RigMonitor::Judge {
  private:
   bool isLearning() const { return options_.learn > 0 && !learned_; }
 
-  double newest() const { return window_.pairs().empty() ? 0.0 : window_.pairs().back().time; }
-
   void learn(const RigEstimate& estimate) {
-    if (!isLearning() || newest() - start_ < options_.learn) return;
+    if (!isLearning() || now_ - start_ < options_.learn) return;
     reference_ = estimate.pose;
     reference_covariance_ = estimate.covariance;
     reference_cautious_ = estimate.cautious;
+    const auto errors = errorsByRegion(reference_, window_, options_.grid);
+    for (std::size_t k = 0; k < errors.size(); ++k) {
+      if (!errors[k].empty()) usual_medians_[k] = quantile(errors[k], 0.5);
+    }
     learned_ = true;
   }
 
@@ -216,7 +222,7 @@ class RigMonitor::Judge {
       region.rms = rootMeanSquare(errors[k], corrected[k], kAgrees * report.noise);
       region.corrected_median = quantile(corrected[k], 0.5);
     }
-    report.agreed = agrees(report.regions);
+    report.agreed = agrees(report.regions, usual_medians_);
   }
 
   void decide(bool enough, RigReport& report) {
@@ -231,8 +237,8 @@ class RigMonitor::Judge {
       return;
     }
     const double angle = report.agreed ? report.angle : 0;
-    warning_.update(newest(), angle);
-    error_.update(newest(), angle);
+    warning_.update(now_, angle);
+    error_.update(now_, angle);
     settled_ = settled_ || !(warning_.isChanging() || error_.isChanging());
     if (settled_) {
       report.state = error_.isOn() ? RigState::kError : warning_.isOn() ? RigState::kWarning : RigState::kOk;
@@ -262,9 +268,11 @@ class RigMonitor::Judge {
   const Pose calibrated_;
   Pose reference_;
   cv::Matx<double, 5, 5> reference_covariance_, reference_cautious_;  // 0 of the calibration
+  std::vector<double> usual_medians_;  // of the errors of the regions under a learned reference, px
   bool learned_ = false;
   bool settled_ = false;                                     // whether there has been a state that lasted
-  double start_ = std::numeric_limits<double>::quiet_NaN();  // s
+  double start_ = std::numeric_limits<double>::quiet_NaN();  // time of the first pair, s
+  double now_ = 0;  // of the newest, s; the window may have left it out
   Trigger warning_, error_;
 };
 
