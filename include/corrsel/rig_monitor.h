@@ -109,6 +109,7 @@ struct RigReport {
 /// there are at least 9. So what one region shows, such as a moving object before cameras that are not
 /// synchronous, or a poorly calibrated lens, is not taken for a turn of the rig. The state rises when the
 /// angle has been above the limit for `hold`, and falls when it has been below 0.8 times the limit as long.
+/// Pairs that bring nothing new do not count as time, so a state stays while the rig stands still.
 ///
 /// Not observable: the length of the baseline, ever. Of a horizontal rig, a rotation about the vertical axis
 /// moves points along the epipolar lines, as another depth does; only the corners of wide images show it.

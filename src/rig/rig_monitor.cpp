@@ -237,8 +237,10 @@ class RigMonitor::Judge {
       return;
     }
     const double angle = report.agreed ? report.angle : 0;
-    warning_.update(now_, angle);
-    error_.update(now_, angle);
+    // The time of what was seen: without anything new, no state begins or ends.
+    const double seen = window_.pairs().back().time;
+    warning_.update(seen, angle);
+    error_.update(seen, angle);
     settled_ = settled_ || !(warning_.isChanging() || error_.isChanging());
     if (settled_) {
       report.state = error_.isOn() ? RigState::kError : warning_.isOn() ? RigState::kWarning : RigState::kOk;

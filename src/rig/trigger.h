@@ -17,7 +17,7 @@ class Trigger {
     } else if (!changing_) {
       changing_ = true;
       since_ = time;
-    } else if (time - since_ >= hold_) {
+    } else if (time - since_ >= hold_ - kRounding) {
       on_ = !on_;
       changing_ = false;
     }
@@ -34,6 +34,7 @@ class Trigger {
 
  private:
   static constexpr double kLower = 0.8;
+  static constexpr double kRounding = 1e-6;  // of times, s
 
   double limit_, hold_, since_ = 0;
   bool on_ = false, changing_ = false;
