@@ -77,6 +77,7 @@ if(${PROJECT_NAME}_ROS AND NOT "${${PROJECT_NAME}_ROS}" STREQUAL "AUTO" AND NOT 
   )
 endif()
 set(ros_components
+  camera_calibration_parsers
   cv_bridge
   diagnostic_msgs
   diagnostic_updater
@@ -98,6 +99,7 @@ set(ros_components
   xmlrpcpp
 )
 set(ros_debian_packages
+  libcamera-calibration-parsers-dev
   libcv-bridge-dev
   libdiagnostic-msgs-dev
   libdiagnostic-updater-dev

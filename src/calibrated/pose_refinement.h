@@ -34,7 +34,8 @@ class PoseRefinement {
   /// Rows of the candidates within the threshold and in front, under the last pose, ascending.
   const std::vector<std::uint32_t>& agreeing() const { return agreeing_; }
 
-  /// The matches of the last fit, and their squared errors under the last pose, px^2.
+  /// Rows of the matches of the last fit, these matches, and the squared errors under the last pose, px^2.
+  const std::vector<std::uint32_t>& rows() const { return rows_; }
   const RayMatches& fitted() const { return fitted_; }
   const std::vector<double>& errors() const { return errors_; }
 

@@ -306,6 +306,20 @@ std::vector<double> EvaluatorParameters::toleranceList() const {
   return values;
 }
 
+void RigMonitorParameters::visit(OptionVisitor& visitor) const {
+  using P = RigMonitorParameters;
+  RigMonitorOptions::visit(visitor);
+  visitor.number({"report_period", 0.01, 1e6, "s", "Time between two messages on rig_state, by the stamps"},
+                 &P::report_period);
+  visitor.text("output_folder",
+               "Folder in which left.yaml and right.yaml, the corrected calibrations, are written while the "
+               "state is a warning or an error; empty = none",
+               &P::output_folder);
+  visitor.integer({"subscriber_queue_size", 1, 1000, "-",
+                   "Messages of each topic that wait to be received; receiving is quick"},
+                  &P::subscriber_queue_size);
+}
+
 void FeatureChoice::visit(OptionVisitor& visitor) const {
   visitor.text("features", "Detector+descriptor: one of these, or any other pairing",
                &FeatureChoice::features);
@@ -383,6 +397,7 @@ std::vector<std::pair<std::string, std::unique_ptr<core::OptionSet>>> nodeletPar
   result.emplace_back("TrackViewer", std::make_unique<TrackViewerParameters>());
   result.emplace_back("MatchViewer", std::make_unique<MatchViewerParameters>());
   result.emplace_back("Evaluator", std::make_unique<EvaluatorParameters>());
+  result.emplace_back("RigMonitor", std::make_unique<RigMonitorParameters>());
   return result;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "corrsel/options.h"
+#include "corrsel/rig_monitor.h"
 
 // The parameters of the nodelets that are not options of an algorithm. This file includes no ROS, so that the
 // catalogue of options (src/programs/option_catalogue.cpp) lists them in every build.
@@ -67,6 +68,15 @@ struct FeatureMatcherParameters : LiveParameters {
   /// R that turns a vector in the frame of the IMU into one in that of the camera; nothing where
   /// imu_rotation is empty.
   std::optional<cv::Matx33d> imuRotation() const;
+};
+
+/// Start-up parameters of the RigMonitor nodelet.
+struct RigMonitorParameters : core::RigMonitorOptions {
+  double report_period = 1;
+  std::string output_folder;
+  int subscriber_queue_size = 10;
+
+  void visit(core::OptionVisitor& visitor) const override;
 };
 
 enum class FeatureMode : std::uint8_t { kPair, kSequence };

@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "ros/messages/vectors.h"
+
 namespace corrsel {
 namespace {
 
@@ -22,14 +24,6 @@ constexpr double kLengthTolerance = 1e-3;  // of quaternions and directions that
 
 [[noreturn]] void refuse(const std::string& field, const std::string& what) {
   throw std::invalid_argument("RelativePose message: " + field + " " + what);
-}
-
-geometry_msgs::Vector3 vectorMsg(const cv::Vec3d& v) {
-  geometry_msgs::Vector3 msg;
-  msg.x = v[0];
-  msg.y = v[1];
-  msg.z = v[2];
-  return msg;
 }
 
 /// The quaternion of a rotation whose w is not negative.
