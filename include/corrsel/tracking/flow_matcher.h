@@ -67,7 +67,7 @@ struct FlowOptions : OptionSet {
 /// that looks the same: selectors are needed as behind any other matcher.
 ///
 /// Cost: O(pixels) for a pyramid with derivatives, and O(window^2 levels) for each point, on OpenCV's threads
-/// (cv::setNumThreads()). The result does not depend on their number. Memory of 7 pyramids of 6.7 bytes per
+/// (cv::setNumThreads()). The result does not depend on their number. Memory of 6 pyramids of 6.7 bytes per
 /// pixel.
 ///
 /// Source: Lucas and Kanade, "An Iterative Image Registration Technique", IJCAI 1981; Shi and Tomasi, "Good
@@ -148,7 +148,7 @@ class FlowMatcher {
   std::unique_ptr<GreyBuffer> grey_;
   std::unique_ptr<Brightness> brightness_;      ///< of the newest image
   cv::Mat adapted_;                             ///< memory for an image
-  std::array<Pyramid, kKeyframes + 3> images_;  ///< and the previous and the newest one
+  std::array<Pyramid, kKeyframes + 2> images_;  ///< and the previous and the newest one
   std::size_t previous_ = 0;                    ///< the last image, in images_
   cv::Size size_;                               ///< of the images, px
   int top_level_ = 0;                           ///< that images of this size have
