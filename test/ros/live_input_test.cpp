@@ -212,8 +212,7 @@ TEST_F(LiveInput, BlackAndSaturatedFramesAreAnswered) {
   })) << diagnostics_->text();
   EXPECT_TRUE(waitFor([&] {
     auto status = diagnostics_->of(matcher(), "processing");
-    return status.level == 1 &&
-           status.values["right image"].find("saturated 100 %") != std::string::npos &&
+    return status.level == 1 && status.values["right image"].find("saturated 100 %") != std::string::npos &&
            status.message.find("the right image is overexposed") != std::string::npos;
   })) << diagnostics_->text();
   const SelectionConstPtr selection = ask(good_, good_);

@@ -11,7 +11,7 @@ struct ImageOptions : OptionSet {
   enum class Equalize : std::uint8_t { kNone, kClahe };
 
   Equalize equalize = Equalize::kNone;
-  double clahe_clip = 2.0;  ///< see cv::createCLAHE()
+  double clahe_clip = 1.0;  ///< see cv::createCLAHE()
   int clahe_tiles = 8;      ///< in each direction
 
   void visit(OptionVisitor& visitor) const override;
