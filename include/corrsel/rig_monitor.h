@@ -120,7 +120,7 @@ struct RigReport {
 ///
 /// Failure: pairs whose stamps go back begin a new window. Matches that are not finite are left out.
 ///
-/// Cost: add() O(matches), 0.1 ms; report() O(matches in the window). Memory: 160 bytes per match of the
+/// Cost: add() O(matches); report() O(matches in the window). Memory: 160 bytes per match of the
 /// window. Nothing is random. Not thread-safe.
 class RigMonitor {
  public:

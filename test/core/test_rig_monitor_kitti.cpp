@@ -94,6 +94,7 @@ class Player {
   Player(const Recording& recording, double learn) : recording_(recording) {
     RigMonitorOptions options;
     options.learn = learn;
+    options.hold = 1.5;  // the 37 frames bring nothing new after 3.6 s
     monitor_ = std::make_unique<RigMonitor>(options, recording.rotation, recording.translation);
   }
 
