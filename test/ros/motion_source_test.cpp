@@ -145,11 +145,11 @@ TEST(GuessStatistics, WarnsWhereMostAreContradicted) {
 TEST(MotionParameters, RotationsOfTheImuAreReadAndCheckedAsTheModeIs) {
   FeatureMatcherParameters parameters;
   EXPECT_FALSE(parameters.imuRotation());
-  parameters.imu_rotation = "-1.5707963267948966, 0, -1.5707963267948966";  // body to optical frame
+  parameters.imu_rotation = "1.5707963267948966, -1.5707963267948966, 0";  // body to optical frame
   ASSERT_TRUE(parameters.imuRotation());
   const cv::Matx33d as_angles = *parameters.imuRotation();
-  EXPECT_LT(cv::norm(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0) - as_angles), 1e-9);
-  parameters.imu_rotation = "-0.5, 0.5, -0.5, 0.5";
+  EXPECT_LT(cv::norm(cv::Matx33d(0, -1, 0, 0, 0, -1, 1, 0, 0) - as_angles), 1e-9);
+  parameters.imu_rotation = "0.5, -0.5, 0.5, 0.5";
   ASSERT_TRUE(parameters.imuRotation());
   EXPECT_LT(cv::norm(*parameters.imuRotation() - as_angles), 1e-9);
   for (const char* wrong : {"1", "0.5, 0.5, 0.5, 0.9", "nan, 0, 0", "a, b, c"}) {
@@ -211,7 +211,7 @@ class MotionSourceTest : public ::testing::Test {
 TEST_F(MotionSourceTest, NothingIsOpenedWithoutAPrior) { EXPECT_FALSE(openMotionSource(nh_, parameters_)); }
 
 TEST_F(MotionSourceTest, ImuGivesTheRotationOfTheCamera) {
-  parameters_.imu_rotation = "-1.5707963267948966, 0, -1.5707963267948966";
+  parameters_.imu_rotation = "1.5707963267948966, -1.5707963267948966, 0";
   const ros::Publisher publisher = nh_.advertise<sensor_msgs::Imu>("imu", 2000);
   open(Prior::kImu);
   EXPECT_TRUE(becomesMissing("no message on imu"));
@@ -416,7 +416,7 @@ class LiveMotion : public Live {
     camera_.publish(imageMsg(stamp, kFrame, "mono8", seen(2 * kStep * (k % 6))));
     for (int i = -18; sign != 0 && i <= 1; ++i) {
       const double t = 100 + kStep * k + 0.005 * i;
-      imu_.publish(imu(t, {0, sign * (k % 6 == 0 ? -10.0 : 2.0), 0}));
+      imu_.publish(imu(t, {0, sign * (k > 0 && k % 6 == 0 ? -10.0 : 2.0), 0}));
     }
     return k == 0 ? nullptr : found_->wait(stamp);
   }
