@@ -21,7 +21,7 @@ void SequenceOptions::visit(OptionVisitor& visitor) const {
       &SequenceOptions::min_overlap);
   visitor.number(
       {"ratio", 0, 1, "-",
-       "Sequence, keyframe: matches with at max_frames this ratio of distances show what is seen again"},
+       "Sequence, keyframe: matches with at most this ratio of distances show what is seen again"},
       &SequenceOptions::ratio);
 }
 
