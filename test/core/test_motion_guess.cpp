@@ -10,7 +10,7 @@
 #include "corrsel/motion_guess.h"
 #include "corrsel/selection.h"
 #include "corrsel/selectors/factory.h"
-#include "geometry/rotation.h"
+#include "geometry/rotation_vector.h"
 #include "test_support.h"
 
 namespace corrsel::core {
