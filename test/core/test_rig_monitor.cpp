@@ -259,16 +259,20 @@ TEST(RigMonitor, PairsBeyondTheLimitsAreLeftOut) {
   EXPECT_EQ(monitor.report().pairs, 1u);
 }
 
-/// A drive with vibration, wrong matches, moving objects and stops. Two minutes; CORRSEL_RIG_MINUTES sets
-/// others.
+/// A drive with vibration, wrong matches, moving objects and stops. Two minutes; CORRSEL_RIG_MINUTES and
+/// CORRSEL_RIG_SEED set others.
 TEST(RigMonitor, NoFalseAlarmsInALongDrive) {
   DriveSpec spec;
   spec.common_noise = 0.01;
   spec.objects = spec.stops = true;
+  const auto setting = [](const char* name, double usual) {
+    const char* const text = std::getenv(name);
+    return text == nullptr ? usual : std::atof(text);
+  };
+  spec.seed = static_cast<std::uint64_t>(setting("CORRSEL_RIG_SEED", 1));
+  const double minutes = setting("CORRSEL_RIG_MINUTES", 2);
   Drive scene(spec);
   RigMonitor monitor = monitorOf();
-  const char* const text = std::getenv("CORRSEL_RIG_MINUTES");
-  const double minutes = text == nullptr ? 2 : std::atof(text);
   int reports = 0, alarms = 0, unknown = 0;
   double largest = 0;
   for (; reports < 60 * minutes; ++reports) {
