@@ -101,6 +101,12 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
   visitor.flag("image_quality",
                "Measure exposure, blur and noise of every image, which takes 0.1 ms for each",
                &P::image_quality);
+  visitPrior(visitor);
+  visitCommon(visitor, "Subscribe to the images only while somebody subscribes to the matches");
+}
+
+void FeatureMatcherParameters::visitPrior(OptionVisitor& visitor) const {
+  using P = FeatureMatcherParameters;
   visitor.choice("prior",
                  {{Prior::kNone, "none", "All features are compared"},
                   {Prior::kImu, "imu", "The angular rates on imu (sensor_msgs/Imu); sequences only"},
@@ -126,7 +132,6 @@ void FeatureMatcherParameters::visit(OptionVisitor& visitor) const {
   visitor.number({"prior_min_translation", 0, 1e6, "m",
                   "With tf: shortest translation whose direction is used; twenty times the error of TF"},
                  &P::prior_min_translation);
-  visitCommon(visitor, "Subscribe to the images only while somebody subscribes to the matches");
 }
 
 void FeatureMatcherParameters::check() const {

@@ -68,6 +68,9 @@ struct FeatureMatcherParameters : LiveParameters {
   /// R that turns a vector in the frame of the IMU into one in that of the camera; nothing where
   /// imu_rotation is empty.
   std::optional<cv::Matx33d> imuRotation() const;
+
+ private:
+  void visitPrior(core::OptionVisitor& visitor) const;
 };
 
 /// Start-up parameters of the RigMonitor nodelet.
