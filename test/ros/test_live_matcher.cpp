@@ -182,7 +182,7 @@ TEST_F(LiveMatcherTest, MessagesHaveWhatTheImagesSufferFrom) {
   EXPECT_LT(answer->left_quality.black, 0.2);
   EXPECT_EQ(answer->right_quality.black, 1);
   EXPECT_EQ(answer->right_quality.texture, 0);
-  LiveMatcher without(2, false);
+  LiveMatcher without(LiveMatcher::Setup{2, false});
   const auto unmeasured = pair(without);
   EXPECT_TRUE(std::isnan(unmeasured->left_quality.blur) && std::isnan(unmeasured->right_quality.black));
   EXPECT_EQ(unmeasured->left_quality.texture, answer->left_quality.texture);
@@ -237,7 +237,7 @@ TEST_F(LiveMatcherTest, SequencesMayLookFurtherBackOrAtKeyframes) {
   EXPECT_FALSE(frame(10, 2.0));
   EXPECT_EQ(frame(20, 3.0)->right_stamp, ros::Time(1.0));
 
-  LiveMatcher other(1);
+  LiveMatcher other(LiveMatcher::Setup{1});
   matcher_.match({message(view(0), 4.0), nullptr, nullptr, nullptr, nullptr, nullptr, {}}, settings_);
   settings_.sequence.reference = core::SequenceOptions::Reference::kKeyframe;
   settings_.sequence.min_overlap = 0.5;
