@@ -53,7 +53,8 @@ const CommandLineTable& argumentTable() {
            "640x480"},
           {"size", "WxH", "", "size that the images are scaled to, px; default: that of the files"},
           {"encoding", "ENCODING", "mono8", "mono8 or bgr8"},
-          {"sequence", "", "", "play one camera: left and right images in turn, on image"},
+          {"sequence", "", "",
+           "play one camera, on image: the two images of a pair in turn, 100 of them, then the next pair"},
           {"calibrated", "", "", "publish camera_info with every image"},
           {"mask-period", "N", "0",
            "publish a mask with the stamp of every N-th image, one image late, on left/mask and right/mask, "

@@ -8,6 +8,7 @@ namespace corrsel::load_test {
 namespace {
 
 constexpr std::uint32_t kQueue = 2;
+constexpr std::size_t kStay = 100;  ///< images of a sequence that show one pair's scene
 
 /// A camera without distortion whose focal length is the width of the image.
 sensor_msgs::CameraInfo infoOf(const sensor_msgs::Image& image) {
@@ -44,7 +45,7 @@ Sender::Sender(ros::NodeHandle& nh, const Arguments& arguments)
 
 void Sender::send(const ros::Time& stamp) {
   const std::size_t frame = next_++;
-  StereoImages& pair = images_[(sequence_ ? frame / 2 : frame) % images_.size()];
+  StereoImages& pair = images_[(sequence_ ? frame / kStay : frame) % images_.size()];
   const bool masked = mask_period_ > 0 && frame % static_cast<std::size_t>(mask_period_) == 0;
   if (masked && !before_.isZero()) {
     for (const Camera& camera : cameras_) sendMask(camera, pair.left);

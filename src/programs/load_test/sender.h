@@ -15,8 +15,8 @@
 namespace corrsel::load_test {
 
 /// Publishes what cameras publish: the images of two cameras or, as a sequence, of one, and where the
-/// arguments ask for them masks and calibrations. A sequence consists of the left and the right image of each
-/// pair in turn.
+/// arguments ask for them masks and calibrations. A sequence shows the left and the right image of a pair in
+/// turn, a hundred times, then those of the next pair.
 class Sender {
  public:
   Sender(ros::NodeHandle& nh, const Arguments& arguments);
