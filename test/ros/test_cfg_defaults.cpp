@@ -13,6 +13,7 @@
 
 #include "base/text.h"
 #include "corrsel/features/extractor.h"
+#include "corrsel/matching/guided.h"
 #include "corrsel/matching/matcher.h"
 #include "corrsel/matching/sequence.h"
 #include "corrsel/selectors/factory.h"
@@ -186,6 +187,7 @@ TEST(Cfg, FeatureParametersEqualTheOptions) {
   auto open = all;
   for (const auto& [name, options] : liveFeatureAlgorithms()) compare(*options, open, all, name + "_", 1);
   compare(core::MatchOptions(), open, all, "match_", 2);
+  compare(core::GuidedOptions(), open, all, "guided_", 2);
   compare(core::SequenceOptions(), open, all, "sequence_", 4);
   compare(core::FlowOptions(), open, all, "flow_", 16);
   for (const std::string& name : core::extractorNames()) {

@@ -128,8 +128,17 @@ TEST(FeaturesMessage, WhatDoesNotFitIsNamed) {
   core::Features wrong = example();
   wrong.descriptors.convertTo(wrong.descriptors, CV_64F);
   EXPECT_THROW(toMsg(wrong, {}), std::invalid_argument);
-  wrong.descriptors = cv::Mat();
+  wrong.descriptors = example().descriptors.rowRange(0, 2);
   EXPECT_THROW(toMsg(wrong, {}), std::invalid_argument);
+}
+
+TEST(FeaturesMessage, PointsOfOpticalFlowHaveNoDescriptors) {
+  core::Features points = example();
+  points.descriptors = cv::Mat();
+  const Features msg = toMsg(points, {});
+  EXPECT_EQ(msg.x.size(), 3u);
+  EXPECT_TRUE(msg.descriptors.empty());
+  EXPECT_TRUE(fromMsg(msg).descriptors.empty());
 }
 
 }  // namespace

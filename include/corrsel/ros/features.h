@@ -23,7 +23,8 @@ struct FeatureInfo {
 
 /// Converts features to a message. CV_8U descriptors are binary there, and CV_32F ones are numbers. The
 /// response of a keypoint is its score, and its size and angle replace the frames. Throws
-/// std::invalid_argument for descriptors of another type or number than that of the keypoints. O(features).
+/// std::invalid_argument for descriptors of another type or number than that of the keypoints; there may be
+/// none. O(features).
 Features toMsg(const core::Features& features, const FeatureInfo& info);
 
 /// Converts a message to features, as core::matchFeatures() takes them: binary descriptors are CV_8U, and
