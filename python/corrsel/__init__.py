@@ -15,6 +15,7 @@ Matches of another matcher: corrsel.select(left, right, "auto", left_size=(640, 
     Camera                             a calibrated camera: pinhole, fisheye or panorama, to rays and back
     relative_pose, RelativePose        how a calibrated camera has moved between two images, with a covariance
     PosePrior                          what is known of the motion beforehand, for example from an inertial unit
+    MotionGuess                        what is believed of it before matching, for example from a gyroscope
     PoseResult, Pose                   what Selection.pose of a calibrated selector holds
     draw                               a picture of what was kept and what was rejected
     match, match_features              putative matches of two images, or of their features
@@ -39,7 +40,7 @@ import importlib.util as _importlib_util
 _HOMES = {
     ("_options", "_core"): ("Option", "options"),
     ("camera", "_core"): ("Camera",),
-    ("pose", "_core"): ("Pose", "PosePrior", "PoseResult", "RelativePose"),
+    ("pose", "_core"): ("MotionGuess", "Pose", "PosePrior", "PoseResult", "RelativePose"),
     ("selectors", "_core"): (
         "Matches",
         "Selection",

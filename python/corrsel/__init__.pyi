@@ -25,6 +25,7 @@ from .features import (
     missing_algorithms as missing_algorithms,
 )
 from .pose import (
+    MotionGuess as MotionGuess,
     Pose as Pose,
     PosePrior as PosePrior,
     PoseResult as PoseResult,

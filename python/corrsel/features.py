@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import _arrays, _features, _options
-from .selectors import Matches
+from .selectors import Matches, check_views
 
 
 class Features:
@@ -148,11 +148,17 @@ class Extractor:
         right_mask=None,
         left_area=None,
         right_area=None,
+        left_camera=None,
+        right_camera=None,
+        guess=None,
         threads=1,
         **options
     ):
         """Return the Matches of two images. See corrsel.match()."""
         return Matches(
+            left_camera=left_camera,
+            right_camera=right_camera,
+            guess=guess,
             **self._extractor.match(
                 _arrays.image("image_left", image_left),
                 _arrays.image("image_right", image_right),
@@ -160,6 +166,7 @@ class Extractor:
                 _arrays.image_mask("right_mask", right_mask),
                 _arrays.area("left_area", left_area),
                 _arrays.area("right_area", right_area),
+                _guidance(left_camera, right_camera, guess),
                 _options.to_text("match", options),
                 _arrays.threads(threads),
             )
@@ -182,7 +189,8 @@ def extract(image, features="orb+orb", *, mask=None, area=None, threads=1, **alg
     threads      threads that may be used; the result does not depend on it. Threads are kept for the next call; a
                  process that was forked after a call with more than one thread must not use more than one
     algorithms   options as dictionaries, by the name of the algorithm: sift={"max_features": 2000}; options("sift")
-                 lists them
+                 lists them. Those of "image", which has the name of a parameter here, are given to an Extractor:
+                 Extractor(features, image={"equalize": "clahe"}).extract(image)
 
     An image without texture gives no features. Other Python threads run in the meantime.
 
@@ -201,6 +209,9 @@ def match(
     right_mask=None,
     left_area=None,
     right_area=None,
+    left_camera=None,
+    right_camera=None,
+    guess=None,
     threads=1,
     **options
 ):
@@ -211,16 +222,22 @@ def match(
     features     "detector+descriptor", e.g. "orb+orb" or "hessian_affine+sift": see extractor_names()
     left_mask, right_mask     height x width, bool or uint8: features whose centre lies on a zero are dropped
     left_area, right_area     (x, y, width, height), px: only this part is looked at
+    left_camera, right_camera   Camera of each image as it is; the Matches have them
+    guess        MotionGuess: what is believed of the motion. It needs both cameras. Features are compared with those near
+                 their predicted places only, unless a test of some features by all others shows that it is wrong; then
+                 the matches are those without it. The Matches have the guess, so that select("pose") tests it, too, and
+                 reports what it found as Selection.guess
     threads      threads that may be used; the result does not depend on it. Threads are kept for the next call; a
                  process that was forked after a call with more than one thread must not use more than one
     options      of the matching, by keyword; and, as dictionaries, of the algorithms that make the features:
                  mutual=True, sift={"max_features": 2000}; options("sift") lists the latter
 
-    The search is exact, O(N_left N_right), without a ratio test: several left features may have the same right one.
-    Other Python threads run in the meantime.
+    The search is exact, O(N_left N_right) without a guess, and without a ratio test: several left features may have the
+    same right one. Other Python threads run in the meantime.
 
-    Raises TypeError for arrays of another dtype; ValueError for arrays of another shape, for names that do not exist,
-    for pairings that cannot work, and for options that are unknown or out of their range.
+    Raises TypeError for arrays of another dtype, and for cameras and guesses of another type; ValueError for arrays of
+    another shape, for a guess without both cameras, for names that do not exist, for pairings that cannot work, and for
+    options that are unknown or out of their range.
 
     Options of the matching, with defaults and ranges:
     """
@@ -232,31 +249,56 @@ def match(
         right_mask=right_mask,
         left_area=left_area,
         right_area=right_area,
+        left_camera=left_camera,
+        right_camera=right_camera,
+        guess=guess,
         threads=threads,
         **{name: value for name, value in options.items() if name not in algorithms}
     )
 
 
-def match_features(left, right, *, threads=1, **options):
+def match_features(left, right, *, left_camera=None, right_camera=None, guess=None, threads=1, **options):
     """Return the putative Matches between two Features: for every left feature the nearest right one.
 
     left, right   Features with descriptors of the same type and length; several left features may have the same right
                   one. Descriptors that hold NaN are in no match
+    left_camera, right_camera, guess   as for match(). The guess is tested by the features with the highest response
     threads       threads that may be used; the result does not depend on it
     options       of the matching, by keyword: see help(corrsel.match)
 
-    The matches have frames where both sides have them. The search is exact, O(N_left N_right). Other Python threads run
-    in the meantime.
+    The matches have frames where both sides have them. The search is exact, O(N_left N_right) without a guess. Other
+    Python threads run in the meantime.
 
-    Raises TypeError for anything but Features, ValueError for descriptors that differ in type or length and for options
-    that are unknown or out of their range.
+    Raises TypeError for anything but Features and for cameras and guesses of another type, ValueError for descriptors
+    that differ in type or length, for a guess without both cameras, and for options that are unknown or out of their
+    range.
     """
     for name, value in (("left", left), ("right", right)):
         if not isinstance(value, Features):
             raise TypeError("%s is %s; needed: corrsel.Features" % (name, type(value).__name__))
     return Matches(
-        **_features.match_features(left, right, _options.to_text("match", options), _arrays.threads(threads))
+        left_camera=left_camera,
+        right_camera=right_camera,
+        guess=guess,
+        **_features.match_features(
+            left,
+            right,
+            _guidance(left_camera, right_camera, guess),
+            _options.to_text("match", options),
+            _arrays.threads(threads),
+        )
     )
+
+
+def _guidance(left_camera, right_camera, guess):
+    """Return what matching in C++ takes as a guess, None or a tuple. Raises what match() raises."""
+    check_views(left_camera, right_camera, guess)
+    if guess is None:
+        return None
+    for name, camera in (("left_camera", left_camera), ("right_camera", right_camera)):
+        if camera is None:
+            raise ValueError("a guess is given, but no %s; a guess needs the cameras of both images" % name)
+    return left_camera, right_camera, guess
 
 
 def extractor_names():

@@ -5,6 +5,8 @@ import numpy.typing as npt
 
 from ._options import Option
 from ._types import ArrayLike, OptionValue
+from .camera import Camera
+from .pose import MotionGuess
 from .selectors import Matches
 
 class Features:
@@ -57,6 +59,9 @@ class Extractor:
         right_mask: Optional[ArrayLike] = ...,
         left_area: Optional[ArrayLike] = ...,
         right_area: Optional[ArrayLike] = ...,
+        left_camera: Optional[Camera] = ...,
+        right_camera: Optional[Camera] = ...,
+        guess: Optional[MotionGuess] = ...,
         threads: int = ...,
         **options: OptionValue
     ) -> Matches: ...
@@ -79,11 +84,21 @@ def match(
     right_mask: Optional[ArrayLike] = ...,
     left_area: Optional[ArrayLike] = ...,
     right_area: Optional[ArrayLike] = ...,
+    left_camera: Optional[Camera] = ...,
+    right_camera: Optional[Camera] = ...,
+    guess: Optional[MotionGuess] = ...,
     threads: int = ...,
     **options: Union[OptionValue, Mapping[str, OptionValue]]
 ) -> Matches: ...
 def match_features(
-    left: Features, right: Features, *, threads: int = ..., **options: OptionValue
+    left: Features,
+    right: Features,
+    *,
+    left_camera: Optional[Camera] = ...,
+    right_camera: Optional[Camera] = ...,
+    guess: Optional[MotionGuess] = ...,
+    threads: int = ...,
+    **options: OptionValue
 ) -> Matches: ...
 def extractor_names() -> List[str]: ...
 def detector_names() -> List[str]: ...

@@ -16,7 +16,35 @@ translation   3 numbers, of length 1 or 0
 """
 
 
-class PosePrior:
+class _Value:
+    """A value: its attributes are read-only, and those with the same numbers, by _numbers(), are equal."""
+
+    __slots__ = ()
+
+    def __setattr__(self, name, value):
+        kind = type(self).__name__
+        raise AttributeError("attributes of %s cannot be replaced; make a new %s" % (kind, kind))
+
+    def __eq__(self, other):
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        return self._numbers() == other._numbers()
+
+    def __hash__(self):
+        return hash(self._numbers())
+
+    def __reduce__(self):
+        return _value_from, (type(self), {name: getattr(self, name) for name in self.__slots__})
+
+    def _numbers(self):
+        raise NotImplementedError
+
+
+def _value_from(kind, values):
+    return kind(**values)
+
+
+class PosePrior(_Value):
     """What is known of the motion between two images besides their matches: exactly one of
 
     rotation     3 x 3: the rotation of a Pose, for example from an inertial unit
@@ -54,20 +82,6 @@ class PosePrior:
             object.__setattr__(self, name, value)
         _core.check_prior(self)
 
-    def __setattr__(self, name, value):
-        raise AttributeError("attributes of PosePrior cannot be replaced; make a new PosePrior")
-
-    def __eq__(self, other):
-        if not isinstance(other, PosePrior):
-            return NotImplemented
-        return self._numbers() == other._numbers()
-
-    def __hash__(self):
-        return hash(self._numbers())
-
-    def __reduce__(self):
-        return _prior_from, ({name: getattr(self, name) for name in self.__slots__},)
-
     def __repr__(self):
         return "<corrsel.PosePrior: %s>" % self._kind()
 
@@ -81,8 +95,47 @@ class PosePrior:
         return (kind,) + tuple(number for part in parts for number in part.ravel().tolist())
 
 
-def _prior_from(values):
-    return PosePrior(**values)
+class MotionGuess(_Value):
+    """What is believed of the motion between two images before they are matched, for example from a gyroscope, or
+    because the camera goes on as it did before. It is never taken as true: it tells where to look first, and is tested.
+    What is known exactly is a PosePrior.
+
+    rotation        3 x 3: the rotation of a Pose
+    translation     3 numbers, of any length above 0: the direction of the translation of a Pose, or None where it is
+                    not known
+    rotation_sigma  standard deviation of the rotation about every axis, rad; at least 0
+
+    Attributes are read-only; the translation has length 1.
+
+    Raises TypeError for anything but numbers, and ValueError naming the argument for another shape, for numbers that
+    are not finite, for a matrix that is no rotation, for a translation of length 0, and for a negative deviation.
+    """
+
+    __slots__ = ("rotation", "translation", "rotation_sigma")
+
+    def __init__(self, rotation, *, translation=None, rotation_sigma=0.0):
+        for name, value in (
+            ("rotation", _rotation("rotation", rotation)),
+            ("translation", None if translation is None else _direction("translation", translation)),
+            ("rotation_sigma", float(_arrays.reals("rotation_sigma", rotation_sigma, ()))),
+        ):
+            object.__setattr__(self, name, value)
+        _core.check_guess(self)
+
+    def __repr__(self):
+        text = "rotation by %.3g degrees" % np.degrees(_angle(self.rotation))
+        if self.translation is not None:
+            text += ", translation [%.3f, %.3f, %.3f]" % tuple(self.translation)
+        return "<corrsel.MotionGuess: %s, rotation_sigma %.3g rad>" % (text, self.rotation_sigma)
+
+    def _numbers(self):
+        shift = None if self.translation is None else tuple(self.translation.tolist())
+        return tuple(self.rotation.ravel().tolist()), shift, self.rotation_sigma
+
+
+def _angle(rotation):
+    """Return the angle of a rotation, rad."""
+    return np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))
 
 
 def _two(name, values, meaning):
@@ -156,7 +209,7 @@ class PoseResult:
         return cls(**dict(values, second=None if second is None else Pose(*second)))
 
     def __repr__(self):
-        turned = np.degrees(np.arccos(np.clip((np.trace(self.rotation) - 1) / 2, -1, 1)))
+        turned = np.degrees(_angle(self.rotation))
         return "<corrsel.%s: %s, rotation by %.3g degrees, translation [%.3f, %.3f, %.3f]%s>" % (
             (type(self).__name__, self.motion, turned)
             + tuple(self.translation)

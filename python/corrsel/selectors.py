@@ -4,7 +4,7 @@ import numpy as np
 
 from . import _arrays, _core, _options
 from .camera import Camera
-from .pose import PosePrior, PoseResult, RelativePose
+from .pose import MotionGuess, PosePrior, PoseResult, RelativePose
 
 _COLUMNS = (
     "left",
@@ -17,7 +17,7 @@ _COLUMNS = (
     "left_index",
     "right_index",
 )
-_OF_IMAGES = ("left_size", "right_size", "left_camera", "right_camera", "prior")
+_OF_IMAGES = ("left_size", "right_size", "left_camera", "right_camera", "prior", "guess")
 
 
 class Matches:
@@ -34,6 +34,7 @@ class Matches:
     left_size, right_size     image sizes (width, height), px, or None where unknown
     left_camera, right_camera   Camera of each image, or None: calibrated selectors such as "pose" need both
     prior             PosePrior: what is known of the motion, or None. The selector "pose" uses it
+    guess             MotionGuess: what is believed of the motion, or None. The selectors "pose" and "auto" test it
 
     Real numbers are kept as float32 (float64 is converted), feature numbers as uint32. Arrays of those types are not
     copied. `matches[rows]` has the rows that a mask, a slice or an array of row numbers names. Attributes cannot be
@@ -61,7 +62,8 @@ class Matches:
         right_size=None,
         left_camera=None,
         right_camera=None,
-        prior=None
+        prior=None,
+        guess=None
     ):
         point, one = "one row (x, y) per match", "one element per match"
         frame = "one frame [[a11, a12, x], [a21, a22, y]] per match"
@@ -89,6 +91,7 @@ class Matches:
             ("left_camera", _camera("left_camera", left_camera)),
             ("right_camera", _camera("right_camera", right_camera)),
             ("prior", _prior(prior)),
+            ("guess", _guess(guess)),
         ):
             object.__setattr__(self, name, value)
 
@@ -134,6 +137,13 @@ class Matches:
         )
 
 
+def check_views(left_camera, right_camera, guess):
+    """Raise the TypeError of Matches unless these are of the right types or None."""
+    _camera("left_camera", left_camera)
+    _camera("right_camera", right_camera)
+    _guess(guess)
+
+
 def _matches_from(columns):
     return Matches(**columns)
 
@@ -156,6 +166,12 @@ def _camera(name, value):
 def _prior(value):
     if value is not None and not isinstance(value, PosePrior):
         raise TypeError("prior is %s; needed: corrsel.PosePrior" % type(value).__name__)
+    return value
+
+
+def _guess(value):
+    if value is not None and not isinstance(value, MotionGuess):
+        raise TypeError("guess is %s; needed: corrsel.MotionGuess" % type(value).__name__)
     return value
 
 
@@ -195,6 +211,9 @@ class Selection:
                  for matches that were ignored. None where nobody has computed it: "auto" does, add_probability() does
                  for the others
     pose         of calibrated selectors, such as "pose": the PoseResult; None of others, and without a result
+    guess        what the matches show about the guess of Matches, of selectors that test it ("pose" and "auto"): "none"
+                 (there was no guess, or nothing has tested it), "confirmed" (they agree with its rotation) or
+                 "contradicted" (they show another rotation)
     message      one sentence that explains the status; may be empty
     seconds      wall time, s
     iterations   hypotheses, EM steps or passes: the selector's own count
@@ -215,6 +234,7 @@ class Selection:
         "sigma",
         "probability",
         "pose",
+        "guess",
         "message",
         "seconds",
         "iterations",

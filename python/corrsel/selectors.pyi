@@ -6,7 +6,7 @@ import numpy.typing as npt
 from ._options import Option
 from ._types import ArrayLike, OptionValue
 from .camera import Camera
-from .pose import PosePrior, PoseResult, RelativePose
+from .pose import MotionGuess, PosePrior, PoseResult, RelativePose
 
 class Matches:
     left: npt.NDArray[np.float32]
@@ -23,6 +23,7 @@ class Matches:
     left_camera: Optional[Camera]
     right_camera: Optional[Camera]
     prior: Optional[PosePrior]
+    guess: Optional[MotionGuess]
     def __init__(
         self,
         left: ArrayLike,
@@ -39,7 +40,8 @@ class Matches:
         right_size: Optional[ArrayLike] = ...,
         left_camera: Optional[Camera] = ...,
         right_camera: Optional[Camera] = ...,
-        prior: Optional[PosePrior] = ...
+        prior: Optional[PosePrior] = ...,
+        guess: Optional[MotionGuess] = ...
     ) -> None: ...
     def select(self, selector: str, **options: OptionValue) -> Selection: ...
     def with_cameras(self, left_camera: Optional[Camera], right_camera: Optional[Camera]) -> Matches: ...
@@ -59,6 +61,7 @@ class Selection:
     sigma: float
     probability: Optional[npt.NDArray[np.float32]]
     pose: Optional[PoseResult]
+    guess: str
     message: str
     seconds: float
     iterations: int

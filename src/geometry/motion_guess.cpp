@@ -13,8 +13,8 @@ void MotionGuess::check() const {
   requireRotation("rotation", rotation);
   if (translation) requireDirection("translation", *translation);
   if (!(rotation_sigma >= 0) || std::isinf(rotation_sigma)) {
-    throw std::invalid_argument("rotation_sigma = " + formatNumber(rotation_sigma) +
-                                " rad must be a number from 0");
+    const std::string value = std::isnan(rotation_sigma) ? "nan" : formatNumber(rotation_sigma);
+    throw std::invalid_argument("rotation_sigma = " + value + " rad must be a number from 0");
   }
 }
 

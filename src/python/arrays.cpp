@@ -114,6 +114,15 @@ core::PosePrior priorFrom(const py::handle& prior) {
   return core::PosePrior::ofVertical(vectorOfThree(first), vectorOfThree(second));
 }
 
+core::MotionGuess guessFrom(const py::handle& guess) {
+  core::MotionGuess result;
+  result.rotation = matrixFrom(guess.attr("rotation"));
+  const py::object translation = guess.attr("translation");
+  if (!translation.is_none()) result.translation = vectorOfThree(translation);
+  result.rotation_sigma = py::cast<double>(guess.attr("rotation_sigma"));
+  return result;
+}
+
 core::Correspondences correspondencesFrom(const py::handle& matches) {
   core::Correspondences result;
   std::tie(result.left_x, result.left_y) = coordinates(matches.attr("left"));
@@ -133,6 +142,8 @@ core::Correspondences correspondencesFrom(const py::handle& matches) {
   if (!right_camera.is_none()) result.right_camera = cameraFrom(right_camera);
   const py::object prior = matches.attr("prior");
   if (!prior.is_none()) result.prior = priorFrom(prior);
+  const py::object guess = matches.attr("guess");
+  if (!guess.is_none()) result.guess = guessFrom(guess);
   const std::string inconsistency = result.inconsistency();
   if (!inconsistency.empty()) throw std::invalid_argument(inconsistency);
   return result;

@@ -10,6 +10,7 @@
 
 #include "corrsel/camera.h"
 #include "corrsel/correspondences.h"
+#include "corrsel/motion_guess.h"
 #include "corrsel/options.h"
 #include "corrsel/pose_prior.h"
 
@@ -79,6 +80,9 @@ cv::Vec3d vectorOfThree(const py::handle& object);
 
 /// Reads a corrsel.PosePrior.
 core::PosePrior priorFrom(const py::handle& prior);
+
+/// Reads a corrsel.MotionGuess.
+core::MotionGuess guessFrom(const py::handle& guess);
 
 /// Reads a corrsel.Matches.
 core::Correspondences correspondencesFrom(const py::handle& matches);

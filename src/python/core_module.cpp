@@ -81,6 +81,7 @@ py::dict selectMatches(const core::Selector& selector, const py::object& matches
   result["probability"] = rated ? py::object(arrayFrom(std::move(selection.probability))) : py::none();
   result["motion"] = py::none();  // see motionOf()
   result["pose"] = selection.pose ? py::object(toDict(*selection.pose)) : py::none();
+  result["guess"] = core::toString(selection.guess);
   result["message"] = selection.message;
   result["seconds"] = selection.seconds;
   result["iterations"] = selection.iterations;
@@ -281,6 +282,7 @@ PYBIND11_MODULE(_core, module) {
   module.def("threshold_accuracy", &core::thresholdAccuracy);
   addCameras(module);
   module.def("check_prior", [](const py::object& prior) { priorFrom(prior).check(); });
+  module.def("check_guess", [](const py::object& guess) { guessFrom(guess).check(); });
   module.attr("FAILED_POSE") = core::kFailedPose;
   module.attr("POSE_THRESHOLDS") = core::kPoseThresholds;
   module.attr("ACCURACY_THRESHOLDS") = core::kAccuracyThresholds;

@@ -8,13 +8,16 @@
 #include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "corrsel/features/extractor.h"
+#include "corrsel/matching/guided.h"
 #include "corrsel/matching/match_drawing.h"
 #include "corrsel/matching/matcher.h"
 #include "programs/match/program.h"
@@ -111,7 +114,13 @@ py::dict toDict(core::Features&& features) {
 core::Features featuresFrom(const py::object& object) {
   core::Features features;
   const auto [x, y] = coordinates(object.attr("points"));
-  for (std::size_t i = 0; i < x.size(); ++i) features.keypoints.emplace_back(x[i], y[i], 0.0F);
+  const auto response = vectorFrom<float>(object.attr("response"));
+  if (!response.empty() && response.size() != x.size()) {
+    throw std::invalid_argument("points and response differ in length");
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    features.keypoints.emplace_back(x[i], y[i], 0.0F, -1.0F, response.empty() ? 0.0F : response[i]);
+  }
   features.frames = framesFrom(object.attr("frame"));
   if (!features.frames.empty() && features.frames.size() != features.keypoints.size()) {
     throw std::invalid_argument("points and frame differ in length");
@@ -152,30 +161,55 @@ py::dict extract(const core::FeatureExtractor& extractor, const py::array& image
   return toDict(std::move(features));
 }
 
+/// What matchGuided() needs besides features.
+struct Guidance {
+  core::Camera left_camera, right_camera;
+  core::MotionGuess guess;
+};
+
+/// From (corrsel.Camera, corrsel.Camera, corrsel.MotionGuess), or None.
+std::optional<Guidance> guidanceFrom(const py::object& object) {
+  if (object.is_none()) return std::nullopt;
+  const auto [left, right, guess] = py::cast<std::tuple<py::object, py::object, py::object>>(object);
+  return Guidance{cameraFrom(left), cameraFrom(right), guessFrom(guess)};
+}
+
+core::Correspondences matchesOf(const core::Features& left, const core::Features& right,
+                                const std::optional<Guidance>& guidance, const core::MatchOptions& options,
+                                int threads) {
+  if (!guidance) return core::matchFeatures(left, right, options, threads);
+  return core::matchGuided(left, right, guidance->left_camera, guidance->right_camera, guidance->guess,
+                           options, {}, threads)
+      .matches;
+}
+
 py::dict match(const core::FeatureExtractor& extractor, const py::array& left, const py::array& right,
                const py::object& left_mask, const py::object& right_mask, const py::object& left_area,
-               const py::object& right_area, const core::OptionMap& options, int threads) {
+               const py::object& right_area, const py::object& guided, const core::OptionMap& options,
+               int threads) {
   const cv::Mat left_pixels = imageFrom(left), right_pixels = imageFrom(right);
   const Region left_region(left_mask, left_area), right_region(right_mask, right_area);
+  const std::optional<Guidance> guidance = guidanceFrom(guided);
   const core::MatchOptions match_options = matchOptions(options);
   core::Correspondences matches;
   {
     const py::gil_scoped_release released;
     const auto [left_features, right_features] = core::extractPair(
         extractor, left_pixels, right_pixels, threads, left_region.region, right_region.region);
-    matches = core::matchFeatures(left_features, right_features, match_options, threads);
+    matches = matchesOf(left_features, right_features, guidance, match_options, threads);
   }
   return python::toDict(std::move(matches));
 }
 
-py::dict matchFeatures(const py::object& left, const py::object& right, const core::OptionMap& options,
-                       int threads) {
+py::dict matchFeatures(const py::object& left, const py::object& right, const py::object& guided,
+                       const core::OptionMap& options, int threads) {
   const core::Features left_features = featuresFrom(left), right_features = featuresFrom(right);
+  const std::optional<Guidance> guidance = guidanceFrom(guided);
   const core::MatchOptions match_options = matchOptions(options);
   core::Correspondences matches;
   {
     const py::gil_scoped_release released;
-    matches = core::matchFeatures(left_features, right_features, match_options, threads);
+    matches = matchesOf(left_features, right_features, guidance, match_options, threads);
   }
   return python::toDict(std::move(matches));
 }

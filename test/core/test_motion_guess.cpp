@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <stdexcept>
+#include <string>
 
 #include "base/gather.h"
 #include "calibrated_scene.h"
@@ -71,9 +73,10 @@ TEST(MotionGuess, ErrorsNameTheMember) {
   changed.translation = cv::Vec3d(0, std::nan(""), 1);
   EXPECT_TRUE(mentions(error(changed), {"translation", "finite"}));
   changed = valid;
-  for (const double sigma : {-0.5, std::nan(""), std::numeric_limits<double>::infinity()}) {
+  for (const auto& [text, sigma] : std::map<std::string, double>{
+           {"-0.5", -0.5}, {"nan", std::nan("")}, {"inf", std::numeric_limits<double>::infinity()}}) {
     changed.rotation_sigma = sigma;
-    EXPECT_TRUE(mentions(error(changed), {"rotation_sigma = ", "from 0"}));
+    EXPECT_TRUE(mentions(error(changed), {"rotation_sigma = " + text + " rad", "from 0"}));
   }
 }
 

@@ -52,6 +52,7 @@ json toJson(const Selection& selection) {
           {"confidence", selection.confidence},
           {"sigma", selection.sigma},
           {"probability", selection.probability},
+          {"guess", toString(selection.guess)},
           {"message", selection.message},
           {"iterations", selection.iterations},
           {"n_input", selection.n_input},

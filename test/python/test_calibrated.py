@@ -621,5 +621,107 @@ class Priors(unittest.TestCase):
             corrsel.Matches(self.scene.left, self.scene.right, prior=eye)
 
 
+class Guesses(unittest.TestCase):
+    """Motions that are believed."""
+
+    rotation, translation = RelativePose.rotation, RelativePose.translation
+
+    def setUp(self):
+        self.camera = cameras()["fisheye"]
+        self.scene = Scene(self.camera, self.rotation, self.translation)
+
+    def matches(self, guess=None):
+        return corrsel.Matches(
+            self.scene.left,
+            self.scene.right,
+            left_camera=self.camera,
+            right_camera=self.camera,
+            guess=guess,
+        )
+
+    def test_it_is_confirmed_or_contradicted(self):
+        near = rotation_of([0.002, -0.001, 0]) @ self.rotation
+        far = rotation_of([0, 0.3, 0]) @ self.rotation
+        without = self.matches().select("pose")
+        self.assertEqual((without.status, without.guess), ("ok", "none"))
+        for rotation, verdict in ((near, "confirmed"), (far, "contradicted")):
+            guess = corrsel.MotionGuess(rotation, translation=self.translation, rotation_sigma=0.003)
+            matches = self.matches(guess)
+            for name in ("pose", "auto"):
+                with self.subTest(selector=name, verdict=verdict):
+                    selection = matches.select(name)
+                    self.assertEqual((selection.status, selection.guess), ("ok", verdict))
+                    errors = corrsel.pose_errors(
+                        selection.pose.rotation, selection.pose.translation, self.rotation, self.translation
+                    )
+                    self.assertLess(errors.pose, 2)
+                    corrsel.add_probability(matches, selection)
+                    corrsel.label_motion(matches, selection)
+                    self.assertEqual(selection.guess, verdict)
+            self.assertEqual(matches.select("ransac").guess, "none")
+        np.testing.assert_array_equal(selection.mask, self.matches().select("auto").mask)
+
+    def test_its_uncertainty_counts(self):
+        far = rotation_of([0, 0.05, 0]) @ self.rotation
+        for sigma, verdict in ((0.001, "contradicted"), (0.05, "confirmed")):
+            selection = self.matches(corrsel.MotionGuess(far, rotation_sigma=sigma)).select("pose")
+            self.assertEqual(selection.guess, verdict)
+
+    def test_it_belongs_to_the_matches(self):
+        guess = corrsel.MotionGuess(self.rotation)
+        matches = self.matches(guess)
+        for kept in (matches[3:], pickle.loads(pickle.dumps(matches)), matches.with_cameras(None, None)):
+            self.assertEqual(kept.guess, guess)
+        self.assertIn("guess", repr(matches))
+        self.assertIsNone(self.matches().guess)
+
+    def test_guesses_are_values(self):
+        guesses = [
+            corrsel.MotionGuess(self.rotation),
+            corrsel.MotionGuess(np.eye(3)),
+            corrsel.MotionGuess(self.rotation, translation=self.translation),
+            corrsel.MotionGuess(self.rotation, rotation_sigma=np.float32(0.25)),
+        ]
+        for guess in guesses:
+            again = pickle.loads(pickle.dumps(guess))
+            self.assertEqual((again, hash(again)), (guess, hash(guess)))
+        self.assertEqual(len(set(guesses)), 4)
+        self.assertNotEqual(guesses[0], corrsel.PosePrior(rotation=self.rotation))
+        self.assertEqual((guesses[0].translation, guesses[0].rotation_sigma), (None, 0))
+        self.assertEqual((type(guesses[3].rotation_sigma), guesses[3].rotation_sigma), (float, 0.25))
+        np.testing.assert_allclose(
+            guesses[2].translation, self.translation / np.linalg.norm(self.translation), atol=1e-15
+        )
+        guess = corrsel.MotionGuess(rotation_of([0, 0.5, 0]), translation=[0, 0, 2], rotation_sigma=0.01)
+        self.assertEqual(
+            repr(guess),
+            "<corrsel.MotionGuess: rotation by 28.6 degrees, translation [0.000, 0.000, 1.000], "
+            "rotation_sigma 0.01 rad>",
+        )
+        with self.assertRaisesRegex(AttributeError, "attributes of MotionGuess cannot be replaced"):
+            guess.rotation_sigma = 1
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            guess.translation[0] = 1
+
+    def test_errors_name_the_argument(self):
+        eye = np.eye(3)
+        for arguments, error, text in (
+            ({"rotation": 1.01 * eye}, ValueError, "rotation = .* is not a rotation"),
+            ({"rotation": eye[:2]}, ValueError, r"rotation has shape \(2, 3\)"),
+            ({"rotation": np.nan * eye}, ValueError, "rotation holds a number that is not finite"),
+            ({"rotation": "R"}, TypeError, "rotation has dtype"),
+            ({"translation": [0, 0, 0]}, ValueError, r"translation is \[0.0, 0.0, 0.0\]; needed"),
+            ({"translation": [0, 1]}, ValueError, r"translation has shape \(2,\)"),
+            ({"rotation_sigma": -0.1}, ValueError, "rotation_sigma = -0.1 rad must be"),
+            ({"rotation_sigma": np.nan}, ValueError, "rotation_sigma = nan rad must be"),
+            ({"rotation_sigma": [0.1, 0.2]}, ValueError, r"rotation_sigma has shape \(2,\)"),
+            ({"rotation_sigma": None}, TypeError, "rotation_sigma has dtype object"),
+        ):
+            with self.subTest(arguments=arguments), self.assertRaisesRegex(error, text):
+                corrsel.MotionGuess(**dict({"rotation": eye}, **arguments))
+        with self.assertRaisesRegex(TypeError, "guess is ndarray; needed: corrsel.MotionGuess"):
+            self.matches(eye)
+
+
 if __name__ == "__main__":
     unittest.main()

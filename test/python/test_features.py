@@ -192,9 +192,12 @@ class Options(FeaturesCase):
         self.assertEqual(sorted(options), ["freak", "image", "sift"])
         self.assertIn(("max_features", 30), {(option.name, option.value) for option in options["sift"]})
         dark = left // 8
-        raised = corrsel.extract(dark, "orb+orb", image={"equalize": "clahe"})
+        equalized = corrsel.Extractor("orb+orb", image={"equalize": "clahe"})
+        raised = equalized.extract(dark)
         self.assertGreater(len(raised), len(corrsel.extract(dark, "orb+orb")))
-        self.assert_raises(ValueError, "equalize", corrsel.extract, left, image={"equalize": "all"})
+        matches = corrsel.match(dark, right, image={"equalize": "clahe"})
+        self.assert_same_matches(matches, equalized.match(dark, right))
+        self.assert_raises(ValueError, "equalize", corrsel.Extractor, image={"equalize": "all"})
 
     def test_errors(self):
         left, right = images()
@@ -281,6 +284,86 @@ class OwnFeatures(FeaturesCase):
         self.assert_raises(ValueError, "descriptors differ", corrsel.match_features, left, right)
         self.assert_raises(
             TypeError, "right is ndarray; needed: corrsel.Features", corrsel.match_features, left, points
+        )
+
+
+class Guided(FeaturesCase):
+    """Matching with a guess of the motion."""
+
+    def setUp(self):
+        self.camera = corrsel.Camera(
+            "pinhole", [[300, 0, 159.5], [0, 300, 119.5], [0, 0, 1]], size=(320, 240)
+        )
+        self.views = {"left_camera": self.camera, "right_camera": self.camera}
+        c, s = np.cos(0.3), np.sin(0.3)
+        self.right = corrsel.MotionGuess(np.eye(3), rotation_sigma=1e-3)
+        self.wrong = corrsel.MotionGuess([[c, 0, s], [0, 1, 0], [-s, 0, c]], rotation_sigma=1e-3)
+
+    def farthest(self, matches):
+        """Return the largest distance of a match from the place that self.right predicts."""
+        return np.linalg.norm(matches.right - matches.left, axis=1).max()
+
+    def test_matches_are_near_the_places_of_a_right_guess(self):
+        pixels = images()
+        for name in ("orb+orb", "sift+sift"):
+            with self.subTest(features=name):
+                plain = corrsel.match(*pixels, name)
+                guided = corrsel.match(*pixels, name, guess=self.right, **self.views)
+                self.assertGreater(self.farthest(plain), 200)
+                self.assertLess(self.farthest(guided), 70)
+                self.assertGreater(len(guided), len(plain) // 2)
+                self.assertEqual(guided.guess, self.right)
+                self.assertEqual((guided.left_camera, guided.right_camera), (self.camera, self.camera))
+                left, right = (corrsel.extract(image, name) for image in pixels)
+                one_by_one = corrsel.match_features(left, right, guess=self.right, threads=2, **self.views)
+                self.assert_same_matches(guided, one_by_one)
+                self.assertEqual(one_by_one.guess, self.right)
+
+    def test_a_wrong_guess_is_dropped(self):
+        pixels = images()
+        matches = corrsel.match(*pixels, guess=self.wrong, **self.views)
+        self.assert_same_matches(matches, corrsel.match(*pixels))
+        self.assertEqual(matches.guess, self.wrong)
+
+    def test_the_strongest_features_test_a_guess(self):
+        left, right = (corrsel.extract(image) for image in images())
+        # At every place there are a feature that has its like in the right image and one that has none.
+        useless = np.random.RandomState(0).randint(0, 256, left.descriptors.shape).astype(np.uint8)
+        points = np.concatenate([left.points, left.points])
+        descriptors = np.concatenate([useless, left.descriptors])
+        strength = np.repeat(np.float32([1, 2]), len(left))
+        for response, near in ((strength, True), (3 - strength, False)):
+            features = corrsel.Features(points, descriptors, response=response, image_size=(320, 240))
+            matches = corrsel.match_features(features, right, guess=self.right, **self.views)
+            self.assertEqual(self.farthest(matches) < 70, near)
+
+    def test_cameras_without_a_guess_are_kept(self):
+        matches = corrsel.match(*images(), **self.views)
+        self.assert_same_matches(matches, corrsel.match(*images()))
+        self.assertEqual((matches.left_camera, matches.right_camera), (self.camera, self.camera))
+        self.assertIsNone(matches.guess)
+
+    def test_errors(self):
+        left, right = images()
+        features = corrsel.extract(left)
+        for function, pair in (
+            (corrsel.match, (left, right)),
+            (corrsel.match_features, (features, features)),
+        ):
+            for views, error, text in (
+                ({}, ValueError, "a guess is given, but no left_camera; a guess needs the cameras of both"),
+                ({"left_camera": self.camera}, ValueError, "a guess is given, but no right_camera"),
+                ({"left_camera": "pinhole"}, TypeError, "left_camera is str; needed: corrsel.Camera"),
+                ({"guess": np.eye(3)}, TypeError, "guess is ndarray; needed: corrsel.MotionGuess"),
+            ):
+                self.assert_raises(error, text, function, *pair, **dict({"guess": self.right}, **views))
+        features.response = features.response[1:]
+        self.assert_raises(
+            ValueError,
+            "points and response differ in length",
+            corrsel.match_features,
+            features,
+            corrsel.extract(right),
         )
 
 

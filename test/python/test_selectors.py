@@ -52,7 +52,7 @@ class Results(unittest.TestCase):
                         np.testing.assert_array_equal(selection.model, np.reshape(result["model"], (3, 3)))
                     for (
                         name
-                    ) in "model_kind status scene message iterations n_input n_ignored n_selected".split():
+                    ) in "model_kind guess status scene message iterations n_input n_ignored n_selected".split():
                         self.assertEqual(getattr(selection, name), result[name], name)
                     np.testing.assert_array_equal(
                         floats([selection.confidence]), floats([result["confidence"]])
