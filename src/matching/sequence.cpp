@@ -19,10 +19,9 @@ void SequenceOptions::visit(OptionVisitor& visitor) const {
   visitor.number(
       {"min_overlap", 0, 1, "-", "Sequence, keyframe: renewed when less than this share of it is seen again"},
       &SequenceOptions::min_overlap);
-  visitor.number(
-      {"ratio", 0, 1, "-",
-       "Sequence, keyframe: matches with at most this ratio of distances show what is seen again"},
-      &SequenceOptions::ratio);
+  visitor.number({"ratio", 0, 1, "-",
+                  "Sequence, keyframe: matches with at most this ratio of distances show what is seen again"},
+                 &SequenceOptions::ratio);
 }
 
 Sequence::Sequence(const SequenceOptions& options) : options_(options) { options_.check(); }
