@@ -100,6 +100,10 @@ def correspondences(left, right, left_image, right_image, *, probability=None, d
     message.right_width, message.right_height = right_image.width, right_image.height
     message.rig_rotation, message.rig_translation = _numbers(9, math.nan), _numbers(3, math.nan)
     message.guess_rotation, message.guess_translation = _numbers(9, math.nan), _numbers(3, math.nan)
+    message.guess_sigma = math.nan
+    for quality in (message.left_quality, message.right_quality):
+        for number in quality.__slots__:
+            setattr(quality, number, math.nan)
     for camera in (message.left_camera, message.right_camera):
         _leave_unknown(camera)
     return message
