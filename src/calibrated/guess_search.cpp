@@ -5,7 +5,6 @@
 #include <opencv2/core.hpp>  // inv()
 
 #include "geometry/essential.h"
-#include "geometry/rotation.h"
 #include "geometry/rotation_vector.h"
 #include "search/essential_model.h"
 #include "search/local_optimization.h"

@@ -8,12 +8,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/size_text.h"
+
 namespace corrsel::core {
 namespace {
-
-std::string sizeText(const cv::Size& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
 
 /// Whether a point lies on a zero of the mask.
 bool isMasked(const cv::Mat& mask, float x, float y) {

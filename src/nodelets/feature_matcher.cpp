@@ -35,15 +35,15 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     for (const std::string& text : readParameters(getPrivateNodeHandle(), parameters)) {
       NODELET_ERROR_STREAM(text);
     }
-    const bool sequence = parameters.mode == FeatureMatcherParameters::Mode::kSequence;
+    sequence_ = parameters.mode == FeatureMatcherParameters::Mode::kSequence;
     motion_ = openMotionSource(getNodeHandle(), parameters);
     LiveMatcher::Setup setup;
     setup.threads = parameters.threads;
     setup.motion = motion_.get();
     setup.quality = parameters.image_quality;
-    setup.left_mask = sequence ? fixedMask("mask_file", parameters.mask_file)
-                               : fixedMask("left_mask_file", parameters.left_mask_file);
-    if (!sequence) setup.right_mask = fixedMask("right_mask_file", parameters.right_mask_file);
+    setup.left_mask = sequence_ ? fixedMask("mask_file", parameters.mask_file)
+                                : fixedMask("left_mask_file", parameters.left_mask_file);
+    if (!sequence_) setup.right_mask = fixedMask("right_mask_file", parameters.right_mask_file);
     matcher_ = std::make_unique<LiveMatcher>(setup);
     settings_ =
         std::make_unique<MatcherSettings>(parameters.tracker == FeatureMatcherParameters::Tracker::kFlow);
@@ -57,7 +57,6 @@ class FeatureMatcherNodelet : public nodelet::Nodelet {
     parts.configure = [this](FeatureMatcherConfig& config, std::uint32_t level) { configure(config, level); };
     stage_ = std::make_unique<Stage>(getNodeHandle(), getPrivateNodeHandle(), getName(), parameters,
                                      std::move(parts));
-    sequence_ = parameters.mode == FeatureMatcherParameters::Mode::kSequence;
     std::vector<ros::AdvertiseOptions> outputs = {Stage::output<Correspondences>("correspondences")};
     if (sequence_) outputs.push_back(Stage::output<Features>("features"));
     stage_->start(outputs);

@@ -6,12 +6,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/size_text.h"
+
 namespace corrsel::core {
 namespace {
-
-std::string sizeText(const cv::Size& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
 
 void checkMask(const cv::Mat& mask, const cv::Size& image) {
   if (mask.empty()) return;
