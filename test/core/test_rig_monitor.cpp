@@ -82,8 +82,8 @@ TEST(RigMonitor, CovarianceIsTrueWithNoiseThatPairsHaveInCommon) {
   EXPECT_LT(mean, 7.5);
 }
 
-TEST(RigMonitor, FindsATurnAboutEachAxisAndOfTheBaseline) {
-  for (int k = 0; k < 5; ++k) {
+TEST(RigMonitor, FindsATurnAboutEachAxis) {
+  for (int k = 0; k < 3; ++k) {
     for (const double size : {-0.4, 0.4}) {
       cv::Vec<double, 5> degrees;
       degrees[k] = size;
@@ -91,12 +91,24 @@ TEST(RigMonitor, FindsATurnAboutEachAxisAndOfTheBaseline) {
       RigMonitor monitor = monitorOf();
       const RigReport report = drive(scene, bent(degrees), 6, monitor);
       EXPECT_TRUE(report.determined);
-      EXPECT_NEAR(report.deviation[k], size * kDegree, 5 * std::sqrt(report.covariance(k, k))) << k;
       EXPECT_LT(report.noise, 0.5);
-      // Of points at 15 m, the direction of a baseline of 0.5 m shows less.
-      if (k > 2) continue;
       EXPECT_EQ(report.state, RigState::kError) << report.message;
       EXPECT_LT(angleOfRotation(report.corrected, bent(degrees)), 0.03) << k;
+    }
+  }
+}
+
+TEST(RigMonitor, MeasuresATurnOfEachParameter) {
+  for (int k = 0; k < 5; ++k) {
+    for (const double size : {-0.4, 0.4}) {
+      cv::Vec<double, 5> degrees;
+      degrees[k] = size;
+      // The covariance does not know of noise that a point keeps as long as it is seen.
+      Drive scene(independent());
+      RigMonitor monitor = monitorOf();
+      const RigReport report = drive(scene, bent(degrees), 6, monitor);
+      EXPECT_TRUE(report.determined);
+      EXPECT_NEAR(report.deviation[k], size * kDegree, 5 * std::sqrt(report.covariance(k, k))) << k;
     }
   }
 }
