@@ -3,8 +3,8 @@
 # ends with "N passed, N failed, N skipped". The first run downloads about 300 MB of Debian's packages for ARM, which it
 # extracts without running anything of them.
 #   scripts/maintenance/test_arm.sh [--short] [CMAKE_ARGUMENT...]
-# --short runs the tests of the kernels, of what differs between processors, and of the masks of all selectors. It is part
-# of .ci/run.
+# --short runs the tests of the kernels, of what differs between processors, and of the masks of all selectors. It is a
+# job of its own in .github/workflows.
 # CORRSEL_ARM_ROOT names another folder with the root file system of an ARM machine (default:
 # below ${XDG_CACHE_HOME:-~/.cache}/corrsel), CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
 # The tests that are Python programs are left out, because they start programs of the build without the emulator.
