@@ -55,7 +55,7 @@ if(catkin_FOUND)
     ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
     LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
   )
-  install(DIRECTORY config examples launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+  install(DIRECTORY config examples launch migration_rules DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   install(FILES nodelet_plugins.xml reference_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   catkin_install_python(
     PROGRAMS
