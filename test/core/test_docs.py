@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Tests of the documentation: links and file names in *.md lead somewhere, pictures have a maker, numbers agree.
 
-Needs nothing but Python: run it as `python3 test/core/test_docs.py`.
+Needs Python and PyYAML: run it as `python3 test/core/test_docs.py`.
 """
 import csv
 import pathlib
@@ -9,6 +9,8 @@ import re
 import tempfile
 import unittest
 from urllib.parse import unquote
+
+import yaml
 
 PACKAGE = pathlib.Path(__file__).resolve().parent.parent.parent
 # Files in backticks may be written relative to these folders.
@@ -137,6 +139,32 @@ class Copies(unittest.TestCase):
         for written, selector in table:
             with self.subTest(selector=selector):
                 self.assertLess(abs(float(written) / measured[selector] - 1), 0.2)  # rounded
+
+    def test_the_citation_and_the_example_have_the_version_of_the_package(self):
+        version, example = (
+            re.search("<version>(.+)</version>", (PACKAGE / folder / "package.xml").read_text("utf-8")).group(
+                1
+            )
+            for folder in ("", "examples/corrsel_example_selector")
+        )
+        citation = yaml.safe_load((PACKAGE / "CITATION.cff").read_text(encoding="utf-8"))
+        changes = (PACKAGE / "CHANGELOG.rst").read_text(encoding="utf-8")
+        released = re.search(r"^(\d+\.\d+\.\d+) \((\d{4}-\d\d-\d\d)\)\n-+$", changes, flags=re.M)
+        self.assertEqual(example, version)
+        self.assertEqual((str(citation["version"]), str(citation["date-released"])), released.groups())
+        self.assertEqual(released.group(1), version)
+
+    def test_the_citation_names_what_its_format_requires(self):
+        citation = yaml.safe_load((PACKAGE / "CITATION.cff").read_text(encoding="utf-8"))
+        package = (PACKAGE / "package.xml").read_text(encoding="utf-8")
+        self.assertEqual(citation["cff-version"], "1.2.0")
+        self.assertEqual(
+            [author["name"] for author in citation["authors"]], re.findall("<author>(.+)</author>", package)
+        )
+        self.assertEqual(citation["license"], re.search("<license[^>]*>(.+)</license>", package).group(1))
+        for entry in [citation] + citation["references"]:
+            self.assertTrue(entry["title"] and entry["authors"], entry)
+        self.assertTrue(citation["message"])
 
 
 class Checks(unittest.TestCase):
