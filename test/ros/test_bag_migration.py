@@ -51,7 +51,8 @@ def former_matches(make):
     message.left_width = message.right_width = message.left_height = message.right_height = 640
     message.left_x, message.left_y = left.T.tolist()
     message.right_x, message.right_y = right.T.tolist()
-    message.distance = np.linspace(0, 1, MATCHES, dtype=np.float32).tolist()
+    message.distance = np.linspace(0.5, 1, MATCHES, dtype=np.float32).tolist()
+    message.second_distance = [1.25] * MATCHES
     message.n_left_features, message.n_right_features = 1000, 900
     message.wait_seconds, message.detect_seconds, message.publish_seconds = 0.125, 0.25, 0.5
     return message
@@ -150,7 +151,7 @@ class BagMigration(unittest.TestCase):
 
     def test_the_benchmark_refuses_the_old_bag_with_the_remedy_and_reads_the_new_one(self):
         self.write()
-        command = "rosrun corrsel benchmark --bag %s --selectors usac --report false --output_dir %s/run_%s"
+        command = "rosrun corrsel benchmark --bag %s --preselection none --selectors usac --report false --output_dir %s/run_%s"
         code, text = self.shell.output_of(command % (self.old, self.root, "old"))
         self.assertNotEqual(code, 0, text)
         self.assertIn("rosbag fix", text)
