@@ -56,7 +56,9 @@ def line(points):
     (n, first), (m, last) = points[0], points[-1]
     growth = (last - first) / (m - n)
     constant = first - growth * n
-    deviation = max(abs(value / (constant + growth * pairs) - 1) for pairs, value in points[1:-1])
+    deviation = max(
+        [abs(value / (constant + growth * pairs) - 1) for pairs, value in points[1:-1]], default=0
+    )
     return growth, constant, deviation
 
 

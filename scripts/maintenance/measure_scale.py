@@ -46,7 +46,8 @@ def machine():
 def commit():
     """Return the commit of the sources."""
     command = ["git", "-C", str(PACKAGE), "describe", "--always", "--dirty", "--abbrev=12"]
-    return subprocess.run(command, stdout=subprocess.PIPE, check=True, universal_newlines=True).stdout.strip()
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False)
+    return done.stdout.decode().strip() or "unknown"
 
 
 def measured(command):
