@@ -7,6 +7,9 @@ setup(
     **generate_distutils_setup(
         packages=["corrsel", "corrsel.files", "corrsel.report"],
         package_dir={"": "python"},
-        package_data={"corrsel.report": ["*.css", "*.js", "templates/*.html"]},
+        package_data={
+            "corrsel": ["*.pyi", "py.typed"],
+            "corrsel.report": ["*.css", "*.js", "templates/*.html"],
+        },
     )
 )

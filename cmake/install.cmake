@@ -55,7 +55,7 @@ if(catkin_FOUND)
     ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
     LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
   )
-  install(DIRECTORY config examples launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
+  install(DIRECTORY config examples launch migration_rules DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   install(FILES nodelet_plugins.xml reference_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   catkin_install_python(
     PROGRAMS
@@ -73,7 +73,7 @@ else()
   install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${PROJECT_NAME})
   set(core_headers search evaluation selectors)
   set(reference_headers reference)
-  set(features_headers features matching)
+  set(features_headers features matching tracking)
   set(benchmark_headers benchmark datasets pose)
   set(database_headers database)
   foreach(library ${libraries})

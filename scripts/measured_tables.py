@@ -7,6 +7,8 @@ import csv
 import json
 from collections import OrderedDict
 
+from scale_tables import scale_tables
+
 # Selectors of the README's table, in the paper's order.
 SHOWN = ("nnsr", "ransac", "st", "gtm", "usac", "vfc", "gms", "lpm", "adalam", "auto", "keep_all")
 # Rows of the tables in docs/results.md and docs/performance.md; docs/data/all_results.md has all.
@@ -128,6 +130,7 @@ def measured_tables(package):
             "all-selectors": all_selectors(results, results["f_percent"]),
             "all-growth": growth(rows, [row["selector"] for row in rows]),
         },
+        "docs/scale.md": scale_tables(package),
         "docs/selectors.md": {"probability": calibration(probabilities)},
         "docs/performance.md": {
             "machine": source(rows),

@@ -156,7 +156,7 @@ def _parallel():
 def _installed(folder):
     """Yield name in the wheel and path of every file; libraries under the name that programs look for.
 
-    A library is installed as libname.so -> libname.so.0.1 -> libname.so.0.1.0, and a wheel has no links.
+    A library is installed as libname.so -> libname.so.X.Y -> libname.so.X.Y.Z, and a wheel has no links.
     """
     links = [path for path in folder.rglob("*.so.*") if path.is_symlink()]
     names = {link.resolve(): link for link in links}

@@ -480,8 +480,8 @@ def selector_names():
 def selector_groups():
     """Return the names of the selectors by what they do, a dict: {"paper": [...], "consensus": [...], ...}.
 
-    The groups are paper (the eight of Zhao et al.), consensus, local, graph, field, multi-structure, automatic and
-    baseline. help(corrsel.select) tells what the selectors of a group have in common.
+    The groups are paper (the eight of Zhao et al.), consensus, local, multi-structure, automatic, reference (further
+    published methods, for comparison) and baseline. help(corrsel.select) tells what the selectors of a group have in common.
     """
     groups = {}
     for group, _, name, _ in _core.selector_list():

@@ -44,6 +44,13 @@ class Consumer(unittest.TestCase):
         shutil.copytree(self.prefix, moved, symlinks=True)
         self.check_program(moved, self.root / "build_installed")
 
+    def test_every_public_header_is_installed(self):
+        """Those of ROS only where it is there."""
+        public = {path.relative_to(PACKAGE / "include") for path in (PACKAGE / "include").rglob("*.h")}
+        found = {path.relative_to(self.prefix / "include") for path in self.prefix.rglob("include/**/*.h")}
+        ros = {path for path in public if path.parts[1] == "ros"}
+        self.assertEqual(sorted(public - found - (set() if installed.DEVEL else ros)), [])
+
     def test_libraries_have_a_version(self):
         """A program records the name with the version of the interface; other versions can be installed beside it."""
         text = (PACKAGE / "package.xml").read_text()

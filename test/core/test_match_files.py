@@ -130,6 +130,8 @@ class Npz(MatchFiles):
         self.expect_refused(
             ["a.npz: mconf, row 0 is 200", "confidence from 0 to 1", "--scores distance"], "a.npz"
         )
+        self.npz("b.npz", mkpts0=LEFT[:1], mkpts1=RIGHT[:1], distance=[np.inf])
+        self.expect_refused(["b.npz: distance, row 0 is inf, expected a finite distance from 0"], "b.npz")
         self.npz("b.npz", mkpts0=LEFT[:1], mkpts1=RIGHT[:1], mconf=[np.float16(1.0005)])
         self.assertEqual(self.read("b.npz")["b"].probability, [1])
         columns = {"distance": [9, 8, 7], "match_probability": [0.5, np.nan, 1]}
@@ -375,7 +377,9 @@ class Lists(MatchFiles):
             (header + "\n1,2,3\n", ["line 2 has 3 values"]),
             (header + "\n\n1,2,3,4\n1,2,x,4\n", ["line 4, column 'x_right': 'x' is not a number"]),
             (header + ",label\n1,2,3,4,-1\n", ["line 2, column 'label': '-1' is not a whole number"]),
-            (header + ",distance\n1,2,3,4,-1\n", ["column 'distance': '-1' is not a number from 0"]),
+            (header + ",distance\n1,2,3,4,-1\n", ["column 'distance': '-1' is not a finite number from 0"]),
+            (header + ",distance\n1,2,3,4,inf\n", ["column 'distance': 'inf' is not a finite number from 0"]),
+            (header + ",ratio\n1,2,3,4,1e39\n", ["column 'ratio': '1e39' is not a finite number from 0"]),
             (
                 header + ",match_probability\n1,2,3,4,1.5\n",
                 ["column 'match_probability': '1.5' is not a number from 0 to 1"],

@@ -78,6 +78,7 @@ class Results(unittest.TestCase):
         self.assertEqual(groups["paper"], "nnsr ransac st gtm usac vfc gms lpm".split())
         self.assertEqual(list(groups)[-1], "baseline")
         for group in groups:
+            self.assertIn(group, corrsel.selector_groups.__doc__)
             self.assertEqual(corrsel.select.__doc__.count("\n    %s (" % group), 1, group)
 
     def test_the_groups_of_matches_are_those_of_the_models(self):

@@ -231,7 +231,7 @@ class Wheel(unittest.TestCase):
         )
 
     def test_says_that_options_left_the_package_out(self):
-        path = self.cmake("left_out", "-- corrsel 0.1.0: building core")
+        path = self.cmake("left_out", "-- corrsel VERSION: building core")
         code, text = self.pip("wheel", "--wheel-dir", self.work, ROOT, path=path)
         self.assertNotEqual(code, 0)
         self.assertIn("CMake builds no Python package: look at CMAKE_ARGS", text)

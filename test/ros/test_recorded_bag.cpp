@@ -394,9 +394,9 @@ TEST_F(RecordedBag, MatchesOfAnotherVersionAreRefusedWithTheRemedy) {
   message.header.stamp = ros::Time(1);
   bag_.write(kMatches, ros::Time(1), message);
   const std::string text = refusal();
-  for (const char* part :
-       {"no message on /correspondences that can be read",
-        "1 message of another version of corrsel/Correspondences", "record the matches again"}) {
+  for (const char* part : {"no message on /correspondences that can be read",
+                           "1 message of another version of corrsel/Correspondences", "rosbag fix",
+                           "record the matches again"}) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
 }

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .pairs import InputError, MatchedPair
+from .pairs import LARGEST_FLOAT, InputError, MatchedPair
 from .truth import label_truth
 
 COORDINATES = ("x_left", "y_left", "x_right", "y_right")
@@ -139,16 +139,16 @@ def _column(path, name, lines, texts):
     whole = name in INDICES or name in ("label", "row")
     from_0 = whole or name in FROM_0 or name.startswith("size")
     good = values >= (0 if from_0 else -math.inf)
-    if name == "match_probability":
-        good &= values <= 1
+    if from_0 and not whole:
+        good &= values <= (1 if name == "match_probability" else LARGEST_FLOAT)
     if whole:
         good &= (values == np.floor(values)) & (values < 2**32)
     if name in NAN_COLUMNS:
         good |= np.isnan(values)
     wrong = np.flatnonzero(~good)
     if len(wrong):
-        expected = "a whole number from 0" if whole else "a number from 0" if from_0 else "a number"
-        expected += " to 1" if name == "match_probability" else ""
+        expected = "a whole number from 0" if whole else "a finite number from 0" if from_0 else "a number"
+        expected = "a number from 0 to 1" if name == "match_probability" else expected
         raise InputError(
             "%s, line %d, column '%s': '%s' is not %s"
             % (path, lines[wrong[0]], name, texts[wrong[0]].strip(), expected)

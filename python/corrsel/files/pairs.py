@@ -1,6 +1,5 @@
 """Putative matches between two images, as every reader of this package returns them."""
 import dataclasses
-import math
 import re
 import typing
 
@@ -8,6 +7,7 @@ import numpy as np
 
 #: What the scores of a matcher are.
 SCORES = ("confidence", "distance", "none")
+LARGEST_FLOAT = float(np.finfo(np.float32).max)  # larger ones would become infinite
 
 
 class InputError(Exception):
@@ -145,7 +145,7 @@ def set_scores(pair, values, what, meaning, may_be_nan=False):
     if meaning == "none":
         return
     scores = np.asarray(values, np.float64)
-    low, high = (0, 1) if meaning == "confidence" else (0, math.inf)
+    low, high = (0, 1) if meaning == "confidence" else (0, LARGEST_FLOAT)
     good = (scores >= low) & (scores <= high + 1e-3)  # scores of 16 bits are rounded
     wrong = np.flatnonzero(~(good | np.isnan(scores)) if may_be_nan else ~good)
     if len(wrong):
@@ -157,7 +157,7 @@ def set_scores(pair, values, what, meaning, may_be_nan=False):
                 what,
                 wrong[0],
                 scores[wrong[0]],
-                "confidence from 0 to 1" if meaning == "confidence" else "distance from 0",
+                "confidence from 0 to 1" if meaning == "confidence" else "finite distance from 0",
             )
         )
     if meaning == "confidence":

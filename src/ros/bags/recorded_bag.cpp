@@ -208,10 +208,12 @@ void RecordedMatchesSource::Impl::scan() {
   if (matches.empty()) {
     const std::size_t unreadable = scan.unreadable(topic);
     fail("bag " + file.path() + " has no message on " + topic + " that can be read" +
-         (unreadable > 0 ? ": " + count(unreadable, "message") + " of another version of " + kMatchesType +
-                               ", or damaged; read the bag with the version of corrsel that recorded it, or "
-                               "record the matches again"
-                         : ""));
+         (unreadable > 0
+              ? ": " + count(unreadable, "message") + " of another version of " + kMatchesType +
+                    ", or damaged; convert a bag of version 0.1.0 by rosbag fix (docs/own_bag.md), "
+                    "read the bag with the version of corrsel that recorded it, or record the "
+                    "matches again"
+              : ""));
   }
   const auto first = matches.front().message.instantiate<PairHeader>();
   left_frame = first->header.frame_id;
