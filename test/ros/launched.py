@@ -9,6 +9,7 @@ import tempfile
 import time
 import unittest
 
+import rosgraph
 import rospy
 from ros_shell import free_port
 
@@ -31,13 +32,34 @@ class LaunchedTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.root = pathlib.Path(tempfile.mkdtemp(prefix="corrsel_launched_"))
-        cls.port = free_port()
-        os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % cls.port
         os.environ["ROS_HOSTNAME"] = "localhost"
         os.environ["ROS_HOME"] = str(cls.root / "ros_home")
         cls.log = open(cls.root / "log.txt", "w+", encoding="utf-8")  # pylint: disable=consider-using-with
-        cls.master = cls.start("roscore", "-p", str(cls.port))
+        cls.start_master()
         rospy.init_node("test_launched", disable_signals=True)
+
+    @classmethod
+    def start_master(cls):
+        """Starts a master. On a busy machine roscore may give up, and another test may take the port before it."""
+        for _ in range(5):
+            cls.port = free_port()
+            os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % cls.port
+            cls.master = cls.start("roscore", "-p", str(cls.port))
+            if (
+                wait_until(lambda: cls.master.poll() is not None or cls.has_rosout())
+                and cls.master.poll() is None
+            ):
+                return
+            cls.end(cls.master)
+        raise AssertionError("roscore does not start; its log:\n" + cls.text())
+
+    @staticmethod
+    def has_rosout():
+        """Whether the master runs, with the node that roscore starts after it."""
+        try:
+            return "/rosout" in str(rosgraph.Master("/test_launched").getSystemState())
+        except (OSError, rosgraph.MasterException):
+            return False
 
     @classmethod
     def tearDownClass(cls):
@@ -70,7 +92,8 @@ class LaunchedTest(unittest.TestCase):
         self.addCleanup(self.end, process)
         return process
 
-    def text(self):
+    @classmethod
+    def text(cls):
         """What the programs have printed so far, its end."""
-        self.log.flush()
-        return (self.root / "log.txt").read_text(encoding="utf-8", errors="replace")[-5000:]
+        cls.log.flush()
+        return (cls.root / "log.txt").read_text(encoding="utf-8", errors="replace")[-5000:]

@@ -235,7 +235,9 @@ class Pipelines(LaunchedTest):
             stamps = [pair.header.stamp for pair in list(rig.matches) if len(pair.left_x) > 50]
             return sum(later < earlier for earlier, later in zip(stamps, stamps[1:]))
 
-        self.assertTrue(wait_until(lambda: rounds() >= 2), self.text())
+        looped = wait_until(lambda: rounds() >= 2)
+        arrived = [(pair.header.stamp.to_sec(), len(pair.left_x)) for pair in list(rig.matches)]
+        self.assertTrue(looped, "stamps and numbers of matches: %s\n%s" % (arrived, self.text()))
         stamps = {pair.header.stamp.to_sec() for pair in list(rig.matches)}
         self.assertTrue(any(stamp < 1002 for stamp in stamps) and any(stamp >= 1010 for stamp in stamps))
         self.assertTrue(wait_until(lambda: "time went backwards" in self.text()), self.text())
