@@ -20,7 +20,8 @@ SCENES = {
     "several_motions": "groups of matches move by themselves",
     "unknown": "there is agreement, but no significant model",
 }
-PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
+# Sequences of the dataset "sample" whose second image is a photograph too.
+PHOTOGRAPHED = ("graf", "aloe", "rig", "box", "page")
 UNRELATED = "unrelated_"  # begins the name of a dataset of pairs of different scenes
 GIVEN = "given"  # features of a dataset that provides matches
 
@@ -91,7 +92,7 @@ def is_unrelated(dataset):
 def data_kind(dataset):
     """Return whether a dataset's pairs are real, reconstructed or generated, as words."""
     if dataset == "sample":
-        return "generated but for " + " and ".join(PHOTOGRAPHED)
+        return "generated but for %s and %s" % (", ".join(PHOTOGRAPHED[:-1]), PHOTOGRAPHED[-1])
     for kind in ("reconstructed", "generated"):
         if dataset.endswith("_" + kind):
             return kind
