@@ -89,10 +89,15 @@ def is_unrelated(dataset):
     return dataset.startswith(UNRELATED)
 
 
+def photographed_text():
+    """Return the names of the sequences of the dataset "sample" that are not generated, as words."""
+    return "%s and %s" % (", ".join(PHOTOGRAPHED[:-1]), PHOTOGRAPHED[-1])
+
+
 def data_kind(dataset):
     """Return whether a dataset's pairs are real, reconstructed or generated, as words."""
     if dataset == "sample":
-        return "generated but for %s and %s" % (", ".join(PHOTOGRAPHED[:-1]), PHOTOGRAPHED[-1])
+        return "generated but for " + photographed_text()
     for kind in ("reconstructed", "generated"):
         if dataset.endswith("_" + kind):
             return kind
