@@ -27,6 +27,34 @@ readonly files=(
   data/home.jpg
   text/scenetext03.jpg
   data/aero1.jpg
+  data/left01.jpg
+  data/right01.jpg
+  data/left02.jpg
+  data/right02.jpg
+  data/left03.jpg
+  data/right03.jpg
+  data/left04.jpg
+  data/right04.jpg
+  data/left06.jpg
+  data/right06.jpg
+  data/left07.jpg
+  data/right07.jpg
+  data/left08.jpg
+  data/right08.jpg
+  data/left09.jpg
+  data/right09.jpg
+  data/left11.jpg
+  data/right11.jpg
+  data/left12.jpg
+  data/right12.jpg
+  data/left13.jpg
+  data/right13.jpg
+  data/left14.jpg
+  data/right14.jpg
+  data/box.png
+  data/box_in_scene.png
+  reg/LR_05.png
+  reg/LR_06.png
 )
 
 fail() {
@@ -34,11 +62,11 @@ fail() {
   exit 1
 }
 
-# complete FOLDER FILE...: succeeds if every file exists below the folder and is not empty.
-complete() {
+# missing FOLDER FILE...: prints the files that do not exist below the folder, or are empty.
+missing() {
   local file
   for file in "${@:2}"; do
-    [[ -s "$1/$file" ]] || return 1
+    [[ -s "$1/$file" ]] || echo "$file"
   done
 }
 
@@ -47,7 +75,12 @@ if [[ $# -gt 1 || ${1:-} == -* ]]; then
 fi
 folder=${1:-${XDG_CACHE_HOME:-$HOME/.cache}/corrsel/sample}
 
-if complete "$folder" "${files[@]##*/}"; then
+# Files that are there stay as they are, with their times, by which runs recognise a dataset.
+wanted=()
+for file in "${files[@]}"; do
+  [[ -s "$folder/${file##*/}" ]] || wanted+=("$file")
+done
+if [[ ${#wanted[@]} -eq 0 ]]; then
   echo "All ${#files[@]} sample files are already in $folder"
   exit 0
 fi
@@ -61,7 +94,7 @@ mkdir -p "$folder" || fail "cannot create $folder; $other_folder"
 staging=$(mktemp -d "$folder/.fetch.XXXXXX") || fail "cannot write to $folder; $other_folder"
 
 source_root=/$examples
-if ! complete "$source_root" "${files[@]}"; then
+if [[ -n "$(missing "$source_root" "${wanted[@]}")" ]]; then
   command -v apt-get >/dev/null ||
     fail "opencv-doc is not installed and there is no apt-get; copy its files by hand into $folder"
   work=$(mktemp -d)
@@ -78,13 +111,14 @@ if ! complete "$source_root" "${files[@]}"; then
   dpkg-deb -x "${packages[0]}" "$work/unpacked" ||
     fail "the downloaded package cannot be unpacked; free some space for temporary files and try again"
   source_root=$work/unpacked/$examples
-  complete "$source_root" "${files[@]}" ||
-    fail "${packages[0]##*/} lacks some of the sample images; take them from Debian 12's opencv-doc"
+  lacking=$(missing "$source_root" "${wanted[@]}" | paste -sd ' ')
+  [[ -z "$lacking" ]] ||
+    fail "${packages[0]##*/} lacks $lacking; copy that from Debian 12's opencv-doc into $folder and try again"
 fi
 
 # Files get their names in the folder only once they are complete.
-for file in "${files[@]}"; do
+for file in "${wanted[@]}"; do
   cp "$source_root/$file" "$staging/"
 done
 mv -f "$staging"/* "$folder/"
-echo "Put ${#files[@]} sample files into $folder"
+echo "Put ${#wanted[@]} sample files into $folder"

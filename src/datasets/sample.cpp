@@ -16,6 +16,7 @@
 #include "datasets/files.h"
 #include "datasets/generator.h"
 #include "datasets/lens.h"
+#include "datasets/real_samples.h"
 
 namespace corrsel::core {
 namespace {
@@ -61,6 +62,7 @@ constexpr Sequence kSequences[] = {
 
 constexpr int kStrengths = 5;
 constexpr std::size_t kTakenPairs = 2;  // graf and aloe precede the generated pairs
+static_assert(SampleReader::kFirstReal == kTakenPairs + std::size(kSequences) * kStrengths);
 
 constexpr double kZoomRotationScale[kStrengths] = {1.2, 1.6, 2.1, 2.8, 3.5};  // size left / size right
 constexpr double kZoomRotationAngle[kStrengths] = {15, 30, 45, 60, 75};       // degrees, either way
@@ -255,15 +257,29 @@ std::vector<std::string> SampleReader::imageNames() {
   std::vector<std::string> names = {kGrafLeft, kGrafRight, kGrafHomography,
                                     kAloeLeft, kAloeRight, kAloeDisparity};
   for (const Sequence& sequence : kSequences) names.push_back(sequence.photograph);
+  for (const RealSample& sample : realSamples()) {
+    names.push_back(sample.left);
+    names.push_back(sample.right);
+  }
   return names;
 }
 
-std::size_t SampleReader::size() const { return kTakenPairs + std::size(kSequences) * kStrengths; }
+std::vector<std::string> SampleReader::trainingImages() {
+  std::vector<std::string> names = {kGrafLeft, kGrafRight, kAloeLeft, kAloeRight};
+  for (const Sequence& sequence : kSequences) names.push_back(sequence.photograph);
+  return names;
+}
+
+std::size_t SampleReader::size() const { return kFirstReal + realSamples().size(); }
 
 PairId SampleReader::id(std::size_t index) const {
   if (index >= size()) throw std::out_of_range("sample dataset: no pair " + std::to_string(index));
   if (index == 0) return {"sample", "graf", "1-3"};
   if (index == 1) return {"sample", "aloe", "L-R"};
+  if (index >= kFirstReal) {
+    const RealSample& sample = realSamples()[index - kFirstReal];
+    return {"sample", sample.sequence, sample.pair};
+  }
   return {"sample", sequenceOf(index).name, "0-" + std::to_string(strengthOf(index) + 1)};
 }
 
@@ -291,6 +307,15 @@ ImagePair SampleReader::read(std::size_t index) const {
     pair.right_name = kAloeRight;
     return pair;
   }
+  if (index >= kFirstReal) {
+    const RealSample& sample = realSamples()[index - kFirstReal];
+    pair.left = readImageFile(path(sample.left), kSampleRemedy);
+    pair.right = readImageFile(path(sample.right), kSampleRemedy);
+    pair.left_name = sample.left;
+    pair.right_name = sample.right;
+    addRealTruth(sample, root_, kSampleRemedy, pair);
+    return pair;
+  }
   const Sequence& sequence = sequenceOf(index);
   const int strength = strengthOf(index);
   Random random = engineOf(seed_, sequence.name, strength);
@@ -310,6 +335,9 @@ void SampleReader::check(std::size_t index) const {
     readGrafHomography(path(kGrafHomography));
   } else if (index == 1) {
     names = {kAloeLeft, kAloeRight, kAloeDisparity};
+  } else if (index >= kFirstReal) {
+    const RealSample& sample = realSamples()[index - kFirstReal];
+    names = {sample.left, sample.right};
   } else {
     names = {sequenceOf(index).photograph};
   }

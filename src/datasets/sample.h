@@ -19,11 +19,16 @@ std::string sampleFolder();
 /// - "aloe/L-R": a rectified stereo pair with its disparity image;
 /// - ten sequences of five pairs "0-1" to "0-5" of growing strength: a photograph and its image under a known
 ///   homography and one nuisance. They follow the paper's eight VGG cases (zoom_rotation_1, zoom_rotation_2,
-///   blur_1, blur_2, viewpoint_1, viewpoint_2, light, jpeg), plus pure zoom and pure rotation.
+///   blur_1, blur_2, viewpoint_1, viewpoint_2, light, jpeg), plus pure zoom and pure rotation;
+/// - from kFirstReal on the pairs of realSamples(): a calibrated stereo rig, a box and a page.
 ///
 /// The generated images depend only on the seed and the pair, not on the order of reading.
 class SampleReader : public DatasetReader {
  public:
+  /// Index of the first of realSamples(), which joined the set later. The pairs before it, and what was
+  /// measured or chosen on them, stay as they were.
+  static constexpr std::size_t kFirstReal = 52;
+
   /// @param root  the folder with the files named by imageNames()
   /// @param seed  of the generated pairs' homographies and noise
   /// Throws DatasetError when `root` is not a folder or has none of the files.
@@ -31,6 +36,10 @@ class SampleReader : public DatasetReader {
 
   /// Names of the files that the pairs are made from: images and graf's homography.
   static std::vector<std::string> imageNames();
+
+  /// Names of the images of the pairs before kFirstReal, from which the tests of binary descriptors are
+  /// chosen.
+  static std::vector<std::string> trainingImages();
 
   std::size_t size() const override;
 

@@ -65,11 +65,6 @@ std::vector<std::size_t> testsBelow(double limit, const TestCandidates& candidat
   return tests;
 }
 
-bool isPhotograph(const std::string& name) {
-  // The other files of the sample set are a homography and a disparity map.
-  return name.find(".xml") == std::string::npos && name.find("GT") == std::string::npos;
-}
-
 }  // namespace
 
 TestChoice chooseTests(const TestCandidates& candidates, std::size_t wanted) {
@@ -94,8 +89,7 @@ TestChoice chooseTests(const TestCandidates& candidates, std::size_t wanted) {
 
 std::vector<cv::Mat> samplePhotographs(const std::string& folder) {
   std::vector<cv::Mat> images;
-  for (const std::string& name : SampleReader::imageNames()) {
-    if (!isPhotograph(name)) continue;
+  for (const std::string& name : SampleReader::trainingImages()) {
     images.push_back(cv::imread(folder + "/" + name, cv::IMREAD_GRAYSCALE));
     if (images.back().empty()) {
       throw std::runtime_error(folder + "/" + name + " is missing or cannot be read; run fetch_samples.sh");

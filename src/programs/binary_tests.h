@@ -34,7 +34,7 @@ struct TestChoice {
 /// section 4.3; also used by Alahi, Ortiz and Vandergheynst, "FREAK: Fast Retina Keypoint", CVPR 2012.
 TestChoice chooseTests(const TestCandidates& candidates, std::size_t wanted);
 
-/// The photographs of the sample dataset as grey images. Throws std::runtime_error for a missing file.
+/// SampleReader::trainingImages() as grey images. Throws std::runtime_error for a missing file.
 std::vector<cv::Mat> samplePhotographs(const std::string& folder);
 
 /// The main() of a program with the arguments SAMPLE_FOLDER, or with its usage if they are anything else.

@@ -568,9 +568,9 @@ class ReportTest(unittest.TestCase):
 
     def test_generated_pairs_are_declared(self):
         text = self.make()
-        self.assertIn("all sequences but <i>graf</i> and <i>aloe</i> are generated", text)
+        self.assertIn("all sequences but graf, aloe, rig, box and page are generated", text)
         rows = Page(text).table("Highest mean F")
-        self.assertIn("generated but for graf and aloe", rows[1][0]["text"])
+        self.assertIn("generated but for graf, aloe, rig, box and page", rows[1][0]["text"])
         self.assertIn("real data", rows[2][0]["text"])
 
     def test_other_tolerances(self):

@@ -2,7 +2,7 @@
 from .markup import render
 from .selectors import BASELINE
 from .scenes import counts_of
-from .words import SCENES, STATUSES
+from .words import SCENES, STATUSES, photographed_text
 
 
 def html(run, figures):
@@ -13,5 +13,5 @@ def html(run, figures):
         ground_truth_px=run.ground_truth_px(),
         statuses=STATUSES,
         scenes=SCENES if counts_of(run) else {},
-        sample="sample" in run.datasets,
+        photographed=photographed_text() if "sample" in run.datasets else "",
     )

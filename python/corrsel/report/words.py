@@ -20,7 +20,8 @@ SCENES = {
     "several_motions": "groups of matches move by themselves",
     "unknown": "there is agreement, but no significant model",
 }
-PHOTOGRAPHED = ("graf", "aloe")  # sequences of the dataset "sample" whose second image is a photograph too
+# Sequences of the dataset "sample" whose second image is a photograph too.
+PHOTOGRAPHED = ("graf", "aloe", "rig", "box", "page")
 UNRELATED = "unrelated_"  # begins the name of a dataset of pairs of different scenes
 GIVEN = "given"  # features of a dataset that provides matches
 
@@ -88,10 +89,15 @@ def is_unrelated(dataset):
     return dataset.startswith(UNRELATED)
 
 
+def photographed_text():
+    """Return the names of the sequences of the dataset "sample" that are not generated, as words."""
+    return "%s and %s" % (", ".join(PHOTOGRAPHED[:-1]), PHOTOGRAPHED[-1])
+
+
 def data_kind(dataset):
     """Return whether a dataset's pairs are real, reconstructed or generated, as words."""
     if dataset == "sample":
-        return "generated but for " + " and ".join(PHOTOGRAPHED)
+        return "generated but for " + photographed_text()
     for kind in ("reconstructed", "generated"):
         if dataset.endswith("_" + kind):
             return kind
