@@ -68,15 +68,19 @@ def wins_sentence(run):
         return ""
     winners = Counter(run.ranking(group)[0]["selector"] for group in groups)
     (first, wins), *others = winners.most_common()
-    text = Markup("Of all %d settings (dataset, features and preselection), <b>%s</b> has the highest mean F in %d")
+    text = Markup(
+        "Of all %d settings (dataset, features and preselection), <b>%s</b> has the highest mean F in %d"
+    )
     text %= (len(groups), first, wins)
     return text + joined((Markup(", <b>%s</b> in %d") % other for other in others), "") + "."
 
 
 def where_text(run, group):
     """Return in which setting a selector won, as a part of a sentence."""
-    setting = ", ".join([features_text(group.features), preselection_text(group.preselection), at_tau(run.tau(group))])
-    return Markup(" on %s <span class=\"small\">(%s)</span>") % (dataset_html(group.dataset), setting)
+    setting = ", ".join(
+        [features_text(group.features), preselection_text(group.preselection), at_tau(run.tau(group))]
+    )
+    return Markup(' on %s <span class="small">(%s)</span>') % (dataset_html(group.dataset), setting)
 
 
 def poses_sentences(run, groups):
@@ -109,10 +113,14 @@ def html(run, figures):
     plots = [plot for plot in (time_panel(run, figures, group, "opening") for group in groups) if plot]
     pair = example_html(run, groups)
     out = [render("opening.html", plots=plots, text=time_text(run), pair=pair)] if plots or pair else []
-    for text in [result_text(run, group, where_text(run, group)) for group in groups] + poses_sentences(run, groups):
+    for text in [result_text(run, group, where_text(run, group)) for group in groups] + poses_sentences(
+        run, groups
+    ):
         out.append(paragraph(text, "answer"))
     if groups:
-        out += [paragraph(text) for text in (wins_sentence(run), left_to_sections(run, groups), F_TEXT) if text]
+        out += [
+            paragraph(text) for text in (wins_sentence(run), left_to_sections(run, groups), F_TEXT) if text
+        ]
     else:
         out.append(paragraph(without_results(run), "answer"))
     return joined(out)
@@ -121,7 +129,9 @@ def html(run, figures):
 def left_to_sections(run, groups):
     """Return which datasets are not in the picture, as a sentence; "" where all are."""
     shown = {group.dataset for group in groups}
-    missing = list(dict.fromkeys(g.dataset for g in groups_with_means(run) if g.dataset not in shown and run.ranking(g)))
+    missing = list(
+        dict.fromkeys(g.dataset for g in groups_with_means(run) if g.dataset not in shown and run.ranking(g))
+    )
     if not missing:
         return ""
     text = "The picture shows the first %s; %s: see below."

@@ -6,9 +6,9 @@ from .figures import line_style, mark, marked, name_rows, new_axes, plot_text
 from .markup import DASH, Cell, below, bold, breakable, dataset_html, details, findings, joined, lines
 from .markup import panels, paragraph, sources, table, text_cell
 from .paper import SOURCE
-from .scopes import is_main
+from .scopes import is_main, switches_of
 from .remarks import remark_sentences
-from .selectors import BASELINE, DARK, is_baseline
+from .selectors import BASELINE, DARK, are_many, is_baseline
 from .standings import standing
 from .words import at_tau, features_text, fraction, group_text, interval, kind_text, milliseconds, number
 from .words import plural, preselection_text, with_interval
@@ -49,7 +49,8 @@ def scope_html(run):
     out, shard, left = [], run.state.get("shard"), run.state.get("left_out_datasets")
     experiment = run.settings.get("experiment")
     if run.sections and isinstance(experiment, str) and experiment:
-        out.append(paragraph(Markup("Experiment <b>%s</b>: %s.") % (experiment, ", ".join(run.sections))))
+        parts = "" if run.sections == [experiment] else ": " + ", ".join(run.sections)
+        out.append(paragraph(Markup("Experiment <b>%s</b>%s.") % (experiment, parts)))
     if isinstance(shard, str) and shard:
         text = Markup(
             "<strong>Shard %s</strong>: this run holds only its share of the pairs; merge all shards for the results of"
@@ -69,15 +70,18 @@ def lead(run):
     if not run.datasets:
         return "This run holds no pairs."
     competing = [s for s in run.selectors if not is_baseline(s)]
+    names = [name for name in switches_of(run) if not is_baseline(name)]
+    variants = "" if len(names) == len(competing) else " in %d variants" % len(competing)
     counts = (
         Markup("%s (%s)") % (dataset_html(name), plural(count, "pair"))
         for name, count in run.datasets.items()
     )
-    return Markup("%s on %s, with %s: %s.") % (
-        plural(len(competing), "selector").capitalize(),
+    return Markup("%s%s on %s, with %s: %s.") % (
+        plural(len(names), "selector").capitalize(),
+        variants,
         joined(counts, ", "),
         ", ".join(map(features_text, run.features)),
-        joined(map(bold, competing), ", ") or "none",
+        joined(map(bold, names), ", ") or "none",
     )
 
 
@@ -198,6 +202,8 @@ def baseline_sentence(ranking, baseline):
         return text + "."
     if len(lower) == len(ranking):
         return text + ": no selector does better."
+    if are_many(ranking):
+        return text + "; %d of %d do no better." % (len(lower), len(ranking))
     names = list(map(bold, lower))
     listed = joined([joined(names[:-1], ", "), names[-1]], " and ")
     return Markup("%s; %s %s no better.") % (text, listed, "does" if len(lower) == 1 else "do")
@@ -273,7 +279,7 @@ def html(run, figures):
         caption += " Paper names: what the paper (%s) puts first in the same setting." % SOURCE
     rows = [summary_row(run, group, papers) for group in groups]
     out = [settings_html(run, figures, groups)]
-    out.append(table(caption, head, rows, "overview", long=len(groups) > 12))
+    out.append(table(caption, head, rows, "overview papers" if papers else "overview", long=len(groups) > 12))
     out.append(sources(run, "summary.csv", "pairs.csv"))
     out += [paragraph(note, "small") for note in dataset_notes(run, [g.dataset for g in groups])]
     if run.remarks:

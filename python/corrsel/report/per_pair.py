@@ -4,7 +4,18 @@ from itertools import compress
 import numpy as np
 
 from .figures import marked, new_axes, plot_text, selector_rows, selector_ticks
-from .markup import BLOCKS, DASH, article, below, best_cell, group_heading, joined, panels, paragraph, row_class
+from .markup import (
+    BLOCKS,
+    DASH,
+    article,
+    below,
+    best_cell,
+    group_heading,
+    joined,
+    panels,
+    paragraph,
+    row_class,
+)
 from .markup import sources, table, with_headings
 from .scopes import figure_name, groups_of, makes_variants
 from .selectors import YELLOW, are_many, is_baseline

@@ -145,7 +145,9 @@ def only_single_pairs(run):
 def single_table(group, rows, measure):
     """Return the table of a group of one pair: the errors themselves."""
     columns = [each for each in measure.columns if "auc" not in each[1] and "maa" not in each[1]]
-    head = ["Selector"] + [title.replace("Median ", "Error of ").replace(" pose", " the pose") for title, _, _ in columns]
+    head = ["Selector"] + [
+        title.replace("Median ", "Error of ").replace(" pose", " the pose") for title, _, _ in columns
+    ]
     lines = []
     for selector in ordered(rows):
         values = [(rows[selector][column], FORMATS[unit]) for _, column, unit in columns]

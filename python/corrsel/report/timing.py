@@ -48,14 +48,14 @@ def limits_of_f(rows):
 
 
 def lines_of(run, rows):
-    """Return rows as lists, by rising time: the variants of a selector that a preset joins, or one row each."""
+    """Return name -> rows: of the variants of a selector that a preset joins, or one row for each selector."""
     if not makes_variants(run):
-        return [[row] for row in rows]
+        return {row["selector"]: [row] for row in rows}
     names = {selector: name for name, variants in switches_of(run).items() for selector in variants}
     lines = {}
-    for row in sorted(rows, key=lambda row: row["select_s_median"]):
+    for row in rows:
         lines.setdefault(names[row["selector"]], []).append(row)
-    return list(lines.values())
+    return lines
 
 
 def unbeaten(rows):
@@ -68,26 +68,33 @@ def unbeaten(rows):
 
 
 def draw_selectors(axes, run, lines, named):
-    """Draw a point with its interval for each row of the lines, in colour on lines of named selectors; return obstacles."""
+    """Draw a point for each row of the lines, in colour where the best one is named; return obstacles.
+
+    Points that stand alone have their intervals. The best of several points is larger than the others.
+    """
     obstacles = []
-    for line in lines:
-        known = any(row["selector"] in named for row in line)
-        points = [(1e3 * row["select_s_median"], row["f_paper"]) for row in line]
-        for (time, f), row in zip(points, line):
-            options = dict(line_style(run.styles[row["selector"]]), linestyle="none", markersize=7)
-            if not known:
+    for rows in lines.values():
+        best = highest(rows)
+        for row in rows:
+            time, f, low, high = 1e3 * row["select_s_median"], *(
+                row[k] for k in ("f_paper", "f_paper_lo", "f_paper_hi")
+            )
+            style = dict(run.styles[row["selector"]], marker=run.styles[best["selector"]]["marker"])
+            options = dict(line_style(style), linestyle="none", markersize=7 if row is best else 4)
+            if best not in named:
                 options.update(marker="o", markersize=4, markerfacecolor="#c4c4c4", markeredgecolor="#9a9a9a")
-            low, high = row["f_paper_lo"], row["f_paper_hi"]
             with marked(axes, row["selector"]):
-                if known and len(line) == 1 and None not in (low, high):
+                if best in named and len(rows) == 1 and None not in (low, high):
                     colour = options["markeredgecolor"]
                     axes.plot([time] * 2, [low, high], color=colour, linewidth=1.2, marker="_", markersize=6)
                     obstacles.append(((time, low), (time, high)))
                 axes.plot([time], [f], **options)
-        if len(line) > 1:
-            with marked(axes, line[0]["selector"]):
-                axes.plot(*zip(*points), color="#9a9a9a", linewidth=0.8, zorder=1)
     return obstacles
+
+
+def highest(rows):
+    """Return the row with the highest mean F."""
+    return max(rows, key=lambda row: row["f_paper"])
 
 
 def time_panel(run, figures, group, name="time"):
@@ -108,15 +115,16 @@ def time_panel(run, figures, group, name="time"):
     axes.set_ylim(*limits_of_f(rows + base))
     format_time_axis(axes, min(times) / 2, max(times) * 3)
     lines = lines_of(run, rows)
-    named = [max(line, key=lambda row: row["f_paper"]) for line in lines]
+    named = [highest(line) for line in lines.values()]
     if are_many(named):
         named = unbeaten(named)
-    obstacles = draw_selectors(axes, run, lines, {row["selector"] for row in named})
+    obstacles = draw_selectors(axes, run, lines, named)
     points = [(1e3 * row["select_s_median"], row["f_paper"]) for row in named]
     for row in base:
         with marked(axes, row["selector"]):
             obstacles += draw_baseline(axes, row, points, obstacles)
-    place_labels(axes, points, [row["selector"] for row in named], obstacles)
+    names = [next(name for name, line in lines.items() if row in line) for row in named]
+    place_labels(axes, points, [row["selector"] for row in named], obstacles, names)
     axes.grid(True)
     axes.set_xlabel("median selection time (ms, logarithmic)")
     axes.set_title("%s: mean F" % plot_text(group.dataset, 40), loc="left")
@@ -153,7 +161,7 @@ def time_text(run):
     text = "Mean F of each selector against its median time for one pair of images, in ms. Up and to the left is better; the"
     text += " F axis does not start at 0."
     if makes_variants(run):
-        return text + " Thin lines join the variants of a selector, of which the one with the highest F is named."
+        return text + " The variants of a selector have its colour; the one with the highest F is named."
     if are_many(run.selectors):
         text += " Named in colour are the selectors that no other one beats in both F and time."
     return text + " The bars are 95 % intervals of the mean."
@@ -169,6 +177,9 @@ def html(run, figures):
         plot = time_panel(run, figures, group)
         if plot:
             tau = run.tau(group)
-            text = "%s %s" % (time_text(run), "Labelled ground truth." if tau is None else "At %s." % at_tau(tau))
+            text = "%s %s" % (
+                time_text(run),
+                "Labelled ground truth." if tau is None else "At %s." % at_tau(tau),
+            )
             out.append(article(group_heading(group), panels([plot], text, "panels two")))
     return joined(out) or paragraph("The run holds no pairs.")
