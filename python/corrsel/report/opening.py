@@ -14,9 +14,9 @@ from .visual import drawn_images, image_caption, image_data, image_path, pair_of
 from .words import PHOTOGRAPHED, at_tau, features_text, is_unrelated, plural, preselection_text
 
 F_TEXT = (
-    "F is the harmonic mean of precision (the share of the kept matches that are right) and recall (the share of the right"
-    " matches that are kept), from 0 to 1. A match is right if its error is at most \u03c4, or if it is labelled so. %s keeps"
-    " all matches, as if nothing were selected."
+    "F is the harmonic mean of precision (the share of the selected matches that are inliers) and recall (the share of the"
+    " inliers that are selected), from 0 to 1. A match is an inlier if its error is at most \u03c4, or if it is labelled as"
+    " one. %s selects all matches."
 ) % BASELINE
 
 
@@ -101,7 +101,7 @@ def without_results(run):
     if not run.datasets:
         return ""
     if all(map(is_unrelated, run.datasets)):
-        return "All pairs show different scenes, so there are no right matches and no F; see the section on them."
+        return "All pairs show different scenes, so there are no inliers and no F; see the section on them."
     if not run.summary:
         return ""
     return "No pair has a ground truth with inliers, so precision, recall and F are unknown and there is no winner."
@@ -112,7 +112,9 @@ def html(run, figures):
     groups = opening_groups(run)
     plots = [plot for plot in (time_panel(run, figures, group, "opening") for group in groups) if plot]
     pair = example_html(run, groups)
-    out = [render("opening.html", plots=plots, text=time_text(run), pair=pair)] if plots or pair else []
+    out = (
+        [render("opening.html", plots=plots, text=time_text(run, groups), pair=pair)] if plots or pair else []
+    )
     for text in [result_text(run, group, where_text(run, group)) for group in groups] + poses_sentences(
         run, groups
     ):

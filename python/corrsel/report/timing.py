@@ -156,15 +156,16 @@ def stage_table(run):
     return table(caption, head, rows, "results stages times")
 
 
-def time_text(run):
-    """Return what the picture of F against time shows."""
+def time_text(run, groups):
+    """Return what the pictures of F against time of some groups show."""
     text = "Mean F of each selector against its median time for one pair of images, in ms. Up and to the left is better; the"
     text += " F axis does not start at 0."
     if makes_variants(run):
         return text + " The variants of a selector have its colour; the one with the highest F is named."
     if are_many(run.selectors):
         text += " Named in colour are the selectors that no other one beats in both F and time."
-    return text + " The bars are 95 % intervals of the mean."
+    single = all(run.pair_count(group) < 2 for group in groups)
+    return text if single else text + " The bars are 95 % intervals of the mean."
 
 
 def html(run, figures):
@@ -178,7 +179,7 @@ def html(run, figures):
         if plot:
             tau = run.tau(group)
             text = "%s %s" % (
-                time_text(run),
+                time_text(run, [group]),
                 "Labelled ground truth." if tau is None else "At %s." % at_tau(tau),
             )
             out.append(article(group_heading(group), panels([plot], text, "panels two")))
