@@ -88,12 +88,13 @@ def poses_sentences(run, groups):
     if "pose" not in run.sections:
         return []
     measured = [(measure, pose.groups_of(run, measure)) for measure in (pose.POSE, pose.CORNERS)]
-    return [
-        Markup("<b>%s</b>: %s") % (group.dataset, pose.statement(rows[group], measure))
+    found = [
+        (group.dataset, pose.statement(rows[group], measure))
         for group in groups
         for measure, rows in measured
         if group in rows
     ]
+    return [Markup("On <b>%s</b>, %s") % each for each in found if each[1]]
 
 
 def without_results(run):

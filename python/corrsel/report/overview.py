@@ -58,6 +58,9 @@ def scope_html(run):
         )
         out.append(paragraph(text % shard, "state banner"))
     items = [item for item in left if isinstance(item, dict)] if isinstance(left, list) else []
+    items = [
+        item for item in items if item.get("dataset") not in run.datasets
+    ]  # sample may stand in for itself
     if items:
         reasons = ((i.get("dataset"), i.get("reason", "no reason given")) for i in items)
         text = joined((Markup("<b>%s</b> (%s)") % each for each in reasons), "; ")

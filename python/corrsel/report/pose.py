@@ -154,6 +154,8 @@ def single_table(group, rows, measure):
         cells = [DASH if value is None else show(value) for value, show in values]
         lines.append(("" if competes(selector) else "baseline", [label_html(selector)] + cells))
     caption = "%s of the one pair of %s." % (measure.title, group_text(group))
+    if measure is POSE:
+        caption += " Epipolar precision in percent."
     return table(caption, head, lines, "results")
 
 
@@ -287,16 +289,16 @@ def html(run, figures):
         sources(run, "pose_summary.csv", "poses.csv"),
     ]
     poses = read_poses(run)
-    for measure, groups in shown:
-        for group, rows in sorted(groups.items(), key=lambda item: is_single(item[1], measure)):
-            title = Markup("%s: %s") % (measure.title, group_heading(group))
-            if is_single(rows, measure):
-                out.append(article(title, single_table(group, rows, measure)))
-            else:
-                curves = curves_html(run, figures, group, rows, measure, poses) if poses else ""
-                result = paragraph(statement(rows, measure))
-                out.append(article(title, result, measure_table(group, rows, measure), curves))
-            if measure is OWN:
-                named = OrderedDict((name, rows[name]) for name in ordered(rows))
-                out.append(consistency_article(group, named, poses))
+    articles = [(measure, group, rows) for measure, groups in shown for group, rows in groups.items()]
+    for measure, group, rows in sorted(articles, key=lambda each: is_single(each[2], each[0])):
+        title = Markup("%s: %s") % (measure.title, group_heading(group))
+        if is_single(rows, measure):
+            out.append(article(title, single_table(group, rows, measure)))
+        else:
+            curves = curves_html(run, figures, group, rows, measure, poses) if poses else ""
+            result = paragraph(statement(rows, measure))
+            out.append(article(title, result, measure_table(group, rows, measure), curves))
+        if measure is OWN:
+            named = OrderedDict((name, rows[name]) for name in ordered(rows))
+            out.append(consistency_article(group, named, poses))
     return joined(out)
