@@ -463,8 +463,8 @@ void BenchmarkRunner::drawExamples(const std::vector<std::unique_ptr<PairSource>
   };
   std::set<std::string> wanted, there;
   for (const ResultRow& row : rows) {
-    const bool picture = row.evaluated() && row.selector != "keep_all" && isChosen(row.id);
-    if (picture) wanted.insert(row.id.text() + "/" + row.selector);
+    // keep_all, too: its picture shows the matches before selection.
+    if (row.evaluated() && isChosen(row.id)) wanted.insert(row.id.text() + "/" + row.selector);
   }
   for (const ExampleImage& image : readExampleImages(folder_.path()))
     there.insert(image.id.text() + "/" + image.selector);

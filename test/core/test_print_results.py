@@ -79,6 +79,13 @@ class PrintResults(unittest.TestCase):
         self.assertNotIn("nnsr", lines[3])
         self.assertFalse(any("median ms" in line for line in lines))
 
+    def test_one_pair_has_no_interval(self):
+        rows = [dict(row, pairs="1") for row in read_csv(self.folder / "summary.csv")]
+        write_csv(self.folder / "summary.csv", reading.SUMMARY_HEADER, rows)
+        self.assertIn("sift+sift 1 lpm:v2 91.0 ransac 86.9 - 3 of 3", " ".join(self.lines()[2].split()))
+        rows = [line.split() for line in self.lines("--all") if line.startswith("  ransac")]
+        self.assertEqual([row[5] for row in rows], ["-", "-"])
+
     def test_poses_follow_the_winners(self):
         header = reading.POSE_SUMMARY_HEADER
         rows = []

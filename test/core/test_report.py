@@ -227,7 +227,7 @@ class ReportTest(unittest.TestCase):
         self.assertTrue(text.startswith("<!DOCTYPE html>"))
         self.assertIn('<html lang="en">', text)
         self.assertIn('name="viewport"', text)
-        self.assertEqual(text.count("<section "), 7)
+        self.assertEqual(text.count("<section "), 8)
 
     def test_output_option(self):
         target = Path(self.temporary.name) / "other.html"
@@ -304,10 +304,78 @@ class ReportTest(unittest.TestCase):
         self.assertIn("lpm:v20.910 (0.900\u20130.920)", row[2]["text"])
         self.assertIn("ransac0.869", row[4]["text"])
         self.assertIn("intervals separate", row[4]["text"])
-        self.assertEqual([row[i]["text"] for i in (1, 3, 5, 7)], ["3", "\u2013", "3 of 3", "0.999"])
+        self.assertEqual([row[i]["text"] for i in (1, 5, 7)], ["3", "3 of 3", "0.999"])
         self.assertIn("nnsr0.020 ms", row[6]["text"])
         self.assertIn("the intervals do not overlap", text)
         self.assertIn("Keeping everything gives F 0.999: no selector does better", text)
+
+    def draw(self, *selectors):
+        """Write drawn pairs of the selectors, on graf and, with another number of outliers, on zoom."""
+        rows = []
+        for sequence, wrong in (("zoom", 40), ("graf", 50)):
+            for selector in selectors:
+                row = dict(
+                    dataset="sample", sequence=sequence, pair="1-2", features="sift+sift", preselection="none"
+                )
+                row.update(
+                    selector=selector, n_selected=200, n_correct=200 - wrong, n_wrong=wrong, n_missed=12
+                )
+                rows.append(dict(row, tau_px=5, file="a.jpg"))
+        write_csv(self.folder / "images" / "index.csv", reading.IMAGES_HEADER, rows)
+
+    def assert_order(self, text, *parts):
+        """Fail where the parts do not follow one another in a page."""
+        places = [text.find(part) for part in parts]
+        self.assertEqual(places, sorted(places), parts)
+        self.assertNotIn(-1, places)
+
+    def test_opens_with_the_picture_then_the_winner_then_the_tables(self):
+        self.draw("ransac", "lpm:v2", "keep_all")
+        text = self.make()
+        winner = "<b>lpm:v2</b> has the highest mean F on sample"
+        self.assert_order(
+            text,
+            'aria-label="Mean F against median selection time for sample',
+            "<b>Before selection</b>",
+            "<b>After selection by lpm:v2</b>",
+            winner,
+            "<section ",
+            "<table",
+        )
+        self.assertIn(
+            "200 selected: 150 inliers (75.0 %), 50 outliers", text[: text.index(winner)]
+        )  # the photograph
+        sentence = re.sub("<[^>]*>", "", text[text.index(winner) :][:700])
+        self.assertIn("0.910 (95 % interval 0.900\u20130.920), ahead of ransac with 0.869 (95 %", sentence)
+
+    def test_without_a_picture_of_all_matches_the_pair_is_shown_after_selection_only(self):
+        self.draw("lpm:v2")
+        text = self.make()
+        self.assertNotIn("<b>Before selection</b>", text)
+        self.assertIn("<b>After selection by lpm:v2</b>", text)
+
+    def test_a_run_that_is_not_complete_says_so_before_the_picture(self):
+        self.assert_order(self.make(), 'aria-label="Mean F against', "<strong>Complete</strong>")
+        (self.folder / "summary.json").write_text(json.dumps({"state": {"complete": False}}))
+        self.assert_order(self.make(), "<strong>INCOMPLETE</strong>", 'aria-label="Mean F against')
+
+    def test_sections_about_single_pairs_stand_last_and_have_no_intervals(self):
+        self.draw("lpm:v2", "keep_all")
+        text = self.make()
+        self.assertEqual(re.findall(r'<section id="([^"]*)"', text)[-2:], ["per_pair", "visual"])
+        self.assertNotIn("nterval", text[text.index('<section id="per_pair"') : text.index("<footer>")])
+
+    def test_one_pair_has_no_interval(self):
+        rows = [dict(row, pairs="1") for row in read_csv(self.folder / "summary.csv")]
+        write_csv(self.folder / "summary.csv", reading.SUMMARY_HEADER, rows)
+        text = self.make()
+        page = Page(text)
+        self.assertEqual(
+            {row[4]["text"] for row in page.table("Means over the pairs of sample")[1:]}, {"\u2013"}
+        )
+        self.assertEqual(page.table("Highest mean F")[1][2]["text"], "lpm:v20.910")
+        results = text[: text.index('<section id="definitions"')]
+        self.assertTrue(re.search(r"0\.900.0\.920|intervals (overlap|separate|do not)", results) is None)
 
     def test_tables_take_the_numbers_of_the_summary(self):
         rows = read_csv(self.folder / "summary.csv")

@@ -13,7 +13,7 @@ import numpy as np
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import large_run  # noqa: E402  (found through the path above)
-from corrsel.report import __main__ as report, per_pair, reading, tables, timing, unrelated  # noqa: E402
+from corrsel.report import __main__ as report, per_pair, reading, tables, unrelated  # noqa: E402
 from corrsel.report.figures import FINEST, visible  # noqa: E402
 from test_report import read_pairs, write_pairs  # noqa: E402
 
@@ -177,7 +177,7 @@ class ManyPairsTest(unittest.TestCase):
             large_run.write_run(folder, pairs=300, datasets=1, selectors=2, tolerances=1)
             run = reading.read_run(folder)
         (group,) = run.groups
-        self.assertIn("200 dots for the 300 pairs", timing.distribution_text(run, group))
+        self.assertIn("200 dots for the 300 pairs", per_pair.distribution_text(run, group))
 
     def test_curves(self):
         x = np.linspace(0, 1, 100000)

@@ -158,10 +158,9 @@ class ExperimentsTest(unittest.TestCase):
 
     def test_sections_follow_the_preset(self):
         found = sections_of(self.text)
-        self.assertEqual(
-            [s for s in found if s in SECTIONS],
-            [s for s in SECTIONS if s not in ("visual", "guide")] + ["guide", "visual"],
-        )
+        last = ["per_pair", "visual"]
+        self.assertEqual(found[-2:], last)
+        self.assertEqual([s for s in found if s in SECTIONS], [s for s in SECTIONS if s not in last] + last)
         self.assertEqual(found[0], "overview")
         self.assertNotIn("results", found)
         self.assertIn("stages", found)
@@ -260,6 +259,7 @@ class ExperimentsTest(unittest.TestCase):
         self.assertEqual((row["Best on"], row["Mean F"]), ("2\u25b2", "0.900\u25b2"))
         self.assertEqual(self.cells("F pair by pair on vgg", "keep_all")["Best on"], "\u2013")
         self.assertIn("0.036boat 1-2", self.cells("F pair by pair on vgg", "gms")["Lowest F"])
+        self.assertNotIn("Interval", self.cells("F pair by pair on vgg", "gms"))
         self.assertTrue((self.folder / "figures" / "per_pair_vgg.svg").is_file())
 
     def test_where_nothing_is_right_no_selector_is_best(self):
@@ -430,12 +430,32 @@ class ExperimentsTest(unittest.TestCase):
         self.assertEqual(perfect[0]["text"], "ground-truth inliers errors up to tgt")
         self.assertNotIn("\u25b2", perfect[3]["text"])
         self.assertEqual(self.cells("Corner error, vgg, orb+orb", "keep_all")["Without result"], "2")
-        self.assert_text(
-            text, "<b>usac</b> has the highest pose AUC at 10 degrees: %.1f %%; the ground" % area
+        self.assert_text(text, "<b>usac</b> has the highest pose AUC at 10 degrees, %.1f %%" % area)
+        self.assertNotIn(
+            "(95 % interval", re.sub("<[^>]*>", "", text[text.index('<section id="per_pair"') :])
         )
         self.assert_text(text, 'href="poses.csv"')
         figures = {f.name for f in (folder / "figures").iterdir()}
         self.assertTrue({"pose_rig_orb+orb_none.svg", "corners_vgg_orb+orb_none.svg"} <= figures, figures)
+
+    def test_poses_of_one_pair_stand_last_without_areas_and_intervals(self):
+        folder = self.copy()
+        self.add_poses(folder)
+        self.assertLess(
+            sections_of(self.make(folder)).index("pose"), sections_of(self.text).index("environment")
+        )
+        rows = read_csv(folder / "pose_summary.csv")
+        for row in rows:
+            row.update({name: "1" for name in ("poses", "homographies") if row[name]})
+        write_csv(folder / "pose_summary.csv", reading.POSE_SUMMARY_HEADER, rows)
+        text = self.make(folder)
+        self.assertEqual(sections_of(text)[-3:], ["pose", "per_pair", "visual"])
+        section = text[text.index('<section id="pose"') : text.index('<section id="per_pair"')]
+        self.assertNotRegex(section, "AUC|95 %|<svg")
+        self.page = Page(text)
+        self.assertEqual(
+            self.cells("Relative pose of the one pair of rig", "usac")["Error of the pose (\u00b0)"], "2.00"
+        )
 
     def add_own_poses(self, folder):
         """Write the poses that the selector pose gives itself on three pairs."""

@@ -284,8 +284,12 @@ def pixel_boxes(axes, points, obstacles):
     return boxes
 
 
-def place_labels(axes, points, labels, obstacles):
-    """Write the name of a selector beside each point, clear of labels, points and obstacles as far as there is room."""
+def place_labels(axes, points, selectors, obstacles, names=None):
+    """Write the name of a selector beside each point, clear of labels, points and obstacles as far as there is room.
+
+    `names` are shown in place of the selectors' own.
+    """
+    labels = names or selectors
     scale, frame = axes.figure.dpi / 72.0, axes.get_window_extent()
     centres = axes.transData.transform(points)
     boxes = pixel_boxes(axes, points, obstacles)
@@ -307,7 +311,7 @@ def place_labels(axes, points, labels, obstacles):
         arrow = (
             {"arrowstyle": "-", "color": "#999999", "linewidth": 0.6} if max(abs(dx), abs(dy)) > 14 else None
         )
-        with marked(axes, labels[i]):
+        with marked(axes, selectors[i]):
             axes.annotate(
                 plot_text(labels[i]),
                 points[i],

@@ -1,6 +1,4 @@
-"""What won where: the state of the run, the picture of the winners, and their table."""
-from collections import Counter
-
+"""What won where: the state of the run, the picture of all settings, and their table."""
 from markupsafe import Markup
 
 from .compared import dataset_notes, paper_dataset, paper_winner
@@ -8,9 +6,9 @@ from .figures import line_style, mark, marked, name_rows, new_axes, plot_text
 from .markup import DASH, Cell, below, bold, breakable, dataset_html, details, findings, joined, lines
 from .markup import panels, paragraph, sources, table, text_cell
 from .paper import SOURCE
-from .scopes import is_main
+from .scopes import is_main, switches_of
 from .remarks import remark_sentences
-from .selectors import BASELINE, DARK, is_baseline
+from .selectors import BASELINE, DARK, are_many, is_baseline
 from .standings import standing
 from .words import at_tau, features_text, fraction, group_text, interval, kind_text, milliseconds, number
 from .words import plural, preselection_text, with_interval
@@ -19,12 +17,18 @@ MAX_DRAWN = 24  # groups in the picture; the table has them all
 MAX_FINDINGS = 8  # further sentences on single groups are shown with the groups, not in the overview
 
 
+def is_complete(run):
+    """Tell whether the run states that it is complete, and counts no pairs that are missing."""
+    done, total = run.state.get("pairs_done"), run.state.get("pairs_total")
+    short = isinstance(done, (int, float)) and isinstance(total, (int, float)) and done < total
+    return run.state.get("complete") is True and not short
+
+
 def state_html(run):
     """Return the one-line state of the run, a banner where it is not complete."""
     done, total = run.state.get("pairs_done"), run.state.get("pairs_total")
     counted = "%s of %s pairs" % (done, total) if done is not None and total is not None else "not all pairs"
-    short = isinstance(done, (int, float)) and isinstance(total, (int, float)) and done < total
-    if run.state.get("complete") is True and not short:
+    if is_complete(run):
         tail = ": %s" % counted if done is not None and total is not None else ""
         return paragraph(Markup("<strong>Complete</strong>%s.") % tail, "state done")
     if not run.state:
@@ -45,7 +49,8 @@ def scope_html(run):
     out, shard, left = [], run.state.get("shard"), run.state.get("left_out_datasets")
     experiment = run.settings.get("experiment")
     if run.sections and isinstance(experiment, str) and experiment:
-        out.append(paragraph(Markup("Experiment <b>%s</b>: %s.") % (experiment, ", ".join(run.sections))))
+        parts = "" if run.sections == [experiment] else ": " + ", ".join(run.sections)
+        out.append(paragraph(Markup("Experiment <b>%s</b>%s.") % (experiment, parts)))
     if isinstance(shard, str) and shard:
         text = Markup(
             "<strong>Shard %s</strong>: this run holds only its share of the pairs; merge all shards for the results of"
@@ -53,6 +58,9 @@ def scope_html(run):
         )
         out.append(paragraph(text % shard, "state banner"))
     items = [item for item in left if isinstance(item, dict)] if isinstance(left, list) else []
+    items = [
+        item for item in items if item.get("dataset") not in run.datasets
+    ]  # sample may stand in for itself
     if items:
         reasons = ((i.get("dataset"), i.get("reason", "no reason given")) for i in items)
         text = joined((Markup("<b>%s</b> (%s)") % each for each in reasons), "; ")
@@ -65,42 +73,40 @@ def lead(run):
     if not run.datasets:
         return "This run holds no pairs."
     competing = [s for s in run.selectors if not is_baseline(s)]
+    names = [name for name in switches_of(run) if not is_baseline(name)]
+    variants = "" if len(names) == len(competing) else " in %d variants" % len(competing)
     counts = (
         Markup("%s (%s)") % (dataset_html(name), plural(count, "pair"))
         for name, count in run.datasets.items()
     )
-    return Markup("%s on %s, with %s: %s.") % (
-        plural(len(competing), "selector").capitalize(),
+    return Markup("%s%s on %s, with %s: %s.") % (
+        plural(len(names), "selector").capitalize(),
+        variants,
         joined(counts, ", "),
         ", ".join(map(features_text, run.features)),
-        joined(map(bold, competing), ", ") or "none",
+        joined(map(bold, names), ", ") or "none",
     )
 
 
 def groups_with_means(run):
-    """Return the groups that have means, those with the main features first."""
-    return sorted((g for g in run.groups if g in run.means), key=lambda g: not is_main(run, g))
+    """Return the groups that have means, those with the main features first and those of a single pair last."""
+    groups = (group for group in run.groups if group in run.means)
+    return sorted(groups, key=lambda group: (run.pair_count(group) < 2, not is_main(run, group)))
 
 
-def picture_html(run, figures):
-    """Return the first thing to see: one sentence on who won, and the mean F of every selector in every group."""
-    groups = [group for group in groups_with_means(run) if run.ranking(group)][:MAX_DRAWN]
-    if not groups:
+def settings_html(run, figures, groups):
+    """Return the picture of the mean F of every selector in every group; "" for one group, which the opening shows."""
+    groups = [group for group in groups if run.ranking(group)][:MAX_DRAWN]
+    if len(groups) < 2:
         return ""
-    winners = Counter(run.ranking(group)[0]["selector"] for group in groups)
-    (first, wins), *others = winners.most_common()
-    text = Markup("<b>%s</b> has the highest mean F") % first
-    if len(groups) > 1:
-        text += " in %d of %d settings" % (wins, len(groups))
-        text += joined((Markup(", <b>%s</b> in %d") % other for other in others), "")
-    plot = winners_panel(run, figures, groups, winners)
     caption = "Mean F of every selector, one row for each dataset, kind of features and preselection; the winner is named."
-    return paragraph(text + ".", "answer") + panels([plot], caption, "winners")
+    return panels([winners_panel(run, figures, groups)], caption, "winners")
 
 
-def winners_panel(run, figures, groups, winners):
+def winners_panel(run, figures, groups):
     """Draw the mean F of every selector, one row for each group, with the names of winner and baseline."""
     names = [plot_text(group_name(group), 52) for group in groups]
+    winners = {run.ranking(group)[0]["selector"] for group in groups}
     left = 0.3 + 0.075 * max(map(len, names))
     figure, axes = new_axes(left + 6.5, 0.8 + 0.36 * len(groups), left, 1.9, 0.45, 0.12)
     for y, group in enumerate(groups):
@@ -141,15 +147,21 @@ def group_name(group):
 
 def sentence(run, group, named=True):
     """Return a group's result in words; without its name if a heading gives it."""
-    result, tau = standing(run, group), run.tau(group)
+    tau = run.tau(group)
     name = "Labelled ground truth" if tau is None else "At %s" % at_tau(tau)
     if named:
         name = Markup("<b>%s</b> (%s)") % (group_text(group), at_tau(tau))
+    return Markup("%s: %s") % (name, result_text(run, group))
+
+
+def result_text(run, group, where=""):
+    """Return who won in a group, as a sentence that does not name the group, or does so by `where`."""
+    result = standing(run, group)
     first, fastest = result.first, result.fastest
     if not first:
-        return "%s: no selector has a mean F." % name
-    values = (name, first["selector"], fraction(first["f_paper"]), bracket(first))
-    text = Markup("%s: <b>%s</b> has the highest mean F, %s %s") % values
+        return "no selector has a mean F%s." % where
+    values = (first["selector"], where, fraction(first["f_paper"]), bracket(first))
+    text = Markup("<b>%s</b> has the highest mean F%s, %s%s") % values
     text += versus(result) + "."
     if fastest:
         same = " as well" if fastest is first else ", with F %s" % fraction(fastest["f_paper"])
@@ -159,8 +171,10 @@ def sentence(run, group, named=True):
 
 
 def bracket(row):
-    """Return the interval in brackets, as HTML that does not break across lines."""
-    return Markup('<span class="nb">(%s)</span>') % interval(row)
+    """Return the interval in brackets, as HTML that does not break across lines; "" where it is undefined."""
+    if None in (row["f_paper_lo"], row["f_paper_hi"]):
+        return ""
+    return Markup(' <span class="nb">(95 %% interval %s)</span>') % interval(row)
 
 
 def versus(result):
@@ -170,7 +184,7 @@ def versus(result):
         return ", the only selector with a result"
     relation = "level with" if first["f_paper"] == second["f_paper"] else "ahead of"
     values = (relation, second["selector"], fraction(second["f_paper"]), bracket(second))
-    text = Markup(", %s <b>%s</b> with %s %s") % values
+    text = Markup(", %s <b>%s</b> with %s%s") % values
     if result.common is not None:
         text += "; the intervals %s" % ("overlap" if result.common else "do not overlap")
     if result.count:
@@ -191,6 +205,8 @@ def baseline_sentence(ranking, baseline):
         return text + "."
     if len(lower) == len(ranking):
         return text + ": no selector does better."
+    if are_many(ranking):
+        return text + "; %d of %d do no better." % (len(lower), len(ranking))
     names = list(map(bold, lower))
     listed = joined([joined(names[:-1], ", "), names[-1]], " and ")
     return Markup("%s; %s %s no better.") % (text, listed, "does" if len(lower) == 1 else "do")
@@ -218,7 +234,7 @@ def f_cell(row):
     return bold(row["selector"]) + below(with_interval(row))
 
 
-def summary_row(run, group):
+def summary_row(run, group, with_papers):
     """Return one row of the summary table."""
     result, tau = standing(run, group), run.tau(group)
     words = (
@@ -226,9 +242,10 @@ def summary_row(run, group):
         features_text(group.features),
         preselection_text(group.preselection),
     )
-    head, papers = breakable(group.dataset) + below(lines(words)), text_cell(paper_cell(run, group))
+    head = breakable(group.dataset) + below(lines(words))
+    papers = [text_cell(paper_cell(run, group))] if with_papers else []
     if not result.first:
-        return ("", [head, DASH, text_cell("no selector has a mean F"), papers, Cell(DASH, span=4)])
+        return ("", [head, DASH, text_cell("no selector has a mean F")] + papers + [Cell(DASH, span=4)])
     wins = DASH
     if result.count:
         wins = "%d of %d" % (result.wins, result.count) + (
@@ -241,7 +258,7 @@ def summary_row(run, group):
     second = f_cell(result.second)
     if result.common is not None:
         second += below("intervals overlap" if result.common else "intervals separate")
-    cells = [head, number(result.first["pairs"]), text_cell(f_cell(result.first)), papers]
+    cells = [head, number(result.first["pairs"]), text_cell(f_cell(result.first))] + papers
     cells += [text_cell(second), wins, text_cell(fastest)]
     return ("", cells + [Cell(fraction(base["f_paper"]), "base") if base else DASH])
 
@@ -254,13 +271,18 @@ def html(run, figures):
     if not groups:
         return paragraph("There is no summary.csv to take means from; see the counts per pair below.")
     caption = (
-        "Highest mean F for each dataset, kind of features and preselection. In brackets the 95 %% interval of the mean."
-        " %s does not compete. Paper names: what the paper (%s) puts first in the same setting."
-        % (BASELINE, SOURCE)
+        "Highest mean F (0 to 1) for each dataset, kind of features and preselection. In brackets the 95 %% interval of the"
+        " mean. Winner better on: the pairs on which the winner has a higher F than the runner-up. %s does not compete."
+        % BASELINE
     )
-    head = ["Dataset", "Pairs", "Highest F", "Paper names", "Runner-up", "Winner better on", "Fastest"]
-    rows = [summary_row(run, g) for g in groups]
-    out = [table(caption, head + ["F of %s" % BASELINE], rows, "overview", long=len(groups) > 12)]
+    papers = any(paper_winner(run, group) for group in groups)
+    head = ["Dataset", "Pairs", "Highest F"] + ["Paper names"] * papers
+    head += ["Runner-up", "Winner better on", "Fastest", "F of %s" % BASELINE]
+    if papers:
+        caption += " Paper names: what the paper (%s) puts first in the same setting." % SOURCE
+    rows = [summary_row(run, group, papers) for group in groups]
+    out = [settings_html(run, figures, groups)]
+    out.append(table(caption, head, rows, "overview papers" if papers else "overview", long=len(groups) > 12))
     out.append(sources(run, "summary.csv", "pairs.csv"))
     out += [paragraph(note, "small") for note in dataset_notes(run, [g.dataset for g in groups])]
     if run.remarks:

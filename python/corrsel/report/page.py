@@ -6,6 +6,7 @@ from markupsafe import Markup
 
 from . import budget, curves, definitions, efficiency, environment, failures, features, guide, overall
 from . import (
+    opening,
     overview,
     per_pair,
     pose,
@@ -26,11 +27,12 @@ from .words import is_unrelated
 MAX_DOUBTS = 12  # warnings about the ground truth that are shown; the rest stays in summary.json
 
 # `files` are the tables of the run that a section is made of and does not link itself.
-Section = namedtuple("Section", "key title module shown files", defaults=[()])
+# Sections that are about single pairs stand last: of those, `about_pairs` returns True for the run.
+Section = namedtuple("Section", "key title module shown files about_pairs", defaults=[(), lambda run: False])
 
 
 def always(run):
-    """A section of every report."""
+    """Hold for every run."""
     return True
 
 
@@ -48,7 +50,6 @@ def has_poses(run):
 SECTIONS = (
     Section("overview", "What won where", overview, always),
     Section("overall", "Every dataset", overall, experiment("overall")),
-    Section("per_pair", "Pair by pair", per_pair, experiment("per_pair")),
     Section("preselected", "After preselection", preselected, experiment("preselected")),
     Section("features", "Detectors and descriptors", features, experiment("features")),
     Section("robustness", "Robustness", robustness, experiment("robustness"), ("pairs.csv",)),
@@ -66,14 +67,12 @@ SECTIONS = (
         unrelated,
         lambda run: "unrelated" in run.sections or any(map(is_unrelated, run.datasets)),
     ),
-    Section("pose", "Pose and corners", pose, has_poses),
+    Section("pose", "Pose and corners", pose, has_poses, (), pose.only_single_pairs),
     Section("budget", "Equal time", budget, experiment("budget")),
     Section("curves", "Operating curves", curves, experiment("curves")),
     Section("results", "Results", results, lambda run: not run.sections or other_groups(run)),
-    Section("time", "Time against F, and F pair by pair", timing, lambda run: not run.sections),
-    Section("time", "Before selection, and other settings", timing, lambda run: run.sections),
+    Section("time", "Time before selection, and F against time in other settings", timing, always),
     Section("scenes", "Scenes that were found", scenes, scenes.counts_of, ("pairs.csv",)),
-    Section("visual", "Example pairs", visual, lambda run: run.images or not makes_variants(run)),
     Section("failures", "Failures and left-out pairs", failures, always, ("failures.csv", "pairs.csv")),
     Section("stages", "Time by stage", stages, lambda run: run.stages or "peak_memory_mib" in run.state),
     Section("definitions", "Definitions", definitions, always),
@@ -84,6 +83,8 @@ SECTIONS = (
         always,
         ("config.yaml", "environment.json"),
     ),
+    Section("per_pair", "Pair by pair", per_pair, lambda run: not makes_variants(run), (), always),
+    Section("visual", "Example pairs", visual, lambda run: run.images or not makes_variants(run), (), always),
 )
 
 
@@ -91,14 +92,14 @@ def build(run, figures_folder=None):
     """Return the whole report as HTML; figures are also written as files where a folder is given."""
     set_up_figures()
     figures = FigureWriter(figures_folder, run.link + "figures/")
-    picture = overview.picture_html(run, figures)
+    first = opening.html(run, figures)
     sections = [
         {
             "key": s.key,
             "title": s.title,
             "body": joined([s.module.html(run, figures), sources(run, *s.files)]),
         }
-        for s in SECTIONS
+        for s in sorted(SECTIONS, key=lambda s: s.about_pairs(run))
         if s.shown(run)
     ]
     return render(
@@ -108,11 +109,12 @@ def build(run, figures_folder=None):
         style=Markup((FOLDER / "style.css").read_text(encoding="utf-8")),
         script=Markup((FOLDER / "script.js").read_text(encoding="utf-8")),
         state=overview.state_html(run),
+        complete=overview.is_complete(run),
         doubts=[w["text"] for w in run.truth_warnings if isinstance(w, dict) and w.get("text")],
         doubt_files=sources(run, "truth_check.csv", "summary.json"),
         max_doubts=MAX_DOUBTS,
         scope=overview.scope_html(run),
-        picture=picture,
+        opening=first,
         lead=overview.lead(run),
         sections=sections,
         switches=json.dumps(switches_of(run)),

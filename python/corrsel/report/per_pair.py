@@ -1,19 +1,31 @@
-"""Experiment per_pair: F of every selector on every pair (the paper's Fig. 4)."""
+"""F of every selector on every pair: maps in the experiment per_pair (the paper's Fig. 4), dots elsewhere."""
 from itertools import compress
 
 import numpy as np
 
-from .figures import marked, new_axes, plot_text, selector_ticks
-from .markup import BLOCKS, DASH, article, below, best_cell, group_heading, joined, paragraph, row_class
+from .figures import marked, new_axes, plot_text, selector_rows, selector_ticks
+from .markup import (
+    BLOCKS,
+    DASH,
+    article,
+    below,
+    best_cell,
+    group_heading,
+    joined,
+    panels,
+    paragraph,
+    row_class,
+)
 from .markup import sources, table, with_headings
-from .scopes import figure_name, groups_of
-from .selectors import are_many, is_baseline
-from .words import at_tau, fraction, group_text, interval
+from .scopes import figure_name, groups_of, makes_variants
+from .selectors import YELLOW, are_many, is_baseline
+from .words import at_tau, fraction, group_text
 
 HIGH_F = 0.8  # a pair counts as solved from here on
 PAIRS_IN_A_MAP = 60  # more pairs are drawn as several maps
 MAX_PAIRS = 240  # more pairs are not drawn one by one: a map shows how many have an F in each range
 RANGES = 10  # of F in that map
+MAX_DOTS = 200  # of a selector; they lie at evenly spaced ranks of more values
 
 
 def pair_name(pair):
@@ -119,20 +131,18 @@ def pair_table(run, group, pairs, selectors, f):
     best = [max(values) if len(values) > 1 and max(values) > 0 else None for values in zip(*competing)]
     rows = []
     for selector, numbers, worst, count in columns:
-        base, row = is_baseline(selector), run.mean(group, selector, run.tau(group))
+        base = is_baseline(selector)
         cells = []
         for value, highest, show in zip(numbers, best, (str, fraction, fraction, str, fraction)):
             rest = below(pair_name(worst)) if len(cells) == 4 else ""
             wins = not base and highest == value
             cells.append(best_cell(show(value), rest, "column") if wins else show(value) + rest)
         cells[0] = DASH if base else cells[0]
-        cells.insert(2, interval(row) if row else DASH)
         rows.append((selector, (row_class(selector), [selector] + cells + [str(count)])))
     head = [
         "Selector",
         "Best on",
         "Mean F",
-        "Interval",
         "Median F",
         "F \u2265 %g" % HIGH_F,
         "Lowest F",
@@ -140,16 +150,76 @@ def pair_table(run, group, pairs, selectors, f):
     ]
     caption = (
         "F pair by pair on %s: on how many pairs each selector has the highest F (ties count for all, an F of 0 for"
-        " none), mean with 95 %% interval, median, pairs with F of at least %g, lowest F. \u25b2 best of the column."
+        " none), mean, median, pairs with F of at least %g, lowest F. \u25b2 best of the column."
         % (group_text(group), HIGH_F)
     )
     return table(caption, head, with_headings(rows), "results")
 
 
+def distribution_panel(run, figures, group):
+    """Draw F of every pair, one row of dots per selector with median and quartiles. '' without values."""
+    selectors = [s for s in run.selectors_of(group) if np.isfinite(run.pair_values(group, s)).any()]
+    if not selectors:
+        return ""
+    figure, axes = new_axes(5.0, max(3.6, 0.85 + 0.3 * len(selectors)), 1.15, 0.15, 0.5, 0.34)
+    axes.grid(True, axis="x")
+    for y, selector in enumerate(selectors):
+        with marked(axes, selector):
+            values = run.pair_values(group, selector)
+            values = values[np.isfinite(values)]
+            dots = values
+            if len(values) > MAX_DOTS:
+                dots = np.sort(values)[np.linspace(0, len(values) - 1, MAX_DOTS).round().astype(int)]
+            jitter = 0.26 * (2 * ((np.arange(len(dots)) * 0.618034) % 1) - 1)
+            colour = run.styles[selector]["colour"]
+            edge = "#8a8420" if colour == YELLOW else colour
+            axes.plot(
+                dots,
+                y + jitter,
+                ".",
+                color=colour,
+                markeredgecolor=edge,
+                markeredgewidth=0.4,
+                markersize=4.2,
+                alpha=0.6,
+            )
+            low, middle, high = np.percentile(values, [25, 50, 75])
+            axes.plot([low, high], [y, y], color="#222222", linewidth=1.2, solid_capstyle="butt")
+            axes.plot([middle], [y], "|", color="#222222", markersize=13, markeredgewidth=2.2)
+    selector_rows(axes, selectors, 14, pad=0.4)
+    axes.set_xlim(-0.02, 1.02)
+    axes.set_xlabel("F of a pair")
+    axes.set_title("F pair by pair", loc="left")
+    label = "Distribution of F over the pairs of %s, one row per selector" % group_text(group)
+    return figures(figure, label, figure_name(run, "pairs", group))
+
+
+def distribution_text(run, group):
+    """Return what the dots of the distribution show."""
+    dots = "one dot per pair"
+    if run.pair_count(group) > MAX_DOTS:
+        dots = "%d dots for the %d pairs, at evenly spaced ranks of F" % (MAX_DOTS, run.pair_count(group))
+    text = "F pair by pair: %s; the thick stroke is the median, the line spans the quartiles." % dots
+    tau = run.tau(group)
+    return "%s %s" % (text, "Labelled ground truth." if tau is None else "At %s." % at_tau(tau))
+
+
+def distributions_html(run, figures):
+    """Return the distributions of F of the groups that have no map."""
+    mapped = groups_of(run, "per_pair") if "per_pair" in run.sections else []
+    out = []
+    for group in () if makes_variants(run) else run.groups:
+        plot = "" if group in mapped else distribution_panel(run, figures, group)
+        if plot:
+            figure = panels([plot], distribution_text(run, group), "panels two")
+            out.append(article(group_heading(group), figure))
+    return joined(out)
+
+
 def html(run, figures):
     """Return the body of the section."""
     out = []
-    for group in groups_of(run, "per_pair"):
+    for group in groups_of(run, "per_pair") if "per_pair" in run.sections else ():
         pairs, selectors, f = values_of(run, group)
         if not pairs:
             continue
@@ -167,4 +237,5 @@ def html(run, figures):
         figure = BLOCKS.maps(maps, text, are_many(selectors))
         tables = pair_table(run, group, pairs, selectors, f), sources(run, "pairs.csv", "summary.csv")
         out.append(article(group_heading(group), figure, *tables))
-    return joined(out) or paragraph("The run has no pairs of this experiment yet.")
+    out.append(distributions_html(run, figures))
+    return joined(out) or paragraph("The run has no pairs with an F yet.")

@@ -131,6 +131,34 @@ def label_html(selector):
     return selector_name(selector)
 
 
+def is_single(rows, measure):
+    """Tell whether rows of a group are about one pair, of which an area or an interval tells nothing."""
+    return all(row[measure.pairs] < 2 for row in rows.values())
+
+
+def only_single_pairs(run):
+    """Tell whether no measure of the run has more than one pair in a group."""
+    shown = [(rows, measure) for measure in MEASURES for rows in groups_of(run, measure).values()]
+    return bool(shown) and all(is_single(*each) for each in shown)
+
+
+def single_table(group, rows, measure):
+    """Return the table of a group of one pair: the errors themselves."""
+    columns = [each for each in measure.columns if "auc" not in each[1] and "maa" not in each[1]]
+    head = ["Selector"] + [
+        title.replace("Median ", "Error of ").replace(" pose", " the pose") for title, _, _ in columns
+    ]
+    lines = []
+    for selector in ordered(rows):
+        values = [(rows[selector][column], FORMATS[unit]) for _, column, unit in columns]
+        cells = [DASH if value is None else show(value) for value, show in values]
+        lines.append(("" if competes(selector) else "baseline", [label_html(selector)] + cells))
+    caption = "%s of the one pair of %s." % (measure.title, group_text(group))
+    if measure is POSE:
+        caption += " Epipolar precision in percent."
+    return table(caption, head, lines, "results")
+
+
 def measure_table(group, rows, measure):
     """Return the table of a group."""
     head = ["Selector", "Pairs"] + [title for title, _, _ in measure.columns] + ["Without result"]
@@ -221,13 +249,26 @@ def curves_html(run, figures, group, rows, measure, poses):
     return line_figures(run, figures, selectors, plots, "panels", caption)
 
 
+def area_with_interval(row, measure):
+    """Return the area of a row in percent with its interval where it has one."""
+    bounds = interval_of(row, measure).replace("..", DASH)
+    area = "%s %%" % FORMATS["percent"](row[measure.area])
+    return area + Markup(' <span class="nb">(95 %% interval %s)</span>') % bounds if bounds else area
+
+
 def statement(rows, measure):
-    """Return who has the largest area, as a sentence; "" without competing selectors."""
+    """Return who has the largest area, as a sentence; "" without competing selectors or with a single pair."""
     best = ranking(rows, measure)
-    if not best:
+    if not best or is_single(rows, measure):
         return ""
-    area = FORMATS["percent"](best[0][measure.area])
-    text = Markup("<b>%s</b> has the highest %s: %s %%") % (best[0]["selector"], measure.area_text, area)
+    text = Markup("<b>%s</b> has the highest %s, %s") % (
+        best[0]["selector"],
+        measure.area_text,
+        area_with_interval(best[0], measure),
+    )
+    if len(best) > 1:
+        values = (best[1]["selector"], area_with_interval(best[1], measure))
+        text += Markup(", ahead of <b>%s</b> with %s") % values
     perfect = rows.get(GROUND_TRUTH)
     if perfect and perfect[measure.area] is not None:
         text += "; the ground-truth inliers alone give %s %%" % FORMATS["percent"](perfect[measure.area])
@@ -248,13 +289,16 @@ def html(run, figures):
         sources(run, "pose_summary.csv", "poses.csv"),
     ]
     poses = read_poses(run)
-    for measure, groups in shown:
-        for group, rows in groups.items():
+    articles = [(measure, group, rows) for measure, groups in shown for group, rows in groups.items()]
+    for measure, group, rows in sorted(articles, key=lambda each: is_single(each[2], each[0])):
+        title = Markup("%s: %s") % (measure.title, group_heading(group))
+        if is_single(rows, measure):
+            out.append(article(title, single_table(group, rows, measure)))
+        else:
             curves = curves_html(run, figures, group, rows, measure, poses) if poses else ""
-            title = Markup("%s: %s") % (measure.title, group_heading(group))
             result = paragraph(statement(rows, measure))
             out.append(article(title, result, measure_table(group, rows, measure), curves))
-            if measure is OWN:
-                named = OrderedDict((name, rows[name]) for name in ordered(rows))
-                out.append(consistency_article(group, named, poses))
+        if measure is OWN:
+            named = OrderedDict((name, rows[name]) for name in ordered(rows))
+            out.append(consistency_article(group, named, poses))
     return joined(out)

@@ -198,6 +198,13 @@ def read_pairs(path, notes):
     return by_tolerance(table, taus) if taus else Columns(ROW_HEADER)
 
 
+def drop_intervals_of_single_pairs(rows, count, mean):
+    """Make the interval of a mean undefined in rows whose column `count` is 1: one pair says nothing about others."""
+    for row in rows:
+        if row[count] is not None and row[count] < 2:
+            row[mean + "_lo"] = row[mean + "_hi"] = None
+
+
 def read_run(folder):
     """Read the folder of a run into a Run; raises ReportError without a usable pairs.csv."""
     if not folder.is_dir():
@@ -241,6 +248,9 @@ def read_run(folder):
     run.images = read_optional_table(
         folder / "images" / "index.csv", IMAGES_HEADER, notes, "no example pairs are shown"
     )
+    drop_intervals_of_single_pairs(run.summary, "pairs", "f_paper")
+    for count, area in (("poses", "auc_10"), ("homographies", "corner_auc_3"), ("own_poses", "own_auc_10")):
+        drop_intervals_of_single_pairs(run.pose_summary, count, area)
     read_config(run)
     run.stages = read_optional_columns(
         folder / "stages.csv", STAGES_HEADER, notes, "the time by stage is not shown"

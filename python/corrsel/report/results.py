@@ -182,8 +182,8 @@ def figure_html(run, figures, prefix, group):
 
 
 def groups_html(run, figures, groups, prefix, link_text="Results"):
-    """Return table and curves of several groups; `prefix` begins their anchors and figure files."""
-    out = []
+    """Return table and curves of several groups, single pairs last; `prefix` begins their anchors and figure files."""
+    out, groups = [], sorted(groups, key=lambda group: run.pair_count(group) < 2)
     if len(groups) > 1:
         links = [("%s-%d" % (prefix, i), group_text(g)) for i, g in enumerate(groups, 1)]
         out.append(contents(link_text, links))

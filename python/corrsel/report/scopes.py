@@ -3,6 +3,7 @@ from .paper import FEATURES_DEFAULT
 from .selectors import SHARED_NAMES, selector_key
 from .words import GIVEN
 
+MAX_PANELS = 4  # datasets of the page's first picture; the sections have them all
 # They run several variants of each selector, which only their own sections show.
 VARYING = tuple(SHARED_NAMES)
 
@@ -36,6 +37,19 @@ def groups_of(run, experiment):
     if experiment == "features":
         return [g for g in groups if g.preselection in ("", "none") and not is_main(run, g)]
     return []
+
+
+def opening_groups(run):
+    """Return the groups of the page's first picture: one of each dataset, of the main features if it can be.
+
+    At most MAX_PANELS; datasets of a single pair come last.
+    """
+    chosen = {}
+    for group in sorted((g for g in run.groups if run.ranking(g)), key=lambda g: not is_main(run, g)):
+        chosen.setdefault(group.dataset, group)
+    order = list(run.datasets)
+    found = [chosen[dataset] for dataset in order if dataset in chosen]
+    return sorted(found, key=lambda group: run.pair_count(group) < 2)[:MAX_PANELS]
 
 
 def figure_name(run, prefix, group, *rest):

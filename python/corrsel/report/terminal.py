@@ -37,15 +37,20 @@ def name_of(group):
 
 
 def bounds(row):
-    """Return the interval of a mean F in percent."""
+    """Return the interval of a mean F in percent; "" where it is undefined, as that of one pair."""
     if row["f_paper_lo"] is None or row["f_paper_hi"] is None:
-        return "-"
+        return ""
     return "%s..%s" % (percent(row["f_paper_lo"]), percent(row["f_paper_hi"]))
+
+
+def with_bounds(text, limits):
+    """Return a value with its interval in brackets where it has one."""
+    return "%s (%s)" % (text, limits) if limits else text
 
 
 def named_f(row):
     """Return a selector with its mean F and the interval."""
-    return "%s %s (%s)" % (row["selector"], percent(row["f_paper"]), bounds(row)) if row else "-"
+    return with_bounds("%s %s" % (row["selector"], percent(row["f_paper"])), bounds(row)) if row else "-"
 
 
 def wins_text(result):
@@ -97,7 +102,9 @@ def area_of(row, measure):
 
 def named_area(row, measure):
     """Return a selector with its area and the interval."""
-    return "%s %s (%s)" % (row["selector"], area_of(row, measure), interval_of(row, measure)) if row else "-"
+    if row is None:
+        return "-"
+    return with_bounds("%s %s" % (row["selector"], area_of(row, measure)), interval_of(row, measure))
 
 
 def measure_lines(run, measure):
@@ -151,7 +158,7 @@ def selector_row(run, group, selector):
         for measure in known_measures(run, group)
     ]
     times = [cell(row[name], milliseconds) for name in ("select_s_median", "select_s_p95")]
-    return [selector, cell(row["pairs"], "{:.0f}".format)] + texts + [bounds(row)] + areas + times
+    return [selector, cell(row["pairs"], "{:.0f}".format)] + texts + [bounds(row) or "-"] + areas + times
 
 
 def group_lines(run, group):

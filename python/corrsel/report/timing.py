@@ -1,11 +1,11 @@
-"""Mean F against selection time, F pair by pair, and the time before selection."""
+"""Mean F against selection time, and the time before selection."""
 import numpy as np
 
 from .figures import format_time_axis, line_style, marked, new_axes, overlap_area, pixel_boxes, place_labels
-from .figures import plot_text, selector_rows
+from .figures import plot_text
 from .markup import DASH, article, group_heading, joined, panels, paragraph, sources, table, text_cell
-from .scopes import figure_name, is_main, makes_variants
-from .selectors import DARK, GREY, YELLOW, is_baseline
+from .scopes import figure_name, is_main, makes_variants, opening_groups, switches_of
+from .selectors import DARK, GREY, are_many, is_baseline
 from .words import at_tau, features_text, group_text, milliseconds
 
 
@@ -47,8 +47,61 @@ def limits_of_f(rows):
     return low - pad, high + pad
 
 
-def time_panel(run, figures, group):
-    """Draw mean F against the median selection time, the baseline as a line; '' without times."""
+def lines_of(run, rows):
+    """Return name -> rows: of the variants of a selector that a preset joins, or one row for each selector."""
+    if not makes_variants(run):
+        return {row["selector"]: [row] for row in rows}
+    names = {selector: name for name, variants in switches_of(run).items() for selector in variants}
+    lines = {}
+    for row in rows:
+        lines.setdefault(names[row["selector"]], []).append(row)
+    return lines
+
+
+def unbeaten(rows):
+    """Return the rows that no other one beats in both time and F."""
+    out = []
+    for row in sorted(rows, key=lambda row: (row["select_s_median"], -row["f_paper"])):
+        if not out or row["f_paper"] > out[-1]["f_paper"]:
+            out.append(row)
+    return out
+
+
+def draw_selectors(axes, run, lines, named):
+    """Draw a point for each row of the lines, in colour where the best one is named; return obstacles.
+
+    Points that stand alone have their intervals. The best of several points is larger than the others.
+    """
+    obstacles = []
+    for rows in lines.values():
+        best = highest(rows)
+        for row in rows:
+            time, f, low, high = 1e3 * row["select_s_median"], *(
+                row[k] for k in ("f_paper", "f_paper_lo", "f_paper_hi")
+            )
+            style = dict(run.styles[row["selector"]], marker=run.styles[best["selector"]]["marker"])
+            options = dict(line_style(style), linestyle="none", markersize=7 if row is best else 4)
+            if best not in named:
+                options.update(marker="o", markersize=4, markerfacecolor="#c4c4c4", markeredgecolor="#9a9a9a")
+            with marked(axes, row["selector"]):
+                if best in named and len(rows) == 1 and None not in (low, high):
+                    colour = options["markeredgecolor"]
+                    axes.plot([time] * 2, [low, high], color=colour, linewidth=1.2, marker="_", markersize=6)
+                    obstacles.append(((time, low), (time, high)))
+                axes.plot([time], [f], **options)
+    return obstacles
+
+
+def highest(rows):
+    """Return the row with the highest mean F."""
+    return max(rows, key=lambda row: row["f_paper"])
+
+
+def time_panel(run, figures, group, name="time"):
+    """Draw mean F against the median selection time, the baseline as a line; '' without times.
+
+    Of many selectors those are named that no other one beats; variants that a preset joins have one name.
+    """
     rows = [r for r in run.ranking(group) if (r["select_s_median"] or 0) > 0]
     if not rows:
         return ""
@@ -61,71 +114,22 @@ def time_panel(run, figures, group):
     axes.set_xlim(min(times) / 2, max(times) * 3)
     axes.set_ylim(*limits_of_f(rows + base))
     format_time_axis(axes, min(times) / 2, max(times) * 3)
-    obstacles = []
-    for time, row in zip(times, rows):
-        options = line_style(run.styles[row["selector"]])
-        options.update(linestyle="none", markersize=7)
-        with marked(axes, row["selector"]):
-            if None not in (row["f_paper_lo"], row["f_paper_hi"]):
-                low, high = row["f_paper_lo"], row["f_paper_hi"]
-                axes.plot(
-                    [time, time],
-                    [low, high],
-                    color=options["markeredgecolor"],
-                    linewidth=1.2,
-                    marker="_",
-                    markersize=6,
-                )
-                obstacles.append(((time, low), (time, high)))
-            axes.plot([time], [row["f_paper"]], **options)
-    points = [(t, r["f_paper"]) for t, r in zip(times, rows)]
+    lines = lines_of(run, rows)
+    named = [highest(line) for line in lines.values()]
+    if are_many(named):
+        named = unbeaten(named)
+    obstacles = draw_selectors(axes, run, lines, named)
+    points = [(1e3 * row["select_s_median"], row["f_paper"]) for row in named]
     for row in base:
         with marked(axes, row["selector"]):
             obstacles += draw_baseline(axes, row, points, obstacles)
-    place_labels(axes, points, [r["selector"] for r in rows], obstacles)
+    names = [next(name for name, line in lines.items() if row in line) for row in named]
+    place_labels(axes, points, [row["selector"] for row in named], obstacles, names)
     axes.grid(True)
     axes.set_xlabel("median selection time (ms, logarithmic)")
-    axes.set_title("Mean F with 95 % interval", loc="left")
+    axes.set_title("%s: mean F" % plot_text(group.dataset, 40), loc="left")
     label = "Mean F against median selection time for %s, one point per selector" % group_text(group)
-    return figures(figure, label, figure_name(run, "time", group))
-
-
-def distribution_panel(run, figures, group):
-    """Draw F of every pair, one row of dots per selector with median and quartiles. '' without values."""
-    selectors = [s for s in run.selectors_of(group) if np.isfinite(run.pair_values(group, s)).any()]
-    if not selectors:
-        return ""
-    figure, axes = new_axes(5.0, max(3.6, 0.85 + 0.3 * len(selectors)), 1.15, 0.15, 0.5, 0.34)
-    axes.grid(True, axis="x")
-    for y, selector in enumerate(selectors):
-        with marked(axes, selector):
-            values = run.pair_values(group, selector)
-            values = values[np.isfinite(values)]
-            dots = values
-            if len(values) > MAX_DOTS:
-                dots = np.sort(values)[np.linspace(0, len(values) - 1, MAX_DOTS).round().astype(int)]
-            jitter = 0.26 * (2 * ((np.arange(len(dots)) * 0.618034) % 1) - 1)
-            colour = run.styles[selector]["colour"]
-            edge = "#8a8420" if colour == YELLOW else colour
-            axes.plot(
-                dots,
-                y + jitter,
-                ".",
-                color=colour,
-                markeredgecolor=edge,
-                markeredgewidth=0.4,
-                markersize=4.2,
-                alpha=0.6,
-            )
-            low, middle, high = np.percentile(values, [25, 50, 75])
-            axes.plot([low, high], [y, y], color="#222222", linewidth=1.2, solid_capstyle="butt")
-            axes.plot([middle], [y], "|", color="#222222", markersize=13, markeredgewidth=2.2)
-    selector_rows(axes, selectors, 14, pad=0.4)
-    axes.set_xlim(-0.02, 1.02)
-    axes.set_xlabel("F of a pair")
-    axes.set_title("F pair by pair", loc="left")
-    label = "Distribution of F over the pairs of %s, one row per selector" % group_text(group)
-    return figures(figure, label, figure_name(run, "pairs", group))
+    return figures(figure, label, figure_name(run, name, group))
 
 
 def stage_table(run):
@@ -152,33 +156,31 @@ def stage_table(run):
     return table(caption, head, rows, "results stages times")
 
 
-TIME_TEXT = "Mean F: each selector with its 95 % interval against the median selection time. "
-TIME_TEXT += "Up and to the left is better; the F axis does not start at 0."
-MAX_DOTS = 200  # of a selector; they lie at evenly spaced ranks of more values
-
-
-def distribution_text(run, group):
-    """Return what the dots of the distribution show."""
-    dots = "one dot per pair"
-    if run.pair_count(group) > MAX_DOTS:
-        dots = "%d dots for the %d pairs, at evenly spaced ranks of F" % (MAX_DOTS, run.pair_count(group))
-    return "F pair by pair: %s; the thick stroke is the median, the line spans the quartiles." % dots
+def time_text(run, groups):
+    """Return what the pictures of F against time of some groups show."""
+    text = "Mean F of each selector against its median time for one pair of images, in ms. Up and to the left is better; the"
+    text += " F axis does not start at 0."
+    if makes_variants(run):
+        return text + " The variants of a selector have its colour; the one with the highest F is named."
+    if are_many(run.selectors):
+        text += " Named in colour are the selectors that no other one beats in both F and time."
+    single = all(run.pair_count(group) < 2 for group in groups)
+    return text if single else text + " The bars are 95 % intervals of the mean."
 
 
 def html(run, figures):
-    """Return the body of the section: what the experiments efficiency and per_pair do not show."""
+    """Return the body of the section: the time of the stages, and of settings that neither opening nor efficiency shows."""
     out = [stage_table(run), sources(run, "summary.csv", "pairs.csv")] if run.pairs else []
+    shown = opening_groups(run)
     for group in () if makes_variants(run) else run.groups:
-        main, plots = is_main(run, group), []
-        if not (main and "efficiency" in run.sections):
-            plots.append((time_panel(run, figures, group), TIME_TEXT))
-        if not (main and "per_pair" in run.sections):
-            plots.append((distribution_panel(run, figures, group), distribution_text(run, group)))
-        plots = [(plot, text) for plot, text in plots if plot]
-        if plots:
+        if group in shown or (is_main(run, group) and "efficiency" in run.sections):
+            continue
+        plot = time_panel(run, figures, group)
+        if plot:
             tau = run.tau(group)
-            texts = [text for _, text in plots]
-            texts.append("Labelled ground truth." if tau is None else "At %s." % at_tau(tau))
-            figure = panels([plot for plot, _ in plots], " ".join(texts), "panels two")
-            out.append(article(group_heading(group), figure))
+            text = "%s %s" % (
+                time_text(run, [group]),
+                "Labelled ground truth." if tau is None else "At %s." % at_tau(tau),
+            )
+            out.append(article(group_heading(group), panels([plot], text, "panels two")))
     return joined(out) or paragraph("The run holds no pairs.")

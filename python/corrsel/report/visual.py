@@ -54,7 +54,7 @@ def image_caption(row, f=None):
         text += ": %s%s" % (plural(int(correct), "inlier"), share)
     text += ", %s" % plural(int(wrong), "outlier") if wrong is not None else ""
     text += "; %s missed" % plural(int(missed), "inlier") if missed is not None else ""
-    return text + ("; F %.1f" % (100 * f) if f is not None else "")
+    return text + ("; F %.1f %%" % (100 * f) if f is not None else "")
 
 
 def pair_of(row):

@@ -67,8 +67,9 @@ def interval(row):
 
 
 def with_interval(row):
-    """Return the mean F of a row of summary.csv with its interval as text."""
-    return "%s (%s)" % (fraction(row["f_paper"]), interval(row))
+    """Return the mean F of a row of summary.csv as text, with its interval where it has one."""
+    value = fraction(row["f_paper"])
+    return value if None in (row["f_paper_lo"], row["f_paper_hi"]) else "%s (%s)" % (value, interval(row))
 
 
 def span(low, high, show=fraction):
