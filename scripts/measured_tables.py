@@ -116,6 +116,18 @@ def calibration(rows):
     return table(["probability", "matches", "mean", "right"] + names, body)
 
 
+def release(rows):
+    """Return the table of the steps of a release."""
+    if not rows:
+        return "No step has run yet.\n"
+    body = [
+        ["`%s`" % row["step"], row["result"], "%.0f min" % (float(row["seconds"]) / 60), row["summary"]]
+        + [row["commit"], row["date"]]
+        for row in rows
+    ]
+    return table(["step", "result", "time", "what it printed", "commit", "date"], body)
+
+
 def measured_tables(package):
     """Return the measured tables of every document: {document: {name of the marker: text}}."""
     results = json.loads((package / "docs/data/results.json").read_text(encoding="utf-8"))
@@ -123,6 +135,8 @@ def measured_tables(package):
         rows = list(csv.DictReader(file))
     with (package / "docs/data/probability.csv").open(encoding="utf-8", newline="") as file:
         probabilities = list(csv.DictReader(file))
+    with (package / "docs/data/release.csv").open(encoding="utf-8", newline="") as file:
+        steps = list(csv.DictReader(file))
     return {
         "README.md": {"results": chosen(results)},
         "docs/results.md": {"commands": commands(results), "main-selectors": all_selectors(results, MAIN)},
@@ -130,6 +144,7 @@ def measured_tables(package):
             "all-selectors": all_selectors(results, results["f_percent"]),
             "all-growth": growth(rows, [row["selector"] for row in rows]),
         },
+        "docs/platforms.md": {"release": release(steps)},
         "docs/scale.md": scale_tables(package),
         "docs/selectors.md": {"probability": calibration(probabilities)},
         "docs/performance.md": {
