@@ -16,6 +16,20 @@ MAIN = (
     "nnsr nnsr:lowe ransac ransac:h ransac:f ransac:lo_prosac st gtm usac usac:h usac:f usac:frames vfc vfc:guided "
     "gms lpm lpm:paper lpm:v2 lpm:guided acransac acransac:h acransac:f adalam laf significant planes auto keep_all"
 ).split()
+# Rows of the README's table of choices: the scene, the model that is returned, the selector, its name in performance.csv.
+CHOICES = (
+    ("unknown or changing", "if there is one", "auto", "auto"),
+    ("a plane, or a camera that only turns", "homography", "usac", "usac:h"),
+    ("a rigid scene with depth", "fundamental matrix", "usac:f", "usac:f"),
+    ("a plane with hardly any inlier", "homography", "usac:frames", "usac:frames"),
+    ("depth, or several motions", "no", "adalam", "adalam"),
+    ("the same in less time, where the image neither turns nor zooms much", "no", "laf", "laf"),
+    ("several planes, and which match belongs to which", "a homography for each", "planes", "planes"),
+    ("a smooth deformation", "no", "vfc:guided", "vfc:guided"),
+    ("the same without descriptor distances", "no", "vfc", "vfc"),
+    ("anything; only descriptor distances are compared", "no", "nnsr", "nnsr"),
+)
+CHOICE_SIZE = 5000  # matches
 
 
 def table(header, rows):
@@ -88,6 +102,20 @@ def growth(rows, names):
     return table(["ms"] + ["N = %d" % size for size in sizes] + ["exponent"], body)
 
 
+def choices(rows):
+    """Return the README's table of which selector suits which scene, with the times of CHOICE_SIZE matches."""
+    times = {
+        row["selector"]: float(row["ours_ms"])
+        for row in rows
+        if row["comparison"].startswith("growth/") and int(row["n"]) == CHOICE_SIZE
+    }
+    body = [
+        [scene, model, "%.2g ms" % times[measured], "`%s`" % selector]
+        for scene, model, selector, measured in CHOICES
+    ]
+    return table(["your scene", "model returned", "time for %d matches" % CHOICE_SIZE, "selector"], body)
+
+
 def source(rows):
     """Return a sentence on where and with what the times were measured."""
     row = rows[0]
@@ -138,7 +166,7 @@ def measured_tables(package):
     with (package / "docs/data/release.csv").open(encoding="utf-8", newline="") as file:
         steps = list(csv.DictReader(file))
     return {
-        "README.md": {"results": chosen(results)},
+        "README.md": {"choices": choices(rows), "results": chosen(results)},
         "docs/results.md": {"commands": commands(results), "main-selectors": all_selectors(results, MAIN)},
         "docs/data/all_results.md": {
             "all-selectors": all_selectors(results, results["f_percent"]),
