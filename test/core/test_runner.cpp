@@ -147,7 +147,7 @@ TEST_F(Runner, EveryDrawnPairIsDrawnForEverySelectorOnce) {
   ASSERT_FALSE(selectors.empty());
   std::size_t pictures = 0;
   for (const auto& [pair, names] : selectors) {
-    EXPECT_GE(names.size(), 8U) << pair;  // all but what cannot run on ORB
+    EXPECT_GE(names.size(), 8U) << pair;             // all but what cannot run on ORB
     EXPECT_EQ(names.count("keep_all"), 1U) << pair;  // the matches before selection
     pictures += names.size();
   }
