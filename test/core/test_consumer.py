@@ -11,6 +11,7 @@ import installed
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = PACKAGE / "test" / "consumer"
+VERSION = re.search(r"<version>([\d.]+)</version>", (PACKAGE / "package.xml").read_text()).group(1)
 
 
 class Consumer(unittest.TestCase):
@@ -54,14 +55,12 @@ class Consumer(unittest.TestCase):
 
     def test_libraries_have_a_version(self):
         """A program records the name with the version of the interface; other versions can be installed beside it."""
-        text = (PACKAGE / "package.xml").read_text()
-        version = re.search(r"<version>([\d.]+)</version>", text).group(1)
-        interface = re.match(r"(0\.)?\d+", version).group(0)
+        interface = re.match(r"(0\.)?\d+", VERSION).group(0)
         libraries = sorted(self.prefix.rglob("libcorrsel_*.so"))
         self.assertIn("libcorrsel_core.so", [library.name for library in libraries])
         for library in libraries:
             self.assertTrue(library.is_symlink(), library)
-            self.assertEqual(library.resolve().name, f"{library.name}.{version}")
+            self.assertEqual(library.resolve().name, f"{library.name}.{VERSION}")
             code, text = installed.run(["objdump", "-p", library])
             self.assertEqual(code, 0, text)
             self.assertEqual(re.findall(r"SONAME +(\S+)", text), [f"{library.name}.{interface}"])
@@ -114,6 +113,12 @@ class Consumer(unittest.TestCase):
         text = " ".join(text.split())
         self.assertIn("has no library 'engine'", text)
         self.assertRegex(text, "it has: core")
+
+    def test_accepts_its_own_version(self):
+        """A project that asks for X.Y finds X.Y.Z."""
+        version = VERSION.rpartition(".")[0]
+        code, text = self.configure("own_version", [f"find_package(corrsel {version} REQUIRED)"])
+        self.assertEqual(code, 0, text)
 
     def test_other_versions_are_refused(self):
         """A newer version than the installed one is not found."""
