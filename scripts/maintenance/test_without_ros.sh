@@ -92,7 +92,8 @@ cp "$folder"/all/srv/build/corrsel_*.deb "$folder"
 deb=$(compgen -G "$folder/corrsel_*.deb")
 dpkg-deb --field "$deb" Package Version Architecture Depends Recommends Conflicts
 dpkg-deb --contents "$deb" | awk '{ print $6 }' | sed 's/^\.//' >"$folder/contents.txt"
-for path in /usr/bin/corrsel_benchmark /usr/bin/corrsel_match /usr/bin/compare_runs /usr/include/corrsel/selection.h \
+for path in /usr/bin/corrsel_benchmark /usr/bin/corrsel_match /usr/bin/corrsel_verify /usr/bin/compare_runs \
+  /usr/include/corrsel/selection.h \
   /usr/lib/python3/dist-packages/corrsel/report/__main__.py /usr/share/corrsel/fetch_samples.sh \
   /usr/share/corrsel/apt.sh /usr/share/doc/corrsel/copyright; do
   grep -Fqx "$path" "$folder/contents.txt" || { echo "the package does not contain $path" >&2 && exit 1; }
@@ -131,7 +132,8 @@ if dpkg-query -W -f='${db:Status-Status} ${Package}\n' | grep -E '^installed (.*
   echo "the root file system must not contain the packages above" >&2
   exit 1
 fi
-for file in /usr/bin/corrsel_benchmark /usr/bin/corrsel_match /usr/bin/compare_runs /usr/lib/libcorrsel_*.so \
+for file in /usr/bin/corrsel_benchmark /usr/bin/corrsel_match /usr/bin/corrsel_verify /usr/bin/compare_runs \
+  /usr/lib/libcorrsel_*.so \
   /usr/lib/python3/dist-packages/corrsel/_*.so; do
   if ldd "$file" | grep 'not found'; then exit 1; fi
 done

@@ -479,7 +479,10 @@ StoredMatches ColmapStore::matches(const ImagePairKey& pair) const {
   const std::int64_t number = colmapPairNumber(pair);
   const std::string place = placeOf("matches", "pair_id", number);
   SqliteQuery query = impl_->database.query("SELECT rows, cols, data FROM matches WHERE pair_id = ?1");
-  if (!query.bind(1, number).next()) impl_->refuse(place + " is missing; match the images with COLMAP");
+  if (!query.bind(1, number).next()) {
+    impl_->refuse(place + ": no matches are stored for the images '" + impl_->image(pair.first).name +
+                  "' and '" + impl_->image(pair.second).name + "'; match them first");
+  }
   StoredMatches matches;
   matches.rows = readColmapPairs(query, impl_->database, place);
   impl_->checkMatches(pair, matches);

@@ -12,8 +12,6 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kBusySeconds = 10;
-
 constexpr const char* kTables = R"(
 CREATE TABLE input (text TEXT NOT NULL);
 CREATE TABLE configurations (id INTEGER PRIMARY KEY NOT NULL, text TEXT NOT NULL UNIQUE);
@@ -59,8 +57,7 @@ TwoViewGeometry geometryOf(const SqliteQuery& query) {
 }  // namespace
 
 struct PairJournal::Impl {
-  explicit Impl(const std::filesystem::path& path)
-      : database(path, SqliteDatabase::Mode::kCreate, kBusySeconds) {}
+  explicit Impl(const std::filesystem::path& path) : database(path, SqliteDatabase::Mode::kCreate) {}
 
   void begin(const std::string& input) const;
   void write(const VerifiedPair& pair, std::int64_t configuration) const;

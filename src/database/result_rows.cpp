@@ -14,8 +14,6 @@
 namespace corrsel::core {
 namespace {
 
-constexpr double kBusySeconds = 10;
-
 void addNumber(Checksum& checksum, std::int64_t value) {
   std::array<std::uint8_t, 8> bytes{};
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -66,7 +64,7 @@ void requirePart(const std::filesystem::path& part) {
     throw StoreError(StoreError::Kind::kContent, part.string() + ": " + text);
   };
   if (!std::filesystem::exists(part)) refuse("there is no such file; verify this part first");
-  const SqliteDatabase database(part, SqliteDatabase::Mode::kRead, kBusySeconds);
+  const SqliteDatabase database(part, SqliteDatabase::Mode::kRead);
   for (const char* table : {"corrsel_verify", "corrsel_configurations", "two_view_geometries"}) {
     if (!hasTable(database, table)) {
       refuse(std::string("there is no table ") + table + "; give files that were written with --shard");
@@ -102,7 +100,7 @@ void requireFitting(const SqliteDatabase& database, const std::filesystem::path&
 }  // namespace
 
 std::string checksumOfGeometries(const std::filesystem::path& path) {
-  const SqliteDatabase database(path, SqliteDatabase::Mode::kRead, kBusySeconds);
+  const SqliteDatabase database(path, SqliteDatabase::Mode::kRead);
   const std::vector<std::string> columns = geometryColumns(database);
   constexpr int kNumbers = 4, kBlobs = 6;
   Checksum checksum;
@@ -122,7 +120,7 @@ std::string checksumOfGeometries(const std::filesystem::path& path) {
 std::size_t mergeVerifications(const std::filesystem::path& path, const std::filesystem::path& part,
                                const std::string& configuration) {
   requirePart(part);
-  const SqliteDatabase database(path, SqliteDatabase::Mode::kWrite, kBusySeconds);
+  const SqliteDatabase database(path, SqliteDatabase::Mode::kWrite);
   const Attached attached(database, part);
   requireFitting(database, part, configuration);
   SqliteTransaction transaction(database);

@@ -65,9 +65,12 @@ class SqliteDatabase {
  public:
   enum class Mode { kRead, kWrite, kCreate };
 
+  /// How long files that corrsel alone writes are waited for, s.
+  static constexpr double kBusySeconds = 10;
+
   /// Opens a file.
   /// @param busy_seconds  how long to wait for another program's lock
-  SqliteDatabase(const std::filesystem::path& path, Mode mode, double busy_seconds);
+  SqliteDatabase(const std::filesystem::path& path, Mode mode, double busy_seconds = kBusySeconds);
   ~SqliteDatabase();
   SqliteDatabase(const SqliteDatabase&) = delete;
   SqliteDatabase& operator=(const SqliteDatabase&) = delete;

@@ -184,8 +184,7 @@ class Run {
  private:
   /// Fills todo_ with the pairs that were asked for and are not stored yet.
   void choosePairs() {
-    stored_pairs_ = store_.pairs();
-    todo_ = options_.pairs.empty() ? stored_pairs_ : options_.pairs;
+    todo_ = options_.pairs.empty() ? store_.pairs() : options_.pairs;
     if (!std::is_sorted(todo_.begin(), todo_.end())) {
       throw std::invalid_argument("verification: the pairs must be in ascending order");
     }
@@ -263,11 +262,6 @@ class Run {
     input.pair = pair;
     input.first = &image(pair.first, pair);
     input.second = &image(pair.second, pair);
-    if (!std::binary_search(stored_pairs_.begin(), stored_pairs_.end(), pair)) {
-      throw StoreError(StoreError::Kind::kContent, "no matches are stored for the images '" +
-                                                       input.first->name + "' and '" + input.second->name +
-                                                       "'; match them first");
-    }
     input.matches = store_.matches(pair);
     input.first_keypoints = keypoints_.get(pair.first);
     input.second_keypoints = keypoints_.get(pair.second);
@@ -345,7 +339,7 @@ class Run {
   const std::atomic<bool>* interrupt_;
   const std::string configuration_;
   KeypointCache keypoints_;
-  std::vector<ImagePairKey> stored_pairs_, todo_;
+  std::vector<ImagePairKey> todo_;
   Window window_;
   std::size_t read_ = 0;   ///< pairs of todo_ that were read
   std::size_t taken_ = 0;  ///< of these, pairs whose result was taken from the window

@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/deadline.h"
 #include "points/point_groups.h"
@@ -135,17 +134,12 @@ void RrwmOptions::visit(OptionVisitor& visitor) const {
 }
 
 void RrwmSelector::run(const Correspondences& matches, Workspace& workspace, Selection& result) const {
-  const std::size_t n = matches.size();
-  if (n == 0) return;
+  if (matches.empty()) return;
   const Deadline deadline(options_.max_seconds);
   PairMemory& space = workspace.part<PairMemory>();
-  std::vector<std::uint32_t> rows(n);
-  std::iota(rows.begin(), rows.end(), 0U);
-  space.distinct.assign(matches, {}, rows);
   PairRule rule;
   rule.one_to_one = true;
-  space.matrix.assign(PairValue::kRatio, rule, space.distinct.columns(), space.distinct.size(),
-                      static_cast<std::size_t>(options_.memory_limit) << 20);
+  space.assign(matches, PairValue::kRatio, rule, options_.memory_limit);
   ReweightedWalk walk(space, options_, deadline);
   const Vector v = walk.compute();
   result.iterations = walk.products();

@@ -4,7 +4,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/parallel.h"
 #include "points/point_groups.h"
@@ -208,15 +207,10 @@ void StSelector::run(const Correspondences& matches, Workspace& workspace, Selec
   if (n == 0) return;
   const Deadline deadline(options_.max_seconds);
   PairMemory& space = workspace.part<PairMemory>();
-  std::vector<std::uint32_t> rows(n);
-  std::iota(rows.begin(), rows.end(), 0U);
-  space.distinct.assign(matches, {}, rows);
-
   const bool ratio = options_.affinity == StOptions::Affinity::kRatio;
   const PairValue value = ratio ? PairValue::kRatio : PairValue::kDifference;
   const PairRule rule = ruleOf(options_);
-  space.matrix.assign(value, rule, space.distinct.columns(), space.distinct.size(),
-                      static_cast<std::size_t>(options_.memory_limit) << 20);
+  space.assign(matches, value, rule, options_.memory_limit);
   const double duplicate_affinity = ratio ? options_.duplicate_affinity : 1;
   PrincipalEigenvector method(space, workspace.part<LanczosMemory>(), duplicate_affinity, options_.threads,
                               deadline);

@@ -53,6 +53,7 @@ class BenchmarkProgram(unittest.TestCase):
         )
         self.assertEqual(code, 0, text)
         self.assertIn("Highest mean F", text)
+        self.assertIn("; --verbose prints them", text)
         lines = (run / "pairs.csv").read_text().splitlines()
         # Two pairs, with and without preselection, gms and keep_all.
         self.assertEqual((lines[0], len(lines)), ("# corrsel pairs 2", 2 + 2 * 2 * 2))

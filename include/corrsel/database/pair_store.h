@@ -98,7 +98,8 @@ class PairStore {
   /// Throws StoreError naming the image and what is wrong with its rows.
   virtual StoredKeypoints keypoints(std::uint32_t image) const = 0;
 
-  /// Putative matches of one of pairs(). Throws StoreError naming the pair and what is wrong with its rows.
+  /// Putative matches of a pair of images(). Throws StoreError naming the pair where it has none, and what is
+  /// wrong with its rows.
   virtual StoredMatches matches(const ImagePairKey& pair) const = 0;
 
   /// The pairs whose verification with these settings is stored already, in ascending order. Their rows are

@@ -16,6 +16,10 @@ fs::path BenchmarkFront::runsFolder() const {
   return root / "corrsel";
 }
 
+std::string BenchmarkFront::argument(const std::string& name, const std::string& value) const {
+  return "--" + name + (value == "true" ? "" : " " + value);
+}
+
 std::string BenchmarkFront::fetchCommand() const {
   const fs::path script = fetchScript();
   return script.empty() ? "scripts/fetch_samples.sh of corrsel's sources" : script.string();

@@ -29,6 +29,9 @@ class BenchmarkFront {
   /// ~/.local/share/corrsel.
   virtual std::filesystem::path runsFolder() const;
 
+  /// What a user types to set an argument, e.g. "--resume" for {"resume", "true"}.
+  virtual std::string argument(const std::string& name, const std::string& value) const;
+
   /// What a user types to start fetch_samples.sh, or where it lies.
   virtual std::string fetchCommand() const;
 

@@ -73,6 +73,9 @@ class RosFront : public BenchmarkFront {
         ros_home && *ros_home ? fs::path(ros_home) : fs::path(home && *home ? home : ".") / ".ros";
     return root / "corrsel";
   }
+  std::string argument(const std::string& name, const std::string& value) const override {
+    return name + ":=" + value;
+  }
   std::string fetchCommand() const override { return "rosrun corrsel fetch_samples.sh"; }
   std::string reportCommand() const override { return "rosrun corrsel report.py"; }
   fs::path fetchScript() const override {

@@ -159,8 +159,9 @@ bool reportResults(const Arguments& arguments, bool whole, const BenchmarkFront&
     return false;
   }
   if (!arguments.verbose) {
-    std::cout << "All selectors and tolerances are in summary.csv; verbose:=true prints them, and so does\n  "
-              << front.reportCommand() << " --all --no-page " << arguments.output_dir << "\n";
+    std::cout << "All selectors and tolerances are in summary.csv; " << front.argument("verbose", "true")
+              << " prints them, and so does\n  " << front.reportCommand() << " --all --no-page "
+              << arguments.output_dir << "\n";
   }
   return true;
 }
@@ -218,7 +219,8 @@ int runGrid(const Arguments& arguments, BenchmarkFront& front) {
   std::cout << state.pairs_done << " of " << state.pairs_total << " pairs done, " << state.pairs_failed
             << " failed; peak memory " << state.peak_memory_mib << " MiB\n";
   if (state.interrupted)
-    std::cout << "interrupted: continue with resume:=true output_dir:=" << output_dir << "\n";
+    std::cout << "interrupted: continue with " << front.argument("resume", "true") << " "
+              << front.argument("output_dir", output_dir) << "\n";
   const bool whole = arguments.shard.count == 1 && !state.interrupted;
   if (whole && !arguments.match_forms.empty()) {
     std::cout << "matches: " << output_dir << "/matches/index.csv lists them" << std::endl;
@@ -247,10 +249,9 @@ int runBenchmark(const std::vector<std::string>& words, BenchmarkFront& front) {
     }
     return arguments.dry_run ? runDry(arguments, front) : runGrid(arguments, front);
   } catch (const core::RunFolderError& error) {
-    std::cerr
-        << front.program() << ": " << error.what()
-        << "\n(resume:=true continues the run that output_dir holds; output_dir:=FOLDER names another folder)"
-        << std::endl;
+    std::cerr << front.program() << ": " << error.what() << "\n(" << front.argument("resume", "true")
+              << " continues the run that output_dir holds; " << front.argument("output_dir", "FOLDER")
+              << " names another folder)" << std::endl;
   } catch (const std::exception& error) {
     std::cerr << front.program() << ": " << error.what() << std::endl;
   }

@@ -18,12 +18,6 @@
 #include "ros/bags/bag_topics.h"
 
 namespace corrsel {
-namespace {
-
-[[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
-
-}  // namespace
-
 struct DatasetBagSource::Impl {
   /// One message, taken out of the bag.
   struct Item {
@@ -118,13 +112,13 @@ core::StoredImage DatasetBagSource::Impl::image(const Group& group, const std::s
                                                 const core::PairId& id) const {
   return {topic, [&group, &topic, &id](bool all_bits) -> cv::Mat {
             const auto found = group.find(topic);
-            if (found == group.end()) fail(id.text() + ": no message on " + topic);
+            if (found == group.end()) throw core::DatasetError(id.text() + ": no message on " + topic);
             const Item& item = found->second;
             try {
               if (!item.raw) return all_bits ? fromMsgInAllBits(*item.compressed) : fromMsg(*item.compressed);
               return (all_bits ? fromMsgInAllBits(item.raw) : fromMsg(item.raw))->image.clone();
             } catch (const std::invalid_argument& error) {
-              fail(id.text() + ": " + topic + ": " + error.what());
+              throw core::DatasetError(id.text() + ": " + topic + ": " + error.what());
             }
           }};
 }
@@ -144,7 +138,7 @@ void DatasetBagSource::Impl::build(const ros::Time& stamp, const Group& group, c
   }
 
   for (const auto& [topic, item] : group) {
-    if (!item.error.empty()) fail(pair.id.text() + ": " + topic + " " + item.error);
+    if (!item.error.empty()) throw core::DatasetError(pair.id.text() + ": " + topic + " " + item.error);
   }
   const char* topic = bag_topics::kGroundTruth;
   try {
@@ -156,7 +150,7 @@ void DatasetBagSource::Impl::build(const ros::Time& stamp, const Group& group, c
     topic = bag_topics::kCorrespondences;
     if (given != group.end()) pair.given = fromMsg(*given->second.given);
   } catch (const std::invalid_argument& error) {
-    fail(pair.id.text() + ": " + topic + ": " + error.what());
+    throw core::DatasetError(pair.id.text() + ": " + topic + ": " + error.what());
   }
   pair.left_name = imageNameIn(group, left_topic);
   pair.right_name = imageNameIn(group, right_topic);
@@ -177,8 +171,9 @@ DatasetBagSource::Impl::Impl(BagFile bag) : file(std::move(bag)) {
   left_topic = choose(bag_topics::kLeft, bag_topics::kLeftCompressed);
   right_topic = choose(bag_topics::kRight, bag_topics::kRightCompressed);
   if (left_topic.empty() || right_topic.empty()) {
-    fail("bag " + file.path() + " needs the topics " + bag_topics::kLeft + " and " + bag_topics::kRight +
-         ", raw or /compressed, or left and right to name others; it has " + file.describeTopics());
+    throw core::DatasetError(
+        "bag " + file.path() + " needs the topics " + bag_topics::kLeft + " and " + bag_topics::kRight +
+        ", raw or /compressed, or left and right to name others; it has " + file.describeTopics());
   }
   try {
     n_pairs = std::max(file.count(left_topic), file.count(bag_topics::kGroundTruth));
@@ -203,7 +198,7 @@ bool DatasetBagSource::next(core::ImagePair& pair) {
   std::string problem;
   if (!impl_->nextGroup(stamp, group, problem)) return false;
   impl_->build(stamp, group, pair);
-  if (!problem.empty()) fail(pair.id.text() + ": " + problem);
+  if (!problem.empty()) throw core::DatasetError(pair.id.text() + ": " + problem);
   return true;
 }
 

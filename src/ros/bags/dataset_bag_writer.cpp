@@ -24,13 +24,11 @@ constexpr char kLeftFrame[] = "left_camera_optical";
 constexpr char kRightFrame[] = "right_camera_optical";
 constexpr std::uint32_t kChunkBytes = 16u << 20;  // large chunks keep opening fast
 
-[[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
-
 std::string imageEncoding(const core::ImagePair& pair, const cv::Mat& image, const char* side) {
-  if (image.empty()) fail(pair.id.text() + ": the " + side + " image is missing");
+  if (image.empty()) throw core::DatasetError(pair.id.text() + ": the " + side + " image is missing");
   if (image.type() == CV_8UC1) return sensor_msgs::image_encodings::MONO8;
   if (image.type() == CV_8UC3) return sensor_msgs::image_encodings::BGR8;
-  fail(pair.id.text() + ": the " + side + " image is neither 8-bit grey nor 8-bit BGR");
+  throw core::DatasetError(pair.id.text() + ": the " + side + " image is neither 8-bit grey nor 8-bit BGR");
 }
 
 }  // namespace
@@ -46,7 +44,7 @@ struct DatasetBagWriter::Impl {
     try {
       bag.write(topic, stamp, message);
     } catch (const rosbag::BagException& error) {
-      fail("cannot write " + part_path + ": " + error.what() + "; is the disk full?");
+      throw core::DatasetError("cannot write " + part_path + ": " + error.what() + "; is the disk full?");
     }
   }
 };
@@ -65,7 +63,8 @@ DatasetBagWriter::DatasetBagWriter(const std::string& path, const DatasetBagOpti
     impl_->bag.setCompression(rosbag::compression::LZ4);
     impl_->bag.setChunkThreshold(kChunkBytes);
   } catch (const rosbag::BagException& error) {
-    fail("cannot write " + impl_->part_path + ": " + error.what() + "; does its folder exist?");
+    throw core::DatasetError("cannot write " + impl_->part_path + ": " + error.what() +
+                             "; does its folder exist?");
   }
 }
 
@@ -127,7 +126,7 @@ void DatasetBagWriter::close() {
     impl_->bag.close();
     fs::rename(impl_->part_path, impl_->path);
   } catch (const std::exception& error) {
-    fail("cannot complete " + impl_->path + ": " + error.what());
+    throw core::DatasetError("cannot complete " + impl_->path + ": " + error.what());
   }
   impl_->part_path.clear();
 }

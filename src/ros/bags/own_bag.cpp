@@ -26,8 +26,6 @@ constexpr char kImageType[] = "sensor_msgs/Image";
 constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
 constexpr char kCompressedSuffix[] = "/compressed";
 
-[[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
-
 std::string withoutCompressed(const std::string& topic) {
   const std::string suffix = kCompressedSuffix;
   const bool ends =
@@ -108,8 +106,8 @@ CameraTopics OwnBagSource::Impl::findCamera(const std::string& side, const std::
   CameraTopics camera;
   camera.topic = imageTopic(file, images);
   if (camera.topic.empty()) {
-    fail("bag " + file.path() + " has no images for " + side + " on " + images + ", raw or " +
-         kCompressedSuffix + "; it has " + file.describeTopics());
+    throw core::DatasetError("bag " + file.path() + " has no images for " + side + " on " + images +
+                             ", raw or " + kCompressedSuffix + "; it has " + file.describeTopics());
   }
   camera.rectified = isRectified(options.images, camera.topic);
   if (!info.empty()) {
@@ -125,8 +123,9 @@ void OwnBagSource::Impl::findTopics() {
   left = findCamera("left", options.left.empty() ? bag_topics::kLeft : options.left, options.left_info);
   right = findCamera("right", options.right.empty() ? bag_topics::kRight : options.right, options.right_info);
   if (withoutCompressed(left.topic) == withoutCompressed(right.topic)) {
-    fail("left and right are both " + withoutCompressed(left.topic) + ": a pair needs two cameras; bag " +
-         file.path() + " has " + file.describeTopics());
+    throw core::DatasetError("left and right are both " + withoutCompressed(left.topic) +
+                             ": a pair needs two cameras; bag " + file.path() + " has " +
+                             file.describeTopics());
   }
   truth_topic = truthTopic(file, options.ground_truth, notes);
 }
@@ -174,14 +173,16 @@ void OwnBagSource::Impl::makeRig() {
 
 void OwnBagSource::Impl::failUnpaired(const Partners& found) const {
   for (const CameraTopics* camera : {&left, &right}) {
-    if (camera->images.empty()) fail("bag " + file.path() + " has no readable image on " + camera->topic);
+    if (camera->images.empty())
+      throw core::DatasetError("bag " + file.path() + " has no readable image on " + camera->topic);
   }
-  fail("bag " + file.path() + ": no image on " + right.topic + " comes within " +
-       core::formatNumber(options.max_stamp_difference) + " s of one on " + left.topic +
-       "; the smallest difference of stamps is " + secondsText(found.min_difference) +
-       (found.min_difference > static_cast<std::int64_t>(BagTopics::kMaxStampDifference * 1e9)
-            ? ": are the clocks of the cameras set?"
-            : ": set max_stamp_difference to at least that"));
+  throw core::DatasetError(
+      "bag " + file.path() + ": no image on " + right.topic + " comes within " +
+      core::formatNumber(options.max_stamp_difference) + " s of one on " + left.topic +
+      "; the smallest difference of stamps is " + secondsText(found.min_difference) +
+      (found.min_difference > static_cast<std::int64_t>(BagTopics::kMaxStampDifference * 1e9)
+           ? ": are the clocks of the cameras set?"
+           : ": set max_stamp_difference to at least that"));
 }
 
 void OwnBagSource::Impl::failWithoutTruth(const Partners& found) const {
@@ -193,8 +194,8 @@ void OwnBagSource::Impl::failWithoutTruth(const Partners& found) const {
                     " has the stamp of a left image (the smallest difference is " +
                     secondsText(found.min_difference) + ")";
   }
-  fail("bag " + file.path() + " has no ground truth: " + rig_problem + "; and " + truth_problem +
-       "; it has " + file.describeTopics());
+  throw core::DatasetError("bag " + file.path() + " has no ground truth: " + rig_problem + "; and " +
+                           truth_problem + "; it has " + file.describeTopics());
 }
 
 void OwnBagSource::Impl::makePairs() {
@@ -252,7 +253,7 @@ void OwnBagSource::Impl::checkSizes() const {
     try {
       rectify();
     } catch (const std::invalid_argument& error) {
-      fail("bag " + file.path() + ": " + camera.topic + ": " + error.what());
+      throw core::DatasetError("bag " + file.path() + ": " + camera.topic + ": " + error.what());
     }
   };
   check(left, [&] { rig->rectifyLeft(left_image); });
@@ -306,7 +307,7 @@ void OwnBagSource::Impl::read(const Pair& from, core::ImagePair& pair) const {
     pair.left_camera = left.camera();
     pair.right_camera = right.camera();
   } catch (const std::exception& error) {  // also a damaged chunk
-    fail(pair.id.text() + ": " + *topic + ": " + error.what());
+    throw core::DatasetError(pair.id.text() + ": " + *topic + ": " + error.what());
   }
 }
 

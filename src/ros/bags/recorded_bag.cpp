@@ -60,8 +60,6 @@ constexpr char kPutativeName[] = "correspondences";
 constexpr std::size_t kProbes = 20;
 constexpr double kProbeTolerance = 2.0;  // px
 
-[[noreturn]] void fail(const std::string& what) { throw core::DatasetError(what); }
-
 std::string lastPart(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
 
 bool contains(const std::string& text, const std::string& part) {
@@ -178,8 +176,8 @@ void RecordedMatchesSource::Impl::findTopics() {
   if (!options.correspondences.empty()) {
     topic = file.find(options.correspondences, kMatchesType);
     if (topic.empty()) {
-      fail("bag " + file.path() + " has no " + kMatchesType + " on " + options.correspondences + "; it has " +
-           file.describeTopics());
+      throw core::DatasetError("bag " + file.path() + " has no " + kMatchesType + " on " +
+                               options.correspondences + "; it has " + file.describeTopics());
     }
   } else if (found.size() == 1) {
     topic = found.front();
@@ -187,8 +185,8 @@ void RecordedMatchesSource::Impl::findTopics() {
     const auto is_putative = [](const std::string& name) { return lastPart(name) == kPutativeName; };
     const std::string* const putative = only(found, is_putative);
     if (putative == nullptr) {
-      fail("bag " + file.path() + " has matches on " + core::joinList(found, ", ") +
-           ": name the topic to use by correspondences");
+      throw core::DatasetError("bag " + file.path() + " has matches on " + core::joinList(found, ", ") +
+                               ": name the topic to use by correspondences");
     }
     topic = *putative;
   }
@@ -207,13 +205,13 @@ void RecordedMatchesSource::Impl::scan() {
   scan.describe(notes);
   if (matches.empty()) {
     const std::size_t unreadable = scan.unreadable(topic);
-    fail("bag " + file.path() + " has no message on " + topic + " that can be read" +
-         (unreadable > 0
-              ? ": " + count(unreadable, "message") + " of another version of " + kMatchesType +
-                    ", or damaged; convert a bag of version 0.1.0 by rosbag fix (docs/own_bag.md), "
-                    "read the bag with the version of corrsel that recorded it, or record the "
-                    "matches again"
-              : ""));
+    throw core::DatasetError(
+        "bag " + file.path() + " has no message on " + topic + " that can be read" +
+        (unreadable > 0 ? ": " + count(unreadable, "message") + " of another version of " + kMatchesType +
+                              ", or damaged; convert a bag of version 0.1.0 by rosbag fix (docs/own_bag.md), "
+                              "read the bag with the version of corrsel that recorded it, or record the "
+                              "matches again"
+                        : ""));
   }
   const auto first = matches.front().message.instantiate<PairHeader>();
   left_frame = first->header.frame_id;
@@ -438,7 +436,7 @@ bool RecordedMatchesSource::next(core::ImagePair& pair) {
     }
     pair.given = std::move(matches);
   } catch (const std::exception& error) {  // also a damaged chunk
-    fail(pair.id.text() + ": " + *topic + ": " + error.what());
+    throw core::DatasetError(pair.id.text() + ": " + *topic + ": " + error.what());
   }
   return true;
 }

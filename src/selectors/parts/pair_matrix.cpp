@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 
 #include "base/parallel.h"
 #include "base/text.h"
@@ -141,6 +142,15 @@ void PairMatrix::add(std::size_t begin_row, const Panel& panel) {
     for (std::size_t i = 0; i < rows; ++i) y[i] += panel.of_rows[block * kPanelRows + i];
   }
   for (std::size_t j = 0; j < length - begin_row; ++j) y[j] += static_cast<double>(panel.of_columns[j]);
+}
+
+void PairMemory::assign(const Correspondences& matches, PairValue value, const PairRule& rule,
+                        int memory_limit) {
+  std::vector<std::uint32_t> rows(matches.size());
+  std::iota(rows.begin(), rows.end(), 0U);
+  distinct.assign(matches, {}, rows);
+  matrix.assign(value, rule, distinct.columns(), distinct.size(),
+                static_cast<std::size_t>(memory_limit) << 20);
 }
 
 bool writeScores(const DistinctMatches& distinct, const double* values, bool timed_out, double max_seconds,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/deadline.h"
+#include "corrsel/correspondences.h"
 #include "corrsel/selection.h"
 #include "kernels/kernels.h"
 #include "points/distinct_matches.h"
@@ -69,6 +70,10 @@ class PairMatrix {
 
 /// What the selectors that compare all pairs keep from call to call; a part of the workspace.
 struct PairMemory {
+  /// Takes all matches. O(N log N) time.
+  /// @param memory_limit  MiB that the matrix may store
+  void assign(const Correspondences& matches, PairValue value, const PairRule& rule, int memory_limit);
+
   DistinctMatches distinct;
   PairMatrix matrix;
 };
