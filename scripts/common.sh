@@ -177,3 +177,22 @@ use_workspace() {
   source "$build_dir/devel/setup.bash"
   set -u
 }
+
+# start_master LOG: starts a ROS master of the script's own, because another one may be in use. When the script ends, it and the
+# other background jobs whose numbers are in `processes` are interrupted, the last one first.
+processes=()
+start_master() {
+  local port=$((20000 + $$ % 20000))
+  export ROS_HOME=$build_dir/ros_home ROS_MASTER_URI=http://localhost:$port
+  trap end_processes EXIT
+  rosmaster --core -p "$port" >"$1" 2>&1 &
+  processes+=($!)
+  until rosparam list >/dev/null 2>&1; do sleep 0.2; done
+}
+
+end_processes() {
+  local i
+  for ((i = ${#processes[@]} - 1; i >= 0; --i)); do kill -INT "${processes[i]}" 2>/dev/null || true; done
+  wait
+  processes=()
+}

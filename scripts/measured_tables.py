@@ -144,6 +144,28 @@ def calibration(rows):
     return table(["probability", "matches", "mean", "right"] + names, body)
 
 
+def live(rows):
+    """Return the table of latencies of the live nodelets, and where they were measured."""
+    header = ["images", "features, selector", "rate", "dropped", "p50", "p95", "max", "processor", "memory"]
+    body = [
+        [
+            row["images"],
+            "`%(features)s`, `%(selector)s`" % row,
+            "%(rate_hz)s Hz" % row,
+            "%(dropped)s of %(sent)s" % row,
+            "%(p50_ms)s ms" % row,
+            "%(p95_ms)s ms" % row,
+            "%(max_ms)s ms" % row,
+            "%.0f %% of a core" % float(row["processor_percent"]),
+            "%.0f MiB" % float(row["memory_mib"]),
+        ]
+        for row in rows
+    ]
+    return (
+        table(header, body) + "\nMeasured on %(machine)s, %(seconds)s s each, commit %(commit)s.\n" % rows[0]
+    )
+
+
 def release(rows):
     """Return the table of the steps of a release."""
     if not rows:
@@ -159,12 +181,12 @@ def release(rows):
 def measured_tables(package):
     """Return the measured tables of every document: {document: {name of the marker: text}}."""
     results = json.loads((package / "docs/data/results.json").read_text(encoding="utf-8"))
-    with (package / "docs/data/performance.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    with (package / "docs/data/probability.csv").open(encoding="utf-8", newline="") as file:
-        probabilities = list(csv.DictReader(file))
-    with (package / "docs/data/release.csv").open(encoding="utf-8", newline="") as file:
-        steps = list(csv.DictReader(file))
+
+    def rows_of(name):
+        with (package / "docs/data" / name).open(encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+
+    rows = rows_of("performance.csv")
     return {
         "README.md": {"choices": choices(rows), "results": chosen(results)},
         "docs/results.md": {"commands": commands(results), "main-selectors": all_selectors(results, MAIN)},
@@ -172,9 +194,10 @@ def measured_tables(package):
             "all-selectors": all_selectors(results, results["f_percent"]),
             "all-growth": growth(rows, [row["selector"] for row in rows]),
         },
-        "docs/platforms.md": {"release": release(steps)},
+        "docs/live.md": {"live": live(rows_of("live.csv"))},
+        "docs/platforms.md": {"release": release(rows_of("release.csv"))},
         "docs/scale.md": scale_tables(package),
-        "docs/selectors.md": {"probability": calibration(probabilities)},
+        "docs/selectors.md": {"probability": calibration(rows_of("probability.csv"))},
         "docs/performance.md": {
             "machine": source(rows),
             "growth": growth(rows, MAIN),

@@ -23,18 +23,11 @@ build_dir=$build_dir/live_$kind
 programs=(live_test live_diagnostics_test motion_source_test rig_monitor_test)
 build "${programs[@]}" -- -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS="-O1 -g1" -Dcorrsel_SANITIZE=$sanitizer
 use_workspace
-export ROS_HOME=$build_dir/ros_home
 reports=$build_dir/reports
 rm -rf "$reports"
 mkdir -p "$reports"
 
-# A separate master, because another one may be in use.
-port=$((20000 + $$ % 20000))
-export ROS_MASTER_URI=http://localhost:$port
-rosmaster --core -p "$port" >"$build_dir/master.log" 2>&1 &
-master=$!
-trap 'kill "$master" 2>/dev/null || true' EXIT
-until rosparam list >/dev/null 2>&1; do sleep 0.2; done
+start_master "$build_dir/master.log"
 
 export TSAN_OPTIONS="suppressions=$package_dir/test/ros/tsan.supp ignore_noninstrumented_modules=1 exitcode=0 \
 history_size=4 log_path=$reports/report"

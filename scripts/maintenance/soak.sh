@@ -16,21 +16,8 @@ install_packages "${build_packages[@]}"
 "$package_dir/scripts/fetch_samples.sh" "$cache_dir/sample"
 build all -- -DCMAKE_BUILD_TYPE=Release
 use_workspace
-export ROS_HOME=$build_dir/ros_home
 log=$build_dir/soak.log
-
-# A separate master, because another one may be in use.
-port=$((20000 + $$ % 20000))
-export ROS_MASTER_URI=http://localhost:$port
-processes=()
-end() {
-  for ((i = ${#processes[@]} - 1; i >= 0; --i)); do kill -INT "${processes[i]}" 2>/dev/null || true; done
-  wait
-}
-trap end EXIT
-rosmaster --core -p "$port" >"$log" 2>&1 &
-processes+=($!)
-until rosparam list >/dev/null 2>&1; do sleep 0.2; done
+start_master "$log"
 roslaunch corrsel sequence.launch image:=/image selector:=pose use_mask:=true mask_mode:=stamped tracks:=true >>"$log" 2>&1 &
 processes+=($!)
 # Nothing is computed that nobody subscribes to.

@@ -283,7 +283,7 @@ std::string inWords(SceneKind scene) {
     case SceneKind::kAtRest:
       return "the same view, nothing has moved";
     case SceneKind::kPlaneOrRotation:
-      return "a plane, or a camera that only turned";
+      return "a plane, or a camera that only turns";
     case SceneKind::kRigid:
       return "a rigid scene with depth";
     case SceneKind::kSeveralMotions:

@@ -77,11 +77,13 @@ class MatchProgram(unittest.TestCase):
         self.assertEqual((code, errors), (0, ""))
         for pattern in (
             r"^left +left.pgm, 200 x 160 px, \d+ features$",
-            r"^scene +a plane, or a camera that only turned$",
+            r"^scene +a plane, or a camera that only turns$",
             r"^matches +\d+ of \d+ kept \(\d+\.\d %\), by auto of sift\+sift$",
             r"^status +ok",
             r"^confidence +\d+\.\d: ",
+            r"^noise +\d\.\d\d px, the standard deviation of each coordinate of the kept matches$",
             r"^homography( +\S+){3}$",
+            r"^ +maps points of the left image to the right one, px$",
             r"^time +reading \d+ ms, features \d+ ms, matching \d+ ms, selection \d+\.\d ms$",
         ):
             self.assertTrue(re.search(pattern, text, re.MULTILINE), pattern + "\n" + text)
@@ -98,7 +100,9 @@ class MatchProgram(unittest.TestCase):
         self.assertEqual(set(found["seconds"]), {"read", "features", "match", "select"})
 
     def test_matches_are_written(self):
-        self.assertEqual(self.call("--csv", "kept.csv", "--putative", "all.csv")[0], 0)
+        code, text, _ = self.call("--csv", "kept.csv", "--putative", "all.csv")
+        self.assertEqual(code, 0)
+        self.assertRegex(text, r"(?m)^written +kept.csv, all.csv$")
         kept, putative = self.rows("kept.csv"), self.rows("all.csv")
         self.assertGreater(len(kept), 50)
         self.assertGreater(len(putative), len(kept))
@@ -215,8 +219,6 @@ class MatchProgram(unittest.TestCase):
             (both, ("--features", "sift+sft"), ("sft", "sift")),
             (both, ("--threads", "0"), ("threads", "0", "256")),
             (both, ("--picture", "found.xyz"), ("found.xyz", ".png")),
-            (both, ("--picture", "no/found.png"), ("no/found.png", "folder")),
-            (both, ("--csv", "no/kept.csv"), ("no/kept.csv", "folder")),
             (both, ("--camera", "1,2,3"), ("1,2,3", "fx,fy,cx,cy")),
             (both, ("--camera", "1,2,3,x"), ("'x'", "1,2,3,x")),
             (both, ("--camera", "-1,2,3,4"), ("matrix", "positive")),
@@ -234,6 +236,15 @@ class MatchProgram(unittest.TestCase):
                     self.assertEqual(len(errors.splitlines()), 1, errors)
                     for part in parts:
                         self.assertIn(part, errors)
+
+    def test_a_file_that_cannot_be_written_does_not_cost_the_answer(self):
+        for words in (("--csv", "no/kept.csv"), ("--picture", "no/found.png")):
+            code, text, errors = self.call(*words)
+            self.assertEqual((code, len(errors.splitlines())), (2, 1), errors)
+            self.assertIn(words[1], errors)
+            self.assertIn("folder", errors)
+            self.assertRegex(text, r"(?m)^homography ")
+            self.assertNotIn("written", text)
 
     @needs_module
     def test_an_npz_file_that_cannot_be_written(self):

@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <map>
 #include <utility>
-#include <vector>
 
 #include "base/text.h"
 #include "corrsel/matching/match_drawing.h"
@@ -35,7 +34,7 @@ std::string line(const std::string& name, const std::string& value) {
 }
 
 std::string imageText(const MatchedImage& image) {
-  return formatted("%s, %d x %d px, ", image.file.c_str(), image.pixels.cols, image.pixels.rows) +
+  return image.file + formatted(", %d x %d px, ", image.pixels.cols, image.pixels.rows) +
          std::to_string(image.features) + " features";
 }
 
@@ -94,10 +93,28 @@ std::string poseLines(const core::PoseResult& found) {
   return text;
 }
 
+std::string meaningOf(core::ModelKind kind) {
+  switch (kind) {
+    case core::ModelKind::kHomography:
+      return "maps points of the left image to the right one, px";
+    case core::ModelKind::kFundamental:
+      return "right^T F left = 0 for the points (x, y, 1) of both images, px";
+    case core::ModelKind::kEssential:
+      return "right^T E left = 0 for the rays of both cameras";
+    case core::ModelKind::kRotation:
+      return "turns rays of the left camera to those of the right one";
+    case core::ModelKind::kNone:
+      break;
+  }
+  return "";
+}
+
 std::string modelLines(const core::Selection& selection) {
   std::string text;
-  if (selection.model_kind != core::ModelKind::kNone)
+  if (selection.model_kind != core::ModelKind::kNone) {
     text += matrixLines(core::toString(selection.model_kind), selection.model);
+    text += line("", meaningOf(selection.model_kind));
+  }
   if (selection.pose && selection.pose->motion != core::Motion::kNone) text += poseLines(*selection.pose);
   return text;
 }
@@ -162,12 +179,18 @@ std::string textOf(const MatchAnswer& answer) {
   text += line("status", core::toString(selection.status) +
                              (selection.message.empty() ? "" : ": " + selection.message));
   if (std::isfinite(selection.confidence)) text += line("confidence", confidenceText(selection.confidence));
-  if (std::isfinite(selection.sigma)) text += line("noise", formatted("%.2f px", selection.sigma));
+  if (std::isfinite(selection.sigma))
+    text += line("noise", formatted("%.2f px, the standard deviation of each coordinate of the kept matches",
+                                    selection.sigma));
   text += modelLines(selection);
   return text +
          line("time", formatted("reading %.0f ms, features %.0f ms, matching %.0f ms, selection %.1f ms",
                                 1e3 * answer.read_seconds, 1e3 * answer.features_seconds,
                                 1e3 * answer.match_seconds, 1e3 * answer.select_seconds));
+}
+
+std::string writtenLine(const std::vector<std::string>& files) {
+  return line("written", core::joinList(files, ", "));
 }
 
 std::string jsonOf(const MatchAnswer& answer) {

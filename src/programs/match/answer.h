@@ -2,6 +2,7 @@
 
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <vector>
 
 #include "corrsel/correspondences.h"
 #include "corrsel/selection.h"
@@ -26,6 +27,9 @@ struct MatchAnswer {
 
 /// The answer for people, in lines.
 std::string textOf(const MatchAnswer& answer);
+
+/// The line that follows where files were written.
+std::string writtenLine(const std::vector<std::string>& files);
 
 /// The answer as one JSON object (docs/doors.md lists its keys).
 std::string jsonOf(const MatchAnswer& answer);

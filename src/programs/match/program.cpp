@@ -200,20 +200,28 @@ MatchAnswer match(const ArgumentValues& values, const MatchFront& front) {
   return answer;
 }
 
-void writeFiles(const ArgumentValues& values, const MatchFront& front, const MatchAnswer& answer) {
-  if (values.given("csv"))
-    writeText(values.text("csv"), core::selectedTable(answer.matches, answer.selection));
-  if (values.given("putative")) writeText(values.text("putative"), core::putativeTable(answer.matches));
-  if (front.write_npz && values.given("npz")) front.write_npz(values.text("npz"), answer);
-  if (values.given("picture")) {
+/// @return the files
+std::vector<std::string> writeFiles(const ArgumentValues& values, const MatchFront& front,
+                                    const MatchAnswer& answer) {
+  std::vector<std::string> files;
+  const auto isWanted = [&](const char* name) {
+    if (!values.given(name)) return false;
+    files.push_back(values.text(name));
+    return true;
+  };
+  if (isWanted("csv")) writeText(files.back(), core::selectedTable(answer.matches, answer.selection));
+  if (isWanted("putative")) writeText(files.back(), core::putativeTable(answer.matches));
+  if (front.write_npz && isWanted("npz")) front.write_npz(files.back(), answer);
+  if (isWanted("picture")) {
     core::SelectionDrawingOptions options;
     options.width = values.integer("width", 0, 100000);
     options.max_lines = static_cast<std::size_t>(values.integer("lines", 0, 1000000));
     const cv::Mat picture = core::drawSelection(answer.left.pixels, answer.right.pixels, answer.matches,
                                                 answer.selection, options);
-    const std::vector<std::uint8_t> bytes = encodePicture(values.text("picture"), front, picture);
-    writeBytes(values.text("picture"), reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::vector<std::uint8_t> bytes = encodePicture(files.back(), front, picture);
+    writeBytes(files.back(), reinterpret_cast<const char*>(bytes.data()), bytes.size());
   }
+  return files;
 }
 
 }  // namespace
@@ -230,8 +238,11 @@ int runMatch(const std::vector<std::string>& words, const MatchFront& front, std
     // Before the work, so that a wrong name does not cost it.
     if (values.given("picture")) encodePicture(values.text("picture"), front, cv::Mat::zeros(1, 1, CV_8UC3));
     const MatchAnswer answer = match(values, front);
-    writeFiles(values, front, answer);
-    out << (values.isOn("json") ? jsonOf(answer) : textOf(answer));
+    const bool as_json = values.isOn("json");
+    // Before the files, so that one that cannot be written does not cost the answer.
+    out << (as_json ? jsonOf(answer) : textOf(answer));
+    const std::vector<std::string> files = writeFiles(values, front, answer);
+    if (!as_json && !files.empty()) out << writtenLine(files);
     return answer.selection.status == core::Status::kOk ? kReliable : kUnreliable;
   } catch (const UsageError& error) {
     errors << front.program << ": " << error.what() << "; --help lists the arguments\n";
