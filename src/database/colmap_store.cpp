@@ -480,8 +480,12 @@ StoredMatches ColmapStore::matches(const ImagePairKey& pair) const {
   const std::string place = placeOf("matches", "pair_id", number);
   SqliteQuery query = impl_->database.query("SELECT rows, cols, data FROM matches WHERE pair_id = ?1");
   if (!query.bind(1, number).next()) {
-    impl_->refuse(place + ": no matches are stored for the images '" + impl_->image(pair.first).name +
-                  "' and '" + impl_->image(pair.second).name + "'; match them first");
+    const auto name = [this](std::uint32_t id) {
+      const auto found = impl_->rows.find(id);
+      return found == impl_->rows.end() ? "image_id " + std::to_string(id)
+                                        : "'" + impl_->images[found->second].name + "'";
+    };
+    impl_->refuse(place + " is missing; match " + name(pair.first) + " and " + name(pair.second) + " first");
   }
   StoredMatches matches;
   matches.rows = readColmapPairs(query, impl_->database, place);

@@ -47,7 +47,9 @@ class MemoryStore : public PairStore {
     ++match_reads;
     most_unwritten = std::max(most_unwritten, match_reads - order.size());
     if (broken_pairs.count(pair) > 0) throw StoreError(StoreError::Kind::kContent, "matches of the pair");
-    return stored_matches.at(pair);
+    const auto found = stored_matches.find(pair);
+    if (found == stored_matches.end()) throw StoreError(StoreError::Kind::kContent, "no matches of the pair");
+    return found->second;
   }
 
   std::vector<ImagePairKey> verifiedPairs(const std::string& configuration) const override {

@@ -354,6 +354,10 @@ TEST_F(ColmapStoreTest, DamagedMatches) {
   change("UPDATE matches SET rows = 1, data = x'0000000004000000' WHERE pair_id = 2147483649");
   EXPECT_TRUE(mentions(
       matchError(), {"matches", "pair_id 2147483649", "match 0", "keypoint 4 of image_id 2", "which has 4"}));
+  EXPECT_TRUE(mentions(errorWith([&] {
+                         ColmapStore(path).matches({1, 9});
+                       }),
+                       {"matches", "is missing", "match 'a.jpg' and image_id 9 first"}));
   change("DELETE FROM images WHERE image_id = 2");
   EXPECT_TRUE(mentions(matchError(), {"matches", "pair_id 2147483649", "no image_id 2", "images"}));
   EXPECT_TRUE(mentions(errorWith([&] { ColmapStore(path).matches({2, 3}); }), {"matches", "is missing"}));
