@@ -179,7 +179,7 @@ use_workspace() {
 }
 
 # start_master LOG: starts a ROS master of the script's own, because another one may be in use. When the script ends, it and the
-# other background jobs whose numbers are in `processes` are interrupted, the last one first.
+# other background jobs whose numbers are in `processes` are ended, the last one first.
 processes=()
 start_master() {
   local port=$((20000 + $$ % 20000))
@@ -192,7 +192,7 @@ start_master() {
 
 end_processes() {
   local i
-  for ((i = ${#processes[@]} - 1; i >= 0; --i)); do kill -INT "${processes[i]}" 2>/dev/null || true; done
+  for ((i = ${#processes[@]} - 1; i >= 0; --i)); do kill "${processes[i]}" 2>/dev/null || true; done
   wait
   processes=()
 }
