@@ -23,6 +23,7 @@ PACKAGE = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(PACKAGE / "python"))
 
 from corrsel.report.reading import read_run  # noqa: E402  (the package of this checkout)
+from measure_scale import commit  # noqa: E402  (beside this file)
 
 FILE = PACKAGE / "docs/data/results.json"
 # What is run, and what docs/results.md shows as the commands of the tables.
@@ -43,12 +44,6 @@ TITLES = {
     "kitti": "KITTI",
     "heinly_generated": "Heinly, generated",
 }
-
-
-def commit():
-    """Return the commit of the sources."""
-    command = ["git", "-C", str(PACKAGE), "describe", "--always", "--dirty", "--abbrev=12"]
-    return subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout.decode().strip()
 
 
 def measure(data_root, runs):

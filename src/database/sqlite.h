@@ -65,7 +65,7 @@ class SqliteDatabase {
  public:
   enum class Mode { kRead, kWrite, kCreate };
 
-  /// How long files that corrsel alone writes are waited for, s.
+  /// How long another program's lock is waited for where the caller does not choose, s.
   static constexpr double kBusySeconds = 10;
 
   /// Opens a file.

@@ -81,7 +81,7 @@ class MatchProgram(unittest.TestCase):
             r"^matches +\d+ of \d+ kept \(\d+\.\d %\), by auto of sift\+sift$",
             r"^status +ok",
             r"^confidence +\d+\.\d: ",
-            r"^noise +\d\.\d\d px, the standard deviation of each coordinate of the kept matches$",
+            r"^noise +\d\.\d\d px, the standard deviation of each coordinate of the residuals$",
             r"^homography( +\S+){3}$",
             r"^ +maps points of the left image to the right one, px$",
             r"^time +reading \d+ ms, features \d+ ms, matching \d+ ms, selection \d+\.\d ms$",

@@ -180,7 +180,7 @@ std::string textOf(const MatchAnswer& answer) {
                              (selection.message.empty() ? "" : ": " + selection.message));
   if (std::isfinite(selection.confidence)) text += line("confidence", confidenceText(selection.confidence));
   if (std::isfinite(selection.sigma))
-    text += line("noise", formatted("%.2f px, the standard deviation of each coordinate of the kept matches",
+    text += line("noise", formatted("%.2f px, the standard deviation of each coordinate of the residuals",
                                     selection.sigma));
   text += modelLines(selection);
   return text +
