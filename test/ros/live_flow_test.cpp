@@ -416,7 +416,7 @@ TEST_F(LiveFlow, OverheadIsSmall) {
   loadSelector();
   const cv::Mat image = texture(640, 480, 4);
   ASSERT_TRUE(answers());
-  std::vector<double> overheads;
+  std::vector<double> overheads, stages;
   std::size_t n_input = 0;
   for (int i = 0; i < (kSanitized ? 5 : 60); ++i) {
     const ros::Time stamp = nextStamp();
@@ -427,16 +427,19 @@ TEST_F(LiveFlow, OverheadIsSmall) {
     const SelectionConstPtr selection = selections_->wait(stamp);
     ASSERT_TRUE(selection);
     const double total = (selections_->all().back().arrival - ready).toSec();
-    overheads.push_back(total - selection->seconds.detect - selection->seconds.describe -
-                        selection->seconds.match - selection->seconds.select);
+    stages.push_back(selection->seconds.detect + selection->seconds.describe + selection->seconds.match +
+                     selection->seconds.select);
+    overheads.push_back(total - stages.back());
     n_input = selection->n_input;
   }
   // The least is what the pipeline itself costs; the rest is other load on the machine.
   const double least = core::quantile(overheads, 0.0);
-  std::printf("overhead at %zu matches: least %.3f ms, median %.3f ms, p95 %.3f ms\n", n_input, 1e3 * least,
-              1e3 * core::quantile(overheads, 0.5), 1e3 * core::quantile(overheads, 0.95));
+  std::printf("overhead at %zu matches: least %.3f ms, median %.3f ms, p95 %.3f ms; stages: least %.3f ms\n",
+              n_input, 1e3 * least, 1e3 * core::quantile(overheads, 0.5),
+              1e3 * core::quantile(overheads, 0.95), 1e3 * core::quantile(stages, 0.0));
   EXPECT_GE(n_input, 1800u);
-  EXPECT_LT(least, kSanitized ? 1.0 : 0.002);  // the aim is a median of 1 ms
+  // A share of the stages, because the speed of the machine is not known.
+  EXPECT_LT(least, (kSanitized ? 1 : 0.4) * core::quantile(stages, 0.0));
 }
 
 }  // namespace

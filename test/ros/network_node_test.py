@@ -3,6 +3,7 @@
 network with the Matcher behind them. Run by test/launch/network.test."""
 
 import importlib.util
+import io
 import pathlib
 import sys
 import threading
@@ -132,7 +133,8 @@ class NetworkNode(unittest.TestCase):
         self.assertEqual(message.right_frame_id, "right_optical")
 
     def test_the_node_costs_little_beyond_the_network(self):
-        """Processor time for a pair with 2000 matches, without the network: at most 0.3 ms, the best median of 60."""
+        """With 2000 matches, the node takes a fraction of the processor time of a loop over the matches. Both are measured
+        by turns, because the speed of the machine may change."""
         left, right = RANDOM.uniform(0, 480, (2, 2000, 2)).astype(np.float32)
         confidences = RANDOM.uniform(0, 1, 2000).astype(np.float32)
         node = example().NetworkNode(lambda _left, _right: (left, right, confidences))
@@ -140,16 +142,33 @@ class NetworkNode(unittest.TestCase):
         while node.publisher.get_num_connections() != 1 and time.monotonic() < deadline:
             time.sleep(0.05)  # the Selector alone listens
         pair = image(30, "left"), image(30, "right")
-        seconds = []
-        for _ in range(300):
+
+        def loop():
+            """Fill a message as rospy's own classes do it, one number after the other, and serialize it."""
+            message = Correspondences()
+            for x, y in left:
+                message.left_x.append(x)
+                message.left_y.append(y)
+            for x, y in right:
+                message.right_x.append(x)
+                message.right_y.append(y)
+            for confidence in confidences:
+                message.probability.append(confidence)
+            message.serialize(io.BytesIO())
+
+        def seconds(work):
             begin = time.thread_time()
-            node.process(*pair)
-            seconds.append(time.thread_time() - begin)
+            work()
+            return time.thread_time() - begin
+
+        node_time, loop_time = [], []
+        for _ in range(100):
+            node_time.append(seconds(lambda: node.process(*pair)))
+            loop_time.append(seconds(loop))
             time.sleep(0.002)
-        # Other programs on the machine only make it slower.
-        median = 1000 * float(np.median(np.reshape(seconds, (5, 60)), axis=1).min())
-        print("network node: %.3f ms of processor time a pair with 2000 matches" % median)
-        self.assertLess(median, 0.3)
+        medians = 1000 * np.median(node_time), 1000 * np.median(loop_time)
+        print("2000 matches: the node takes %.3f ms of processor time, a loop %.3f ms" % medians)
+        self.assertLess(medians[0], 0.5 * medians[1])
 
     def test_wrong_arrays_are_named(self):
         """What a network returned in another form."""
