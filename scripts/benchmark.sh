@@ -23,6 +23,7 @@ install_packages "${build_packages[@]}"
 build benchmark_run -- -DCATKIN_ENABLE_TESTING=OFF
 use_workspace
 say "roslaunch corrsel benchmark.launch $*"
+echo "(When the run ends, roslaunch reports in red that a required process has died. This is how it stops, not an error.)"
 roslaunch corrsel benchmark.launch "$@"
 
 # roslaunch returns 0 even if its nodes fail, so the completeness is read from the summary of the run.

@@ -140,7 +140,8 @@ def stage_table(run):
         cells = [key[0], text_cell(features_text(key[1])), str(len(first))]
         for columns, show in (
             (("n_left", "n_right", "n_putative"), "{:.0f}".format),
-            (("detect_s", "describe_s", "match_s"), milliseconds),
+            # A time of 0 means that one pass detects and describes.
+            (("detect_s", "describe_s", "match_s"), lambda value: milliseconds(value) if value else DASH),
         ):
             for column in columns:
                 values = run.pairs.columns[column][first]
@@ -151,7 +152,8 @@ def stage_table(run):
     head += [stage + " (ms)" for stage in ("Detect", "Describe", "Match")]
     caption = (
         "What comes before selection: medians over the pairs of the number of features and putative matches,"
-        " and of the time of each stage. None of it is part of the selection time. \u2013 = not measured."
+        " and of the time of each stage. None of it is part of the selection time. \u2013 = not measured, or part of the"
+        " stage before."
     )
     return table(caption, head, rows, "results stages times")
 

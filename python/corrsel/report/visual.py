@@ -54,7 +54,7 @@ def image_caption(row, f=None):
         text += ": %s%s" % (plural(int(correct), "inlier"), share)
     text += ", %s" % plural(int(wrong), "outlier") if wrong is not None else ""
     text += "; %s missed" % plural(int(missed), "inlier") if missed is not None else ""
-    return text + ("; F %.1f %%" % (100 * f) if f is not None else "")
+    return text + ("; F %.3f" % f if f is not None else "")
 
 
 def pair_of(row):
@@ -133,16 +133,16 @@ def counts_text(row):
 
 def success_sentence(drawn):
     """Return what a selector's success is, in words."""
-    name = "success" if is_success(drawn) else "best drawn pair, yet below F %.0f" % (100 * SUCCESS_F)
-    text = "%s on %s: %s: %s (F %.1f)" % (
+    name = "success" if is_success(drawn) else "best drawn pair, yet below F %.1f" % SUCCESS_F
+    text = "%s on %s: %s: %s (F %.3f)" % (
         drawn.row["selector"],
         place_text(drawn.row),
         name,
         counts_text(drawn.row) or "no counts",
-        100 * drawn.f,
+        drawn.f,
     )
     if drawn.best_f > drawn.f:
-        text += "; best there is %s with F %.1f" % (drawn.best_selector, 100 * drawn.best_f)
+        text += "; best there is %s with F %.3f" % (drawn.best_selector, drawn.best_f)
     return text + "."
 
 
@@ -152,15 +152,15 @@ def failure_sentence(selector, drawn):
         return "%s: no other selector is better on any drawn pair." % selector
     name = "failure" if is_failure(drawn) else "largest shortfall, no failure"
     if is_failure(drawn) is False and drawn.best_f < FAILURE_BEST:
-        name = "largest shortfall, where no selector reaches F %.0f" % (100 * FAILURE_BEST)
-    return "%s on %s: %s: %s (F %.1f) while %s reaches F %.1f." % (
+        name = "largest shortfall, where no selector reaches F %.1f" % FAILURE_BEST
+    return "%s on %s: %s: %s (F %.3f) while %s reaches F %.3f." % (
         selector,
         place_text(drawn.row),
         name,
         counts_text(drawn.row) or "no counts",
-        100 * drawn.f,
+        drawn.f,
         drawn.best_selector,
-        100 * drawn.best_f,
+        drawn.best_f,
     )
 
 
@@ -182,10 +182,10 @@ def findings_html(images):
     if not rows:
         return ""
     caption = (
-        "A success and a failure of each selector among the drawn pairs. Success: F of at least %.0f, or else the"
-        " selector's best drawn pair. Failure: F at least %.0f points below the best selector's where that reaches"
-        " %.0f, or else the largest shortfall. Last column: how many of the selector's drawn pairs are one or the other."
-    ) % (100 * SUCCESS_F, 100 * FAILURE_GAP, 100 * FAILURE_BEST)
+        "A success and a failure of each selector among the drawn pairs. Success: F of at least %.1f, or else the"
+        " selector's best drawn pair. Failure: F at least %.1f below the best selector's where that reaches"
+        " %.1f, or else the largest shortfall. Last column: how many of the selector's drawn pairs are one or the other."
+    ) % (SUCCESS_F, FAILURE_GAP, FAILURE_BEST)
     head = ["Selector", "Success", "Failure", "Number"]
     return table(caption, head, rows, "texts findings", long=True)
 
