@@ -397,6 +397,7 @@ class LiveMotion : public Live {
     set(matcher() + "/prior", std::string("imu"));
     set(matcher() + "/imu_rotation", std::string("0, 0, 0"));
     set(matcher() + "/prior_timeout", 5.0);  // the machine may be busy
+    set(matcher() + "/pending", 10);         // nothing is dropped
     camera_ = nh_.advertise<sensor_msgs::Image>("image", 10);
     info_ = nh_.advertise<sensor_msgs::CameraInfo>("camera_info", 10, true);
     imu_ = nh_.advertise<sensor_msgs::Imu>("imu", 2000);
