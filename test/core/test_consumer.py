@@ -46,7 +46,10 @@ class Consumer(unittest.TestCase):
         self.check_program(moved, self.root / "build_installed")
 
     def test_every_public_header_is_installed(self):
-        """Those of ROS only where it is there."""
+        """Those of ROS only where it is there. A build of some libraries installs the headers of these alone."""
+        built = {path.name for path in self.prefix.rglob("libcorrsel_*.so")}
+        if not {"libcorrsel_%s.so" % name for name in ("benchmark", "database", "features")} <= built:
+            self.skipTest("only some of the libraries are built")
         public = {path.relative_to(PACKAGE / "include") for path in (PACKAGE / "include").rglob("*.h")}
         include = self.prefix / "include"
         found = {path.relative_to(include) for path in include.rglob("*.h")}
