@@ -290,16 +290,16 @@ class ExperimentsTest(unittest.TestCase):
     def test_success_and_failure_sentences(self):
         row = self.cells("A success and a failure of each selector", "gms")
         self.assertIn(
-            "gms on vgg/boat 1-2: failure: keeps 23 of 640 inliers and 677 outliers (F 3.6) while usac reaches F 90.0.",
+            "gms on vgg/boat 1-2: failure: keeps 23 of 640 inliers and 677 outliers (F 0.036) while usac reaches F 0.900.",
             row["Failure"],
         )
         self.assertIn(
-            "gms on vgg/bark 1-2: best drawn pair, yet below F 80: keeps 448 of 640 inliers", row["Success"]
+            "gms on vgg/bark 1-2: best drawn pair, yet below F 0.8: keeps 448 of 640 inliers", row["Success"]
         )
         self.assertEqual(row["Number"], "0 successes, 1 failure of 2")
         row = self.cells("A success and a failure of each selector", "usac")
         self.assertIn(
-            "usac on vgg/bark 1-2: success: keeps 576 of 640 inliers and 124 outliers (F 90.0).",
+            "usac on vgg/bark 1-2: success: keeps 576 of 640 inliers and 124 outliers (F 0.900).",
             row["Success"],
         )
         self.assertIn("usac: no other selector is better on any drawn pair.", row["Failure"])
@@ -316,9 +316,9 @@ class ExperimentsTest(unittest.TestCase):
         write_pairs(folder / "pairs.csv", rows)
         run = reading.read_run(folder)
         success, failure = visual.findings(visual.drawn_images(run))["gms"]
-        self.assertIn("best drawn pair, yet below F 80", visual.success_sentence(success))
+        self.assertIn("best drawn pair, yet below F 0.8", visual.success_sentence(success))
         self.assertIn(
-            "largest shortfall, where no selector reaches F 50", visual.failure_sentence("gms", failure)
+            "largest shortfall, where no selector reaches F 0.5", visual.failure_sentence("gms", failure)
         )
 
     def test_too_many_images_are_linked(self):
@@ -534,7 +534,7 @@ class ExperimentsTest(unittest.TestCase):
         for row in rows:
             row.update(n_selected="", n_correct="", n_wrong="", n_missed="")
         write_csv(folder / "images" / "index.csv", reading.IMAGES_HEADER, rows)
-        self.assert_text(self.make(folder), "gms on vgg/boat 1-2: failure: no counts (F 3.6) while usac")
+        self.assert_text(self.make(folder), "gms on vgg/boat 1-2: failure: no counts (F 0.036) while usac")
 
     def test_time_by_stage(self):
         row = self.cells("Wall time by stage", "vgg")
