@@ -6,6 +6,7 @@
 #include <opencv2/core/types.hpp>
 #include <utility>
 
+#include "base/size_text.h"
 #include "base/text.h"
 #include "benchmark/feature_cache.h"
 #include "corrsel/features/extractor.h"
@@ -23,10 +24,6 @@ constexpr std::size_t kCacheBytes = std::size_t{64} << 20U;
 constexpr double kMinShare = 0.05;  // of the left image that the ground truth maps into the right one
 // With fewer images that agree, nobody knows which of them is the odd one.
 constexpr std::size_t kAgreeing = 3;
-
-std::string text(const cv::Size& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
 
 /// Share of the points of a grid over the image for which a condition holds.
 double shareOf(const cv::Size& image, const std::function<bool(double x, double y)>& holds) {
@@ -66,7 +63,7 @@ double shareOfCrossingLines(const cv::Matx33d& fundamental, const cv::Size& left
 std::string oddity(const ImagePair& pair) {
   const GroundTruth& truth = pair.truth;
   const cv::Size left = pair.left.size(), right = pair.right.size();
-  const std::string sizes = "the images have " + text(left) + " and " + text(right) + " px";
+  const std::string sizes = "the images have " + sizeText(left) + " and " + sizeText(right) + " px";
   const auto percent = [](double share) { return formatNumber(std::round(1000 * share) / 10) + " %"; };
   if (truth.kind == TruthKind::kHomography) {
     const double share = shareMappedInto(truth.matrix, left, right);
@@ -83,8 +80,8 @@ std::string oddity(const ImagePair& pair) {
     }
   }
   if (truth.kind == TruthKind::kDisparity && truth.disparity.size() != left) {
-    return "the disparities have " + text(truth.disparity.size()) + " px, and the left image has " +
-           text(left) + " px; give one disparity per pixel of the left image";
+    return "the disparities have " + sizeText(truth.disparity.size()) + " px, and the left image has " +
+           sizeText(left) + " px; give one disparity per pixel of the left image";
   }
   if (!truth.pose) return "";
   const struct {
@@ -96,7 +93,7 @@ std::string oddity(const ImagePair& pair) {
     const double x = camera(0, 2), y = camera(1, 2);
     if (x >= 0 && x < size.width && y >= 0 && y < size.height) continue;
     return std::string("the principal point of the ") + side + " camera, (" + formatNumber(x) + ", " +
-           formatNumber(y) + "), lies outside of its image of " + text(size) +
+           formatNumber(y) + "), lies outside of its image of " + sizeText(size) +
            " px; the calibration is probably of images of another size";
   }
   return "";
@@ -122,7 +119,7 @@ struct SequenceSizes {
     const auto &one = first_is_odd ? *images.begin() : *images.rbegin(),
                &others = first_is_odd ? *images.rbegin() : *images.begin();
     if (one.second.count != 1 || others.second.count < kAgreeing) return "";
-    const auto sizeOf = [](const auto& entry) { return text({entry.first.first, entry.first.second}); };
+    const auto sizeOf = [](const auto& entry) { return sizeText({entry.first.first, entry.first.second}); };
     return one.second.first.text() + ": the " + side + " image has " + sizeOf(one) + " px, and the " + side +
            " images of the other pairs of the sequence have " + sizeOf(others) +
            " px; it is probably scaled or of another sequence";

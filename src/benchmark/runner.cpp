@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "base/progress_meter.h"
+#include "base/size_text.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "benchmark/example_images.h"
@@ -180,7 +181,7 @@ void BenchmarkRunner::noticeImages(const ImagePair& pair) {
     }
     for (const auto& [width, reduction] : reductions) {
       const std::string factor = formatNumber(std::round(100.0 * image->cols / width) / 100);
-      const std::string size = std::to_string(image->cols) + "x" + std::to_string(image->rows);
+      const std::string size = sizeText(image->size());
       notice({"", "", "",
               "large images are reduced before the features " + joinList(reduction.features, " and ") +
                   " are found in them: the " + side + " image of " + pair.id.text() + " (" + size +

@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/size_text.h"
 #include "base/text.h"
 #include "corrsel/camera_formats.h"
 #include "database/colmap_conventions.h"
@@ -179,8 +180,7 @@ void ColmapStore::Impl::checkPositions(const StoredImage& image, const StoredKey
     } else if (p.x < least || p.y < least || p.x > right || p.y > bottom) {
       refuse(placeOfImage("keypoints", image) + ": keypoint " + std::to_string(i) + " is at (" +
              formatNumber(p.x + kColmapPixelCentre) + ", " + formatNumber(p.y + kColmapPixelCentre) +
-             ") px, but the camera of the image has " + std::to_string(image.size.width) + "x" +
-             std::to_string(image.size.height) +
+             ") px, but the camera of the image has " + sizeText(image.size) +
              " px; features and camera are of images of different sizes, one of them reduced: extract them "
              "again");
     }

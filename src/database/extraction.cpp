@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/parallel.h"
+#include "base/size_text.h"
 #include "base/text.h"
 #include "corrsel/features/extractor.h"
 #include "database/exif.h"
@@ -86,10 +87,6 @@ Extracted extract(const fs::path& path, const FeatureExtractor& extractor) {
   return result;
 }
 
-std::string sizeText(const cv::Size& size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-
 /// Adds images to a database, with their cameras.
 class ImageWriter {
  public:
@@ -104,8 +101,8 @@ class ImageWriter {
     const Features& features = extracted.features;
     const cv::Size& size = features.image_size;
     if (!size_.empty() && size != size_) {
-      return "is " + sizeText(size) + ", but the camera's images are " + sizeText(size_) +
-             "; give it a database or a camera of its own";
+      return "is " + sizeText(size) + " px, but the camera's images are " + sizeText(size_) +
+             " px; give it a database or a camera of its own";
     }
     if (single_camera_) size_ = size;
     StoredImage image;

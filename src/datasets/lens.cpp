@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/size_text.h"
 #include "base/text.h"
 #include "datasets/files.h"
 
@@ -16,10 +17,6 @@ constexpr double kMaxSide = 1 << 20;    // px; OpenCV reads images up to this
 constexpr double kEnlargement = 1.005;  // in one step
 constexpr int kSteps = 100;             // up to a factor of 1.65
 constexpr double kMaxBeyond = 0.5;      // px: the outer half of the outermost pixels is still content
-
-std::string sizeText(const cv::Size& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height) + " px";
-}
 
 }  // namespace
 
@@ -34,7 +31,7 @@ Lens::Lens(const std::string& name, const Camera& camera) : name_(name), origina
   const double cx = camera.matrix(0, 2), cy = camera.matrix(1, 2);
   if (!size.empty() && !(cx >= 0 && cy >= 0 && cx < size.width && cy < size.height)) {
     throw std::invalid_argument(name + " has its principal point at (" + formatNumber(cx) + ", " +
-                                formatNumber(cy) + "), outside its images of " + sizeText(size));
+                                formatNumber(cy) + "), outside its images of " + sizeText(size) + " px");
   }
   if (camera.model != Camera::Model::kPinhole || camera.isPlainPinhole()) return;
   camera_.distortion = {};
@@ -50,7 +47,7 @@ Lens::Lens(const std::string& name, const Camera& camera) : name_(name), origina
   }
   if (!(beyondBorder() <= kMaxBeyond) || !(k(0, 0) > 0) || !(k(1, 1) > 0)) {
     throw std::invalid_argument(name + " has a distortion that cannot be removed from images of " +
-                                sizeText(size) + "; check its coefficients and their order");
+                                sizeText(size) + " px; check its coefficients and their order");
   }
 }
 
@@ -85,14 +82,15 @@ double Lens::beyondBorder() const {
 cv::Mat Lens::undistorted(const cv::Mat& image) const {
   const cv::Size size = original_.size;
   if (!size.empty() && image.size() != size) {
-    throw std::invalid_argument("the image has " + sizeText(image.size()) + ", " + name_ + " is for " +
-                                sizeText(size));
+    throw std::invalid_argument("the image has " + sizeText(image.size()) + " px, " + name_ + " is for " +
+                                sizeText(size) + " px");
   }
   const cv::Matx33d& k = camera_.matrix;
   if (size.empty() && !(k(0, 2) < image.cols && k(1, 2) < image.rows)) {
-    throw std::invalid_argument("the image has " + sizeText(image.size()) + ", and the principal point of " +
-                                name_ + " lies outside it, at (" + formatNumber(k(0, 2)) + ", " +
-                                formatNumber(k(1, 2)) + "): the calibration is for another size");
+    throw std::invalid_argument("the image has " + sizeText(image.size()) +
+                                " px, and the principal point of " + name_ + " lies outside it, at (" +
+                                formatNumber(k(0, 2)) + ", " + formatNumber(k(1, 2)) +
+                                "): the calibration is for another size");
   }
   if (!distorted()) return image;
   cv::Mat map_x, map_y, result;
@@ -106,7 +104,7 @@ cv::Mat Lens::undistorted(const cv::Mat& image) const {
 std::string Lens::text() const {
   const cv::Matx33d& k = camera_.matrix;
   return "images of " + name_ + " (" + sizeText(original_.size) +
-         ") are undistorted; their new camera has fx " + roundedText(k(0, 0)) + ", fy " +
+         " px) are undistorted; their new camera has fx " + roundedText(k(0, 0)) + ", fy " +
          roundedText(k(1, 1)) + ", cx " + roundedText(k(0, 2)) + ", cy " + roundedText(k(1, 2)) + " px";
 }
 

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "base/size_text.h"
 #include "base/text.h"
 #include "datasets/match_list.h"
 
@@ -143,8 +144,7 @@ class PairFolder {
       };
       if (!outside(x[i], size.width) && !outside(y[i], size.height)) continue;
       fail(kMatches, "match " + std::to_string(i + 1) + " lies at (" + formatNumber(x[i]) + ", " +
-                         formatNumber(y[i]) + "), outside the " + side + " image of " +
-                         std::to_string(size.width) + "x" + std::to_string(size.height) +
+                         formatNumber(y[i]) + "), outside the " + side + " image of " + sizeText(size) +
                          " px; give the matches in px of the images as they are stored");
     }
   }

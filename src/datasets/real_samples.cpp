@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "base/size_text.h"
 #include "corrsel/camera_formats.h"
 #include "corrsel/datasets/reader.h"
 #include "datasets/posed_truth.h"
@@ -37,9 +38,8 @@ const cv::Matx33d kPageHomography(0.941727579, -0.0699901953, 9.61705112, 0.0298
 void requireSize(const cv::Mat& image, const cv::Size& size, const std::string& path,
                  const std::string& remedy) {
   if (image.size() == size) return;
-  throw DatasetError(path + ": has " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
-                     " px, and its ground truth is for " + std::to_string(size.width) + "x" +
-                     std::to_string(size.height) + " px; " + remedy);
+  throw DatasetError(path + ": has " + sizeText(image.size()) + " px, and its ground truth is for " +
+                     sizeText(size) + " px; " + remedy);
 }
 
 void addRigTruth(ImagePair& pair) {

@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>  // cvRound(), comparison of matrices
 #include <stdexcept>
 
+#include "base/size_text.h"
 #include "base/text.h"
 #include "geometry/checked_matrix.h"
 #include "geometry/lens.h"
@@ -41,7 +42,7 @@ void requireSize(const Camera& camera) {
   const bool known = size.width > 0 && size.height > 0;
   const bool unknown = size.width == 0 && size.height == 0 && camera.model != Model::kEquirectangular;
   if (known || unknown) return;
-  throw std::invalid_argument("size = " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+  throw std::invalid_argument("size = " + sizeText(size) +
                               (camera.model == Model::kEquirectangular
                                    ? " must be positive: a panorama fills its image"
                                    : " must be positive, or 0x0 if it is unknown"));

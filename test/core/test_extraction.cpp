@@ -248,7 +248,7 @@ TEST_F(ExtractionTest, AGivenCameraIsStoredAsItIsAndTrusted) {
   EXPECT_EQ(cell("SELECT count(*) FROM cameras WHERE model = 2 AND prior_focal_length = 1"), "1");
   EXPECT_EQ(parameters("camera_id = 1"), camera.parameters);
   ASSERT_EQ(summary.refused.size(), 1U);
-  EXPECT_TRUE(mentions(summary.refused[0], {"a.png", "100 x 80", "200 x 150"}));
+  EXPECT_TRUE(mentions(summary.refused[0], {"a.png", "100x80 px", "200x150 px"}));
   const ColmapStore store(path);
   EXPECT_TRUE(store.images()[0].calibrated);
   EXPECT_EQ(*store.images()[0].camera, cameraFromColmap(camera));
@@ -265,7 +265,7 @@ TEST_F(ExtractionTest, OneCameraForAllImages) {
   const ExtractionSummary summary = extract(options);
   EXPECT_EQ(summary.added, 1U);
   ASSERT_EQ(summary.refused.size(), 1U);
-  EXPECT_TRUE(mentions(summary.refused[0], {"d.png", "150 x 200", "200 x 150"}));
+  EXPECT_TRUE(mentions(summary.refused[0], {"d.png", "150x200 px", "200x150 px"}));
   EXPECT_EQ(cell("SELECT count(*) FROM cameras"), "1");
 }
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/size_text.h"
 #include "base/text.h"
 #include "corrsel/camera_formats.h"
 #include "corrsel/datasets/reader.h"
@@ -95,10 +96,9 @@ void moveSide(const std::vector<cv::Matx23d>& maps, std::vector<float>& x, std::
 
 void requireSize(const cv::Size& images, const cv::Size& calibrated, const std::string& info_topic) {
   if (images.empty() || images == calibrated) return;
-  throw std::invalid_argument(
-      "the matches are of images of " + std::to_string(images.width) + "x" + std::to_string(images.height) +
-      " px, camera_info on " + info_topic + " is for " + std::to_string(calibrated.width) + "x" +
-      std::to_string(calibrated.height) + " px; record the camera_info that belongs to the images");
+  throw std::invalid_argument("the matches are of images of " + core::sizeText(images) +
+                              " px, camera_info on " + info_topic + " is for " + core::sizeText(calibrated) +
+                              " px; record the camera_info that belongs to the images");
 }
 
 core::Camera pinhole(const cv::Matx33d& matrix, const cv::Size& size) {

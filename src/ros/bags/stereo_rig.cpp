@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/size_text.h"
 #include "base/text.h"
 #include "corrsel/ros/cameras.h"
 
@@ -129,7 +130,7 @@ StereoRig::Camera::Camera(const RigCamera& camera) : rectified(camera.rectified)
                   roi.height / static_cast<int>(model.binningY()));
   if ((roi & full) != roi || size.empty()) {
     refuse(name, "has a region of interest or a binning that does not fit into its " +
-                     std::to_string(full.width) + "x" + std::to_string(full.height) + " px");
+                     core::sizeText(full.size()) + " px");
   }
   area = cv::Rect(cv::Point(), size);
   if (rectified) return;
@@ -157,9 +158,8 @@ cv::Mat StereoRig::Camera::rectifyWhole(const cv::Mat& image) const {
 cv::Mat StereoRig::Camera::rectify(const cv::Mat& image) const {
   if (image.size() != size) {
     throw std::invalid_argument(
-        "the image has " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
-        " px, camera_info on " + name + " is for " + std::to_string(size.width) + "x" +
-        std::to_string(size.height) +
+        "the image has " + core::sizeText(image.size()) + " px, camera_info on " + name + " is for " +
+        core::sizeText(size) +
         " px (width and height, less region of interest and binning); record the camera_info that belongs to "
         "the images");
   }

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/size_text.h"
 #include "base/text.h"
 #include "corrsel/ros/cameras.h"
 
@@ -20,10 +21,6 @@ std::vector<std::uint8_t> contentOf(sensor_msgs::CameraInfo info) {
   ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   ros::serialization::serialize(stream, info);
   return bytes;
-}
-
-std::string sizeText(const cv::Size& size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height) + " px";
 }
 
 }  // namespace
@@ -47,9 +44,9 @@ void CameraInfoInput::receive(const sensor_msgs::CameraInfo& info) {
     const core::Camera camera = cameraOf(info, rectified_);
     calibration_ = std::make_shared<const Calibration>(Calibration{info, rectified_, camera});
     ROS_INFO_STREAM("camera_info on " << topic_ << (first ? ": " : " has changed: ")
-                                      << core::toString(camera.model) << ", " << sizeText(camera.size)
-                                      << ", focal length " << core::formatNumber(camera.matrix(0, 0)) << " px"
-                                      << (rectified_ ? ", of rectified images" : ", of raw images"));
+                                      << core::toString(camera.model) << ", " << core::sizeText(camera.size)
+                                      << " px, focal length " << core::formatNumber(camera.matrix(0, 0))
+                                      << " px" << (rectified_ ? ", of rectified images" : ", of raw images"));
   } catch (const std::invalid_argument& error) {
     ROS_WARN_STREAM("camera_info on " << topic_ << ": " << error.what()
                                       << ". Until then, its images are matched without a calibration");
@@ -63,10 +60,10 @@ CalibrationPtr CameraInfoInput::of(const sensor_msgs::Image& image) {
   if (refused_ != size) {
     refused_ = size;
     ROS_WARN_STREAM("camera_info on "
-                    << topic_ << " is for images of " << sizeText(calibration_->camera.size)
-                    << " (width and height, less region of interest and binning), the image has "
-                    << sizeText(size)
-                    << ": publish the camera_info that belongs to the images. Until then, "
+                    << topic_ << " is for images of " << core::sizeText(calibration_->camera.size)
+                    << " px (width and height, less region of interest and binning), the image has "
+                    << core::sizeText(size)
+                    << " px: publish the camera_info that belongs to the images. Until then, "
                        "its images are matched without a calibration");
   }
   return nullptr;
