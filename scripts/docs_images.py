@@ -47,11 +47,11 @@ class ImageError(Exception):
 
 # --- live.svg ----------------------------------------------------------------------------------------------------
 
-HEAD = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 980 310" role="img" aria-label="%s"
+HEAD = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 980 404" role="img" aria-label="%s"
   font-family="DejaVu Sans, Verdana, sans-serif" font-size="13" text-anchor="middle" fill="#1b1b1b">
 <defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">
   <path d="M0 0L8 4L0 8z" fill="#444444"/></marker></defs>
-<rect width="980" height="310" fill="white"/>
+<rect width="980" height="404" fill="white"/>
 """
 
 
@@ -91,8 +91,8 @@ def write_diagram(folder):
     nodelet, other, aside = "#e8f1f8", "#f5f5f5", "#eef7f3"
     parts = [
         HEAD
-        % "Cameras, FeatureMatcher, Selector and odometry in a row; MatchViewer and Evaluator beside them",
-        '<rect x="252" y="12" width="468" height="286" rx="10" fill="none" stroke="#999999" stroke-dasharray="2 3"/>',
+        % "Cameras, FeatureMatcher, Selector and odometry in a row; below them MatchViewer, Evaluator, Tracker and RigMonitor",
+        '<rect x="252" y="12" width="468" height="380" rx="10" fill="none" stroke="#999999" stroke-dasharray="2 3"/>',
         '<text x="486" y="32" fill="#555555">nodelets in one process: no image is copied</text>',
         box(10, 56, 124, "camera(s)", ["one or two"], other),
         box(266, 56, 150, "FeatureMatcher", ["detects, describes,", "matches"], nodelet),
@@ -108,9 +108,13 @@ def write_diagram(folder):
         arrow([(487, 86), (487, 166)], dashed=True, tip=False),
         arrow([(633, 122), (633, 166), (380, 166), (380, 202)], dashed=True),
         arrow([(603, 166), (603, 202)], dashed=True),
-        label(491, 190, "correspondences, selection"),
+        label(436, 200, "correspondences", "selection"),
         box(276, 206, 208, "MatchViewer", ["draws the images with", "matches: matches/image"], aside),
         box(500, 206, 206, "Evaluator", ["compares with ground_truth:", "score"], aside),
+        arrow([(492, 166), (492, 286), (380, 286), (380, 302)], dashed=True),
+        arrow([(492, 286), (603, 286), (603, 302)], dashed=True),
+        box(276, 306, 208, "Tracker", ["gives points an identity that", "lasts over frames: tracks"], aside),
+        box(500, 306, 206, "RigMonitor", ["reports when a stereo rig", "was bent: rig_state"], aside),
         "</svg>",
     ]
     path = folder / "live.svg"
