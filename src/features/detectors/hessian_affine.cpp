@@ -487,8 +487,9 @@ void HessianAffineOptions::visit(OptionVisitor& visitor) const {
   visitor.number(
       {"scale_threshold", 0, 1, "-", "Smallest Laplacian at the chosen scale, of grey values 0 to 1"},
       &HessianAffineOptions::scale_threshold);
-  visitor.integer({"first_octave", -1, 3, "-", "-1 doubles the image: smaller features, 4 times the time"},
-                  &HessianAffineOptions::first_octave);
+  visitor.integer(
+      {"first_octave", -1, 3, "-", "-1 doubles the image: smaller features, 2 to 4 times the time"},
+      &HessianAffineOptions::first_octave);
   visitor.integer({"octave_resolution", 2, 10, "-", "Levels per octave"},
                   &HessianAffineOptions::octave_resolution);
   visitor.flag("adapt", "Adapt frames to the affine shape; otherwise they are similarities",

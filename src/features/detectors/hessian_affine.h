@@ -9,7 +9,7 @@ struct HessianAffineOptions : DetectorOptions {
   double peak_threshold = 0.003;  ///< smallest determinant of the Hessian, of grey values from 0 to 1
   double edge_threshold = 10.0;   ///< largest ratio of the principal curvatures
   double scale_threshold = 0.01;  ///< smallest Laplacian at the chosen scale, of grey values from 0 to 1
-  int first_octave = 0;           ///< -1 doubles the image first: smaller features, 4 times the time
+  int first_octave = 0;           ///< -1 doubles the image first: smaller features, 2 to 4 times the time
   int octave_resolution = 3;      ///< levels per octave
   bool adapt = true;              ///< to the affine shape; else the frames are similarities
   int max_orientations = 4;       ///< features with one position and shape

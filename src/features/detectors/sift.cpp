@@ -16,7 +16,7 @@ namespace corrsel::core {
 void SiftOptions::visit(OptionVisitor& visitor) const {
   visitCommon(visitor);
   visitor.integer(
-      {"first_octave", -1, 0, "-", "SIFT: -1 doubles the image: smaller features, 4 times the time"},
+      {"first_octave", -1, 0, "-", "SIFT: -1 doubles the image: smaller features, 3 to 4 times the time"},
       &SiftOptions::first_octave);
   visitor.integer({"octave_layers", 1, 10, "-", "SIFT: layers per octave"}, &SiftOptions::octave_layers);
   visitor.number({"contrast_threshold", 0, 1, "-", "SIFT: extrema weaker than this are dropped"},

@@ -7,8 +7,7 @@
 namespace corrsel::core {
 
 struct SiftOptions : DetectorOptions {
-  int first_octave =
-      -1;  ///< -1 doubles the image first; 0 finds no features below 2 px, in a third of the time
+  int first_octave = -1;             ///< -1 doubles the image; 0 finds none below 2 px, 3 to 4 times as fast
   int octave_layers = 3;             ///< layers per octave
   double contrast_threshold = 0.04;  ///< weak extrema are dropped; divided by octave_layers internally
   double edge_threshold = 10.0;      ///< edge-like extrema are dropped; larger keeps more
