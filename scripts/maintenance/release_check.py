@@ -6,7 +6,7 @@
 Without STEP, it runs those steps that have not passed with the code of HEAD. They are listed in
 scripts/maintenance/release_steps.yaml and take many hours together, so a release is checked in pieces: every result is a
 row of docs/data/release.csv, which you commit, and the next call goes on with what is missing, on another machine, too.
-Ctrl-C ends the step that is running and leaves the rows of the others.
+Ctrl-C or SIGTERM ends the step that is running and leaves the rows of the others.
 
     --list         run nothing, print the table
     --again        run steps that have passed, too
@@ -122,7 +122,7 @@ def run_command(command, clone, log):
                 return process.wait()
             finally:
                 if process.poll() is None:
-                    os.killpg(process.pid, signal.SIGINT)
+                    os.killpg(process.pid, signal.SIGTERM)  # SIGINT is ignored by what runs in the background
 
 
 def summary_of(log, pattern):
@@ -232,6 +232,9 @@ def main(arguments):
 
 
 if __name__ == "__main__":
+    # In the background SIGINT is ignored, and SIGTERM would leave the step running.
+    for ending in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(ending, signal.default_int_handler)
     try:
         sys.exit(main(sys.argv[1:]))
     except Problem as problem:

@@ -140,15 +140,23 @@ class ReleaseCheck(unittest.TestCase):
         self.assertFalse((self.package / "made_here").exists())
 
     def test_ended_in_the_middle(self):
-        steps = STEPS.replace("test -f source.txt", "touch %s/begun && sleep 600" % self.root)
-        with self.start(steps=steps) as process:
-            while not (self.root / "begun").exists():
-                self.assertIsNone(process.poll())
-                time.sleep(0.05)
-            process.send_signal(signal.SIGINT)
-            text = process.communicate(timeout=60)[0]
-        self.assertEqual(process.returncode, 130, text)
-        self.assertEqual(list(self.rows()), ["first"])
+        """The step ends with the program, and the next call goes on with it."""
+        alive = self.root / "alive"
+        # The step ignores SIGINT, as programs in the background do.
+        command = 'trap "" INT; while sleep 0.1; do touch %s; done' % alive
+        steps = STEPS.replace("test -f source.txt", command)
+        for ending in (signal.SIGINT, signal.SIGTERM):
+            with self.start(steps=steps) as process:
+                while not alive.exists():
+                    self.assertIsNone(process.poll())
+                    time.sleep(0.05)
+                process.send_signal(ending)
+                text = process.communicate(timeout=60)[0]
+            self.assertEqual(process.returncode, 130, text)
+            self.assertEqual(list(self.rows()), ["first"])
+            alive.unlink()
+            time.sleep(0.5)
+            self.assertFalse(alive.exists(), "the step still runs")
         code, text = self.run_script()
         self.assertEqual(code, 0, text)
         self.assertNotIn("== first", text)
