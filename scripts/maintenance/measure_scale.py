@@ -13,6 +13,7 @@ import argparse
 import csv
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -44,7 +45,9 @@ def machine():
 
 
 def commit():
-    """Return the commit of the sources."""
+    """Return the commit of the sources, or "unknown" where they or git are missing."""
+    if shutil.which("git") is None:
+        return "unknown"
     command = ["git", "-C", str(PACKAGE), "describe", "--always", "--dirty", "--abbrev=12"]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False)
     return done.stdout.decode().strip() or "unknown"

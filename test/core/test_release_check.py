@@ -20,6 +20,7 @@ STEPS = """\
 """
 
 
+@unittest.skipIf(shutil.which("git") is None, "needs git")
 class ReleaseCheck(unittest.TestCase):
     """Each test has a repository with one source file and one document."""
 
