@@ -33,7 +33,7 @@ if grep -E '^/etc/|^/usr/(_setup|setup|local_setup|env|\.)|^/usr/lib/corrsel/tes
 fi
 rm -rf "$folder/unpacked"
 dpkg-deb --extract "$deb" "$folder/unpacked"
-if grep -rlE "$(dirname "$package_dir")|$build_dir" "$folder/unpacked"; then
+if grep -rlF -e "$package_dir/" -e "$build_dir" "$folder/unpacked"; then
   echo "the files above contain paths of the machine that built the package" >&2
   exit 1
 fi
