@@ -26,7 +26,10 @@ import zipfile
 from xml.etree import ElementTree
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PACKAGES = "cmake g++ libeigen3-dev libhdf5-dev libopencv-dev libsqlite3-dev make nlohmann-json3-dev pkg-config pybind11-dev python3-dev"
+PACKAGES = (
+    "cmake g++ libeigen3-dev libhdf5-dev libopencv-dev libsqlite3-dev make nlohmann-json3-dev pkg-config"
+    " pybind11-dev python3-dev"
+)
 #: What a part of the package needs besides numpy, by the name of the extra.
 EXTRAS = {"hloc": ("h5py",), "images": ("opencv-python",), "report": ("jinja2", "matplotlib", "pyyaml")}
 #: A compiler takes at most this much memory, bytes.

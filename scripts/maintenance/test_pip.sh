@@ -47,7 +47,10 @@ install_packages debootstrap iproute2
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 # What docs/python.md lists, besides what FOLDER/SUITE-base has.
-build_tools=(cmake g++ libeigen3-dev libhdf5-dev libopencv-dev libsqlite3-dev make nlohmann-json3-dev pkg-config pybind11-dev python3-dev)
+build_tools=(
+  cmake g++ libeigen3-dev libhdf5-dev libopencv-dev libsqlite3-dev make nlohmann-json3-dev pkg-config pybind11-dev
+  python3-dev
+)
 
 # compile SUITE: installs by pip in FOLDER/SUITE, and leaves the wheel in srv/wheels.
 compile() {
