@@ -46,11 +46,8 @@ require_root_user
 install_packages debootstrap iproute2
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
-# What docs/python.md lists, besides what FOLDER/SUITE-base has.
-build_tools=(
-  cmake g++ libeigen3-dev libhdf5-dev libopencv-dev libsqlite3-dev make nlohmann-json3-dev pkg-config pybind11-dev
-  python3-dev
-)
+packages=$(cd "$package_dir/python/backend" && python3 -B -c 'import corrsel_backend; print(corrsel_backend.PACKAGES)')
+read -ra build_tools <<<"$packages"
 
 # compile SUITE: installs by pip in FOLDER/SUITE, and leaves the wheel in srv/wheels.
 compile() {

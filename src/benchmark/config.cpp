@@ -3,6 +3,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -56,6 +58,18 @@ std::vector<std::string> withoutRepeats(const std::vector<std::string>& values) 
     if (std::find(result.begin(), result.end(), value) == result.end()) result.push_back(value);
   }
   return result;
+}
+
+/// The file name of a bag names its pairs in the results.
+void requireDistinctNames(const std::vector<std::string>& bags) {
+  std::map<std::string, std::string> bag_of;
+  for (const std::string& bag : bags) {
+    const std::string name = std::filesystem::path(bag).stem().string();
+    const auto [other, is_new] = bag_of.emplace(name, bag);
+    if (is_new) continue;
+    throw std::invalid_argument("the bags " + other->second + " and " + bag + " are both called '" + name +
+                                "', which names their pairs in the results; rename one of them");
+  }
 }
 
 /// The values, with the word replaced by all names.
@@ -139,6 +153,7 @@ void BenchmarkConfig::resolve() {
   requireSome("preselection", preselection);
   datasets = withoutRepeats(datasets);
   bags = withoutRepeats(bags);
+  requireDistinctNames(bags);
   if (datasets.empty() && bags.empty()) throw std::invalid_argument("neither a dataset nor a bag is given");
   const std::vector<std::string> preselections = {"none", "nnsr"};
   for (const std::string& name : preselection) {

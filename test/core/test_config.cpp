@@ -106,6 +106,13 @@ TEST(Config, RepeatedDatasetsAndBagsAreTakenOnce) {
   EXPECT_EQ(config.bags, std::vector<std::string>{"/a.bag"});
 }
 
+TEST(Config, TwoBagsOfOneNameAreRefused) {
+  BenchmarkConfig config;
+  config.bags = {"/monday/run.bag", "/tuesday/run.bag"};
+  EXPECT_TRUE(contains(errorOf([&] { config.resolve(); }),
+                       "the bags /monday/run.bag and /tuesday/run.bag are both called 'run'"));
+}
+
 TEST(Config, OptionsBelongToDetectorOrDescriptor) {
   BenchmarkConfig config = sampleConfig();
   config.features = {"sift+orb"};

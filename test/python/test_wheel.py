@@ -230,6 +230,11 @@ class Wheel(unittest.TestCase):
             text, r"pybind11 is missing \(pybind11-dev\)\. On Debian: apt-get install .*pybind11-dev"
         )
 
+    def test_documentation_lists_what_the_backend_needs(self):
+        text = (ROOT / "docs" / "python.md").read_text("utf-8")
+        (line,) = re.findall(r"^apt-get install (.*)$", text, re.MULTILINE)
+        self.assertEqual(set(backend_of(ROOT).PACKAGES.split()) - set(line.split()), set())
+
     def test_says_that_options_left_the_package_out(self):
         path = self.cmake("left_out", "-- corrsel VERSION: building core")
         code, text = self.pip("wheel", "--wheel-dir", self.work, ROOT, path=path)
