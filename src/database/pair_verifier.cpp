@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "base/size_text.h"
 #include "base/text.h"
 #include "corrsel/database/ambiguity.h"
 #include "corrsel/selectors/factory.h"
@@ -40,8 +41,7 @@ std::string faultOf(const PairInput& input, std::size_t side, const StoredImage&
     if (image.size.area() > 0 && isOutside(p, image.size))
       return "keypoint " + std::to_string(number) + " of image '" + image.name + "' is at (" +
              formatNumber(p.x) + ", " + formatNumber(p.y) + "), outside the image of " +
-             std::to_string(image.size.width) + " x " + std::to_string(image.size.height) +
-             " px; features of a reduced image must be scaled to the original one";
+             sizeText(image.size) + " px; features of a reduced image must be scaled to the original one";
   }
   return "";
 }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/size_text.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "corrsel/camera_formats.h"
@@ -138,9 +139,8 @@ core::Camera cameraOf(const std::string& text, const cv::Size& image, const Matc
   core::Camera camera = front.camera(path, colon == std::string::npos ? "cam0" : text.substr(colon + 1));
   if (!camera.size.empty() && camera.size != image) {
     fail(path,
-         "is the camera of images of " + std::to_string(camera.size.width) + " x " +
-             std::to_string(camera.size.height) + " px, but the image has " + std::to_string(image.width) +
-             " x " + std::to_string(image.height),
+         "is the camera of images of " + core::sizeText(camera.size) + " px, but the image has " +
+             core::sizeText(image),
          "give the camera of this image");
   }
   return camera;
