@@ -88,6 +88,12 @@ class MatchProgram(unittest.TestCase):
         ):
             self.assertTrue(re.search(pattern, text, re.MULTILINE), pattern + "\n" + text)
 
+    def test_a_small_confidence_is_explained(self):
+        code, text, _ = self.call(images=("left.pgm", "other.pgm"))
+        self.assertEqual(code, 0)
+        self.assertRegex(text, r"(?m)^status +uncertain: ")
+        self.assertRegex(text, r"(?m)^confidence +0: chance explains the agreement$")
+
     def test_json_has_the_same(self):
         code, text, _ = self.call("--json", "--features", "orb+orb")
         found = json.loads(text)

@@ -59,7 +59,8 @@ std::string groupText(const core::Selection& selection) {
 }
 
 std::string confidenceText(double confidence) {
-  if (confidence == 0) return "0: chance explains the agreement";
+  // Less would be printed as 0.0.
+  if (confidence < 0.05) return "0: chance explains the agreement";
   return formatted("%.1f: chance is expected to show 10^-%.1f agreements as good as this", confidence,
                    confidence);
 }
