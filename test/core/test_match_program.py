@@ -229,7 +229,7 @@ class MatchProgram(unittest.TestCase):
             (both, ("--camera", "1,2,3,x"), ("'x'", "1,2,3,x")),
             (both, ("--camera", "-1,2,3,4"), ("matrix", "positive")),
             (both, ("--camera", "page.jpg"), ("page.jpg", "Kalibr")),
-            (both, ("--camera", "small.yaml"), ("small.yaml", "8x8", "200 x 160")),
+            (both, ("--camera", "small.yaml"), ("small.yaml", "8x8", "200x160")),
             (both, ("--left-camera", "150,150,100,80"), ("right image", "--right_camera")),
         ]
         for images, words, parts in cases:
