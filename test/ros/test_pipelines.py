@@ -6,6 +6,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import time
 import unittest
 
@@ -193,6 +194,32 @@ class Pipelines(LaunchedTest):
             ),
             self.text(),
         )
+
+    def write_video(self):
+        """A video of 40 s of a scene that moves by 2 px per frame, to the left and back."""
+        scene = cv2.cvtColor(rectified_scene()[0], cv2.COLOR_GRAY2BGR)
+        path = self.root / "film.avi"
+        video = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), RATE, (WIDTH, HEIGHT))
+        for number in range(40 * RATE):
+            x = abs(2 * number % 160 - 80)
+            video.write(scene[:HEIGHT, x : x + WIDTH])
+        video.release()
+        return path
+
+    def test_a_webcam_in_front_of_a_sequence(self):
+        self.launch("film", "sequence.launch", "image:=/webcam/image_raw", "features:=orb+orb")
+        matches = []
+        subscriber = rospy.Subscriber("/film/matches", Correspondences, matches.append, queue_size=10)
+        self.addCleanup(subscriber.unregister)
+        example = str(PACKAGE / "examples" / "webcam_node.py")
+        camera = self.start(sys.executable, example, "_source:=%s" % self.write_video(), "_rate:=%d" % RATE)
+        self.addCleanup(self.end, camera)
+
+        def moved(pair):
+            x = np.abs(np.array(pair.left_x) - np.array(pair.right_x))
+            return len(x) > 50 and abs(np.median(x) - 2) < 0.5
+
+        self.assertTrue(wait_until(lambda: any(moved(pair) for pair in list(matches))), self.text())
 
     def write_bag(self, stamps):
         """A bag with the rig's images at these times (s)."""
