@@ -225,7 +225,8 @@ def main(arguments):
                 continue
             if not chosen.again and not faults_of([step], rows, code):
                 continue
-            rows[name] = run_step(step, logs)
+            row = run_step(step, logs)
+            rows = dict(read_table(table), **{name: row})  # another call may have written meanwhile
             write_table(table, steps, rows)
             print("   %(result)s after %(seconds)s s: %(summary)s" % rows[name], flush=True)
     return 0 if print_table(steps, rows, code) else 1

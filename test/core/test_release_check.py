@@ -185,6 +185,22 @@ class ReleaseCheck(unittest.TestCase):
         for command in commands:
             self.assertTrue(os.access(str(PACKAGE / command.split(",")[0].split()[0]), os.X_OK), command)
 
+    def test_two_calls_at_a_time_keep_both_rows(self):
+        wait = "until test -e %s; do sleep 0.05; done"
+        steps = (
+            "- {name: slow, command: 'touch %s; %s', summary: x}\n- {name: quick, command: '%s', summary: x}\n"
+            % (
+                self.root / "begun",
+                wait % (self.root / "go_on"),
+                wait % (self.root / "begun"),
+            )
+        )
+        with self.start("slow", steps=steps) as slow:
+            self.run_script("quick", steps=steps)
+            (self.root / "go_on").touch()
+            slow.communicate()
+        self.assertEqual(sorted(self.rows()), ["quick", "slow"])
+
 
 if __name__ == "__main__":
     unittest.main()
