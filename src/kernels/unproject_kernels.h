@@ -94,7 +94,8 @@ struct PlainPinholeLens {
     DoubleV x, y;
     normalise(lens, u, v, x, y);
     rays.exists = x == x;
-    setPinholeRay(lens, x, y, {DoubleV{} + 1.0, DoubleV{}, DoubleV{} + 1.0}, rays);
+    const DoubleV one = DoubleV{} + 1.0, identity[3] = {one, DoubleV{}, one};
+    setPinholeRay(lens, x, y, identity, rays);
     return rays;
   }
 };
