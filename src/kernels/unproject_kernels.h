@@ -94,7 +94,7 @@ struct PlainPinholeLens {
     DoubleV x, y;
     normalise(lens, u, v, x, y);
     rays.exists = x == x;
-    const DoubleV one = DoubleV{} + 1.0, identity[3] = {one, DoubleV{}, one};
+    const DoubleV zero = {}, one = zero + 1.0, identity[3] = {one, zero, one};
     setPinholeRay(lens, x, y, identity, rays);
     return rays;
   }
