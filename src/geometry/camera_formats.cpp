@@ -159,10 +159,12 @@ ColmapCamera cameraToColmap(const Camera& camera) {
   requireLens(camera, "COLMAP");
   requireNoSkew(camera, "COLMAP");
   const bool full = isRational(camera) || camera.distortion[4] != 0;
-  const ColmapModel& model = colmapModel(camera.model == Model::kFisheye ? "OPENCV_FISHEYE"
-                                         : camera.isPlainPinhole()       ? "PINHOLE"
-                                         : full                          ? "FULL_OPENCV"
-                                                                         : "OPENCV");
+  // A name of its own: GCC 13 and later take the reference for one to the temporary text.
+  const std::string name = camera.model == Model::kFisheye ? "OPENCV_FISHEYE"
+                           : camera.isPlainPinhole()       ? "PINHOLE"
+                           : full                          ? "FULL_OPENCV"
+                                                           : "OPENCV";
+  const ColmapModel& model = colmapModel(name);
   const cv::Matx33d& k = camera.matrix;
   ColmapCamera colmap{
       model.name, camera.size, {k(0, 0), k(1, 1), k(0, 2) + kColmapCentre, k(1, 2) + kColmapCentre}};
