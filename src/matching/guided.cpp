@@ -162,12 +162,13 @@ GuidedMatches matchGuided(const Features& left, const Features& right, const Cam
   left_camera.check();
   right_camera.check();
   guess.check();
-  if (left.keypoints.empty() || right.keypoints.empty()) return {matchFeatures(left, right, options), {}};
+  if (left.keypoints.empty() || right.keypoints.empty())
+    return {matchFeatures(left, right, options), GuessVerdict::kNone};
   checkDescriptors(left, right);
   constexpr double kUnits = 1.25;  // lengthUnit() is 0.8 thousandths of the diagonal
   PredictedAreas areas(left, right, left_camera, right_camera, guess, threads);
   const std::vector<std::uint32_t> rows = strongest(left, areas);
-  GuidedMatches result;
+  GuessVerdict verdict = GuessVerdict::kNone;
   const double uncertainty = kSigmas * areas.sigma();
   const double radius = guided.radius * kUnits * areas.unit() + uncertainty;
   Reach reach = {radius, 2 * radius};
@@ -175,18 +176,16 @@ GuidedMatches matchGuided(const Features& left, const Features& right, const Cam
     const TestedMatches tested = compareWithAll(left, right, rows, threads);
     if (guess.translation) {
       const Reach band = {guided.band * kUnits * areas.unit() + uncertainty, radius};
-      result.verdict = judge(tested, areas, band, right.keypoints.size());
-      if (result.verdict == GuessVerdict::kConfirmed)
+      verdict = judge(tested, areas, band, right.keypoints.size());
+      if (verdict == GuessVerdict::kConfirmed)
         reach = band;
       else
         areas.forgetTranslation();
     }
-    if (!areas.knowsTranslation()) result.verdict = judge(tested, areas, reach, right.keypoints.size());
+    if (!areas.knowsTranslation()) verdict = judge(tested, areas, reach, right.keypoints.size());
   }
-  result.matches = result.verdict == GuessVerdict::kConfirmed
-                       ? matchAmong(left, right, areas.groups(reach.inner, threads), options, threads)
-                       : matchFeatures(left, right, options, threads);
-  return result;
+  if (verdict != GuessVerdict::kConfirmed) return {matchFeatures(left, right, options, threads), verdict};
+  return {matchAmong(left, right, areas.groups(reach.inner, threads), options, threads), verdict};
 }
 
 }  // namespace corrsel::core
