@@ -79,9 +79,9 @@ py::array arrayFrom(const cv::Mat& descriptors) {
 
 /// Height x width x 3 of uint8, a copy.
 py::array pixelsFrom(const cv::Mat& image) {
-  py::array_t<std::uint8_t> pixels({image.rows, image.cols, image.channels()});
+  py::array pixels(py::dtype::of<std::uint8_t>(), {image.rows, image.cols, image.channels()});
   image.copyTo(cv::Mat(image.rows, image.cols, image.type(), pixels.mutable_data()));
-  return std::move(pixels);
+  return pixels;
 }
 
 /// Keyword arguments for corrsel.Features.
