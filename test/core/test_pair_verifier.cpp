@@ -210,7 +210,7 @@ TEST(PairVerifier, FaultsNameTheRowAndTheRemedy) {
   outside.first.size = {320, 240};
   pair = outside.verify();
   EXPECT_TRUE(pair.faulty);
-  EXPECT_TRUE(mentions(pair.message, {"a.jpg", "outside", "320 x 240", "scaled"}));
+  EXPECT_TRUE(mentions(pair.message, {"a.jpg", "outside", "320x240", "scaled"}));
 
   StoredScene itself(optionsOf(Scenario::kGeneral));
   itself.input.pair = {3, 3};

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Bags of version 0.1.0 become bags of this one by `rosbag fix`: python3 test_bag_migration.py"""
 import csv
+import inspect
 import os
 import pathlib
 import re
 import shutil
+import sys
 import tempfile
 import unittest
 
@@ -12,6 +14,7 @@ import genpy
 import genpy.dynamic
 import numpy as np
 import rosbag
+import rosbag.migration
 import rospkg
 from corrsel.msg import Camera, GroundTruth, Progress, Score, Selection
 from ros_shell import RosShell
@@ -28,6 +31,10 @@ CHECKSUMS = {
 STAMP = genpy.Time(7, 5)
 HOMOGRAPHY = np.array([[1.0, 0, 30], [0, 1, -20], [0, 0, 1]])
 MATCHES = 200
+
+#: PEP 667: since Python 3.13 locals() does not see what exec() defines, on which rosbag's migration relied.
+CONVERTS = sys.version_info < (3, 13) or "locals()[" not in inspect.getsource(rosbag.migration)
+needs_conversion = unittest.skipUnless(CONVERTS, "this rosbag converts no bags with Python 3.13 and later")
 
 
 def former_classes():
@@ -109,6 +116,7 @@ class BagMigration(unittest.TestCase):
             manifest.get_export("rosbag", "migration_rule_file"), [str(RULES.relative_to(SOURCE))]
         )
 
+    @needs_conversion
     def test_check_names_what_has_changed(self):
         self.write()
         _, text = self.shell.output_of("rosbag check %s" % self.old)
@@ -117,6 +125,7 @@ class BagMigration(unittest.TestCase):
         for name in ("Score", "Progress", "cannot"):
             self.assertNotIn(name, text)
 
+    @needs_conversion
     def test_what_was_recorded_is_kept(self):
         written, read = self.write(), self.fix()
         self.assertEqual(set(written), set(read))
@@ -132,6 +141,7 @@ class BagMigration(unittest.TestCase):
                 else:
                     np.testing.assert_array_equal(np.array(kept), np.array(value), name)
 
+    @needs_conversion
     def test_what_was_not_recorded_is_unknown(self):
         self.write()
         read = self.fix()
@@ -149,6 +159,7 @@ class BagMigration(unittest.TestCase):
         self.assertEqual((selection.mask_use, selection.guess), (Selection.MASK_UNUSED, Selection.GUESS_NONE))
         self.assertEqual(set(read["/ground_truth"].left_camera), {0})
 
+    @needs_conversion
     def test_the_benchmark_refuses_the_old_bag_with_the_remedy_and_reads_the_new_one(self):
         self.write()
         command = "rosrun corrsel benchmark --bag %s --preselection none --selectors usac --report false --output_dir %s/run_%s"
