@@ -2,11 +2,11 @@
 """Publish the images of a webcam, or of a video file, as a camera driver does.
 
     roscore &
-    python3 webcam_node.py &                              # the first camera; _source:=1 or _source:=video.avi is another one
+    python3 webcam_node.py &                              # the first camera; or _source:=1, or _source:=video.avi
     roslaunch corrsel sequence.launch image:=/webcam/image_raw view:=true
 
-The images are raw. Without a calibration this does no harm to most selectors; for poses, a driver with camera_info is needed.
-Needs rospy, numpy and OpenCV (Debian's python3-opencv).
+There is no camera_info, which poses need. The program ends with the video, or when the camera gives no more images.
+Needs rospy and OpenCV (Debian's python3-opencv).
 """
 
 import sys

@@ -60,11 +60,10 @@ std::vector<std::string> withoutRepeats(const std::vector<std::string>& values) 
   return result;
 }
 
-/// The file name of a bag names its pairs in the results.
 void requireDistinctNames(const std::vector<std::string>& bags) {
   std::map<std::string, std::string> bag_of;
   for (const std::string& bag : bags) {
-    const std::string name = std::filesystem::path(bag).stem().string();
+    const std::string name = bagName(bag);
     const auto [other, is_new] = bag_of.emplace(name, bag);
     if (is_new) continue;
     throw std::invalid_argument("the bags " + other->second + " and " + bag + " are both called '" + name +
@@ -131,6 +130,8 @@ std::map<std::string, std::string> flattened(const std::string& yaml) {
 }
 
 }  // namespace
+
+std::string bagName(const std::string& path) { return std::filesystem::path(path).stem().string(); }
 
 void BenchmarkConfig::resolve() {
   std::vector<std::string> expanded =

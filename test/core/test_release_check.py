@@ -186,7 +186,7 @@ class ReleaseCheck(unittest.TestCase):
             self.assertTrue(os.access(str(PACKAGE / command.split(",")[0].split()[0]), os.X_OK), command)
 
     def test_two_calls_at_a_time_keep_both_rows(self):
-        wait = "until test -e %s; do sleep 0.05; done"
+        wait = "for i in $(seq 1200); do test -e %s && break; sleep 0.05; done"
         steps = (
             "- {name: slow, command: 'touch %s; %s', summary: x}\n- {name: quick, command: '%s', summary: x}\n"
             % (

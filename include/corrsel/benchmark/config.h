@@ -79,6 +79,10 @@ struct BenchmarkConfig {
 /// preselected.
 bool isNnsr(const std::string& spec);
 
+/// The name of a bag in results: its file name without folder and extension. It is the dataset of the bag's
+/// pairs, so BenchmarkConfig::resolve() refuses two bags that share it.
+std::string bagName(const std::string& path);
+
 /// Reads "gms.alpha=3,lpm.k=6" (comma-separated "algorithm.option=value") into config.options.
 /// Throws std::invalid_argument where an assignment has another form or an option is given twice.
 void parseOptionAssignments(const std::string& text, std::map<std::string, OptionMap>& options);

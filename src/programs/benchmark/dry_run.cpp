@@ -198,7 +198,7 @@ void DryRun::addDataset(const std::string& name, const core::DatasetReader& read
 void DryRun::addBag(const std::string& bag) {
   const OpenedBag opened = front_.openBag(bag, arguments_.config);
   core::PairSource* const source = opened.source.get();
-  const std::string name = fs::path(bag).stem().string();
+  const std::string name = core::bagName(bag);
   const std::size_t inspected = std::min(source->size(), kInspectedPairs);
   const core::ProgressMeter meter(inspected, 0);
   core::PairInspector inspector(arguments_.config.threads);

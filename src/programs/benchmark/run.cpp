@@ -86,7 +86,7 @@ class Inputs {
       for (const std::string& remark : readers_.back()->remarks()) remarks_.push_back({name, "", "", remark});
     }
     for (const std::string& bag : config.bags) {
-      const std::string name = fs::path(bag).stem().string();
+      const std::string name = core::bagName(bag);
       for (const std::string& note : front.openBag(bag, config).notes)
         remarks_.push_back({name, "", "", note});
     }

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "base/text.h"
+#include "corrsel/benchmark/config.h"
 #include "corrsel/datasets/reader.h"
 
 namespace corrsel {
@@ -93,7 +94,7 @@ std::string BagFile::describeTopics() const {
 core::PairId BagFile::idAt(std::int64_t stamp) const {
   ros::Time time;
   time.fromNSec(static_cast<std::uint64_t>(stamp));
-  return {std::filesystem::path(path_).stem().string(), "bag", stampText(time)};
+  return {core::bagName(path_), "bag", stampText(time)};
 }
 
 void BagFile::failDamaged(const rosbag::BagException& error) const { throw damaged(path_, error.what()); }
