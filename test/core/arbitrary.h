@@ -313,6 +313,7 @@ class ArbitraryOptions : public OptionVisitor {
 
   void field(OptionField field) override {
     const bool repeats = field.name.find("iterations") != std::string::npos;
+    const bool per_match = field.name.find("_per_match") != std::string::npos;
     if (field.unit == "s" || (!repeats && source_.oneIn(2))) return;
     std::string& value = values[field.name];
     switch (field.type) {
@@ -322,8 +323,8 @@ class ArbitraryOptions : public OptionVisitor {
       case OptionType::kInteger: {
         // 0 iterations would mean as many as the selector likes.
         const double least = repeats ? std::max(1.0, field.min) : field.min;
-        value = std::to_string(
-            static_cast<int>(between(least, std::max(least, std::min(field.max, repeats ? 300.0 : 2000.0)))));
+        const double greatest = std::min(field.max, repeats ? 300.0 : per_match ? 10.0 : 2000.0);
+        value = std::to_string(static_cast<int>(between(least, std::max(least, greatest))));
         break;
       }
       case OptionType::kFlag:
