@@ -199,7 +199,8 @@ TEST_F(ColmapProgramTest, RowsOfExactPairsAgree) {
       const VerifiedPair read = ColmapStore(theirs).verified({1, 2});
       EXPECT_EQ(read.geometry.inliers.size(), views.first.size());
       EXPECT_EQ(read.geometry.config, TwoViewConfig::kCalibrated);
-      ASSERT_TRUE(read.geometry.pose);
+      ASSERT_EQ(read.geometry.pose.has_value(), !pose_option.empty());
+      if (!read.geometry.pose) continue;
       EXPECT_GT(read.geometry.pose->translation.dot(pair.geometry.pose->translation), 0);
     }
   }
