@@ -28,7 +28,7 @@ fuzz() {
   [ "$name" != camera ] || program=$camera_program
   mkdir -p "$inputs"
   # The outer limit is far beyond -max_total_time. It ends hangs that -timeout does not detect.
-  if CORRSEL_FUZZ_SELECTOR=$name timeout $((seconds * 2 + 120)) "$program" -timeout=10 -rss_limit_mb=2048 \
+  if CORRSEL_FUZZ_SELECTOR=$name timeout $((seconds * 2 + 120)) "$program" -timeout=30 -rss_limit_mb=2048 \
     -max_total_time="$seconds" -max_len=4096 -len_control=0 -print_final_stats=1 \
     -artifact_prefix="$build_dir/$name-" "$inputs" >"$log" 2>&1; then
     echo "$name: $(sed -n 's/^stat::number_of_executed_units: *//p' "$log") executions"
