@@ -4,8 +4,9 @@
 Usage: measure_results.py [--data_root FOLDER] [--runs FOLDER] [--check]
 
 FOLDER (default: CORRSEL_TEST_DATA of the environment) holds the datasets vgg, symbench and adelaidermf, and raw frames of
-KITTI in kitti_stereo. The run folders are kept (default: ~/.cache/corrsel/results_COMMIT), and a second call continues an
-interrupted run. Run scripts/generate.py after it.
+KITTI in kitti_stereo. The run folders are kept, and a second call with the same code continues an interrupted run. Their
+default is ~/.cache/corrsel/results_CODE, where CODE is the column of scripts/release_check.sh. Run scripts/generate.py after
+it.
 
 --check writes nothing. It compares what was measured with docs/data/results.json. Values are the same for any number of
 threads, but other compilers and versions of OpenCV may change them.
@@ -23,7 +24,7 @@ PACKAGE = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(PACKAGE / "python"))
 
 from corrsel.report.reading import read_run  # noqa: E402  (the package of this checkout)
-from measure_scale import commit  # noqa: E402  (beside this file)
+from release_check import Problem, check_committed, fingerprint, git  # noqa: E402  (beside this file)
 
 FILE = PACKAGE / "docs/data/results.json"
 # What is run, and what docs/results.md shows as the commands of the tables.
@@ -119,6 +120,13 @@ def differences(results, stored):
     return lines
 
 
+def default_runs():
+    """Return the folder of the runs of HEAD's code; raise Problem where the sources differ from it."""
+    check_committed()
+    cache = Path(os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache"))) / "corrsel"
+    return cache / ("results_" + fingerprint(git("ls-tree", "-r", "HEAD")))
+
+
 def main():
     """Run the program; return its exit status."""
     parser = argparse.ArgumentParser(
@@ -130,8 +138,10 @@ def main():
     arguments = parser.parse_args()
     if arguments.data_root is None:
         parser.error("give the folder of the datasets with --data_root")
-    cache = Path(os.environ.get("XDG_CACHE_HOME", str(Path.home() / ".cache"))) / "corrsel"
-    folder = (arguments.runs or cache / ("results_" + commit())).resolve()
+    try:
+        folder = (arguments.runs or default_runs()).resolve()
+    except Problem as problem:
+        parser.error(str(problem))
     if not measure(Path(arguments.data_root).resolve(), folder):
         print("measure_results.py: the runs in %s are not complete; call it again" % folder, file=sys.stderr)
         return 1

@@ -65,7 +65,7 @@ def check_committed():
     changed = [line[3:] for line in git("status", "--porcelain").splitlines()]
     changed = [name for name in changed if not DOCUMENTATION.match(name)]
     if changed:
-        raise Problem("%s is not committed, but the steps run in a clone of HEAD; commit it" % changed[0])
+        raise Problem("%s is not committed; commit it, because results belong to a commit" % changed[0])
 
 
 def read_steps(path):
