@@ -9,9 +9,9 @@
 #include <opencv2/core/version.hpp>
 #include <thread>
 
+#include "base/ordered_json.h"
 #include "base/text.h"
 #include "benchmark/files.h"
-#include "benchmark/ordered_json.h"
 #include "corrsel/benchmark/results.h"
 #include "kernels/kernels.h"
 

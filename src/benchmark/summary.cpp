@@ -10,9 +10,9 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/ordered_json.h"
 #include "base/text.h"
 #include "benchmark/files.h"
-#include "benchmark/ordered_json.h"
 #include "benchmark/tables.h"
 #include "corrsel/benchmark/results.h"
 #include "corrsel/benchmark/run_folder.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "benchmark/ordered_json.h"
+#include "base/ordered_json.h"
 #include "corrsel/features/extractor.h"
 #include "corrsel/matching/guided.h"
 #include "corrsel/matching/matcher.h"

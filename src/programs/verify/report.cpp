@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <system_error>
 
+#include "base/ordered_json.h"
 #include "base/temporary_folder.h"
 #include "base/text.h"
 #include "corrsel/evaluation/statistics.h"
@@ -116,14 +116,13 @@ std::string faultLines(const VerifyReport& report) {
   return text;
 }
 
-nlohmann::ordered_json numberOrNull(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+core::OrderedJson numberOrNull(double value) {
+  return std::isfinite(value) ? core::OrderedJson(value) : core::OrderedJson(nullptr);
 }
 
-nlohmann::ordered_json countsJson(const VerifyReport& report) {
+core::OrderedJson countsJson(const VerifyReport& report) {
   const Counts counts(report);
-  nlohmann::ordered_json configs = nlohmann::ordered_json::object(),
-                         statuses = nlohmann::ordered_json::object();
+  core::OrderedJson configs = core::OrderedJson::object(), statuses = core::OrderedJson::object();
   for (std::size_t k = 0; k < counts.configs.size(); ++k) {
     if (counts.configs[k] > 0) configs[toString(static_cast<TwoViewConfig>(k))] = counts.configs[k];
   }
@@ -136,7 +135,7 @@ nlohmann::ordered_json countsJson(const VerifyReport& report) {
 }
 
 /// Adds what is known of tracks and cycles.
-void addGraph(const VerifyReport& report, nlohmann::ordered_json& out) {
+void addGraph(const VerifyReport& report, core::OrderedJson& out) {
   if (report.tracks) {
     const core::TrackStatistics& tracks = *report.tracks;
     out["tracks"] = {{"tracks", tracks.tracks},
@@ -148,7 +147,7 @@ void addGraph(const VerifyReport& report, nlohmann::ordered_json& out) {
   }
   if (report.cycles) {
     const core::CycleReport& cycles = *report.cycles;
-    nlohmann::ordered_json accused = nlohmann::ordered_json::array();
+    core::OrderedJson accused = core::OrderedJson::array();
     for (const core::PairCycles& pair : cycles.pairs) {
       if (pair.accused)
         accused.push_back({nameOf(report, pair.pair.first), nameOf(report, pair.pair.second)});
@@ -164,21 +163,19 @@ void addGraph(const VerifyReport& report, nlohmann::ordered_json& out) {
 std::string jsonText(const VerifyReport& report) {
   const core::VerificationSummary& summary = report.summary;
   const auto [wall, processor] = millisecondsPerPair(report);
-  nlohmann::ordered_json faulty = nlohmann::ordered_json::array(), images = nlohmann::ordered_json::array();
+  core::OrderedJson faulty = core::OrderedJson::array(), images = core::OrderedJson::array();
   for (const auto& [pair, message] : report.faulty) {
     faulty.push_back({{"image1", nameOf(report, pair.first)},
                       {"image2", nameOf(report, pair.second)},
                       {"message", message}});
   }
   for (const core::StoredImage& image : report.images) images.push_back(image.name);
-  nlohmann::ordered_json out = {
+  core::OrderedJson out = {
       {"database", report.database},
       {"result", report.result},
       {"configuration", report.configuration},
-      {"shard",
-       report.shard.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(report.shard)},
-      {"checksum",
-       report.checksum.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(report.checksum)},
+      {"shard", report.shard.empty() ? core::OrderedJson(nullptr) : core::OrderedJson(report.shard)},
+      {"checksum", report.checksum.empty() ? core::OrderedJson(nullptr) : core::OrderedJson(report.checksum)},
       {"dry_run", report.dry_run},
       {"interrupted", summary.interrupted},
       {"pairs",
@@ -198,7 +195,7 @@ std::string jsonText(const VerifyReport& report) {
   out["warnings"] = report.warnings;
   out["faulty"] = faulty;
   out["images"] = images;
-  return out.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  return out.dump(1, ' ', false, core::OrderedJson::error_handler_t::replace) + "\n";
 }
 
 void writeFile(const fs::path& path, const std::string& text) {
