@@ -143,7 +143,7 @@ test_platform() {
     [ -z "$data" ] || options+=(--bind "$data" /srv/data --variable CORRSEL_TEST_DATA=/srv/data)
     say "$name: building and testing (log: $log)"
     in_root "$root" "${options[@]}" --variable CORRSEL_BUILD_DIR="/srv/build-$name" --variable CXX="$compiler" \
-      --variable CC="$(sed 's/g++/gcc/; s/clang++/clang/' <<<"$compiler")" --variable CXXFLAGS="$flags" \
+      --variable CC="$(sed 's/clang++/clang/; s/g++/gcc/' <<<"$compiler")" --variable CXXFLAGS="$flags" \
       <<<"/srv/corrsel/scripts/test.sh ${arguments[*]}" >"$log" 2>&1 || true
     grep -E '^FAILED|error|Error' "$log" | cut -c 1-300 | head -n 20 || true
     counts=$(sed -nE 's/^([0-9]+) passed, ([0-9]+) failed, ([0-9]+) skipped$/\1|\2|\3/p' "$log" | tail -n 1)
