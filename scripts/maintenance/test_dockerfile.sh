@@ -48,3 +48,4 @@ done
 
 say "the command of the image"
 in_root "$root" <<<'source /opt/corrsel/setup.bash -- && rosrun corrsel benchmark --list | sed -n 1,4p'
+say "the steps of the Dockerfile and the command of the image work"

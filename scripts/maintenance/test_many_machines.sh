@@ -258,3 +258,4 @@ if [ "$code" -ne 2 ] || ! grep -q "part2: it holds no run" without.log || [ -e "
   echo "exit code $code: a merge must refuse a folder that is not there" >&2
   exit 1
 fi
+say "the parts of a run give the results of the whole run"
