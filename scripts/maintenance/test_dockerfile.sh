@@ -36,7 +36,7 @@ rules=/usr/share/python3-rosdep2/debian.yaml
 mapfile -t steps < <(sed -n 's/^RUN //p' "$package_dir/docker/noetic.Dockerfile")
 for step in "${steps[@]}"; do
   say "RUN $step"
-  in_root "$root" --variable ROS_HOSTNAME=localhost --variable ROS_DISTRO=debian \
+  in_root "$root" --variable ROS_HOSTNAME=localhost --variable ROS_DISTRO=Debian \
     --variable ROSDEP_SOURCE_PATH=/opt/rosdep --variable ROSDISTRO_INDEX_URL=file:///opt/rosdep/index-v4.yaml <<COMMANDS
 cd /workspace
 {
