@@ -1,4 +1,5 @@
 #include <cstring>
+#include <fstream>
 #include <opencv2/core.hpp>
 
 #include "base/temporary_folder.h"

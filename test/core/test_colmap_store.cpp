@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <cstring>
+#include <fstream>
 
 #include "base/temporary_folder.h"
 #include "corrsel/database/colmap_store.h"
