@@ -7,7 +7,7 @@
 # job of its own in .github/workflows.
 # CORRSEL_ARM_ROOT names another folder with the root file system of an ARM machine (default:
 # below ${XDG_CACHE_HOME:-~/.cache}/corrsel), CORRSEL_DEBIAN_MIRROR replaces http://deb.debian.org/debian.
-# All tests take hours. GTEST_TOTAL_SHARDS and GTEST_SHARD_INDEX, which GoogleTest reads, choose a part of them.
+# All tests together take hours. GTEST_TOTAL_SHARDS and GTEST_SHARD_INDEX, which GoogleTest reads, choose a part of them.
 # The tests that are Python programs are left out, because they start programs of the build without the emulator.
 # Exit code 0 only if no test failed.
 set -euo pipefail

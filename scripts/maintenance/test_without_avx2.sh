@@ -5,7 +5,7 @@
 #   scripts/maintenance/test_without_avx2.sh [--core] [PROCESSOR...]      default: Nehalem, which has SSE4.2 but no AVX
 #   scripts/maintenance/test_without_avx2.sh --core qemu64                the least that x86-64 offers: SSE2 (and SSE3)
 # --core tests corrsel::core alone. `qemu-x86_64-static -cpu help` lists the processors.
-# All tests take hours. GTEST_TOTAL_SHARDS and GTEST_SHARD_INDEX, which GoogleTest reads, choose a part of them.
+# All tests together take hours. GTEST_TOTAL_SHARDS and GTEST_SHARD_INDEX, which GoogleTest reads, choose a part of them.
 # Exit code 0 only if no test failed.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
