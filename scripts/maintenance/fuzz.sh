@@ -4,12 +4,13 @@
 #   scripts/maintenance/fuzz.sh [SECONDS_EACH [NAME...]]      default: 60 s for "camera" and for each selector, with its presets
 #   scripts/maintenance/fuzz.sh 600 lpm ransac:f
 # One selector per processor core is tested at a time. Inputs that reached new code are kept in the build folder, and
-# the next run continues from them.
+# the next run continues from them. GTEST_TOTAL_SHARDS and GTEST_SHARD_INDEX, which divide GoogleTest's tests, divide the
+# selectors, too.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../common.sh"
 
 case ${1:-} in
-  -h | --help) sed -n '2,7s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;;
+  -h | --help) sed -n '2,8s/^# //p' "${BASH_SOURCE[0]}" && exit 0 ;;
   *[!0-9]*) echo "fuzz.sh: unknown argument '$1'; valid: a number of seconds, then names of selectors or camera, --help" >&2 && exit 2 ;;
 esac
 seconds=${1:-60}
@@ -21,6 +22,10 @@ camera_program=$(find "$build_dir" -name fuzz_camera -type f)
 select_program=$(find "$build_dir" -name fuzz_select -type f)
 names=("$@")
 [ $# -gt 0 ] || mapfile -t names < <(echo camera && "$select_program" --list)
+for i in "${!names[@]}"; do
+  ((i % ${GTEST_TOTAL_SHARDS:-1} == ${GTEST_SHARD_INDEX:-0})) || unset "names[i]"
+done
+names=("${names[@]}")
 
 # fuzz NAME: runs the fuzzer on one selector, or on cameras, and prints one line, or more if it failed.
 fuzz() {

@@ -10,7 +10,7 @@ Ctrl-C or SIGTERM ends the step that is running and leaves the rows of the other
 
     --list         run nothing, print the table
     --again        run steps that have passed, too
-    --steps FILE   another list of steps, with `name`, `command` and `summary`
+    --steps FILE   another list of steps, with `name`, `command`, `summary` and, for a step in pieces, `parts`
 
 Each step runs in a fresh clone of HEAD. Its output goes to ~/.cache/corrsel/release/STEP.log. The column `code` of the
 table identifies the tree without the documentation: commits that differ in texts, pictures and data of docs/ alone share it.
@@ -69,15 +69,29 @@ def check_committed():
 
 
 def read_steps(path):
-    """Return the list of steps."""
+    """Return the list of steps, where each part of a divided step is a step of its own."""
     try:
         steps = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, yaml.YAMLError) as error:
         raise Problem("%s cannot be read (%s); give a list of steps" % (path, error)) from error
     for step in steps:
-        if not isinstance(step, dict) or set(step) != {"name", "command", "summary"}:
+        if not isinstance(step, dict) or set(step) - {"parts"} != {"name", "command", "summary"}:
             raise Problem("%s: a step has `name`, `command` and `summary`, not %s" % (path, step))
-    return steps
+    return [part for step in steps for part in parts_of(step)]
+
+
+def parts_of(step):
+    """Return the steps NAME_1, NAME_2, ... of a divided step, or the step itself."""
+    if "parts" not in step:
+        return [step]
+    return [
+        dict(
+            step,
+            name="%s_%d" % (step["name"], index + 1),
+            command="GTEST_TOTAL_SHARDS=%d GTEST_SHARD_INDEX=%d %s" % (step["parts"], index, step["command"]),
+        )
+        for index in range(step["parts"])
+    ]
 
 
 def read_table(path):

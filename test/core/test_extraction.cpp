@@ -1,6 +1,8 @@
+#include <atomic>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "base/temporary_folder.h"
 #include "corrsel/database/extraction.h"

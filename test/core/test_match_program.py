@@ -93,6 +93,7 @@ class MatchProgram(unittest.TestCase):
         self.assertEqual(code, 1)
         self.assertRegex(text, r"(?m)^status +uncertain: ")
         self.assertRegex(text, r"(?m)^confidence +0: chance explains the agreement$")
+        self.assertRegex(text, r"(?m)^ +\S.*; do not rely on it$")
 
     def test_json_has_the_same(self):
         code, text, _ = self.call("--json", "--features", "orb+orb")

@@ -1,3 +1,4 @@
+#include <atomic>
 #include <fstream>
 
 #include "base/temporary_folder.h"

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <fstream>
+#include <map>
 
 #include "base/text.h"
 #include "corrsel/selectors/st.h"

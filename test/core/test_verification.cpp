@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <limits>
+#include <map>
 
 #include "core/memory_store.h"
 #include "corrsel/database/verification.h"

@@ -114,7 +114,8 @@ std::string modelLines(const core::Selection& selection) {
   std::string text;
   if (selection.model_kind != core::ModelKind::kNone) {
     text += matrixLines(core::toString(selection.model_kind), selection.model);
-    text += line("", meaningOf(selection.model_kind));
+    const bool unreliable = selection.status == core::Status::kUncertain;
+    text += line("", meaningOf(selection.model_kind) + (unreliable ? "; do not rely on it" : ""));
   }
   if (selection.pose && selection.pose->motion != core::Motion::kNone) text += poseLines(*selection.pose);
   return text;
