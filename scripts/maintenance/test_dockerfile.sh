@@ -38,6 +38,7 @@ for step in "${steps[@]}"; do
   say "RUN $step"
   in_root "$root" --variable ROS_HOSTNAME=localhost --variable ROS_DISTRO=Debian \
     --variable ROSDEP_SOURCE_PATH=/opt/rosdep --variable ROSDISTRO_INDEX_URL=file:///opt/rosdep/index-v4.yaml <<COMMANDS
+set +u  # the Dockerfile's SHELL allows variables that are not set, and setup.bash needs that
 cd /workspace
 {
 $step
@@ -47,5 +48,5 @@ COMMANDS
 done
 
 say "the command of the image"
-in_root "$root" <<<'source /opt/corrsel/setup.bash -- && rosrun corrsel benchmark --list | sed -n 1,4p'
+in_root "$root" <<<'set +u; source /opt/corrsel/setup.bash -- && rosrun corrsel benchmark --list | sed -n 1,4p'
 say "the steps of the Dockerfile and the command of the image work"
