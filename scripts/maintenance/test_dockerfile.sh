@@ -22,6 +22,9 @@ mkdir -p "$folder"
 install_packages debootstrap python3-rosdep2
 make_root "$root" bullseye "${CORRSEL_DEBIAN_MIRROR:-http://deb.debian.org/debian}"
 install_in "$root" build-essential catkin cmake python3-rosdep2
+# Of Debian 11's package cmake-extras, which ROS's image does not have. With it, catkin finds GoogleTest only the first time that
+# CMake runs in a workspace.
+rm -rf "$root/usr/share/cmake/GMock"
 
 say "COPY . src/corrsel"
 mkdir -p "$root/workspace/src" "$root/opt/ros/noetic"

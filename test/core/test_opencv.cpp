@@ -117,7 +117,7 @@ TEST(OpenCv, FundamentalMatricesKeepTheInliersOfOpenCv) {
   for (int seed = 0; seed < kPairs; ++seed) {
     const Points points = depth(seed);
     cv::Mat theirs_mask, mask;
-    cv::findFundamentalMat(points.left, points.right, kBestOfOpenCv, 1.5, 0.999, 10000, theirs_mask);
+    cv::findFundamentalMat(points.left, points.right, kBestOfOpenCv, 1.5, 0.999, theirs_mask);
     const cv::Mat ours =
         opencv::findFundamentalMat(points.left, points.right, cv::FM_RANSAC, 1.5, 0.999, mask);
     ASSERT_EQ(ours.size(), cv::Size(3, 3));
