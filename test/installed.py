@@ -5,6 +5,8 @@ import pathlib
 import subprocess
 
 BUILD = pathlib.Path(os.environ["CORRSEL_BINARY_DIR"])
+# In a catkin workspace, the packages' build folders lie below the one that CMake was called for.
+WORKSPACE_BUILD = next(folder for folder in (BUILD, *BUILD.parents) if (folder / "CMakeCache.txt").exists())
 DEVEL = os.environ.get("CORRSEL_DEVEL_DIR")  # empty without catkin
 
 
@@ -23,9 +25,15 @@ def run(command, **environment):
 
 def install(folder):
     """Installs what has been built below `folder`. Returns the prefix, e.g. folder/usr/local."""
-    code, text = run(["cmake", "--install", BUILD], DESTDIR=str(folder))
-    if code != 0:
-        raise AssertionError(f"cmake --install failed:\n{text}")
+    commands = [["cmake", "--install", BUILD]]
+    if WORKSPACE_BUILD != BUILD:  # setup.bash belongs to the workspace
+        commands += [
+            ["cmake", "-DCMAKE_INSTALL_LOCAL_ONLY=ON", "-P", WORKSPACE_BUILD / "cmake_install.cmake"]
+        ]
+    for command in commands:
+        code, text = run(command, DESTDIR=str(folder))
+        if code != 0:
+            raise AssertionError(f"{command} failed:\n{text}")
     configs = [*pathlib.Path(folder).rglob("corrselConfig.cmake")]
     if len(configs) != 1:
         raise AssertionError(f"expected one corrselConfig.cmake below {folder}, found {configs}")

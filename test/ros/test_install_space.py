@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
 """Installs the package into a temporary folder and runs a nodelet from there."""
 
-import os
 import pathlib
 import shutil
-import subprocess
 import tempfile
 import unittest
 
+import installed
 from ros_shell import RosShell
 
 
@@ -29,17 +28,7 @@ class InstallSpace(unittest.TestCase):
 
     def test_nodelet_and_programs_run_from_the_install_space(self):
         """A Selector nodelet processes a message; benchmark, report and launch files are found."""
-        build = os.environ["CORRSEL_BINARY_DIR"]
-        environment = dict(os.environ, DESTDIR=str(self.root / "destination"))
-        subprocess.run(
-            ["cmake", "--build", build, "--target", "install"],
-            env=environment,
-            check=True,
-            stdout=subprocess.DEVNULL,
-        )
-        found = list((self.root / "destination").rglob("share/corrsel/nodelet_plugins.xml"))
-        self.assertEqual(len(found), 1, "nodelet_plugins.xml is not installed")
-        prefix = found[0].parents[2]
+        prefix = installed.install(self.root / "destination")
         shell = RosShell(prefix / "setup.bash", self.root)
         self.addCleanup(shell.end)
 
