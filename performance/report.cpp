@@ -290,9 +290,14 @@ std::string Report::newLines() { return std::exchange(new_lines_, ""); }
 
 std::string Report::targets() const {
   std::string text;
-  for (const Verdict& verdict : verdicts_)
+  std::size_t met = 0;
+  for (const Verdict& verdict : verdicts_) {
     text += (verdict.passed ? "PASS  " : "FAIL  ") + verdict.text + "\n";
+    if (verdict.passed) ++met;
+  }
   for (const auto& [comparison, reason] : failures_) text += "SKIP  " + comparison + ": " + reason + "\n";
+  if (!verdicts_.empty())
+    text += std::to_string(met) + " of " + std::to_string(verdicts_.size()) + " targets are met\n";
   return text;
 }
 

@@ -82,7 +82,7 @@ class Report {
   /// The lines of the console's table since the last call.
   std::string newLines();
 
-  /// The targets, one line each.
+  /// The targets, one line each, and how many are met.
   std::string targets() const;
 
   /// Everything as Markdown tables. @param command  the command, for the heading

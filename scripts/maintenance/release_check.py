@@ -168,7 +168,7 @@ def run_step(step, logs):
         "seconds": "%.0f" % (time.monotonic() - begin),
         "summary": summary_of(log, step["summary"]),
         "commit": commit[:12],
-        "code": fingerprint(git("ls-tree", "-r", "HEAD")),
+        "code": fingerprint(git("ls-tree", "-r", commit)),
         "date": datetime.date.today().isoformat(),
         "machine": machine(),
     }

@@ -186,6 +186,14 @@ class ReleaseCheck(unittest.TestCase):
         for command in commands:
             self.assertTrue(os.access(str(PACKAGE / command.split()[0]), os.X_OK), command)
 
+    def test_a_commit_during_a_step_is_other_code(self):
+        commit = "cd %s && echo 2 >source.txt && git -c user.name=T -c user.email=t@e.org commit -qam x"
+        steps = "- {name: first, command: '%s', summary: x}" % (commit % self.package)
+        self.run_script(steps=steps)
+        code, text = self.run_script("--list", steps=steps)
+        self.assertEqual(code, 1)
+        self.assertIn("first ran with other code", text)
+
     def test_parts_of_a_step_are_rows(self):
         steps = "- {name: long, parts: 2, command: printenv GTEST_SHARD_INDEX, summary: .}"
         self.assertEqual(self.run_script("long_2", steps=steps)[0], 1)
