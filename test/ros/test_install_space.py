@@ -29,6 +29,8 @@ class InstallSpace(unittest.TestCase):
     def test_nodelet_and_programs_run_from_the_install_space(self):
         """A Selector nodelet processes a message; benchmark, report and launch files are found."""
         prefix = installed.install(self.root / "destination")
+        plugins = list((self.root / "destination").rglob("share/corrsel/nodelet_plugins.xml"))
+        self.assertEqual(len(plugins), 1, "nodelet_plugins.xml is not installed")
         shell = RosShell(prefix / "setup.bash", self.root)
         self.addCleanup(shell.end)
 
