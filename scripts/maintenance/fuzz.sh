@@ -26,6 +26,10 @@ for i in "${!names[@]}"; do
   ((i % ${GTEST_TOTAL_SHARDS:-1} == ${GTEST_SHARD_INDEX:-0})) || unset "names[i]"
 done
 names=("${names[@]}")
+if [ ${#names[@]} -eq 0 ]; then
+  echo "fuzz.sh: part ${GTEST_SHARD_INDEX:-0} of ${GTEST_TOTAL_SHARDS:-1} has no selector; GTEST_SHARD_INDEX begins at 0" >&2
+  exit 2
+fi
 
 # fuzz NAME: runs the fuzzer on one selector, or on cameras, and prints one line, or more if it failed.
 fuzz() {

@@ -77,6 +77,9 @@ def read_steps(path):
     for step in steps:
         if not isinstance(step, dict) or set(step) - {"parts"} != {"name", "command", "summary"}:
             raise Problem("%s: a step has `name`, `command` and `summary`, not %s" % (path, step))
+        parts = step.get("parts", 1)
+        if not isinstance(parts, int) or parts < 1:
+            raise Problem("%s: `parts` of %s is %s; give a number from 1" % (path, step["name"], parts))
     return [part for step in steps for part in parts_of(step)]
 
 

@@ -170,6 +170,9 @@ class ReleaseCheck(unittest.TestCase):
         code, text = self.run_script(steps="- {name: first}")
         self.assertEqual(code, 2)
         self.assertIn("a step has `name`, `command` and `summary`", text)
+        code, text = self.run_script(steps="- {name: first, parts: 0, command: a, summary: b}")
+        self.assertEqual(code, 2)
+        self.assertIn("`parts` of first is 0; give a number from 1", text)
 
     def test_the_list_of_the_package(self):
         """Every command of the real list begins with a script that exists."""
