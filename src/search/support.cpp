@@ -2,68 +2,71 @@
 
 #include <algorithm>
 
+#include "base/gather.h"
 #include "geometry/residual.h"
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
-namespace {
-
-constexpr std::uint32_t kEmpty = 0xFFFFFFFFU;
-
-}  // namespace
-
 void DistinctSupport::group(const NormalizedMatches& m, double cell) {
   matches_ = m.size();
-  left_.number(m.left_x, m.left_y, cell);
-  right_.number(m.right_x, m.right_y, cell);
-  // The shared matches in the order of their right points: a counting sort.
-  begins_.assign(right_.sizes.size() + 1, 0);
-  unsorted_.clear();
-  for (std::uint32_t i = 0; i < matches_; ++i) {
-    if (left_.sizes[left_.of[i]] == 1 && right_.sizes[right_.of[i]] == 1) continue;
-    ++begins_[right_.of[i] + 1];
-    unsorted_.push_back(i);
-  }
-  for (std::size_t g = 1; g < begins_.size(); ++g) begins_[g] += begins_[g - 1];
-  const auto shared = static_cast<std::uint32_t>(unsorted_.size());
-  shared_.resize(shared);
-  for (const std::uint32_t i : unsorted_) shared_[begins_[right_.of[i]]++] = i;
-  for (auto* column : {&left_x_, &left_y_, &right_x_, &right_y_, &errors_}) column->resize(shared);
+  left_.find(m.left_x, m.left_y, cell);
+  right_.find(m.right_x, m.right_y, cell);
+  sortShared();
+  gather(m.left_x, shared_, left_x_);
+  gather(m.left_y, shared_, left_y_);
+  gather(m.right_x, shared_, right_x_);
+  gather(m.right_y, shared_, right_y_);
+  const auto shared = static_cast<std::uint32_t>(shared_.size());
   left_group_.resize(shared);
   values_.resize(shared);
   ends_.clear();
-  // Left points get numbers of their own, since only some of them occur.
-  std::fill(left_.sizes.begin(), left_.sizes.end(), kEmpty);
-  std::uint32_t left_points = 0;
+  std::uint32_t left_points = left_.numbers();
   for (std::uint32_t k = 0; k < shared; ++k) {
-    const std::uint32_t i = shared_[k];
-    left_x_[k] = m.left_x[i];
-    left_y_[k] = m.left_y[i];
-    right_x_[k] = m.right_x[i];
-    right_y_[k] = m.right_y[i];
-    std::uint32_t& number = left_.sizes[left_.of[i]];
-    if (number == kEmpty) number = left_points++;
-    left_group_[k] = number;
-    if (k + 1 == shared || right_.of[shared_[k + 1]] != right_.of[i]) ends_.push_back(k + 1);
+    const std::uint32_t left = left_.of[shared_[k]], right = right_.of[shared_[k]];
+    left_group_[k] = left != 0 ? left : left_points++;
+    if (right == 0 || k + 1 == shared || right_.of[shared_[k + 1]] != right) ends_.push_back(k + 1);
   }
   best_.resize(left_points);
-  std::fill(errors_.begin(), errors_.end(), 0.0F);
+  errors_.assign(shared, 0.0F);
   distinct_ = matches_ - findSurplus(1.0F).inliers;
 }
 
+void DistinctSupport::sortShared() {
+  unsorted_.resize(matches_);
+  std::size_t shared = 0;
+  for (std::uint32_t i = 0; i < matches_; ++i) {
+    unsorted_[shared] = i;
+    shared += (left_.of[i] | right_.of[i]) != 0 ? 1 : 0;
+  }
+  unsorted_.resize(shared);
+  // A counting sort.
+  begins_.assign(right_.numbers() + 1, 0);
+  for (const std::uint32_t i : unsorted_) ++begins_[right_.of[i] + 1];
+  for (std::size_t g = 1; g < begins_.size(); ++g) begins_[g] += begins_[g - 1];
+  shared_.resize(shared);
+  for (const std::uint32_t i : unsorted_) shared_[begins_[right_.of[i]]++] = i;
+}
+
 void DistinctSupport::markFirst(const std::vector<std::uint32_t>& order, std::vector<std::uint8_t>& first) {
-  constexpr std::uint8_t kLeft = 1, kRight = 2, kUndecided = 2;
+  constexpr std::uint8_t kUndecided = 2;
   first.assign(matches_, 1);
   for (const std::uint32_t i : shared_) first[i] = kUndecided;
-  seen_.assign(matches_, 0);  // by group; there are at most as many groups as matches
+  ordered_.resize(matches_);
+  std::size_t undecided = 0;
   for (const std::uint32_t i : order) {
-    if (first[i] != kUndecided) continue;
-    first[i] = 0;
-    std::uint8_t &left = seen_[left_.of[i]], &right = seen_[right_.of[i]];
-    if ((left & kLeft) != 0 || (right & kRight) != 0) continue;
-    left |= kLeft;
-    right |= kRight;
-    first[i] = 1;
+    ordered_[undecided] = i;
+    undecided += first[i] == kUndecided ? 1 : 0;
+  }
+  left_seen_.assign(left_.numbers(), 0);
+  right_seen_.assign(right_.numbers(), 0);
+  for (std::size_t k = 0; k < undecided; ++k) {
+    const std::uint32_t i = ordered_[k], left = left_.of[i], right = right_.of[i];
+    first[i] = (left_seen_[left] | right_seen_[right]) == 0 ? 1 : 0;
+    // Points that are alone have the number 0, which is never seen.
+    if (first[i] != 0) {
+      left_seen_[left] = left != 0 ? 1 : 0;
+      right_seen_[right] = right != 0 ? 1 : 0;
+    }
   }
 }
 

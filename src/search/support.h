@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "geometry/normalization.h"
-#include "points/point_groups.h"
+#include "points/shared_points.h"
 
 namespace corrsel::core {
 
@@ -57,6 +57,9 @@ class DistinctSupport {
   std::size_t countInliers(const float* errors, float squared_threshold);
 
  private:
+  /// Writes shared_.
+  void sortShared();
+
   Surplus findSurplus(float squared_threshold);
 
   std::vector<std::uint32_t> shared_;
@@ -66,10 +69,12 @@ class DistinctSupport {
   std::vector<std::uint32_t> ends_;                                  // of each right point in shared_
   std::vector<std::int32_t> best_;                                   // by left_group_: the largest value
   std::size_t matches_ = 0, distinct_ = 0;
+  SharedPoints left_, right_;
   // Memory of group().
-  PointGroups left_, right_;
   std::vector<std::uint32_t> begins_, unsorted_;
-  std::vector<std::uint8_t> seen_;
+  // Memory of markFirst().
+  std::vector<std::uint32_t> ordered_;
+  std::vector<std::uint8_t> left_seen_, right_seen_;
 };
 
 }  // namespace corrsel::core
