@@ -1,5 +1,6 @@
 #include "geometry/normalization.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -140,9 +141,11 @@ cv::Matx33d NormalizedMatches::fundamentalToPixels(const cv::Matx33d& normalized
 }
 
 std::pair<double, double> rightExtent(const NormalizedMatches& matches) {
-  const auto [left, right] = std::minmax_element(matches.right_x.begin(), matches.right_x.end());
-  const auto [top, bottom] = std::minmax_element(matches.right_y.begin(), matches.right_y.end());
-  return {*right - *left, *bottom - *top};
+  const auto extent = [](const std::vector<float>& column) {
+    const Eigen::Map<const Eigen::ArrayXf> values(column.data(), static_cast<Eigen::Index>(column.size()));
+    return values.maxCoeff() - values.minCoeff();
+  };
+  return {extent(matches.right_x), extent(matches.right_y)};
 }
 
 }  // namespace corrsel::core

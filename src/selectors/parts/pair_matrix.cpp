@@ -66,7 +66,7 @@ void PairMatrix::assign(PairValue value, const PairRule& rule, const PairColumns
   if (stored_bytes_ > capacity_) {
     blocks_.reset();
     capacity_ = 0;
-    blocks_.reset(new std::uint16_t[stored_bytes_ / sizeof(std::uint16_t)]);
+    blocks_ = makeLargeArray<std::uint16_t>(stored_bytes_ / sizeof(std::uint16_t));
     capacity_ = stored_bytes_;
   }
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/deadline.h"
+#include "base/large_array.h"
 #include "corrsel/correspondences.h"
 #include "corrsel/selection.h"
 #include "kernels/kernels.h"
@@ -62,7 +63,7 @@ class PairMatrix {
   PairColumns columns_{};
   std::size_t n_ = 0, stored_bytes_ = 0, capacity_ = 0;
   bool filled_ = false;
-  std::unique_ptr<std::uint16_t[]> blocks_;
+  LargeArray<std::uint16_t> blocks_;
   std::vector<Panel> panels_;
   std::vector<float> v_;
   std::vector<double> y_;

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <sys/mman.h>
+
+#include <cstddef>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <type_traits>
+
+namespace corrsel::core {
+
+struct FreeMemory {
+  void operator()(void* memory) const { std::free(memory); }
+};
+
+template <class T>
+using LargeArray = std::unique_ptr<T[], FreeMemory>;
+
+/// Memory of an array that may take hundreds of megabytes; its values are undefined. Where the system gives
+/// out huge pages, at least on request, the first access to each small page does not interrupt the program.
+/// On virtual machines these interruptions can take longer than everything else that is done with the memory.
+/// @throws std::bad_alloc
+template <class T>
+LargeArray<T> makeLargeArray(std::size_t count) {
+  static_assert(std::is_trivial_v<T>);
+  constexpr std::size_t kHugePage = std::size_t{2} << 20;
+  const std::size_t bytes = (count * sizeof(T) / kHugePage + 1) * kHugePage;
+  void* const memory = std::aligned_alloc(kHugePage, bytes);
+  if (memory == nullptr) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+  // Without huge pages the call fails, and the memory has small ones.
+  madvise(memory, bytes, MADV_HUGEPAGE);
+#endif
+  return LargeArray<T>(static_cast<T*>(memory));
+}
+
+}  // namespace corrsel::core
