@@ -586,6 +586,37 @@ void sortBySelector(std::vector<Comparison>& list) {
   });
 }
 
+/// Why the comparison cannot be reported; empty if it can. Peers may fail.
+std::string failureOf(const Comparison& comparison, const Measurements& m) {
+  const bool all_ours =
+      comparison.kind != ComparisonKind::kSelectors && comparison.kind != ComparisonKind::kFeatures;
+  for (std::size_t i = 0; i < (all_ours ? comparison.methods.size() : 1U); ++i)
+    if (!m[i].failure.empty()) return m[i].failure;
+  return "";
+}
+
+struct Judged {
+  Measurements measured;
+  std::vector<Verdict> verdicts;
+};
+
+/// Measures the methods, and again where a target is missed: another program may have disturbed the
+/// measurement. What misses its target each time is slow. The last measurement is returned.
+Judged judge(const Comparison& comparison, const std::vector<Method>& methods) {
+  constexpr int kMaxMeasurements = 3;
+  for (int count = 1;; ++count) {
+    Judged result{measure(methods), {}};
+    if (!failureOf(comparison, result.measured).empty()) return result;
+    bool met = true;
+    for (const auto& target : comparison.targets) {
+      result.verdicts.push_back(target(result.measured));
+      met = met && result.verdicts.back().passed;
+      if (count > 1) result.verdicts.back().text += "; measurement " + std::to_string(count);
+    }
+    if (met || count == kMaxMeasurements) return result;
+  }
+}
+
 }  // namespace
 
 std::vector<Comparison> comparisons(bool all) {
@@ -624,13 +655,10 @@ void run(const Comparison& comparison, Report& report) {
     methods.push_back(function("yardstick", methods[0].scene, methods[0].scenes, yardstick, false));
     methods.back().calibrated = methods[0].calibrated;
   }
-  const Measurements all = measure(methods);
+  const auto [all, verdicts] = judge(comparison, methods);
+  if (const std::string failure = failureOf(comparison, all); !failure.empty())
+    return report.addFailure(comparison.name, failure);
   const Measurements measured(all.begin(), all.begin() + std::ptrdiff_t(comparison.methods.size()));
-  const bool all_ours =
-      comparison.kind != ComparisonKind::kSelectors && comparison.kind != ComparisonKind::kFeatures;
-  for (std::size_t i = 0; i < (all_ours ? measured.size() : 1U); ++i) {
-    if (!measured[i].failure.empty()) return report.addFailure(comparison.name, measured[i].failure);
-  }
   if (comparison.kind == ComparisonKind::kFeatures) {
     for (std::size_t i = measured.size() > 1 ? 1 : 0; i < measured.size(); ++i) {
       const auto found = [&](std::size_t k) {
@@ -662,7 +690,7 @@ void run(const Comparison& comparison, Report& report) {
       report.add(row);
     }
   }
-  for (const auto& target : comparison.targets) report.add(target(all));
+  for (const Verdict& verdict : verdicts) report.add(verdict);
 }
 
 }  // namespace corrsel::performance
