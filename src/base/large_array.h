@@ -10,6 +10,7 @@
 
 namespace corrsel::core {
 
+/// Deleter of memory that std::aligned_alloc() has returned.
 struct FreeMemory {
   void operator()(void* memory) const { std::free(memory); }
 };
@@ -17,9 +18,9 @@ struct FreeMemory {
 template <class T>
 using LargeArray = std::unique_ptr<T[], FreeMemory>;
 
-/// Memory of an array that may take hundreds of megabytes; its values are undefined. Where the system gives
-/// out huge pages, at least on request, the first access to each small page does not interrupt the program.
-/// On virtual machines these interruptions can take longer than everything else that is done with the memory.
+/// Returns memory for an array of up to hundreds of megabytes. Its values are undefined. The memory is in
+/// huge pages where the system gives them on request. The first access to each page interrupts the program,
+/// and on virtual machines the interruptions of small pages can take longer than all work on the array.
 /// @throws std::bad_alloc
 template <class T>
 LargeArray<T> makeLargeArray(std::size_t count) {

@@ -6,6 +6,7 @@
 #include "points/place_keys.h"
 
 namespace corrsel::core {
+
 void PointGroups::number(const std::vector<float>& x, const std::vector<float>& y, double cell,
                          Rounding rounding) {
   const auto inverse = static_cast<float>(1.0 / cell);

@@ -12,13 +12,13 @@ namespace corrsel::core {
 ///
 /// Idea: most points are alone, and only the others need to be compared with each other.
 ///
-/// Algorithm: each place sets one of 16 to 32 bits per point, chosen by a hash of the place. Points whose bit
-/// is set by another point, too, are grouped by PointGroups. The others are alone. With few shared places
-/// this takes half the time of grouping all points.
+/// Algorithm: a table has 16 to 32 bits per point, and each point sets the bit that a hash of its place
+/// chooses. A point whose bit no other point sets is alone. PointGroups groups the remaining points, which
+/// are few unless many points share their place.
 class SharedPoints {
  public:
-  /// Forgets the points of the previous call and keeps the memory. Points are at one place as PointGroups has
-  /// it. O(N).
+  /// Forgets the points of the previous call and keeps the memory. Two points are at one place if PointGroups
+  /// gives them the same number. O(N).
   /// @param cell  in the unit of the coordinates; positive
   void find(const std::vector<float>& x, const std::vector<float>& y, double cell);
 
@@ -28,7 +28,7 @@ class SharedPoints {
   std::vector<std::uint32_t> of;  ///< number of each point's place; 0 if the point is alone
 
  private:
-  /// Bits that at least one and at least two points have set.
+  /// Bits that at least one point has set, and those that at least two have.
   struct Word {
     std::uint64_t once, twice;
   };

@@ -7,6 +7,7 @@
 #include "kernels/kernels.h"
 
 namespace corrsel::core {
+
 void DistinctSupport::group(const NormalizedMatches& m, double cell) {
   matches_ = m.size();
   left_.find(m.left_x, m.left_y, cell);
