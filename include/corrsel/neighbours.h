@@ -33,12 +33,14 @@ class PlanarNeighbours {
   /// @return how many were written
   int nearest(float x, float y, int k, std::uint32_t* out) const;
 
-  /// Writes the numbers of the k points nearest to every position to out[position * k ..]. The result is that
-  /// of nearest() for each position. It is several times as fast, because neighbouring positions are searched
+  /// Writes the numbers of the k points nearest to every query to out[query * k ..]. The result is that of
+  /// nearest() for each query. It is several times as fast, because neighbouring positions are searched
   /// together.
-  /// @param x, y  the columns given to build(), all `count` positions of them, whether members or not
+  /// @param x, y     the columns given to build()
+  /// @param queries  the positions in the columns that are asked for, or nullptr for 0 to count - 1
   /// @pre k <= max_k, and at least k points
-  void nearestToAll(const float* x, const float* y, std::size_t count, int k, std::uint32_t* out);
+  void nearestToAll(const float* x, const float* y, std::size_t count, int k, std::uint32_t* out,
+                    const std::uint32_t* queries = nullptr);
 
  private:
   struct Point {
@@ -51,6 +53,9 @@ class PlanarNeighbours {
     std::vector<float> x, y, sorted_x, sorted_y;
     std::vector<std::uint32_t> cell, sorted_cell, next, number, doubtful;
     std::vector<Point> crowd;
+
+    /// Copies some of the points to x and y.
+    void take(const float* from_x, const float* from_y, const std::uint32_t* rows, std::size_t count);
   };
 
   PointGrid grid() const;

@@ -17,16 +17,14 @@ bool Leftover::isSizable(std::size_t count, std::size_t explained) const {
   return count >= kMinPlaces && c > kShareOfExplained * (c + m) && c > kShareOfOthers * (n - m);
 }
 
-int Leftover::countOutside(const PlanarNeighbours& neighbours, const float* x, const float* y,
-                           std::size_t member, const std::vector<std::uint8_t>& explained, int& seen) const {
-  std::uint32_t list[kListed];
-  const int found = neighbours.nearest(x[member], y[member], kListed, list);
+int Leftover::countOutside(const std::uint32_t* nearest, int count, std::size_t member,
+                           const std::vector<std::uint8_t>& explained, int& seen) const {
   const auto isNear = [](float ax, float ay, float bx, float by, double unit) {
     return (ax - bx) * (ax - bx) + (ay - by) * (ay - by) <= kSamePlace * kSamePlace * unit * unit;
   };
   int outside = 0, used = 0;
-  for (int i = 0; i < found && used < kNearest; ++i) {
-    const std::uint32_t other = list[i];
+  for (int i = 0; i < count && used < kNearest; ++i) {
+    const std::uint32_t other = nearest[i];
     if (isNear(left_x_[member], left_y_[member], left_x_[other], left_y_[other], units_.left) &&
         isNear(right_x_[member], right_y_[member], right_x_[other], right_y_[other], units_.right)) {
       continue;
@@ -44,8 +42,11 @@ std::size_t Leftover::coherent(const std::vector<std::uint8_t>& local,
   members_.clear();
   for (std::uint32_t i = 0; i < m.size(); ++i)
     if (local[i] != 0 || explained[i] != 0) members_.push_back(i);
+  left_over_.clear();
+  for (std::uint32_t i = 0; i < members_.size(); ++i)
+    if (explained[members_[i]] == 0) left_over_.push_back(i);
   coherent_.assign(m.size(), 0);
-  if (members_.size() < kMinPlaces) return 0;
+  if (members_.size() < kMinPlaces || left_over_.empty()) return 0;
   const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
     to.resize(members_.size());
     for (std::size_t i = 0; i < members_.size(); ++i) to[i] = from[members_[i]];
@@ -54,14 +55,21 @@ std::size_t Leftover::coherent(const std::vector<std::uint8_t>& local,
   take(m.left_y, left_y_);
   take(m.right_x, right_x_);
   take(m.right_y, right_y_);
-  left_.build(left_x_.data(), left_y_.data(), members_.size(), kListed);
-  right_.build(right_x_.data(), right_y_.data(), members_.size(), kListed);
-  for (std::size_t i = 0; i < members_.size(); ++i) {
-    if (explained[members_[i]] != 0) continue;
+  const int listed = std::min(kListed, static_cast<int>(members_.size()));
+  const auto list = [&](PlanarNeighbours& index, const std::vector<float>& x, const std::vector<float>& y,
+                        std::vector<std::uint32_t>& nearest) {
+    index.build(x.data(), y.data(), members_.size(), listed);
+    nearest.resize(left_over_.size() * static_cast<std::size_t>(listed));
+    index.nearestToAll(x.data(), y.data(), left_over_.size(), listed, nearest.data(), left_over_.data());
+  };
+  list(left_, left_x_, left_y_, nearest_left_);
+  list(right_, right_x_, right_y_, nearest_right_);
+  for (std::size_t i = 0; i < left_over_.size(); ++i) {
+    const std::size_t row = i * static_cast<std::size_t>(listed);
     int seen = 0;
-    int outside = countOutside(left_, left_x_.data(), left_y_.data(), i, explained, seen);
-    outside += countOutside(right_, right_x_.data(), right_y_.data(), i, explained, seen);
-    coherent_[members_[i]] = 2 * outside > seen ? 1 : 0;
+    int outside = countOutside(&nearest_left_[row], listed, left_over_[i], explained, seen);
+    outside += countOutside(&nearest_right_[row], listed, left_over_[i], explained, seen);
+    coherent_[members_[left_over_[i]]] = 2 * outside > seen ? 1 : 0;
   }
   return distinctPlaces(coherent_);
 }

@@ -52,13 +52,15 @@ class Leftover {
  private:
   static constexpr int kNearest = 8, kListed = 16;
 
-  int countOutside(const PlanarNeighbours& neighbours, const float* x, const float* y, std::size_t member,
+  int countOutside(const std::uint32_t* nearest, int count, std::size_t member,
                    const std::vector<std::uint8_t>& explained, int& seen) const;
 
   const Correspondences* matches_ = nullptr;
   LengthUnits units_;
   std::vector<std::uint32_t> members_;
-  std::vector<float> left_x_, left_y_, right_x_, right_y_;  // of the members
+  std::vector<float> left_x_, left_y_, right_x_, right_y_;   // of the members
+  std::vector<std::uint32_t> left_over_;                     // members that are not explained
+  std::vector<std::uint32_t> nearest_left_, nearest_right_;  // members, kListed for each that is left over
   std::vector<std::uint8_t> coherent_;
   PlanarNeighbours left_, right_;
   OccupiedCells cells_;

@@ -4,19 +4,11 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/gather.h"
 #include "base/text.h"
 
 namespace corrsel::core {
 namespace {
-
-template <class T>
-std::vector<T> pick(const std::vector<T>& column, const std::vector<std::uint32_t>& rows) {
-  std::vector<T> picked;
-  if (column.empty()) return picked;
-  picked.reserve(rows.size());
-  for (const std::uint32_t row : rows) picked.push_back(column[row]);
-  return picked;
-}
 
 /// A sentence that names the first value that is no probability; empty if there is none.
 std::string faultOfProbabilities(const std::vector<float>& values) {
@@ -74,28 +66,15 @@ std::string Correspondences::inconsistency() const {
 
 Correspondences Correspondences::subset(const std::vector<std::uint32_t>& rows) const {
   Correspondences result;
-  result.left_x = pick(left_x, rows);
-  result.left_y = pick(left_y, rows);
-  result.right_x = pick(right_x, rows);
-  result.right_y = pick(right_y, rows);
-  result.distance = pick(distance, rows);
-  result.second_distance = pick(second_distance, rows);
-  result.probability = pick(probability, rows);
-  result.left_frame = pick(left_frame, rows);
-  result.right_frame = pick(right_frame, rows);
-  result.left_index = pick(left_index, rows);
-  result.right_index = pick(right_index, rows);
-  result.left_size = left_size;
-  result.right_size = right_size;
-  result.left_camera = left_camera;
-  result.right_camera = right_camera;
-  result.prior = prior;
-  result.guess = guess;
+  gather(*this, rows, result);
+  gather(left_index, rows, result.left_index);
+  gather(right_index, rows, result.right_index);
   return result;
 }
 
 std::vector<std::uint32_t> selectedRows(const std::vector<std::uint8_t>& mask) {
   std::vector<std::uint32_t> rows;
+  rows.reserve(mask.size() - static_cast<std::size_t>(std::count(mask.begin(), mask.end(), 0)));
   for (std::size_t i = 0; i < mask.size(); ++i) {
     if (mask[i]) rows.push_back(static_cast<std::uint32_t>(i));
   }

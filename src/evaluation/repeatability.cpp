@@ -64,9 +64,9 @@ double overlapIfAtLeast(const Ellipse& a, const cv::Matx22d& inverse, const Elli
 }
 
 /// The centres of ellipses, by place.
-PlaceIndex centresOf(const std::vector<Ellipse>& ellipses, double side) {
+PlaceIndex centresOf(const std::vector<Ellipse>& ellipses, double reach) {
   PlaceIndex places;
-  places.clear(ellipses.size(), static_cast<float>(side));
+  places.clear(ellipses.size(), static_cast<float>(reach));
   for (const Ellipse& ellipse : ellipses)
     places.add(static_cast<float>(ellipse.centre[0]), static_cast<float>(ellipse.centre[1]));
   return places;

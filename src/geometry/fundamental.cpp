@@ -24,36 +24,49 @@ cv::Matx33d toMatrix(const Vector9& v) {
   return cv::Matx33d(v(0), v(1), v(2), v(3), v(4), v(5), v(6), v(7), v(8));
 }
 
+using SevenRows = std::array<std::array<double, 9>, 7>;
+
+/// The element of the largest magnitude from row `step` on, where all elements left of column `step` are 0.
+struct Pivot {
+  double magnitude;
+  std::size_t row, column;
+};
+
+Pivot pivotOf(const SevenRows& a, std::size_t step) {
+  // Loops over all columns, without branches, can use vectors.
+  std::array<double, 9> largest{};
+  for (std::size_t r = step; r < 7; ++r) {
+    for (std::size_t c = 0; c < 9; ++c) {
+      const double magnitude = std::abs(a[r][c]);
+      largest[c] = largest[c] < magnitude ? magnitude : largest[c];
+    }
+  }
+  const std::size_t column = std::size_t(std::max_element(largest.begin(), largest.end()) - largest.begin());
+  std::size_t row = step;
+  while (row < 6 && std::abs(a[row][column]) < largest[column]) ++row;
+  return {largest[column], row, column};
+}
+
 /// Computes two vectors of the null space of a 7x9 matrix by Gauss-Jordan elimination with full pivoting.
 /// @return the rank; below 6, there are no vectors
-int nullSpace(std::array<std::array<double, 9>, 7>& a, Vector9& first, Vector9& second) {
+int nullSpace(SevenRows& a, Vector9& first, Vector9& second) {
   std::array<int, 9> column = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   std::size_t rank = 0;
   for (; rank < 7; ++rank) {
     const std::size_t step = rank;
-    std::size_t pivot_row = step, pivot_column = step;
-    double largest = 0;
-    for (std::size_t r = step; r < 7; ++r) {
-      for (std::size_t c = step; c < 9; ++c) {
-        if (std::abs(a[r][c]) > largest) {
-          largest = std::abs(a[r][c]);
-          pivot_row = r;
-          pivot_column = c;
-        }
-      }
-    }
-    if (largest < 1e-9) break;
-    std::swap(a[step], a[pivot_row]);
-    if (pivot_column != step) {
-      for (auto& row : a) std::swap(row[step], row[pivot_column]);
-      std::swap(column[step], column[pivot_column]);
+    const Pivot pivot = pivotOf(a, step);
+    if (pivot.magnitude < 1e-9) break;
+    std::swap(a[step], a[pivot.row]);
+    if (pivot.column != step) {
+      for (auto& row : a) std::swap(row[step], row[pivot.column]);
+      std::swap(column[step], column[pivot.column]);
     }
     const double inverse = 1.0 / a[step][step];
-    for (std::size_t c = step; c < 9; ++c) a[step][c] *= inverse;
+    for (double& element : a[step]) element *= inverse;
     for (std::size_t r = 0; r < 7; ++r) {
       if (r == step) continue;
       const double factor = a[r][step];
-      for (std::size_t c = step; c < 9; ++c) a[r][c] -= factor * a[step][c];
+      for (std::size_t c = 0; c < 9; ++c) a[r][c] -= factor * a[step][c];
     }
   }
   if (rank < 6) return static_cast<int>(rank);
@@ -206,7 +219,7 @@ bool isValidFundamentalSample(const NormalizedMatches& m, const std::uint32_t* s
 }
 
 int fundamentalFromSeven(const NormalizedMatches& m, const std::uint32_t* sample, cv::Matx33d f[3]) {
-  std::array<std::array<double, 9>, 7> rows;
+  SevenRows rows;
   for (std::size_t k = 0; k < 7; ++k) {
     const Vector9 row = epipolarRow(m, sample[k]);
     for (int c = 0; c < 9; ++c) rows[k][static_cast<std::size_t>(c)] = row(c);

@@ -71,17 +71,22 @@ PlanarNeighbours::PlanarNeighbours(const float* x, const float* y, std::size_t c
   build(x, y, count, max_k);
 }
 
+void PlanarNeighbours::Scratch::take(const float* from_x, const float* from_y, const std::uint32_t* rows,
+                                     std::size_t count) {
+  x.resize(count);
+  y.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    x[i] = from_x[rows[i]];
+    y[i] = from_y[rows[i]];
+  }
+}
+
 void PlanarNeighbours::build(const float* x, const float* y, std::size_t count, int max_k,
                              const std::uint32_t* members) {
   max_k_ = std::min(max_k, PointGrid::kMaxNeighbours);
   Scratch& work = scratch_;
   if (members != nullptr) {
-    work.x.resize(count);
-    work.y.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      work.x[i] = x[members[i]];
-      work.y[i] = y[members[i]];
-    }
+    work.take(x, y, members, count);
     x = work.x.data();
     y = work.y.data();
   }
@@ -212,40 +217,46 @@ int PlanarNeighbours::nearest(float x, float y, int k, std::uint32_t* out) const
 }
 
 void PlanarNeighbours::nearestToAll(const float* x, const float* y, std::size_t count, int k,
-                                    std::uint32_t* out) {
+                                    std::uint32_t* out, const std::uint32_t* queries) {
   constexpr std::size_t kBeyond = 16;  // floats that the kernel may read behind the end
   Scratch& work = scratch_;
   const NeighbourKernels& kernel = kernels().neighbours;
+  const float *query_x = x, *query_y = y;
+  if (queries != nullptr) {
+    work.take(x, y, queries, count);
+    query_x = work.x.data();
+    query_y = work.y.data();
+  }
   work.cell.resize(count);
   work.sorted_cell.resize(count);
   work.number.resize(count);
   work.doubtful.resize(count);
   work.sorted_x.resize(count + kBeyond);
   work.sorted_y.resize(count + kBeyond);
-  kernel.cells(grid(), x, y, count, work.cell.data());
+  kernel.cells(grid(), query_x, query_y, count, work.cell.data());
   work.next.resize(start_.size());
   countCells(work.cell.data(), count, work.next);
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t place = work.next[work.cell[i]]++;
-    work.sorted_x[place] = x[i];
-    work.sorted_y[place] = y[i];
+    work.sorted_x[place] = query_x[i];
+    work.sorted_y[place] = query_y[i];
     work.sorted_cell[place] = work.cell[i];
     work.number[place] = static_cast<std::uint32_t>(i);
   }
-  const PointQueries queries = {work.sorted_x.data(), work.sorted_y.data(), work.number.data(),
-                                work.sorted_cell.data(), count};
-  const std::size_t doubts = kernel.nearest(grid(), queries, k, out, work.doubtful.data());
+  const PointQueries sorted_queries = {work.sorted_x.data(), work.sorted_y.data(), work.number.data(),
+                                       work.sorted_cell.data(), count};
+  const std::size_t doubts = kernel.nearest(grid(), sorted_queries, k, out, work.doubtful.data());
 
   for (std::size_t i = 0; i < doubts; ++i) {
     const std::uint32_t number = work.number[work.doubtful[i] / 2];
     std::uint32_t* const row = out + static_cast<std::size_t>(number) * static_cast<std::size_t>(k);
     if (work.doubtful[i] % 2 != 0) {
-      nearest(x[number], y[number], k, row);
+      nearest(query_x[number], query_y[number], k, row);
       continue;
     }
     Neighbour sorted[PointGrid::kMaxNeighbours];
     for (int j = 0; j < k; ++j) {
-      const Neighbour next{squaredDistance(x[row[j]], y[row[j]], x[number], y[number]), row[j]};
+      const Neighbour next{squaredDistance(x[row[j]], y[row[j]], query_x[number], query_y[number]), row[j]};
       int position = j;
       for (; position > 0 && next < sorted[position - 1]; --position) sorted[position] = sorted[position - 1];
       sorted[position] = next;

@@ -2,8 +2,10 @@
 
 namespace corrsel::core {
 
-void PlaceIndex::clear(std::size_t expected, float side) {
-  side_ = side;
+void PlaceIndex::clear(std::size_t expected, float reach) {
+  constexpr double kCellSide = 4;  // in reaches: a search looks at one to four cells, at 2.25 in the mean
+  reach_ = reach;
+  cells_per_pixel_ = 1 / (kCellSide * double{reach});
   std::size_t size = 16;
   while (size < 2 * expected) size *= 2;
   first_.assign(size, 0);
@@ -18,11 +20,10 @@ std::uint32_t PlaceIndex::add(float x, float y) {
 }
 
 std::uint32_t PlaceIndex::findWithin(float x, float y) const {
-  const std::int64_t column = cellOf(x), row = cellOf(y);
   std::uint32_t found = kNone;
-  visitCells(column - 1, column + 1, row - 1, row + 1, [&](std::uint32_t number) {
+  visitNear(x, y, reach_, reach_, [&](std::uint32_t number) {
     const float dx = points_[number].x - x, dy = points_[number].y - y;
-    if (dx * dx + dy * dy < side_ * side_) found = number;
+    if (dx * dx + dy * dy < reach_ * reach_) found = number;
     return found != kNone;
   });
   return found;

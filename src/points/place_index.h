@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -16,13 +15,14 @@ class PlaceIndex {
 
   /// Removes all points and keeps the memory.
   /// @param expected  points that will be added; more make it slower
-  /// @param side      of a cell, px; positive
-  void clear(std::size_t expected, float side);
+  /// @param reach     of findWithin, px; positive
+  void clear(std::size_t expected, float reach);
 
   /// @return the number of the point: points are counted from 0
   std::uint32_t add(float x, float y);
 
-  /// The number of a point that is nearer than the side of a cell, or kNone. O(1) for few points per cell.
+  /// The number of a point that is nearer than the reach, or kNone. O(1) for few points within four times the
+  /// reach.
   std::uint32_t findWithin(float x, float y) const;
   bool isTaken(float x, float y) const { return findWithin(x, y) != kNone; }
 
@@ -31,19 +31,8 @@ class PlaceIndex {
   /// @return whether it returned true
   template <class Visit>
   bool visitNear(double x, double y, double reach_x, double reach_y, const Visit& visit) const {
-    return visitCells(cellOf(x - reach_x), cellOf(x + reach_x), cellOf(y - reach_y), cellOf(y + reach_y),
-                      visit);
-  }
-
- private:
-  struct Point {
-    float x, y;
-    std::uint32_t next;  // in the list of the slot, counted from 1
-  };
-
-  template <class Visit>
-  bool visitCells(std::int64_t left, std::int64_t right, std::int64_t top, std::int64_t bottom,
-                  const Visit& visit) const {
+    const std::int64_t left = cellOf(x - reach_x), right = cellOf(x + reach_x);
+    const std::int64_t top = cellOf(y - reach_y), bottom = cellOf(y + reach_y);
     for (std::int64_t row = top; row <= bottom; ++row) {
       for (std::int64_t column = left; column <= right; ++column) {
         for (std::uint32_t i = first_[slot(column, row)]; i != 0; i = points_[i - 1].next)
@@ -53,8 +42,17 @@ class PlaceIndex {
     return false;
   }
 
+ private:
+  struct Point {
+    float x, y;
+    std::uint32_t next;  // in the list of the slot, counted from 1
+  };
+
+  /// Grows with the coordinate, so that no point of a box is outside of its cells.
   std::int64_t cellOf(double coordinate) const {
-    return saturated(static_cast<float>(std::floor(coordinate / side_)));
+    const auto cells = static_cast<float>(coordinate * cells_per_pixel_);
+    const std::int64_t towards_zero = saturated(cells);
+    return towards_zero - (static_cast<float>(towards_zero) > cells ? 1 : 0);
   }
   std::size_t slot(std::int64_t column, std::int64_t row) const {
     const std::uint64_t cell = static_cast<std::uint64_t>(static_cast<std::uint32_t>(column)) << 32 |
@@ -62,7 +60,8 @@ class PlaceIndex {
     return static_cast<std::size_t>(cell * 0x9E3779B97F4A7C15U >> 32) & (first_.size() - 1);
   }
 
-  float side_ = 1;
+  float reach_ = 1;
+  double cells_per_pixel_ = 1;
   std::vector<std::uint32_t> first_ =
       std::vector<std::uint32_t>(1, 0);  // by slot: first point, counted from 1
   std::vector<Point> points_;

@@ -1,5 +1,6 @@
 #include "posterior/noise_scale.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,9 +11,9 @@ namespace corrsel::core {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr std::size_t kBins = 128;  // of the length of a residual: counts are exact, sums of lengths are not
-constexpr double kMinSigma = 0.1;   // px: below it, rounding and interpolation of positions decide
-constexpr double kMinRatio = 2;     // cut / sigma below which noise cannot be told from the background
+constexpr int kBins = 128;         // of the length of a residual: counts are exact, sums of lengths are not
+constexpr double kMinSigma = 0.1;  // px: below it, rounding and interpolation of positions decide
+constexpr double kMinRatio = 2;    // cut / sigma below which noise cannot be told from the background
 constexpr std::size_t kCandidates = 16;  // of sigma, before the best one is refined
 constexpr int kRefinements = 12;
 
@@ -26,17 +27,22 @@ class TruncatedMixture {
  public:
   TruncatedMixture(const std::vector<double>& squared_residuals, const ResidualKind& kind) : kind_(kind) {
     std::array<std::uint32_t, kBins> histogram{};
+    const double beyond = 1.001 * kind.cut * kind.cut;  // needs no root to be seen as outside
     for (const double squared : squared_residuals) {
+      if (squared > beyond) continue;
       const double bin = std::sqrt(squared) / kind.cut * kBins;
       if (bin < kBins) ++histogram[static_cast<std::size_t>(bin)];
     }
-    for (std::size_t bin = 0; bin < kBins; ++bin) {
+    Eigen::Index used = 0;
+    for (std::size_t bin = 0; bin < histogram.size(); ++bin) {
       if (histogram[bin] == 0) continue;
       const double length = (static_cast<double>(bin) + 0.5) / kBins;
-      squares_[used_] = length * length;
-      counts_[used_++] = histogram[bin];
+      squares_[used] = length * length;
+      counts_[used++] = histogram[bin];
       total_ += histogram[bin];
     }
+    squares_.conservativeResize(used);
+    counts_.conservativeResize(used);
     const double volume = kind.dimensions == 2 ? kPi * kind.cut * kind.cut : kind.cut;
     max_share_ = total_ > 0 ? std::max(0.0, 1 - kind.background * volume / total_) : 0;
   }
@@ -49,12 +55,9 @@ class TruncatedMixture {
     // The density of an inlier divided by that of an outlier.
     const double peak = kind_.dimensions == 2 ? x * x / 2 : x * std::sqrt(2 / kPi);
     const double height = peak / shareWithin(kind_.dimensions, x);
-    for (std::size_t bin = 0; bin < used_; ++bin)
-      excess_[bin] = height * std::exp(-x * x * squares_[bin] / 2) - 1;
+    excess_ = height * (-x * x / 2 * squares_).exp() - 1;
     maximizeShare();
-    double sum = 0;
-    for (std::size_t bin = 0; bin < used_; ++bin) sum += counts_[bin] * std::log1p(share_ * excess_[bin]);
-    return sum;
+    return (counts_ * (1 + share_ * excess_).log()).sum();
   }
 
  private:
@@ -65,12 +68,8 @@ class TruncatedMixture {
     double low = 0, high = max_share_;
     share_ = high / 2;
     for (int step = 0; step < kSteps; ++step) {
-      double slope = 0, curvature = 0;
-      for (std::size_t bin = 0; bin < used_; ++bin) {
-        const double term = excess_[bin] / (1 + share_ * excess_[bin]);
-        slope += counts_[bin] * term;
-        curvature += counts_[bin] * term * term;
-      }
+      terms_ = excess_ / (1 + share_ * excess_);
+      const double slope = (counts_ * terms_).sum(), curvature = (counts_ * terms_.square()).sum();
       (slope > 0 ? low : high) = share_;
       const double next = curvature > 0 ? share_ + slope / curvature : share_;
       const double before = share_;
@@ -79,9 +78,12 @@ class TruncatedMixture {
     }
   }
 
+  /// One number for each bin that holds residuals.
+  using OfBins = Eigen::Array<double, Eigen::Dynamic, 1, 0, kBins, 1>;
+
   const ResidualKind& kind_;
-  std::array<double, kBins> squares_{}, counts_{}, excess_{};  // of bins that hold residuals; lengths by cut
-  std::size_t used_ = 0;
+  OfBins squares_ = OfBins(kBins), counts_ = OfBins(kBins);  // lengths by cut
+  OfBins excess_, terms_;
   double total_ = 0, max_share_ = 0, share_ = 0;
 };
 

@@ -431,7 +431,12 @@ void LocalSupport::extendLocalSets() {
   for (std::size_t j = 0; j < n_; ++j) {
     int voters = 0, for_local = 0, for_extended = 0;
     std::uint32_t nearest = kNone;  // of the survivors that predict this match
-    for (std::size_t place = 0; place < stride && voters < kVoters; ++place) {
+    // Until the rest cannot change the result: agreement for the local set is agreement for the extended one,
+    // too.
+    const auto isOpen = [&] {
+      return 2 * for_local <= kVoters && 2 * (for_extended + kVoters - voters) > kVoters;
+    };
+    for (std::size_t place = 0; place < stride && voters < kVoters && isOpen(); ++place) {
       const std::uint32_t i = near_[j * stride + place];
       if (i == j) continue;
       const Prediction prediction(best_map_[i], left_x_[j] - left_x_[i], left_y_[j] - left_y_[i],

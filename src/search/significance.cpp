@@ -123,10 +123,13 @@ double SignificanceTest::Density::others(double x, double y, double own_x, doubl
   const double low_x = (x - grid_.left - radius_) / cell, high_x = (x - grid_.left + radius_) / cell;
   const double low_y = (y - grid_.top - radius_) / cell, high_y = (y - grid_.top + radius_) / cell;
   // One of the cells, or the end behind the last one.
-  const auto border = [](double position, int count) { return CellGrid::clamped(position, count + 1); };
-  const int first_column = border(low_x, grid_.columns),
-            end_column = border(std::ceil(high_x), grid_.columns);
-  const int first_row = border(low_y, grid_.rows), end_row = border(std::ceil(high_y), grid_.rows);
+  const auto below = [](double position, int count) { return CellGrid::clamped(position, count + 1); };
+  const auto above = [below](double position, int count) {
+    const int whole = below(position, count);
+    return whole < count && whole < position ? whole + 1 : whole;
+  };
+  const int first_column = below(low_x, grid_.columns), end_column = above(high_x, grid_.columns);
+  const int first_row = below(low_y, grid_.rows), end_row = above(high_y, grid_.rows);
   if (first_column >= end_column || first_row >= end_row) return 0;
   const auto at = [this](int row, int column) {
     return sums_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(grid_.columns) + 1) +
@@ -234,6 +237,7 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
   for (std::size_t i = 0; i < drawn; ++i) {
     const std::size_t left = i % n, other = random.index(static_cast<std::uint32_t>(n - 1));
     const double squared = error(left, other < left ? other : other + 1);
+    if (squared > kMaxThreshold * kMaxThreshold) continue;  // most of them
     for (std::size_t t = 0; t < kThresholds; ++t)
       chance[t] += squared <= kThreshold[t] * kThreshold[t] ? 1.0 : 0.0;
   }

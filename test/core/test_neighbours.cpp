@@ -56,12 +56,18 @@ void expectExactForAll(const Points& points, int k) {
       Indices found(points.size() * std::size_t(k) + 1, 4711);
       neighbours.nearestToAll(x.data(), y.data(), points.size(), k, found.data());
       ASSERT_EQ(found.back(), 4711u) << "written beyond the end";
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto row = found.begin() + std::ptrdiff_t(i) * k;
-        ASSERT_EQ(Indices(row, row + k), expected[i])
-            << toString(level) << ", " << points.size() << " points, k " << k << ", all " << all << ", at "
-            << i;
-      }
+      const Indices queries(members.rbegin(), members.rend());
+      Indices of_queries(queries.size() * std::size_t(k));
+      neighbours.nearestToAll(x.data(), y.data(), queries.size(), k, of_queries.data(), queries.data());
+      const auto row = [k](const Indices& rows, std::size_t i) {
+        const auto first = rows.begin() + std::ptrdiff_t(i) * k;
+        return Indices(first, first + k);
+      };
+      const std::string where = std::string(toString(level)) + ", " + std::to_string(points.size()) +
+                                " points, k " + std::to_string(k) + ", all " + std::to_string(all) + ", at ";
+      for (std::size_t i = 0; i < points.size(); ++i) ASSERT_EQ(row(found, i), expected[i]) << where << i;
+      for (std::size_t i = 0; i < queries.size(); ++i)
+        ASSERT_EQ(row(of_queries, i), expected[queries[i]]) << where << "query " << i;
     }
   }
   setKernelLevel(before);

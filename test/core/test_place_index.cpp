@@ -10,7 +10,7 @@ namespace {
 
 using namespace testing;
 
-TEST(PlaceIndex, FindsAPointThatIsNearerThanTheSide) {
+TEST(PlaceIndex, FindsAPointThatIsNearerThanTheReach) {
   PlaceIndex places;
   EXPECT_FALSE(places.isTaken(0, 0));
   places.clear(3, 8);
@@ -26,14 +26,14 @@ TEST(PlaceIndex, FindsAPointThatIsNearerThanTheSide) {
 
 TEST(PlaceIndex, AgreesWithAPlainSearch) {
   Random random(4);
-  for (const float side : {2.0F, 8.0F, 60.0F}) {
+  for (const float reach : {2.0F, 8.0F, 60.0F}) {
     PlaceIndex places;
-    places.clear(100, side);
+    places.clear(100, reach);
     std::vector<cv::Point2f> points;
     for (int i = 0; i < 400; ++i) {
       const cv::Point2f p(float(random.uniform(-200, 200)), float(random.uniform(-200, 200)));
       const bool taken = std::any_of(points.begin(), points.end(), [&](const cv::Point2f& q) {
-        return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y) < side * side;
+        return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y) < reach * reach;
       });
       ASSERT_EQ(places.isTaken(p.x, p.y), taken);
       places.add(p.x, p.y);

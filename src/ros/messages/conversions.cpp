@@ -36,18 +36,14 @@ void requireProbabilities(const std::string& message, const std::vector<float>& 
 }
 
 std::vector<float> flatten(const std::vector<core::AffineFrame>& frames) {
-  std::vector<float> numbers;
-  numbers.reserve(frames.size() * kFrameNumbers);
-  for (const core::AffineFrame& frame : frames) numbers.insert(numbers.end(), frame.begin(), frame.end());
-  return numbers;
+  static_assert(sizeof(core::AffineFrame) == kFrameNumbers * sizeof(float), "frames are numbers in a row");
+  const auto* const first = reinterpret_cast<const float*>(frames.data());
+  return {first, first + frames.size() * kFrameNumbers};
 }
 
 std::vector<core::AffineFrame> unflatten(const std::vector<float>& numbers) {
   std::vector<core::AffineFrame> frames(numbers.size() / kFrameNumbers);
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(i * kFrameNumbers), kFrameNumbers,
-                frames[i].begin());
-  }
+  std::copy_n(numbers.begin(), frames.size() * kFrameNumbers, reinterpret_cast<float*>(frames.data()));
   return frames;
 }
 
