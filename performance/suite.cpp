@@ -40,6 +40,7 @@ constexpr double kEqualF = 0.2;
 constexpr double kMaxExponent = 1.15;
 // The same for methods that compare all pairs. Their matrices have 25 MB at 5000 matches, and 400 MB, which
 // no cache holds, at 20000. That makes an operation up to twice as slow: N^2.5, and the rest is for noise.
+// With huge pages, st grows like N^2.2.
 constexpr double kMaxExponentOfPairs = 2.8;
 // Its outliers have more candidates the more matches there are.
 constexpr double kMaxExponentOfRfmScan = 1.6;
