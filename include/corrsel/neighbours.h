@@ -36,8 +36,10 @@ class PlanarNeighbours {
   /// Writes the numbers of the k points nearest to every query to out[query * k ..]. The result is that of
   /// nearest() for each query. It is several times as fast, because neighbouring positions are searched
   /// together.
-  /// @param x, y     the columns given to build()
-  /// @param queries  the positions in the columns that are asked for, or nullptr for 0 to count - 1
+  /// @param x, y     the columns given to build(), px
+  /// @param count    number of queries
+  /// @param out      has room for count * k numbers
+  /// @param queries  `count` positions in the columns, which are asked for; nullptr = 0 to count - 1
   /// @pre k <= max_k, and at least k points
   void nearestToAll(const float* x, const float* y, std::size_t count, int k, std::uint32_t* out,
                     const std::uint32_t* queries = nullptr);

@@ -186,4 +186,8 @@ say "results"
       print "|"
     }
   }'
+for name in "${tested[@]}"; do
+  [ ! -e "$folder/results/$name" ] ||
+    sed -nE '2s/^([^|]+).*\|([0-9]+)\|([0-9]+)\|([0-9]+)\|[^|]*$/\1: \2 passed, \3 failed, \4 skipped/p' "$folder/results/$name"
+done
 exit "$failed"

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/gather.h"
+
 namespace corrsel::core {
 namespace {
 
@@ -47,14 +49,10 @@ std::size_t Leftover::coherent(const std::vector<std::uint8_t>& local,
     if (explained[members_[i]] == 0) left_over_.push_back(i);
   coherent_.assign(m.size(), 0);
   if (members_.size() < kMinPlaces || left_over_.empty()) return 0;
-  const auto take = [&](const std::vector<float>& from, std::vector<float>& to) {
-    to.resize(members_.size());
-    for (std::size_t i = 0; i < members_.size(); ++i) to[i] = from[members_[i]];
-  };
-  take(m.left_x, left_x_);
-  take(m.left_y, left_y_);
-  take(m.right_x, right_x_);
-  take(m.right_y, right_y_);
+  gather(m.left_x, members_, left_x_);
+  gather(m.left_y, members_, left_y_);
+  gather(m.right_x, members_, right_x_);
+  gather(m.right_y, members_, right_y_);
   const int listed = std::min(kListed, static_cast<int>(members_.size()));
   const auto list = [&](PlanarNeighbours& index, const std::vector<float>& x, const std::vector<float>& y,
                         std::vector<std::uint32_t>& nearest) {

@@ -1,5 +1,6 @@
 #include "corrsel/correspondences.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>

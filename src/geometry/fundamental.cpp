@@ -26,12 +26,13 @@ cv::Matx33d toMatrix(const Vector9& v) {
 
 using SevenRows = std::array<std::array<double, 9>, 7>;
 
-/// The element of the largest magnitude from row `step` on, where all elements left of column `step` are 0.
 struct Pivot {
   double magnitude;
   std::size_t row, column;
 };
 
+/// Finds the element of the largest magnitude from row `step` on.
+/// @pre these rows are 0 left of column `step`
 Pivot pivotOf(const SevenRows& a, std::size_t step) {
   // Loops over all columns, without branches, can use vectors.
   std::array<double, 9> largest{};

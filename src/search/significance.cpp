@@ -237,7 +237,8 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
   for (std::size_t i = 0; i < drawn; ++i) {
     const std::size_t left = i % n, other = random.index(static_cast<std::uint32_t>(n - 1));
     const double squared = error(left, other < left ? other : other + 1);
-    if (squared > kMaxThreshold * kMaxThreshold) continue;  // most of them
+    // Most of them are beyond all thresholds.
+    if (squared > kMaxThreshold * kMaxThreshold) continue;
     for (std::size_t t = 0; t < kThresholds; ++t)
       chance[t] += squared <= kThreshold[t] * kThreshold[t] ? 1.0 : 0.0;
   }

@@ -416,8 +416,8 @@ TEST_F(LiveFlow, OverheadIsSmall) {
   loadSelector();
   const cv::Mat image = texture(640, 480, 4);
   ASSERT_TRUE(answers());
-  std::vector<double> stages, publish,
-      handing_over;  // the last is what the pair waits, and what no stage accounts for
+  std::vector<double> stages, publish;
+  std::vector<double> handing_over;  // what the pair waits, and what no stage accounts for
   std::size_t n_input = 0;
   for (int i = 0; i < (kSanitized ? 5 : 60); ++i) {
     const ros::Time stamp = nextStamp();
