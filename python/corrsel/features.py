@@ -102,7 +102,7 @@ class Extractor:
     an algorithm that is not part of the pairing, and for options that are unknown or out of their range.
     """
 
-    def __init__(self, features="orb+orb", **algorithms):
+    def __init__(self, features="sift+sift", **algorithms):
         texts = {}
         for name, options in algorithms.items():
             if not isinstance(options, dict):
@@ -176,7 +176,7 @@ class Extractor:
         return "<corrsel.Extractor %s>" % self.name
 
 
-def extract(image, features="orb+orb", *, mask=None, area=None, threads=1, **algorithms):
+def extract(image, features="sift+sift", *, mask=None, area=None, threads=1, **algorithms):
     """Return the Features of an image: points, frames, descriptors; the strongest feature comes first.
 
     image        uint8 or uint16: height x width (grey), height x width x 3 (BGR, as OpenCV reads it) or x 4 (BGRA).
@@ -203,7 +203,7 @@ def extract(image, features="orb+orb", *, mask=None, area=None, threads=1, **alg
 def match(
     image_left,
     image_right,
-    features="orb+orb",
+    features="sift+sift",
     *,
     left_mask=None,
     right_mask=None,

@@ -381,20 +381,23 @@ Significance SignificanceTest::local(const std::vector<std::uint8_t>& mask) {
   drawHalves();
   const std::size_t n = left_x_.size(), count = selected_.size();
   if (std::min(predictors_[0].size(), predictors_[1].size()) < kPredictors) return {};
-  nearest_.resize(count * kPredictors);
   Significance worst;
   for (std::uint8_t half = 0; half < 2; ++half) {
     const std::vector<std::uint32_t>& predictors = predictors_[half];
+    predicted_.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (half_[i] != half) predicted_.push_back(static_cast<std::uint32_t>(i));
+    }
+    const std::size_t predicted = predicted_.size();
+    nearest_.resize(predicted * kPredictors);
     neighbours_.build(selected_x_.data(), selected_y_.data(), predictors.size(), kPredictors,
                       predictors.data());
-    neighbours_.nearestToAll(selected_x_.data(), selected_y_.data(), count, kPredictors, nearest_.data());
+    neighbours_.nearestToAll(selected_x_.data(), selected_y_.data(), predicted, kPredictors, nearest_.data(),
+                             predicted_.data());
     candidates_.clear();
     double chance[kThresholds] = {};
-    std::size_t predicted = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (half_[i] == half) continue;
-      ++predicted;
-      const std::uint32_t match = selected_[i];
+    for (std::size_t i = 0; i < predicted; ++i) {
+      const std::uint32_t match = selected_[predicted_[i]];
       double x = 0, y = 0;
       if (!predict(match, &nearest_[i * kPredictors], x, y)) continue;
       const double dx = x - right_x_[match], dy = y - right_y_[match];

@@ -159,7 +159,7 @@ class SignificanceTest {
   PlaceIndex left_places_, right_places_;
   std::vector<std::uint32_t> selected_;  // selected matches, and their left points
   std::vector<float> selected_x_, selected_y_;
-  std::vector<std::uint32_t> predictors_[2], nearest_;
+  std::vector<std::uint32_t> predictors_[2], predicted_, nearest_;  // positions in selected_
   std::vector<std::uint8_t> half_, half_of_place_;
   PlanarNeighbours neighbours_;
 };

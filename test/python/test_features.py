@@ -75,7 +75,7 @@ class Results(FeaturesCase):
         np.testing.assert_allclose(shift, (-9, -4), atol=0.1)
 
     def test_names(self):
-        self.assertEqual(corrsel.Extractor().name, "orb+orb")
+        self.assertEqual(corrsel.Extractor().name, "sift+sift")
         self.assertIn("sift+sift", corrsel.extractor_names())
         self.assertIn("blob", corrsel.detector_names())
         self.assertIn("freak", corrsel.descriptor_names())
@@ -195,7 +195,7 @@ class Options(FeaturesCase):
         equalized = corrsel.Extractor("orb+orb", image={"equalize": "clahe"})
         raised = equalized.extract(dark)
         self.assertGreater(len(raised), len(corrsel.extract(dark, "orb+orb")))
-        matches = corrsel.match(dark, right, image={"equalize": "clahe"})
+        matches = corrsel.match(dark, right, "orb+orb", image={"equalize": "clahe"})
         self.assert_same_matches(matches, equalized.match(dark, right))
         self.assert_raises(ValueError, "equalize", corrsel.Extractor, image={"equalize": "all"})
 
@@ -326,7 +326,7 @@ class Guided(FeaturesCase):
         self.assertEqual(matches.guess, self.wrong)
 
     def test_the_strongest_features_test_a_guess(self):
-        left, right = (corrsel.extract(image) for image in images())
+        left, right = (corrsel.extract(image, "orb+orb") for image in images())
         # At every place there are a feature that has its like in the right image and one that has none.
         useless = np.random.RandomState(0).randint(0, 256, left.descriptors.shape).astype(np.uint8)
         points = np.concatenate([left.points, left.points])

@@ -416,8 +416,7 @@ TEST_F(LiveFlow, OverheadIsSmall) {
   loadSelector();
   const cv::Mat image = texture(640, 480, 4);
   ASSERT_TRUE(answers());
-  std::vector<double> stages, publish;
-  std::vector<double> handing_over;  // what the pair waits, and what no stage accounts for
+  std::vector<double> stages, publish, overheads;
   std::size_t n_input = 0;
   for (int i = 0; i < (kSanitized ? 5 : 60); ++i) {
     const ros::Time stamp = nextStamp();
@@ -431,18 +430,20 @@ TEST_F(LiveFlow, OverheadIsSmall) {
     const StageTimes& seconds = selection->seconds;
     stages.push_back(seconds.detect + seconds.describe + seconds.match + seconds.select);
     publish.push_back(seconds.publish);
-    handing_over.push_back(total - stages.back() - publish.back());
+    overheads.push_back(total - stages.back());
     n_input = selection->n_input;
+    // The next messages find the memory of these, as those of a robot do.
+    found_->forget();
+    matches_->forget();
+    selections_->forget();
   }
   EXPECT_GE(n_input, 1800u);
   // The least is what the pipeline itself costs; the rest is other load on the machine. It is a share of the
   // stages, because the speed of the machine is not known.
-  const double least_stages = core::quantile(stages, 0.0);
-  std::printf("of %.3f ms for %zu matches: publish %.0f %%, handing over %.0f %%\n", 1e3 * least_stages,
-              n_input, 100 * core::quantile(publish, 0.0) / least_stages,
-              100 * core::quantile(handing_over, 0.0) / least_stages);
-  EXPECT_LT(core::quantile(publish, 0.0), (kSanitized ? 1 : 0.5) * least_stages);
-  EXPECT_LT(core::quantile(handing_over, 0.0), (kSanitized ? 1 : 0.2) * least_stages);
+  const double least_stages = core::quantile(stages, 0.0), least = core::quantile(overheads, 0.0);
+  std::printf("of %.3f ms for %zu matches: overhead %.0f %%, of which publish %.0f %%\n", 1e3 * least_stages,
+              n_input, 100 * least / least_stages, 100 * core::quantile(publish, 0.0) / least_stages);
+  EXPECT_LT(least, (kSanitized ? 1 : 0.4) * least_stages);
 }
 
 }  // namespace

@@ -87,6 +87,13 @@ class Inbox {
     return items_.size();
   }
 
+  /// Lets go of all messages, as a subscriber does that has used them.
+  void forget() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    messages_.clear();
+    items_.clear();
+  }
+
  private:
   void receive(const Pointer& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
