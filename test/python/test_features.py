@@ -211,14 +211,14 @@ class Options(FeaturesCase):
             right,
             features="sift",
         )
-        self.assert_raises(ValueError, "unknown option orb.levle", extract, left, orb={"levle": 1})
-        self.assert_raises(ValueError, "max_features = -1", extract, left, orb={"max_features": -1})
+        self.assert_raises(ValueError, "unknown option sift.sgima", extract, left, sift={"sgima": 1})
+        self.assert_raises(ValueError, "max_features = -1", extract, left, sift={"max_features": -1})
         self.assert_raises(
             ValueError,
-            "options of 'sift', but orb+orb is made of orb",
+            "options of 'orb', but sift+sift is made of sift",
             extract,
             left,
-            sift={"max_features": 1},
+            orb={"max_features": 1},
         )
         self.assert_raises(TypeError, "sift is 7; needed: a dictionary", extract, left, "sift+sift", sift=7)
         self.assert_raises(
