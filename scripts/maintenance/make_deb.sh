@@ -17,10 +17,10 @@ folder=$(cd "${1:-.}" && pwd)
 
 install_packages build-essential debhelper dh-python dpkg-dev git python3-bloom python3-rosdep2
 
-work=$build_dir/deb
-source_dir=$work/corrsel
-rm -rf "$work"
-mkdir -p "$work"
+work=$build_dir/make_deb
+source_dir=$work/package/corrsel
+rm -rf "$work/package"
+mkdir -p "$work/package"
 copy_sources "$source_dir"
 
 say "writing debian/ (log: $work/bloom.log)"
@@ -54,6 +54,6 @@ dpkg-buildpackage -us -uc -b >"$work/build.log" 2>&1 || {
   echo "dpkg-buildpackage failed: the lines above are from $work/build.log" >&2
   exit 1
 }
-mv "$work"/*.deb "$folder"
+mv "$work"/package/*.deb "$folder"  # dpkg-buildpackage writes them beside the sources
 say "built:"
 ls -l "$folder"/ros-corrsel*.deb

@@ -272,7 +272,10 @@ class Pipelines(LaunchedTest):
         diagnostics = rospy.Subscriber("/diagnostics", DiagnosticArray, complaints.append, queue_size=50)
         self.addCleanup(diagnostics.unregister)
         self.assertTrue(wait_until(lambda: rig.subscribers[0].get_num_connections() > 0), self.text())
-        player = self.start("rosbag", "play", "--clock", "--loop", "--quiet", "-d", "1", "-s", "0", str(path))
+        # rosrun becomes the player itself. Debian 11's `rosbag play` does not pass on the SIGINT that ends it.
+        player = self.start(
+            "rosrun", "rosbag", "play", "--clock", "--loop", "--quiet", "-d", "1", "-s", "0", str(path)
+        )
         self.addCleanup(self.end, player)
 
         def rounds():
