@@ -15,6 +15,7 @@
 #include "../core/test_support.h"
 #include "base/stopwatch.h"
 #include "corrsel/evaluation/statistics.h"
+#include "held_selector.h"
 #include "live_fixture.h"
 #include "passing_object.h"
 
@@ -206,19 +207,20 @@ TEST_F(LiveFlow, SlowSelectorsAnswerTheNewest) {
 }
 
 TEST_F(LiveFlow, ReconfiguringDoesNotWaitForASlowSelection) {
-  std::size_t n = 0;
-  const double slow = findSlowLoad(1.0, &n);
-  ASSERT_GT(slow, 0.5);
+  testing::addHeldSelector();
+  startSelector();
+  configure(selector(), {{"selector", testing::HeldSelector::kName}});
   const ros::Time stamp = nextStamp();
-  correspondences_.publish(madeUpMatches(stamp, n));
-  std::this_thread::sleep_for(std::chrono::duration<double>(slow / 4));
-  const core::Stopwatch watch;
-  EXPECT_EQ(configure(selector(), {{"selector", "gms"}})["selector"], "gms");
-  std::printf("selection takes %.2f s, reconfiguring took %.4f s\n", slow, watch.seconds());
-  EXPECT_FALSE(selections_->has(stamp)) << "it waited";
+  {
+    const testing::Hold hold;
+    correspondences_.publish(madeUpMatches(stamp, 1000));
+    ASSERT_TRUE(hold.waitForRun());
+    EXPECT_EQ(configure(selector(), {{"selector", "gms"}})["selector"], "gms");
+    EXPECT_TRUE(hold.running()) << "it waited";
+  }
   const SelectionConstPtr selection = selections_->wait(stamp);
   ASSERT_TRUE(selection);
-  EXPECT_EQ(selection->selector, "st");  // a run that has begun ends as it began
+  EXPECT_EQ(selection->selector, testing::HeldSelector::kName);  // a run that has begun ends as it began
   const ros::Time next = nextStamp();
   correspondences_.publish(madeUpMatches(next, 1000));
   ASSERT_TRUE(selections_->wait(next));
