@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "corrsel/selectors/factory.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::testing {
@@ -35,15 +34,5 @@ class FixedPoseSelector : public core::SelectorWithOptions<FixedPoseOptions> {
     result.pose = pose;
   }
 };
-
-/// Adds FixedPoseSelector to the selectors of this process, once.
-inline void addFixedPoseSelector() {
-  static const bool added = [] {
-    core::addSelectors(
-        {core::SelectorFactory::of<FixedPoseSelector>(core::SelectorGroup::kLocal, "N", "for tests")});
-    return true;
-  }();
-  static_cast<void>(added);
-}
 
 }  // namespace corrsel::testing

@@ -5,7 +5,6 @@
 #include <mutex>
 #include <string>
 
-#include "corrsel/selectors/factory.h"
 #include "corrsel/selectors/selector.h"
 
 namespace corrsel::testing {
@@ -72,15 +71,5 @@ class HeldSelector : public core::SelectorWithOptions<core::NoOptions> {
     result.mask.assign(result.mask.size(), 1);
   }
 };
-
-/// Adds HeldSelector to the selectors of this process, once.
-inline void addHeldSelector() {
-  static const bool added = [] {
-    core::addSelectors(
-        {core::SelectorFactory::of<HeldSelector>(core::SelectorGroup::kLocal, "N", "for tests")});
-    return true;
-  }();
-  static_cast<void>(added);
-}
 
 }  // namespace corrsel::testing

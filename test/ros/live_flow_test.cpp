@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "../core/test_support.h"
+#include "add_test_selector.h"
 #include "base/stopwatch.h"
 #include "corrsel/evaluation/statistics.h"
 #include "held_selector.h"
@@ -207,7 +208,7 @@ TEST_F(LiveFlow, SlowSelectorsAnswerTheNewest) {
 }
 
 TEST_F(LiveFlow, ReconfiguringDoesNotWaitForASlowSelection) {
-  testing::addHeldSelector();
+  testing::addTestSelector<testing::HeldSelector>();
   startSelector();
   configure(selector(), {{"selector", testing::HeldSelector::kName}});
   const ros::Time stamp = nextStamp();

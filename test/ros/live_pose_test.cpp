@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 
+#include "add_test_selector.h"
 #include "corrsel/RelativePose.h"
 #include "corrsel/ros/cameras.h"
 #include "fixed_pose_selector.h"
@@ -160,7 +161,7 @@ TEST_F(LivePose, ASequenceHasTheOneCamera) {
 }
 
 TEST_F(LivePose, PosesGoOutWithTheSelections) {
-  testing::addFixedPoseSelector();
+  testing::addTestSelector<testing::FixedPoseSelector>();
   left_info_.publish(cameraInfoOf(300));
   right_info_.publish(cameraInfoOf(310));
   setDefaults();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "../core/test_support.h"
+#include "add_test_selector.h"
 #include "base/text.h"
 #include "corrsel/ros/conversions.h"
 #include "corrsel/selectors/factory.h"
@@ -206,7 +207,7 @@ TEST(LiveSelector, StatesWhatBecameOfTheMasks) {
 }
 
 TEST(LiveSelector, PassesOnAPoseWhereTheSelectorHasOne) {
-  testing::addFixedPoseSelector();
+  testing::addTestSelector<testing::FixedPoseSelector>();
   LiveSelector selector;
   SelectorConfig asked = config(testing::FixedPoseSelector::kName);
   ASSERT_EQ(selector.configure(asked).error, "");
