@@ -12,8 +12,9 @@ Ctrl-C or SIGTERM ends the step that is running and leaves the rows of the other
     --again        run steps that have passed, too
     --steps FILE   another list of steps, with `name`, `command`, `summary` and, for a step in pieces, `parts`
 
-Each step runs in a fresh clone of HEAD. Its output goes to ~/.cache/corrsel/release/STEP.log. The column `code` of the
-table identifies the tree without the documentation: commits that differ in texts, pictures and data of docs/ alone share it.
+Each step runs in a fresh clone of HEAD, which is kept if the step fails. Its output goes to
+~/.cache/corrsel/release/STEP.log. The column `code` of the table identifies the tree without the documentation: commits
+that differ in texts, pictures and data of docs/ alone share it.
 
 Exit code: 0 every step has passed with the code of HEAD, 1 a step failed, is missing or ran with other code, 2 wrong
 arguments or uncommitted changes, 130 interrupted.
@@ -158,13 +159,17 @@ def run_step(step, logs):
     print("== %s: %s (log: %s)" % (step["name"], step["command"], log), flush=True)
     folder = pathlib.Path(tempfile.mkdtemp(prefix="clone_", dir=str(logs)))
     begin = time.monotonic()
+    code = None
     try:
         clone = folder / "corrsel"
         subprocess.run(["git", "clone", "-q", str(PACKAGE), str(clone)], check=True)
         subprocess.run(["git", "-C", str(clone), "checkout", "-q", commit], check=True)
         code = run_command(step["command"], clone, log)
     finally:
-        shutil.rmtree(str(folder), ignore_errors=True)
+        if code:
+            print("   the clone and what it built stay in %s" % folder, flush=True)
+        else:
+            shutil.rmtree(str(folder), ignore_errors=True)
     return {
         "step": step["name"],
         "result": "passed" if code == 0 else "failed (exit code %d)" % code,

@@ -93,9 +93,12 @@ class ReleaseCheck(unittest.TestCase):
         self.assertTrue((self.root / "cache/corrsel/release/second.log").exists())
 
     def test_a_failure_is_recorded_and_the_next_step_runs(self):
-        steps = STEPS.replace("echo end", "exit 3")
+        steps = STEPS.replace("echo end", "touch made_here; exit 3")
         code, text = self.run_script(steps=steps)
         self.assertEqual(code, 1)
+        kept = list((self.root / "cache/corrsel/release").glob("clone_*/corrsel/made_here"))
+        self.assertEqual(len(kept), 1, "the clone of the failed step alone is kept")
+        self.assertIn("the clone and what it built stay in %s" % kept[0].parents[1], text)
         self.assertIn("first failed (exit code 3)", text)
         self.assertEqual(self.rows()["second"]["result"], "passed")
 
@@ -140,6 +143,7 @@ class ReleaseCheck(unittest.TestCase):
         code, text = self.run_script(steps=STEPS.replace("echo found", "touch made_here && echo found"))
         self.assertEqual(code, 0, text)
         self.assertFalse((self.package / "made_here").exists())
+        self.assertEqual(list((self.root / "cache/corrsel/release").glob("clone_*")), [])
 
     def test_ended_in_the_middle(self):
         """The step ends with the program, and the next call goes on with it."""
