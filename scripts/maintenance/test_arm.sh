@@ -50,6 +50,9 @@ if [ ! -d "$root" ]; then
     echo "mmdebstrap failed: the lines above are the end of $root.log" >&2
     exit 1
   }
+  # The emulator looks up absolute paths here first. The temporary files of tests belong to this machine's /tmp, because
+  # users without the rights of root cannot enter the cache of root.
+  rmdir "$root.new/tmp"
   mv "$root.new" "$root"
 fi
 
