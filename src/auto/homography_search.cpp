@@ -55,11 +55,13 @@ void HomographySearch::run() {
   }
   gatherSupported();
   search(memory_.searched, hypothesesOf(options_, kFirstHypotheses));
-  evaluate();
   const auto local = static_cast<double>(memory_.support.localSize());
-  const bool enough = isSignificant(confidence_) && best_.distinct >= kManyInliers &&
-                      static_cast<double>(best_.distinct) >= kShareOfLocal * local;
-  if (enough || effort_.timed_out) return;
+  const bool enough =
+      best_.distinct >= kManyInliers && static_cast<double>(best_.distinct) >= kShareOfLocal * local;
+  if (enough || effort_.timed_out) {
+    evaluate();
+    if (isSignificant(confidence_) || effort_.timed_out) return;
+  }
   searchFrames();
   search(memory_.by_support, hypothesesOf(options_, kSecondHypotheses));
   evaluate();

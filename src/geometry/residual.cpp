@@ -58,10 +58,10 @@ void pixelErrors(Residual residual, const cv::Matx33d& model, const Corresponden
   const float *const x = m.left_x.data(), *const y = m.left_y.data();
   const float *const u = m.right_x.data(), *const v = m.right_y.data();
   if (residual == Residual::kSampson) {
-    for (std::size_t i = 0; i < n; ++i) out[i] = sampsonError(model, x[i], y[i], u[i], v[i]);
+    kernels().residuals.pixel_sampson(model.val, {x, y, u, v, n}, 0, n, out);
     return;
   }
-  const auto errors = kernels().residuals.pixels;
+  const auto errors = kernels().residuals.pixel_transfer;
   errors(model.val, {x, y, u, v, n}, 0, n, out);
   if (residual == Residual::kTransfer) return;
   const cv::Matx33d inverse = inverseHomography(model);

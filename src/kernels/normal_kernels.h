@@ -130,24 +130,26 @@ inline void addGroup(const FloatV (*values)[Terms::kValues], std::size_t vectors
   for (int k = 0; k < kCount; ++k) sums[kBegin + k][part] = local[k];
 }
 
-/// Writes what the sums need of up to kVectors rows of lanes, from match `begin` to `end`.
-/// @return the number of rows
+/// Writes what the sums need of up to kVectors rows of lanes, from match `begin` to `end`. Vectors without an
+/// inlier, which would add 0 to every sum, are overwritten by the next one, because a branch costs more.
+/// @param vectors  receives the number of vectors of each part
 template <class R, class Terms, std::size_t kVectors>
-inline std::size_t prepareRows(const ResidualModel& model, const MatchColumns& m, std::size_t begin,
-                               std::size_t end, float squared_threshold,
-                               FloatV (&values)[kParts][kVectors][Terms::kValues]) {
-  std::size_t row = 0;
-  for (std::size_t i = begin; i < end && row < kVectors; i += kLanes, ++row) {
+inline void prepareRows(const ResidualModel& model, const MatchColumns& m, std::size_t begin, std::size_t end,
+                        float squared_threshold, FloatV (&values)[kParts][kVectors][Terms::kValues],
+                        std::size_t (&vectors)[kParts]) {
+  for (int p = 0; p < kParts; ++p) vectors[p] = 0;
+  for (std::size_t row = 0; row < kVectors && begin + row * kLanes < end; ++row) {
+    const std::size_t i = begin + row * kLanes;
     MatchLanes lanes;
     loadLanes(m, i, lanes);
     for (int p = 0; p < kParts; ++p) {
       const Fraction<FloatV> error =
           R::template error<FloatV>(model, lanes.x[p], lanes.y[p], lanes.u[p], lanes.v[p]);
       const IntV inlier = error.below(squared_threshold);
-      Terms::prepare(model, inlier, lanes.x[p], lanes.y[p], lanes.u[p], lanes.v[p], values[p][row]);
+      Terms::prepare(model, inlier, lanes.x[p], lanes.y[p], lanes.u[p], lanes.v[p], values[p][vectors[p]]);
+      vectors[p] += anyTrue(inlier) ? 1 : 0;
     }
   }
-  return row;
 }
 
 template <class R, class Terms>
@@ -160,11 +162,12 @@ void normalKernel(const ResidualModel& model, const MatchColumns& m, float squar
     const std::size_t end = begin + kBlock < m.size ? begin + kBlock : m.size;
     for (std::size_t step = begin; step < end; step += kStep) {
       FloatV values[kParts][kVectors][Terms::kValues];
-      const std::size_t vectors = prepareRows<R, Terms>(model, m, step, end, squared_threshold, values);
+      std::size_t vectors[kParts];
+      prepareRows<R, Terms>(model, m, step, end, squared_threshold, values, vectors);
       for (int p = 0; p < kParts; ++p) {
-        addGroup<Terms, 0>(values[p], vectors, sums, p);
-        addGroup<Terms, 1>(values[p], vectors, sums, p);
-        addGroup<Terms, 2>(values[p], vectors, sums, p);
+        addGroup<Terms, 0>(values[p], vectors[p], sums, p);
+        addGroup<Terms, 1>(values[p], vectors[p], sums, p);
+        addGroup<Terms, 2>(values[p], vectors[p], sums, p);
       }
     }
     for (int k = 0; k < Terms::kCount; ++k) {

@@ -85,11 +85,13 @@ struct ResidualKernels {
   void (*normal[kResiduals])(const ResidualModel& model, const MatchColumns& matches, float squared_threshold,
                              double* sums);
 
-  /// Squared transfer errors of matches [begin, end) in double precision, written to out[0 .. end - begin).
-  /// +Inf where the third coordinate is not positive.
-  /// @param homography  3x3, row-major, from left to right
-  void (*pixels)(const double* homography, const MatchColumns& matches, std::size_t begin, std::size_t end,
-                 double* out);
+  /// Squared errors of matches [begin, end) in double precision, written to out[0 .. end - begin).
+  /// @param model  3x3, row-major
+  using PixelErrors = void (*)(const double* model, const MatchColumns& matches, std::size_t begin,
+                               std::size_t end, double* out);
+
+  PixelErrors pixel_transfer;  ///< of a homography from left to right, as homographyError()
+  PixelErrors pixel_sampson;   ///< of a fundamental matrix, as sampsonError()
 };
 
 }  // namespace corrsel::core

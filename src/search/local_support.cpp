@@ -425,10 +425,14 @@ void LocalSupport::extendLocalSets() {
   if (2 * members_.size() <= kVoters) return;
   const int k = static_cast<int>(std::min<std::size_t>(members_.size(), kVoters + 1));
   const auto stride = static_cast<std::size_t>(k);
-  near_.resize(n_ * stride);
+  open_.clear();
+  for (std::uint32_t j = 0; j < n_; ++j)
+    if (local_[row_[j]] == 0 || extended_[row_[j]] == 0) open_.push_back(j);
+  near_.resize(open_.size() * stride);
   neighbours_.build(left_x_.data(), left_y_.data(), members_.size(), k, members_.data());
-  neighbours_.nearestToAll(left_x_.data(), left_y_.data(), n_, k, near_.data());
-  for (std::size_t j = 0; j < n_; ++j) {
+  neighbours_.nearestToAll(left_x_.data(), left_y_.data(), open_.size(), k, near_.data(), open_.data());
+  for (std::size_t query = 0; query < open_.size(); ++query) {
+    const std::uint32_t j = open_[query];
     int voters = 0, for_local = 0, for_extended = 0;
     std::uint32_t nearest = kNone;  // of the survivors that predict this match
     // Until the rest cannot change the result: agreement for the local set is agreement for the extended one,
@@ -437,7 +441,7 @@ void LocalSupport::extendLocalSets() {
       return 2 * for_local <= kVoters && 2 * (for_extended + kVoters - voters) > kVoters;
     };
     for (std::size_t place = 0; place < stride && voters < kVoters && isOpen(); ++place) {
-      const std::uint32_t i = near_[j * stride + place];
+      const std::uint32_t i = near_[query * stride + place];
       if (i == j) continue;
       const Prediction prediction(best_map_[i], left_x_[j] - left_x_[i], left_y_[j] - left_y_[i],
                                   right_x_[j] - right_x_[i], right_y_[j] - right_y_[i]);

@@ -12,6 +12,7 @@
 #include "geometry/homography.h"
 #include "geometry/residual.h"
 #include "geometry/rotation.h"
+#include "kernels/kernels.h"
 
 namespace corrsel::core {
 namespace {
@@ -150,16 +151,14 @@ void SignificanceTest::addCandidate(double squared_error, std::size_t match) {
 
 /// Takes the candidates by rising error and counts those that begin and end where none taken before does.
 void SignificanceTest::countDistinct(double place_radius) {
-  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
-    return a.key != b.key ? a.key < b.key : a.match < b.match;
-  });
+  radixSort(candidates_, scratch_);
   left_places_.clear(candidates_.size(), static_cast<float>(place_radius * units_.left));
   right_places_.clear(candidates_.size(), static_cast<float>(place_radius * units_.right));
   std::size_t count = 0, next = 0;
   for (std::size_t threshold = 0; threshold < kThresholds; ++threshold) {
     const std::uint32_t limit = sortKey(static_cast<float>(kThreshold[threshold] * kThreshold[threshold]));
     for (; next < candidates_.size() && candidates_[next].key <= limit; ++next) {
-      const std::uint32_t i = candidates_[next].match;
+      const std::uint32_t i = candidates_[next].row;
       if (left_places_.isTaken(left_x_[i], left_y_[i]) || right_places_.isTaken(right_x_[i], right_y_[i]))
         continue;
       left_places_.add(left_x_[i], left_y_[i]);
@@ -226,21 +225,34 @@ Significance SignificanceTest::fundamental(const cv::Matx33d& fundamental, std::
   constexpr std::size_t kSampleSize = 7, kMaxModels = 3;
   const std::size_t n = left_x_.size();
   if (n <= kSampleSize || !(cv::norm(fundamental) > 0)) return {};
+  const auto errors = kernels().residuals.pixel_sampson;
+  squared_errors_.resize(n);
+  errors(fundamental.val, {left_x_.data(), left_y_.data(), right_x_.data(), right_y_.data(), n}, 0, n,
+         squared_errors_.data());
   candidates_.clear();
-  const auto error = [&](std::size_t left, std::size_t right) {
-    return sampsonError(fundamental, left_x_[left], left_y_[left], right_x_[right], right_y_[right]);
-  };
-  for (std::size_t i = 0; i < n; ++i) addCandidate(error(i, i), i);
+  for (std::size_t i = 0; i < n; ++i) addCandidate(squared_errors_[i], i);
+  repaired_x_.resize(n);
+  repaired_y_.resize(n);
   double chance[kThresholds] = {};
   Random random(0);
   const std::size_t drawn = std::max(kMinRepaired, n);
-  for (std::size_t i = 0; i < drawn; ++i) {
-    const std::size_t left = i % n, other = random.index(static_cast<std::uint32_t>(n - 1));
-    const double squared = error(left, other < left ? other : other + 1);
-    // Most of them are beyond all thresholds.
-    if (squared > kMaxThreshold * kMaxThreshold) continue;
-    for (std::size_t t = 0; t < kThresholds; ++t)
-      chance[t] += squared <= kThreshold[t] * kThreshold[t] ? 1.0 : 0.0;
+  for (std::size_t begin = 0; begin < drawn; begin += n) {
+    const std::size_t count = std::min(n, drawn - begin);
+    for (std::size_t left = 0; left < count; ++left) {
+      const std::size_t other = random.index(static_cast<std::uint32_t>(n - 1));
+      const std::size_t right = other < left ? other : other + 1;
+      repaired_x_[left] = right_x_[right];
+      repaired_y_[left] = right_y_[right];
+    }
+    errors(fundamental.val, {left_x_.data(), left_y_.data(), repaired_x_.data(), repaired_y_.data(), count},
+           0, count, squared_errors_.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const double squared = squared_errors_[i];
+      // Most of them are beyond all thresholds.
+      if (squared > kMaxThreshold * kMaxThreshold) continue;
+      for (std::size_t t = 0; t < kThresholds; ++t)
+        chance[t] += squared <= kThreshold[t] * kThreshold[t] ? 1.0 : 0.0;
+    }
   }
   return evaluateLines(chance, drawn, kSampleSize, kMaxModels, hypotheses);
 }

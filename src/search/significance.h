@@ -112,11 +112,6 @@ class SignificanceTest {
   Significance local(const std::vector<std::uint8_t>& mask);
 
  private:
-  struct Candidate {
-    std::uint32_t key;  // sort key of the squared error
-    std::uint32_t match;
-  };
-
   /// Number of right points in squares of the image, from a summed-area table.
   class Density {
    public:
@@ -148,7 +143,7 @@ class SignificanceTest {
   LengthUnits units_;
   std::vector<KeyedRow> order_, scratch_;                   // rows by coordinates
   std::vector<float> left_x_, left_y_, right_x_, right_y_;  // in this order
-  std::vector<Candidate> candidates_;                       // matches with an error of at most 10 px
+  std::vector<KeyedRow> candidates_;                        // matches by squared error, at most 10 px
   std::size_t counts_[8] = {};                              // distinct agreements by threshold
   Density density_;
   std::optional<Camera> left_camera_, right_camera_;
@@ -156,6 +151,8 @@ class SignificanceTest {
   RayColumns shuffled_;  // the rays in random order
   std::vector<std::uint32_t> rows_;
   std::vector<float> errors_;
+  std::vector<double> squared_errors_;
+  std::vector<float> repaired_x_, repaired_y_;  // right points of other matches
   PlaceIndex left_places_, right_places_;
   std::vector<std::uint32_t> selected_;  // selected matches, and their left points
   std::vector<float> selected_x_, selected_y_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "corrsel/random.h"
+#include "geometry/fundamental.h"
 #include "geometry/homography.h"
 #include "geometry/residual.h"
 #include "kernels/kernels.h"
@@ -105,25 +106,40 @@ TEST_F(Kernels, ErrorsAndScoresAreTheSameAtEveryLevel) {
   }
 }
 
+/// Compares an error in double precision at every level with that of single matches.
+void expectPixelErrors(const Correspondences& m, const cv::Matx33d& model,
+                       ResidualKernels::PixelErrors ResidualKernels::*kernel,
+                       double (*error)(const cv::Matx33d&, double, double, double, double)) {
+  for (const std::size_t begin : {0, 1, 100}) {
+    std::vector<double> expected;
+    for (std::size_t i = begin; i < m.size(); ++i)
+      expected.push_back(error(model, m.left_x[i], m.left_y[i], m.right_x[i], m.right_y[i]));
+    for (const KernelLevel level : supportedKernelLevels()) {
+      setKernelLevel(level);
+      std::vector<double> errors(expected.size());
+      (kernels().residuals.*kernel)(model.val, columns(m, m.size()), begin, m.size(), errors.data());
+      EXPECT_EQ(errors, expected) << toString(level);
+    }
+  }
+}
+
 TEST_F(Kernels, PixelErrorsAreThoseOfTheHomographyAtEveryLevel) {
   const Scene plane = homographyScene({103, 0.5, 2.0, 5});
   const cv::Matx33d in_front = plane.model, behind = plane.model * -1.0;
-  for (const cv::Matx33d& model : {in_front, behind}) {
-    for (const std::size_t begin : {0, 1, 100}) {
-      std::vector<double> expected;
-      for (std::size_t i = begin; i < plane.matches.size(); ++i) {
-        expected.push_back(homographyError(model, plane.matches.left_x[i], plane.matches.left_y[i],
-                                           plane.matches.right_x[i], plane.matches.right_y[i]));
-      }
-      for (const KernelLevel level : supportedKernelLevels()) {
-        setKernelLevel(level);
-        std::vector<double> errors(expected.size());
-        kernels().residuals.pixels(model.val, columns(plane.matches, plane.matches.size()), begin,
-                                   plane.matches.size(), errors.data());
-        EXPECT_EQ(errors, expected) << toString(level);
-      }
-    }
-  }
+  for (const cv::Matx33d& model : {in_front, behind})
+    expectPixelErrors(plane.matches, model, &ResidualKernels::pixel_transfer, homographyError);
+}
+
+TEST_F(Kernels, PixelErrorsAreThoseOfTheFundamentalMatrixAtEveryLevel) {
+  Scene space = stereoScene({103, 0.5, 2.0, 5});
+  expectPixelErrors(space.matches, space.model, &ResidualKernels::pixel_sampson, sampsonError);
+  // Both epipoles are at (0, 0). A match there has an error of 0, or an infinite one with another matrix.
+  for (std::vector<float>* const column :
+       {&space.matches.left_x, &space.matches.left_y, &space.matches.right_x, &space.matches.right_y})
+    (*column)[50] = 0;
+  const cv::Matx33d at_epipoles(0, 1, 0, -1, 0, 0, 0, 0, 0), constant(0, 0, 0, 0, 0, 0, 0, 0, 1);
+  for (const cv::Matx33d& model : {at_epipoles, constant})
+    expectPixelErrors(space.matches, model, &ResidualKernels::pixel_sampson, sampsonError);
 }
 
 TEST_F(Kernels, ScoreAddsUpTheErrors) {
