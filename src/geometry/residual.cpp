@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "geometry/essential.h"
-#include "geometry/fundamental.h"
 #include "geometry/homography.h"
 #include "geometry/rotation.h"
 

@@ -168,7 +168,8 @@ class LocalSupport {
   std::vector<KeyedRow> pool_;       // matches that may be partners, by left x
   std::vector<float> pool_left_x_, pool_left_y_, pool_right_x_, pool_right_y_;  // in this order
   std::vector<std::uint32_t> candidates_;  // ranks that hypotheses are made for
-  std::vector<std::uint32_t> members_, open_, near_;
+  std::vector<std::uint32_t> members_, near_;
+  std::vector<std::uint32_t> open_;  // ranks that are not in both sets yet
   std::vector<KeyedRow> scratch_;
   PointGroups right_points_;
   PlanarNeighbours neighbours_;

@@ -8,7 +8,6 @@
 
 #include "corrsel/random.h"
 #include "geometry/essential.h"
-#include "geometry/fundamental.h"
 #include "geometry/homography.h"
 #include "geometry/residual.h"
 #include "geometry/rotation.h"
