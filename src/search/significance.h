@@ -77,8 +77,8 @@ double log10BinomialTail(std::size_t n, std::size_t k, double p);
 /// fewer than 6 places are selected in one of the halves.
 ///
 /// Cost: For 2000 matches 0.02 ms for assign(), 0.06 to 0.16 ms for homography(), 0.07 to 0.11 ms for
-/// fundamental() and 0.02 to 0.3 ms for local(), with 10 to 90 % inliers (AMD EPYC of family 26). All are O(N log N). The
-/// memory is kept.
+/// fundamental() and 0.02 to 0.3 ms for local(), with 10 to 90 % inliers (AMD EPYC of family 26). All are O(N
+/// log N). The memory is kept.
 ///
 /// Source: Moisan and Stival, IJCV 2004, with the number of hypotheses that were tried in place of that of
 /// all samples, and a background that is not uniform.
