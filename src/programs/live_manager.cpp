@@ -25,7 +25,10 @@ int main(int argc, char** argv) {
     const std::string name = ros::names::resolve(arguments[i].substr(0, equals)),
                       type = arguments[i].substr(equals + 1);
     if (!loader.load(name, type, {}, {})) {
-      ROS_FATAL_STREAM("cannot load the nodelet " << type << " as " << name << ": see the lines above");
+      ROS_FATAL_STREAM("cannot load the nodelet "
+                       << type << " as " << name
+                       << ". The lines above give the reason, unless its start threw an exception: the "
+                          "library of nodelets does not log those.");
       return 1;
     }
   }

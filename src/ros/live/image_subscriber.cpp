@@ -1,6 +1,7 @@
 #include "ros/live/image_subscriber.h"
 
 #include <cv_bridge/cv_bridge.h>
+#include <image_transport/image_transport.h>
 #include <ros/console.h>
 #include <sensor_msgs/image_encodings.h>
 
@@ -35,7 +36,6 @@ ImageSubscriber::ImageSubscriber(const ros::NodeHandle& nh, const ros::NodeHandl
                                  const std::string& transport, const std::string& topic,
                                  std::uint32_t queue_size, Callback on_image)
     : nh_(nh),
-      transport_(nh),
       transport_name_(transport),
       hints_(transport_name_, ros::TransportHints(), pnh),
       base_topic_(topic),
@@ -44,44 +44,47 @@ ImageSubscriber::ImageSubscriber(const ros::NodeHandle& nh, const ros::NodeHandl
       on_image_(std::move(on_image)),
       warnings_(kWarningPeriod) {
   if (transport_name_ != "raw") topic_ += "/" + transport_name_;
+  if (transport_name_ != "compressed") loadPlugin();
+}
+
+void ImageSubscriber::loadPlugin() {
+  try {
+    loader_ = std::make_unique<PluginLoader>("image_transport", "image_transport::SubscriberPlugin");
+    plugin_ = loader_->createInstance(image_transport::SubscriberPlugin::getLookupName(transport_name_));
+  } catch (const pluginlib::PluginlibException& error) {
+    ROS_ERROR_STREAM(topic_ << ": the image transport '" << transport_name_
+                            << "' cannot be loaded: " << error.what());
+    throw;
+  }
 }
 
 void ImageSubscriber::subscribe() {
   if (subscribed_) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (transport_name_ == "compressed") {
+  if (plugin_) {
+    plugin_->subscribe(
+        nh_, base_topic_, queue_size_, [this](const sensor_msgs::ImageConstPtr& msg) { on_image_(msg); }, {},
+        hints_);
+  } else {
     compressed_images_ = nh_.subscribe<sensor_msgs::CompressedImage>(
         topic_, queue_size_, [this](const sensor_msgs::CompressedImageConstPtr& msg) { decode(msg); });
-  } else {
-    images_ = transport_.subscribe(
-        base_topic_, queue_size_, [this](const sensor_msgs::ImageConstPtr& msg) { on_image_(msg); }, {},
-        hints_);
   }
   subscribed_ = true;
 }
 
 void ImageSubscriber::unsubscribe() {
-  image_transport::Subscriber images;
-  ros::Subscriber compressed_images;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    std::swap(images, images_);
-    std::swap(compressed_images, compressed_images_);
+  if (!subscribed_) return;
+  if (plugin_) {
+    plugin_->shutdown();
+  } else {
+    compressed_images_.shutdown();
   }
-  images.shutdown();
-  compressed_images.shutdown();
   subscribed_ = false;
 }
 
 std::uint32_t ImageSubscriber::publishers() const {
-  image_transport::Subscriber images;
-  ros::Subscriber compressed_images;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    images = images_;
-    compressed_images = compressed_images_;
-  }
-  return images ? images.getNumPublishers() : compressed_images ? compressed_images.getNumPublishers() : 0;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return plugin_ ? plugin_->getNumPublishers() : compressed_images_.getNumPublishers();
 }
 
 void ImageSubscriber::decode(const sensor_msgs::CompressedImageConstPtr& msg) {

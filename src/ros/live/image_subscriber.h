@@ -1,7 +1,6 @@
 #pragma once
 
-#include <image_transport/image_transport.h>
-#include <image_transport/subscriber.h>
+#include <image_transport/subscriber_plugin.h>
 #include <image_transport/transport_hints.h>
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
@@ -12,7 +11,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
+#include <pluginlib/class_loader.hpp>
 #include <string>
 
 #include "ros/live/wall_throttle.h"
@@ -27,11 +28,16 @@ std::string usableTransport(const ros::NodeHandle& pnh, const std::string& wante
 /// Images of one topic, by a transport: "raw", "compressed" or a plug-in of image_transport. Compressed
 /// images (TOPIC/compressed, sensor_msgs/CompressedImage) are decoded here, since Debian has no plug-in for
 /// them. An image that cannot be decoded is dropped with a throttled warning.
+///
+/// The plug-in is loaded by the constructor and not by subscribe(). class_loader 2.4 (Debian 12) fails or
+/// crashes when two threads load libraries at the same time. A nodelet is constructed on the thread on which
+/// its manager loads all nodelets, but it subscribes on a thread of its own.
 class ImageSubscriber {
  public:
   using Callback = std::function<void(const sensor_msgs::ImageConstPtr&)>;
 
-  /// Does not subscribe yet.
+  /// Does not subscribe yet. Throws pluginlib::PluginlibException, after an error in the log, if the
+  /// transport cannot be loaded.
   /// @param pnh        below which a plug-in looks for its parameters
   /// @param transport  as usableTransport() returns it
   /// @param on_image   called on the queue of `nh`
@@ -53,10 +59,12 @@ class ImageSubscriber {
   std::size_t undecodable() const { return undecodable_; }
 
  private:
+  using PluginLoader = pluginlib::ClassLoader<image_transport::SubscriberPlugin>;
+
+  void loadPlugin();
   void decode(const sensor_msgs::CompressedImageConstPtr& msg);
 
   ros::NodeHandle nh_;
-  image_transport::ImageTransport transport_;
   std::string transport_name_;
   image_transport::TransportHints hints_;  ///< made once: a name that becomes unknown later would throw
   std::string base_topic_, topic_;
@@ -65,8 +73,9 @@ class ImageSubscriber {
   bool subscribed_ = false;
   std::atomic<std::size_t> undecodable_{0};
   WallThrottle warnings_;
-  mutable std::mutex mutex_;  ///< guards the handles; they are shut down without it
-  image_transport::Subscriber images_;
+  mutable std::mutex mutex_;              ///< guards the subscriptions; they are shut down without it
+  std::unique_ptr<PluginLoader> loader_;  ///< before the plug-in, whose code it holds; null for "compressed"
+  boost::shared_ptr<image_transport::SubscriberPlugin> plugin_;  ///< null for "compressed"
   ros::Subscriber compressed_images_;
 };
 
