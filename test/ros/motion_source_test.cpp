@@ -410,6 +410,17 @@ class LiveMotion : public Live {
     ASSERT_TRUE(waitFor([&] { return camera_.getNumSubscribers() > 0 && info_.getNumSubscribers() > 0; }));
   }
 
+  /// Sends the calibration of the camera and one rate, and waits until the rate has arrived. While none has
+  /// arrived, a pair does not wait for the rates between its images.
+  void loadWithImu() {
+    info_.publish(cameraInfo(turningCamera()));
+    load();
+    ASSERT_TRUE(waitFor([&] { return imu_.getNumSubscribers() > 0; }));
+    imu_.publish(imu(99.9, {0, 0, 0}));
+    ASSERT_TRUE(waitFor([&] { return diagnostics_->of(matcher(), "input").values["imu received"] == "1"; }))
+        << diagnostics_->text();
+  }
+
   /// Sends the image k of a camera that turns at 2 rad/s and, after it, the rates since the one before.
   /// @param sign  of the rates; 0 = none are sent
   CorrespondencesConstPtr step(int k, double sign) {
@@ -428,9 +439,7 @@ class LiveMotion : public Live {
 };
 
 TEST_F(LiveMotion, TheGyroscopeGuidesTheMatching) {
-  info_.publish(cameraInfo(turningCamera()));
-  load();
-  ASSERT_TRUE(waitFor([&] { return imu_.getNumSubscribers() > 0; }));
+  loadWithImu();
   int confirmed = 0;
   for (int k = 0; k < 6; ++k) {
     const CorrespondencesConstPtr message = step(k, 1);
@@ -447,9 +456,7 @@ TEST_F(LiveMotion, TheGyroscopeGuidesTheMatching) {
 }
 
 TEST_F(LiveMotion, AGyroscopeThatIsMountedTheOtherWayRoundIsReportedAndChangesNoMatch) {
-  info_.publish(cameraInfo(turningCamera()));
-  load();
-  ASSERT_TRUE(waitFor([&] { return imu_.getNumSubscribers() > 0; }));
+  loadWithImu();
   const auto extractor = core::createExtractor("orb+orb", {{"orb", {{"max_features", "300"}}}});
   for (int k = 0; k < 6; ++k) {
     const CorrespondencesConstPtr message = step(k, -1);
