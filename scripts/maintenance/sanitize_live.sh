@@ -31,7 +31,7 @@ start_master "$build_dir/master.log"
 
 export TSAN_OPTIONS="suppressions=$package_dir/test/ros/tsan.supp ignore_noninstrumented_modules=1 exitcode=0 \
 history_size=4 log_path=$reports/report"
-export ASAN_OPTIONS="detect_leaks=1 log_path=$reports/report"
+export ASAN_OPTIONS="$ASAN_OPTIONS detect_leaks=1 log_path=$reports/report"
 export UBSAN_OPTIONS="print_stacktrace=1 log_path=$reports/report"
 failed=()
 for name in "${programs[@]}"; do

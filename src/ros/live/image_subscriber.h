@@ -8,6 +8,7 @@
 #include <sensor_msgs/Image.h>
 
 #include <atomic>
+#include <boost/shared_ptr.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -66,7 +67,7 @@ class ImageSubscriber {
 
   ros::NodeHandle nh_;
   std::string transport_name_;
-  image_transport::TransportHints hints_;  ///< made once: a name that becomes unknown later would throw
+  image_transport::TransportHints hints_;  ///< where the plug-in finds its parameters
   std::string base_topic_, topic_;
   std::uint32_t queue_size_;
   Callback on_image_;
