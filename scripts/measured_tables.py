@@ -144,6 +144,27 @@ def calibration(rows):
     return table(["probability", "matches", "mean", "right"] + names, body)
 
 
+def live(rows):
+    """Return the table of latencies of the live nodelets, and where they were measured."""
+    header = ["images", "features, selector", "rate", "dropped", "p50", "p95", "max", "processor", "memory"]
+    body = [
+        [
+            row["images"],
+            "`%(features)s`, `%(selector)s`" % row,
+            "%(rate_hz)s Hz" % row,
+            "%(dropped)s of %(sent)s" % row,
+            "%(p50_ms)s ms" % row,
+            "%(p95_ms)s ms" % row,
+            "%(max_ms)s ms" % row,
+            "%.0f %% of a core" % float(row["processor_percent"]),
+            "%.0f MiB" % float(row["memory_mib"]),
+        ]
+        for row in rows
+    ]
+    where = "Measured on %(machine)s for %(seconds)s s each, commit %(commit)s.\n" % rows[0]
+    return table(header, body) + "\n" + where
+
+
 def release(rows):
     """Return the table of the steps of a release."""
     if not rows:
@@ -172,6 +193,7 @@ def measured_tables(package):
             "all-selectors": all_selectors(results, results["f_percent"]),
             "all-growth": growth(rows, [row["selector"] for row in rows]),
         },
+        "docs/live.md": {"live": live(rows_of("live.csv"))},
         "docs/platforms.md": {"release": release(rows_of("release.csv"))},
         "docs/scale.md": scale_tables(package),
         "docs/selectors.md": {"probability": calibration(rows_of("probability.csv"))},
