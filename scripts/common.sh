@@ -33,7 +33,7 @@ sanitizer_packages=(clang libclang-rt-14-dev lld)
 # Up to LLVM 16 and GCC 13, LeakSanitizer takes some blocks of thread-local variables for those of glibc 2.19 to 2.24, and
 # then crashes while the program ends (google/sanitizers, issue 1322). Without this interceptor it finds the blocks through
 # the allocator.
-export ASAN_OPTIONS=intercept_tls_get_addr=0
+export ASAN_OPTIONS=intercept_tls_get_addr=0${ASAN_OPTIONS:+:$ASAN_OPTIONS}
 
 say() { printf '\n== %s\n' "$*"; }
 
@@ -166,7 +166,7 @@ train_table() {
 # build_sanitized TARGET...: builds without ROS, by clang, under AddressSanitizer and UndefinedBehaviorSanitizer. The
 # libraries also count which code has run, for the fuzzer: one build serves the tests and scripts/maintenance/fuzz.sh. Comparisons
 # are not traced, because that takes twice as long as all the rest and the fuzzer's bytes are seldom compared.
-# -g1 and, for the tests, -O0 halve the compile time. lld links each test in a fifth of the time.
+# -g1 and, for the tests, -O0 shorten the compile time. lld links each test in a fifth of the time.
 build_sanitized() {
   build "$@" -- -Dcorrsel_ROS=OFF -Dcorrsel_TESTS=ON -Dcorrsel_FUZZ=ON -DCMAKE_CXX_COMPILER=clang++ \
     -DCMAKE_BUILD_TYPE=None -Dcorrsel_SANITIZE=fuzzer-no-link,address,undefined \

@@ -25,7 +25,7 @@ echo "commit,machine,images,features,selector,rate_hz,seconds,sent,dropped,p50_m
 
 # measure TITLE FEATURES SELECTOR RATE LOAD_TEST_ARGUMENT...: adds a row to the table.
 measure() {
-  local title=$1 features=$2 selector=$3 rate=$4 log=$build_dir/live.log output=$build_dir/load_test.log
+  local title=$1 features=$2 selector=$3 rate=$4 log=$build_dir/live.log output=$build_dir/load_test.log row
   shift 4
   say "$title, $features, $selector, $rate Hz (log of the nodelets: $log)"
   start_master "$log"
@@ -35,9 +35,10 @@ measure() {
   rosrun corrsel load_test --rate "$rate" --seconds "$seconds" --interval "$seconds" "$@" \
     left/image:=left/image_rect right/image:=right/image_rect | tee "$output"
   end_processes
-  awk -v row="$commit,$machine,$title,$features,$selector,$rate,$seconds" \
-    '/^ +[0-9]+ +[0-9]+ +[0-9]+ +[0-9.]+ /{ print row "," $2 "," $2 - $3 "," $4 "," $5 "," $6 "," $7 "," $8 }' \
-    "$output" | tail -n 1 >>"$new"
+  row=$(awk '/^ +[0-9]+ +[0-9]+ +[0-9]+ +[0-9.]+ /{ row = $2 "," $2 - $3 "," $4 "," $5 "," $6 "," $7 "," $8 }
+    END { print row }' "$output")
+  [ -n "$row" ] || { echo "measure_live.sh: load_test printed no line of its table (log: $log)" >&2 && exit 1; }
+  echo "$commit,$machine,$title,$features,$selector,$rate,$seconds,$row" >>"$new"
 }
 
 measure "samples 640x480" orb+orb usac 100

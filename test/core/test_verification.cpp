@@ -274,6 +274,7 @@ TEST(Verification, AFullDiskEndsTheRunAndKeepsWhatWasCommitted) {
     store.full_after = 2;
     VerificationOptions options = onThreads(threads);
     options.commit_pairs = 5;
+    options.commit_seconds = std::numeric_limits<double>::infinity();
     const auto run = [&] { verifyPairs(store, verifier(), options); };
     EXPECT_EQ(errorOf<StoreError>(run), "the disk is full");
     EXPECT_EQ(store.results.size(), 10u);

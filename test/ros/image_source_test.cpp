@@ -32,13 +32,12 @@
 
 #include "corrsel/random.h"
 #include "ros/live/parameters.h"
+#include "wait_for.h"
 
 namespace corrsel {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr auto kPatience = 30s;  // generous: the machine may be busy
 
 sensor_msgs::ImagePtr imageAt(const ros::Time& stamp, int width = 4, int height = 3) {
   const auto msg = boost::make_shared<sensor_msgs::Image>();
@@ -65,7 +64,7 @@ double gap(const ImageSet& set) {
 class ImageSourceTest : public ::testing::Test {
  protected:
   ImageSourceTest()
-      : name_(testing::UnitTest::GetInstance()->current_test_info()->name()),
+      : name_(::testing::UnitTest::GetInstance()->current_test_info()->name()),
         nh_(name_),
         pnh_(nh_, "node"),
         left_(nh_.advertise<sensor_msgs::Image>("left/image", 100)),
@@ -91,14 +90,7 @@ class ImageSourceTest : public ::testing::Test {
   }
 
   /// Calls callbacks until the condition holds. @return false when it did not in time
-  bool waitFor(const std::function<bool()>& condition) {
-    const auto deadline = std::chrono::steady_clock::now() + kPatience;
-    while (!condition()) {
-      if (std::chrono::steady_clock::now() > deadline) return false;
-      queue_.callAvailable(ros::WallDuration(0.002));
-    }
-    return true;
-  }
+  bool waitFor(const std::function<bool()>& condition) { return testing::waitFor(queue_, condition); }
 
   void sendLeft(const ros::Time& stamp) { send(left_, imageAt(stamp), &ImageSource::Counts::left); }
   void sendRight(const ros::Time& stamp) { send(right_, imageAt(stamp), &ImageSource::Counts::right); }
@@ -478,9 +470,7 @@ TEST_F(ImageSourceTest, UnsubscribeWaitsForTheCallbackAndNoneFollows) {
       left_.publish(imageAt(at(10 + i)));
       right_.publish(imageAt(at(10 + i)));
     }
-    const auto deadline = std::chrono::steady_clock::now() + kPatience;
-    while (!entered && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(1ms);
-    ASSERT_TRUE(entered);
+    ASSERT_TRUE(testing::waitFor([&] { return entered.load(); }));
     std::thread release([&] {
       source_->complaint();
       source_->counts();
@@ -687,7 +677,7 @@ TEST_F(ImageSourceTest, CompressedImagesAreDecoded) {
 }  // namespace corrsel
 
 int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
+  ::testing::InitGoogleTest(&argc, argv);
   ros::init(argc, argv, "image_source_test");
   const ros::NodeHandle alive;  // the node must not shut down between tests
   return RUN_ALL_TESTS();

@@ -10,17 +10,13 @@
 #include <sensor_msgs/Image.h>
 
 #include <boost/make_shared.hpp>
-#include <chrono>
 #include <cstddef>
-#include <functional>
 #include <string>
+
+#include "wait_for.h"
 
 namespace corrsel {
 namespace {
-
-using namespace std::chrono_literals;
-
-constexpr auto kPatience = 30s;  // generous: the machine may be busy
 
 /// Whether this process has loaded the library of image_transport's own plug-ins.
 bool pluginsAreLoaded() {
@@ -28,16 +24,6 @@ bool pluginsAreLoaded() {
     return std::string(library->dlpi_name).find("libimage_transport_plugins") != std::string::npos ? 1 : 0;
   };
   return dl_iterate_phdr(is_it, nullptr) != 0;
-}
-
-/// Calls callbacks until the condition holds. @return false when it did not in time
-bool waitFor(ros::CallbackQueue& queue, const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    queue.callAvailable(ros::WallDuration(0.002));
-  }
-  return true;
 }
 
 // One test, because the library stays in the process once it has been loaded.
@@ -57,12 +43,12 @@ TEST(ImageSubscriber, LoadsItsPluginBeforeItSubscribes) {
 
   for (std::size_t round = 1; round <= 3; ++round) {
     images.subscribe();
-    ASSERT_TRUE(
-        waitFor(queue, [&] { return publisher.getNumSubscribers() == 1 && images.publishers() == 1; }));
+    ASSERT_TRUE(testing::waitFor(
+        queue, [&] { return publisher.getNumSubscribers() == 1 && images.publishers() == 1; }));
     publisher.publish(boost::make_shared<sensor_msgs::Image>());
-    EXPECT_TRUE(waitFor(queue, [&] { return received == round; }));
+    EXPECT_TRUE(testing::waitFor(queue, [&] { return received == round; }));
     images.unsubscribe();
-    EXPECT_TRUE(waitFor(queue, [&] { return publisher.getNumSubscribers() == 0; }));
+    EXPECT_TRUE(testing::waitFor(queue, [&] { return publisher.getNumSubscribers() == 0; }));
     EXPECT_EQ(images.publishers(), 0u);
   }
 }
@@ -76,7 +62,7 @@ TEST(ImageSubscriber, ATransportThatCannotBeLoadedIsAnError) {
 }  // namespace corrsel
 
 int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
+  ::testing::InitGoogleTest(&argc, argv);
   ros::init(argc, argv, "image_subscriber_test");
   const ros::NodeHandle alive;  // the node must not shut down between tests
   return RUN_ALL_TESTS();

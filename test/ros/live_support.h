@@ -24,29 +24,11 @@
 
 #include "corrsel/random.h"
 #include "corrsel/ros/conversions.h"
+#include "wait_for.h"
 
 namespace corrsel::testing {
 
 using namespace std::chrono_literals;
-
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
-
-/// Generous: the machine may be busy. Nothing waits that long unless it fails.
-constexpr auto kPatience = kSanitized ? 90s : 20s;
-
-/// Polls until the condition holds. @return false when it did not in time
-inline bool waitFor(const std::function<bool()>& condition, std::chrono::milliseconds patience = kPatience) {
-  const auto deadline = std::chrono::steady_clock::now() + patience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(5ms);
-  }
-  return true;
-}
 
 /// Keeps what arrives on a topic, by stamp.
 template <class Message>
