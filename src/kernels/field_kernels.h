@@ -41,30 +41,40 @@ struct LaneMaximum {
   }
 };
 
-/// e^x for x <= 0, relative error below 1e-15; e^-700 below that.
-inline DoubleV exponential(DoubleV x) {
+/// Replaces n vectors of x <= 0 by e^x, with a relative error below 1e-15, and by e^-700 for smaller x. The
+/// vectors take each step together, because the steps of one wait for each other.
+template <std::size_t n>
+inline void exponentials(DoubleV* x) {
   constexpr double kLog2E = 1.4426950408889634, kLn2High = 0x1.62e42fee00000p-1,
                    kLn2Low = 1.90821492927058770e-10;
   constexpr double kRound = 0x1.8p52;  // adding it leaves the nearest whole number in the lowest bits
-  x = x > -700.0 ? x : x * 0.0 - 700.0;
-  const DoubleV rounded = x * kLog2E + kRound;
-  const DoubleV n = rounded - kRound;
-  const DoubleV r = (x - n * kLn2High) - n * kLn2Low;
   // Taylor's series: |r| <= ln(2) / 2 makes the first term left out 2e-16.
-  DoubleV sum = r * (1.0 / 479001600.0) + 1.0 / 39916800.0;
-  sum = sum * r + 1.0 / 3628800.0;
-  sum = sum * r + 1.0 / 362880.0;
-  sum = sum * r + 1.0 / 40320.0;
-  sum = sum * r + 1.0 / 5040.0;
-  sum = sum * r + 1.0 / 720.0;
-  sum = sum * r + 1.0 / 120.0;
-  sum = sum * r + 1.0 / 24.0;
-  sum = sum * r + 1.0 / 6.0;
-  sum = sum * r + 0.5;
-  sum = sum * r + 1.0;
-  sum = sum * r + 1.0;
-  const LongV exponent = (LongV)rounded << 52;  // the bits above the whole number are shifted out
-  return (DoubleV)((LongV)sum + exponent);
+  constexpr double kEven[] = {1.0 / 3628800.0, 1.0 / 40320.0, 1.0 / 720.0, 1.0 / 24.0, 0.5};
+  constexpr double kOdd[] = {1.0 / 362880.0, 1.0 / 5040.0, 1.0 / 120.0, 1.0 / 6.0, 1.0};
+  LongV exponent[n];
+  DoubleV r[n], squared[n], even[n], odd[n];
+  for (std::size_t k = 0; k < n; ++k) {
+    const DoubleV bounded = x[k] > -700.0 ? x[k] : x[k] * 0.0 - 700.0;
+    const DoubleV rounded = bounded * kLog2E + kRound;
+    const DoubleV whole = rounded - kRound;
+    exponent[k] = (LongV)rounded << 52;  // the bits above the whole number are shifted out
+    r[k] = (bounded - whole * kLn2High) - whole * kLn2Low;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    squared[k] = r[k] * r[k];
+    even[k] = squared[k] * (1.0 / 479001600.0) + kEven[0];
+    odd[k] = squared[k] * (1.0 / 39916800.0) + kOdd[0];
+  }
+  for (int term = 1; term < 5; ++term) {
+    for (std::size_t k = 0; k < n; ++k) {
+      even[k] = even[k] * squared[k] + kEven[term];
+      odd[k] = odd[k] * squared[k] + kOdd[term];
+    }
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    const DoubleV sum = odd[k] * r[k] + even[k] * squared[k] + 1.0;
+    x[k] = (DoubleV)((LongV)sum + exponent[k]);
+  }
 }
 
 /// acc[r][c] += sum over `groups` groups of left[r] * right[c], lane by lane.
@@ -92,47 +102,37 @@ inline void addProducts(const double* left, std::size_t left_stride, const doubl
   }
 }
 
-// Products of two rows with as many columns as leave their sums in registers.
+// Rows and columns of the largest tile of products whose sums stay in registers.
 #if defined(__AVX512F__)
-constexpr std::size_t kTileColumns = 8;
+constexpr int kTileRows = 2, kTileColumns = 8;
 #else
-constexpr std::size_t kTileColumns = 5;
+constexpr int kTileRows = 4, kTileColumns = 3;
 #endif
 
-/// The same for two rows and any number of columns, in tiles of nearly equal width.
-inline void addRowPair(const double* left, std::size_t left_stride, const double* right,
-                       std::size_t right_stride, std::size_t columns, std::size_t groups, double* acc,
-                       std::size_t acc_stride) {
-  for (std::size_t tiles = (columns + kTileColumns - 1) / kTileColumns; tiles > 0; --tiles) {
-    const std::size_t width = columns / tiles;
-#define CORRSEL_TILE(n)                                                                 \
-  case n:                                                                               \
-    addProducts<2, n>(left, left_stride, right, right_stride, groups, acc, acc_stride); \
-    break
-    switch (width) {
-      CORRSEL_TILE(1);
-      CORRSEL_TILE(2);
-      CORRSEL_TILE(3);
-      CORRSEL_TILE(4);
-      CORRSEL_TILE(5);
-#if defined(__AVX512F__)
-      CORRSEL_TILE(6);
-      CORRSEL_TILE(7);
-      CORRSEL_TILE(8);
-#endif
-      default:
-        break;
+/// addProducts for `rows` of at most kRows rows and `columns` of at most kColumns columns.
+template <int kRows, int kColumns>
+inline void addTile(std::size_t rows, std::size_t columns, const double* left, std::size_t left_stride,
+                    const double* right, std::size_t right_stride, std::size_t groups, double* acc,
+                    std::size_t acc_stride) {
+  if constexpr (kRows > 1) {
+    if (rows < kRows) {
+      return addTile<kRows - 1, kColumns>(rows, columns, left, left_stride, right, right_stride, groups, acc,
+                                          acc_stride);
     }
-#undef CORRSEL_TILE
-    columns -= width;
-    right += width * right_stride;
-    acc += width * kGroup;
   }
+  if constexpr (kColumns > 1) {
+    if (columns < kColumns) {
+      return addTile<kRows, kColumns - 1>(rows, columns, left, left_stride, right, right_stride, groups, acc,
+                                          acc_stride);
+    }
+  }
+  addProducts<kRows, kColumns>(left, left_stride, right, right_stride, groups, acc, acc_stride);
 }
 
 constexpr std::size_t kChunk = 128;  // points whose products are added up while they are in the first cache
 
-constexpr std::size_t kStrip = 4;  // groups that are worked on at a time, so that their operations overlap
+// Groups that are worked on at a time, so that their operations overlap.
+constexpr std::size_t kFactorStrip = 4, kResidualStrip = 4 / kGroupParts;
 
 /// Vectors of kGroups groups, from point i.
 template <std::size_t kGroups>
@@ -146,7 +146,7 @@ struct Strip {
   }
   void subtract(const double* p, std::size_t i, double factor) {
     for (std::size_t k = 0; k < kVectors; ++k) {
-      __builtin_prefetch(p + at(i, k) + kChunk);
+      if (k % kGroupParts == 0) __builtin_prefetch(p + at(i, k) + kChunk);
       v[k] -= load(p + at(i, k)) * factor;
     }
   }
@@ -162,9 +162,13 @@ inline void factorStrip(const double* x, const double* y, double beta, const Fie
   left_over.read(rest, i);
   for (std::size_t c = 0; c < pivots.count; ++c) {
     Strip<kGroups> value;
-    for (std::size_t k = 0; k < value.kVectors; ++k) {
-      const DoubleV dx = px.v[k] - pivots.x[c], dy = py.v[k] - pivots.y[c];
-      value.v[k] = exponential((dx * dx + dy * dy) * -beta);
+    constexpr std::size_t kTogether = value.kVectors < 4 ? value.kVectors : 4;
+    for (std::size_t first = 0; first < value.kVectors; first += kTogether) {
+      for (std::size_t k = first; k < first + kTogether; ++k) {
+        const DoubleV dx = px.v[k] - pivots.x[c], dy = py.v[k] - pivots.y[c];
+        value.v[k] = (dx * dx + dy * dy) * -beta;
+      }
+      exponentials<kTogether>(value.v + first);
     }
     const double* const row = pivots.rows + c * pivots.row_stride;
     for (std::size_t j = 0; j < factor.rank; ++j)
@@ -187,8 +191,8 @@ double factorKernel(const double* x, const double* y, double beta, const FieldPi
                     const FieldFactor& factor, double* added, double* rest) {
   LaneMaximum largest;
   std::size_t i = 0;
-  for (; i + kStrip * kGroup <= factor.padded; i += kStrip * kGroup)
-    factorStrip<kStrip>(x, y, beta, pivots, factor, i, added, rest, largest);
+  for (; i + kFactorStrip * kGroup <= factor.padded; i += kFactorStrip * kGroup)
+    factorStrip<kFactorStrip>(x, y, beta, pivots, factor, i, added, rest, largest);
   for (; i < factor.padded; i += kGroup) factorStrip<1>(x, y, beta, pivots, factor, i, added, rest, largest);
   return largest.total();
 }
@@ -196,22 +200,29 @@ double factorKernel(const double* x, const double* y, double beta, const FieldPi
 void gramKernel(const FieldFactor& factor, const double* weight, double* lanes, double* gram) {
   const std::size_t columns = factor.rank + 2;
   for (std::size_t k = 0; k < columns * columns * kGroup; ++k) lanes[k] = 0;
-  alignas(64) double rows[2 * kChunk];
+  alignas(64) double weighted[kTileRows * kChunk];
   for (std::size_t begin = 0; begin < factor.padded; begin += kChunk) {
     const std::size_t count = begin + kChunk < factor.padded ? kChunk : factor.padded - begin;
-    for (std::size_t j = 0; j < columns; j += 2) {
-      const bool pair = j + 1 < columns;  // else the second row is zero and adds nothing
-      const double* const a = factor.columns + j * factor.stride + begin;
-      const double* const b = pair ? a + factor.stride : a;
-      for (std::size_t i = 0; i < count; i += kDoubleWidth) {
-        const DoubleV w = load(weight + begin + i);
-        __builtin_prefetch(a + kChunk + i);
-        __builtin_prefetch(b + kChunk + i);
-        store(rows + i, w * load(a + i));
-        store(rows + kChunk + i, pair ? w * load(b + i) : DoubleV{});
+    for (std::size_t j = 0, rows; j < columns; j += rows) {
+      rows = columns - j < kTileRows ? columns - j : kTileRows;
+      const double* const first = factor.columns + j * factor.stride + begin;
+      for (std::size_t r = 0; r < rows; ++r) {
+        const double* const row = first + r * factor.stride;
+        for (std::size_t i = 0; i < count; i += kGroup) {
+          __builtin_prefetch(row + kChunk + i);
+          for (std::size_t k = i; k < i + kGroup; k += kDoubleWidth)
+            store(weighted + r * kChunk + k, load(weight + begin + k) * load(row + k));
+        }
       }
-      addRowPair(rows, kChunk, a, factor.stride, columns - j, count / kGroup,
-                 lanes + (j * columns + j) * kGroup, pair ? columns * kGroup : 0);
+      // Tiles of nearly equal width.
+      std::size_t k = j;
+      for (std::size_t tiles = (columns - j + kTileColumns - 1) / kTileColumns; tiles > 0; --tiles) {
+        const std::size_t width = (columns - k) / tiles;
+        addTile<kTileRows, kTileColumns>(
+            rows, width, weighted, kChunk, factor.columns + k * factor.stride + begin, factor.stride,
+            count / kGroup, lanes + (j * columns + k) * kGroup, columns * kGroup);
+        k += width;
+      }
     }
   }
   for (std::size_t k = 0; k < columns * columns; ++k) gram[k] = totalOf(lanes + k * kGroup);
@@ -239,8 +250,8 @@ double fieldResidualsKernel(const FieldFactor& factor, const double* coefficient
                             double* squared) {
   LaneSum sum;
   std::size_t i = 0;
-  for (; i + kStrip * kGroup <= factor.padded; i += kStrip * kGroup)
-    residualStrip<kStrip>(factor, coefficients, weight, i, squared, sum);
+  for (; i + kResidualStrip * kGroup <= factor.padded; i += kResidualStrip * kGroup)
+    residualStrip<kResidualStrip>(factor, coefficients, weight, i, squared, sum);
   for (; i < factor.padded; i += kGroup) residualStrip<1>(factor, coefficients, weight, i, squared, sum);
   return sum.total();
 }
@@ -252,13 +263,16 @@ FieldPosteriorSums posteriorsKernel(const FieldPosteriorRule& rule, const double
   for (std::size_t k = 0; k < kGroup; ++k) number[k] = static_cast<double>(k);
   for (std::size_t i = 0; i < size; i += kGroup) {
     const double left = static_cast<double>(size - i);
+    DoubleV e[kGroupParts];
+    for (std::size_t part = 0; part < kGroupParts; ++part)
+      e[part] = load(squared + i + part * kDoubleWidth) * rule.exponent;
+    exponentials<kGroupParts>(e);
     for (std::size_t part = 0; part < kGroupParts; ++part) {
       const std::size_t at = i + part * kDoubleWidth;
       const DoubleV r = load(squared + at);
-      const DoubleV e = exponential(r * rule.exponent);
       const LongV valid = load(number + part * kDoubleWidth) < left;
       const DoubleV zero{};
-      const DoubleV p = valid ? e / (e + rule.outlier) : zero;
+      const DoubleV p = valid ? e[part] / (e[part] + rule.outlier) : zero;
       const DoubleV kept = p > rule.min_posterior ? p : rule.min_posterior - zero;
       const DoubleV weight = valid ? kept : zero;
       weighted.add(part, p * r);
