@@ -144,9 +144,9 @@ struct Range {
   ShortV high, low;
 
   explicit Range(ShortV v) : high(v), low(v) {}
-  void add(ShortV v) {
-    high = maximum(high, v);
-    low = minimum(low, v);
+  void add(const Range& other) {
+    high = maximum(high, other.high);
+    low = minimum(low, other.low);
   }
 };
 
@@ -161,52 +161,60 @@ inline bool isFirst(const std::int16_t* const* rows, int level, int column) {
 
 int extremaKernel(const std::int16_t* const* rows, int levels, int begin, int end, std::int16_t threshold,
                   ExtremumPlace* found) {
-  // The ranges of columns are kept for so many pixels, which stay in the cache.
+  // The ranges of three rows and levels are kept for so many pixels, which stay in the cache.
   constexpr int kBlock = 256, kMaxLevels = ScaleSpaceKernels::kMaxLevels;
-  alignas(64) std::int16_t high[kMaxLevels + 2][kBlock + 2 * kShorts],
-      low[kMaxLevels + 2][kBlock + 2 * kShorts];
-  const ShortV limit = splat(threshold);
+  alignas(64) std::int16_t high[kMaxLevels + 1][kBlock + 2 * kShorts],
+      low[kMaxLevels + 1][kBlock + 2 * kShorts];
   int count = 0;
   for (int first = begin; first < end; first += kBlock) {
     const int columns = end - first < kBlock ? end - first : kBlock;
-    for (int level = 0; level < levels + 2; ++level) {
-      const std::int16_t* const* const three = rows + 3 * level;
-      for (int c = 0; c < columns + 2; c += kShorts) {
+    for (int c = 0; c < columns + 2; c += kShorts) {
+      const auto rangeOf = [&](int level) {
+        const std::int16_t* const* const three = rows + 3 * level;
         const int x = first - 1 + c;
         Range range(load(three[0] + x));
-        range.add(load(three[1] + x));
-        range.add(load(three[2] + x));
-        store(high[level] + c, range.high);
-        store(low[level] + c, range.low);
+        range.add(Range(load(three[1] + x)));
+        range.add(Range(load(three[2] + x)));
+        return range;
+      };
+      Range before = rangeOf(0), at = rangeOf(1);
+      for (int level = 1; level <= levels; ++level) {
+        const Range after = rangeOf(level + 1);
+        before.add(at);
+        before.add(after);
+        store(high[level] + c, before.high);
+        store(low[level] + c, before.low);
+        before = at;
+        at = after;
       }
     }
+    const ShortV limit = splat(threshold);
     for (int c = 0; c < columns; c += kShorts) {
-      ShortV highest[kMaxLevels + 2], lowest[kMaxLevels + 2];
-      const auto widen = [&](int level) {
-        const std::int16_t *const h = high[level] + c, *const l = low[level] + c;
-        highest[level] = maximum(maximum(load(h), load(h + 1)), load(h + 2));
-        lowest[level] = minimum(minimum(load(l), load(l + 1)), load(l + 2));
-      };
-      widen(0);
-      widen(1);
+      ShortV extremal[kMaxLevels + 1], any{};
       for (int level = 1; level <= levels; ++level) {
-        widen(level + 1);
         const ShortV value = load(rows[3 * level + 1] + first + c);
-        const ShortV largest =
-            maximum(maximum(highest[level - 1], highest[level]), maximum(highest[level + 1], limit));
-        const ShortV smallest =
-            minimum(minimum(lowest[level - 1], lowest[level]), minimum(lowest[level + 1], -limit));
-        const ShortV extremal = (value == largest) | (value == smallest);
-        if (!anyTrue(extremal)) continue;
-        std::int16_t lanes[kShorts];
-        store(lanes, extremal);
-        const int n = columns - c < kShorts ? columns - c : kShorts;
-        for (int k = 0; k < n; ++k) {
-          if (lanes[k] == 0) continue;
-          const int column = first + c + k, v = rows[3 * level + 1][column];
-          // A value that equals the limit is not beyond it.
-          if (v != threshold && v != -threshold && isFirst(rows, level, column))
-            found[count++] = {column, level};
+        const std::int16_t *const h = high[level] + c, *const l = low[level] + c;
+        const ShortV largest = maximum(maximum(load(h), load(h + 1)), maximum(load(h + 2), limit));
+        const ShortV smallest = minimum(minimum(load(l), load(l + 1)), minimum(load(l + 2), -limit));
+        extremal[level] = (value == largest) | (value == smallest);
+        any |= extremal[level];
+      }
+      if (!anyTrue(any)) continue;
+      const int n = columns - c < kShorts ? columns - c : kShorts;
+      for (int level = 1; level <= levels; ++level) {
+        // Four lanes at a time are skipped where there is nothing.
+        constexpr int kFour = 4;
+        std::uint64_t fours[kShorts / kFour];
+        __builtin_memcpy(fours, &extremal[level], sizeof fours);
+        for (int four = 0; four < kShorts / kFour; ++four) {
+          if (fours[four] == 0) continue;
+          for (int k = kFour * four; k < kFour * (four + 1) && k < n; ++k) {
+            if (extremal[level][k] == 0) continue;
+            const int column = first + c + k, v = rows[3 * level + 1][column];
+            // A value that equals the limit is not beyond it.
+            if (v != threshold && v != -threshold && isFirst(rows, level, column))
+              found[count++] = {column, level};
+          }
         }
       }
     }
