@@ -20,6 +20,7 @@ int compareOptional(const std::vector<float>& column, std::uint32_t a, std::uint
 
 void radixSort(std::vector<KeyedRow>& rows, std::vector<KeyedRow>& scratch) {
   constexpr unsigned kMaxBits = 11, kRounds = 3;
+  constexpr std::size_t kBlock = 256;
   if (rows.empty()) return;
   std::uint32_t lowest = rows.front().key, highest = lowest;
   for (const KeyedRow& row : rows) {
@@ -39,11 +40,19 @@ void radixSort(std::vector<KeyedRow>& rows, std::vector<KeyedRow>& scratch) {
     for (unsigned round = 0; round < kRounds; ++round) ++starts[round][digit(row.key, round)];
   }
   scratch.resize(rows.size());
+  // A row that is written as soon as its place is known delays the next look into `starts`, because the
+  // processor cannot rule out that the two overlap.
+  std::array<std::uint32_t, kBlock> places;
   for (unsigned round = 0; round < kRounds; ++round) {
     std::uint32_t total = 0;
     for (std::uint32_t bucket = 0; bucket < buckets; ++bucket)
       total += std::exchange(starts[round][bucket], total);
-    for (const KeyedRow& row : rows) scratch[starts[round][digit(row.key, round)]++] = row;
+    for (std::size_t begin = 0; begin < rows.size(); begin += kBlock) {
+      const std::size_t count = std::min(kBlock, rows.size() - begin);
+      const KeyedRow* const block = rows.data() + begin;
+      for (std::size_t k = 0; k < count; ++k) places[k] = starts[round][digit(block[k].key, round)]++;
+      for (std::size_t k = 0; k < count; ++k) scratch[places[k]] = block[k];
+    }
     rows.swap(scratch);
   }
 }

@@ -56,25 +56,23 @@ void RayColumns::widen(const std::vector<std::uint32_t>& rows, RayMatches& to) c
 void normalizeMatches(const Correspondences& matches, const std::vector<std::uint32_t>& rows,
                       NormalizedMatches& result) {
   std::vector<float>* const columns[4] = {&result.left_x, &result.left_y, &result.right_x, &result.right_y};
-  const std::vector<float>* const from[4] = {&matches.left_x, &matches.left_y, &matches.right_x,
-                                             &matches.right_y};
-  double largest = 0;
-  result.rays = {};
-  for (int c = 0; c < 4; ++c) {
-    gather(*from[c], rows, *columns[c]);
-    largest = std::max<double>(largest, largestMagnitude(*columns[c]));
-  }
   const std::size_t n = rows.size();
+  result.rays = {};
+  for (std::vector<float>* column : columns) column->resize(n);
+  float *const lx = result.left_x.data(), *const ly = result.left_y.data();
+  float *const rx = result.right_x.data(), *const ry = result.right_y.data();
   double mean[4] = {0, 0, 0, 0}, spread = 0;
-  // The four columns are summed together, so that the additions do not wait for one another.
-  const float *const lx = result.left_x.data(), *const ly = result.left_y.data();
-  const float *const rx = result.right_x.data(), *const ry = result.right_y.data();
+  // The four columns are copied and summed together, so that the additions do not wait for one another.
   for (std::size_t i = 0; i < n; ++i) {
-    mean[0] += lx[i];
-    mean[1] += ly[i];
-    mean[2] += rx[i];
-    mean[3] += ry[i];
+    const std::uint32_t row = rows[i];
+    mean[0] += lx[i] = matches.left_x[row];
+    mean[1] += ly[i] = matches.left_y[row];
+    mean[2] += rx[i] = matches.right_x[row];
+    mean[3] += ry[i] = matches.right_y[row];
   }
+  double largest = 0;
+  for (const std::vector<float>* column : columns)
+    largest = std::max<double>(largest, largestMagnitude(*column));
   for (double& value : mean) value = n == 0 ? 0.0 : value / static_cast<double>(n);
   double squares[4] = {0, 0, 0, 0};
   const auto square = [](double value) { return value * value; };

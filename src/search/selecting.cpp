@@ -145,11 +145,12 @@ std::size_t selectByModel(const Correspondences& matches, const Model& model, co
     pixelErrors(model.traits.mask_residual, pixels, matches, errors.data());
   }
   result.score.resize(n);
+  for (std::size_t i = 0; i < n; ++i) result.score[i] = static_cast<float>(-errors[i]);
   std::size_t inliers = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    result.score[i] = static_cast<float>(-errors[i]);
-    result.mask[i] = errors[i] <= threshold * threshold ? 1 : 0;
-    inliers += result.mask[i];
+    const bool inlier = errors[i] <= threshold * threshold;
+    result.mask[i] = inlier ? 1 : 0;
+    inliers += inlier ? 1 : 0;
   }
   return inliers;
 }
