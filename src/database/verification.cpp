@@ -363,6 +363,10 @@ void check(const VerificationOptions& options) {
   if (options.commit_pairs < 1) {
     throw std::invalid_argument("verification: commit_pairs must be at least 1, not 0");
   }
+  if (!(options.commit_seconds >= 0)) {
+    throw std::invalid_argument("verification: commit_seconds must be at least 0, not " +
+                                formatNumber(options.commit_seconds));
+  }
 }
 
 }  // namespace

@@ -184,7 +184,7 @@ TEST(Verification, AnInterruptedRunStoresWhatIsCompleteAndContinues) {
   MemoryStore whole = twoPlaces(10, 30);
   verifyPairs(whole, verifier(), {});
   for (int threads : {1, 2}) {
-    MemoryStore store = twoPlaces(10, 30);  // 190 pairs; two threads read ahead 128 at most
+    MemoryStore store = twoPlaces(10, 30);  // 190 pairs; two threads read fewer than 140 ahead
     VerificationOptions options = onThreads(threads);
     options.commit_pairs = 4;
     std::atomic<bool> interrupt{false};
@@ -332,6 +332,11 @@ TEST(Verification, OptionsOutOfRangeAreNamed) {
   options = {};
   options.commit_pairs = 0;
   EXPECT_TRUE(mentions(errorOf<std::invalid_argument>(run), {"commit_pairs", "at least 1"}));
+  for (const double seconds : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    options = {};
+    options.commit_seconds = seconds;
+    EXPECT_TRUE(mentions(errorOf<std::invalid_argument>(run), {"commit_seconds", "at least 0"}));
+  }
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct PairMatchingOptions : OptionSet {
   /// A match is dropped where its distance is not below this part of the distance of the second nearest
   /// descriptor, in either image; 1 = no such test.
   double ratio = 0.8;
-  double memory_gib = 1;  ///< for descriptors that are kept for further pairs
+  double memory_gib = 1;  ///< for descriptors that are kept for further pairs, GiB; 0 to 1e6
   bool again = false;     ///< match pairs that have matches already
 
   void visit(OptionVisitor& visitor) const override;

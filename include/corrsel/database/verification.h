@@ -17,9 +17,9 @@ struct VerificationOptions {
   bool again = false;               ///< verify pairs whose verification is stored already
   bool strict = false;              ///< stop at the first faulty pair
   bool dry_run = false;             ///< verify, and write nothing
-  double memory_gib = 1;            ///< for keypoints that are kept for further pairs
-  std::size_t commit_pairs = 500;   ///< pairs of one transaction, at most
-  double commit_seconds = 2;        ///< time between two transactions, at most
+  double memory_gib = 1;            ///< for keypoints that are kept for further pairs, GiB; 0 to 1e6
+  std::size_t commit_pairs = 500;   ///< pairs of one transaction, at most; at least 1
+  double commit_seconds = 2;        ///< time between two transactions, at most, s; >= 0, may be infinite
   std::vector<ImagePairKey> pairs;  ///< ascending; empty: all pairs of the store
 };
 
@@ -50,7 +50,8 @@ struct VerificationSummary {
 /// @param each       called for every verified pair in ascending order, also for faulty ones
 /// @param progress   called from time to time; may be empty
 /// @param interrupt  where it becomes true, the run stores what is complete and returns
-/// Throws StoreError; what was committed before remains.
+/// Throws StoreError; what was committed before remains. Throws std::invalid_argument for an option out of
+/// its range, before anything is read.
 VerificationSummary verifyPairs(PairStore& store, const PairVerifier& verifier,
                                 const VerificationOptions& options,
                                 const std::function<void(const VerifiedPair&)>& each = {},
