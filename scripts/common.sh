@@ -132,6 +132,11 @@ build() {
   fi
 }
 
+# fetch_test_samples: gets the photographs of the sample dataset. Where that fails, the tests that need them are skipped.
+fetch_test_samples() {
+  "$package_dir/scripts/fetch_samples.sh" || say "no sample photographs: the tests that need them will be skipped"
+}
+
 # run_tests CTEST_ARGUMENT...: runs tests of $build_dir. The results stay there for summary.py.
 run_tests() {
   rm -rf "$build_dir/test_results"

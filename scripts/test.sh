@@ -15,7 +15,7 @@ case ${1:-} in
 esac
 
 install_packages "${build_packages[@]}" "${test_packages[@]}" "${performance_packages[@]}"
-"$package_dir/scripts/fetch_samples.sh" || say "no sample photographs: the tests that need them will be skipped"
+fetch_test_samples
 build all tests -- "$@"
 (
   use_workspace

@@ -56,6 +56,7 @@ if [ ! -d "$root" ]; then
   mv "$root.new" "$root"
 fi
 
+fetch_test_samples
 # The tests' own code need not be fast, and optimizing it takes longer than running it.
 arguments=(
   -DCMAKE_TOOLCHAIN_FILE="$package_dir/cmake/aarch64.cmake" -DCMAKE_SYSROOT="$root" -Dcorrsel_ROS=OFF

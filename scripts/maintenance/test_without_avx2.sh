@@ -20,6 +20,7 @@ processors=("$@")
 [ $# -gt 0 ] || processors=(Nehalem)
 
 install_packages "${build_packages[@]}" "${test_packages[@]}" qemu-user-static
+fetch_test_samples
 # With the name of the system, CMake prepares for another machine than this one: it runs the tests in the emulator.
 arguments+=(
   -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=x86_64 -Dcorrsel_ROS=OFF -Dcorrsel_PYTHON=OFF
