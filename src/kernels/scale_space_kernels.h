@@ -150,6 +150,45 @@ struct Range {
   }
 };
 
+/// The range over the rows before, at and after a row of one level, from column x on.
+inline Range rangeOfRows(const std::int16_t* const* three, int x) {
+  Range range(load(three[0] + x));
+  range.add(Range(load(three[1] + x)));
+  range.add(Range(load(three[2] + x)));
+  return range;
+}
+
+/// The ranges over three rows and three levels for kColumns pixels, which stay in the cache.
+struct LevelRanges {
+  static constexpr int kColumns = 256, kMaxLevels = ScaleSpaceKernels::kMaxLevels;
+  alignas(64) std::int16_t high[kMaxLevels + 1][kColumns + 2 * kShorts],
+      low[kMaxLevels + 1][kColumns + 2 * kShorts];
+
+  /// Finds those of `columns` pixels from column x on, and of one more on each side.
+  void find(const std::int16_t* const* rows, int levels, int x, int columns) {
+    for (int c = 0; c < columns + 2; c += kShorts) {
+      Range before = rangeOfRows(rows, x - 1 + c), at = rangeOfRows(rows + 3, x - 1 + c);
+      for (int level = 1; level <= levels; ++level) {
+        const Range after = rangeOfRows(rows + 3 * (level + 1), x - 1 + c);
+        before.add(at);
+        before.add(after);
+        store(high[level] + c, before.high);
+        store(low[level] + c, before.low);
+        before = at;
+        at = after;
+      }
+    }
+  }
+
+  /// Which values of pixels from the c-th on are the extremum of their neighbours and of +-limit.
+  ShortV extremal(ShortV value, int level, int c, ShortV limit) const {
+    const std::int16_t *const h = high[level] + c, *const l = low[level] + c;
+    const ShortV largest = maximum(maximum(load(h), load(h + 1)), maximum(load(h + 2), limit));
+    const ShortV smallest = minimum(minimum(load(l), load(l + 1)), minimum(load(l + 2), -limit));
+    return (value == largest) | (value == smallest);
+  }
+};
+
 /// Whether no neighbour before the place equals its value. @pre it is an extremum
 inline bool isFirst(const std::int16_t* const* rows, int level, int column) {
   const std::int16_t value = rows[3 * level + 1][column];
@@ -159,64 +198,45 @@ inline bool isFirst(const std::int16_t* const* rows, int level, int column) {
   return true;
 }
 
+/// Writes the places of a level whose mask is set among n pixels from column x on. @return their number
+inline int takePlaces(const std::int16_t* const* rows, int level, int x, const std::int16_t (&mask)[kShorts],
+                      int n, std::int16_t threshold, ExtremumPlace* found) {
+  constexpr int kFour = 4;  // lanes at a time that are skipped where there is nothing
+  int count = 0;
+  for (int first = 0; first < n; first += kFour) {
+    std::uint64_t four = 0;
+    __builtin_memcpy(&four, mask + first, sizeof four);
+    if (four == 0) continue;
+    for (int k = first; k < first + kFour && k < n; ++k) {
+      const int v = rows[3 * level + 1][x + k];
+      // A value that equals the limit is not beyond it.
+      if (mask[k] != 0 && v != threshold && v != -threshold && isFirst(rows, level, x + k))
+        found[count++] = {x + k, level};
+    }
+  }
+  return count;
+}
+
 int extremaKernel(const std::int16_t* const* rows, int levels, int begin, int end, std::int16_t threshold,
                   ExtremumPlace* found) {
-  // The ranges of three rows and levels are kept for so many pixels, which stay in the cache.
-  constexpr int kBlock = 256, kMaxLevels = ScaleSpaceKernels::kMaxLevels;
-  alignas(64) std::int16_t high[kMaxLevels + 1][kBlock + 2 * kShorts],
-      low[kMaxLevels + 1][kBlock + 2 * kShorts];
+  LevelRanges ranges;
+  std::int16_t masks[LevelRanges::kMaxLevels + 1][kShorts];
   int count = 0;
-  for (int first = begin; first < end; first += kBlock) {
-    const int columns = end - first < kBlock ? end - first : kBlock;
-    for (int c = 0; c < columns + 2; c += kShorts) {
-      const auto rangeOf = [&](int level) {
-        const std::int16_t* const* const three = rows + 3 * level;
-        const int x = first - 1 + c;
-        Range range(load(three[0] + x));
-        range.add(Range(load(three[1] + x)));
-        range.add(Range(load(three[2] + x)));
-        return range;
-      };
-      Range before = rangeOf(0), at = rangeOf(1);
-      for (int level = 1; level <= levels; ++level) {
-        const Range after = rangeOf(level + 1);
-        before.add(at);
-        before.add(after);
-        store(high[level] + c, before.high);
-        store(low[level] + c, before.low);
-        before = at;
-        at = after;
-      }
-    }
+  for (int first = begin; first < end; first += LevelRanges::kColumns) {
+    const int columns = end - first < LevelRanges::kColumns ? end - first : LevelRanges::kColumns;
+    ranges.find(rows, levels, first, columns);
     const ShortV limit = splat(threshold);
     for (int c = 0; c < columns; c += kShorts) {
-      ShortV extremal[kMaxLevels + 1], any{};
+      ShortV any{};
       for (int level = 1; level <= levels; ++level) {
-        const ShortV value = load(rows[3 * level + 1] + first + c);
-        const std::int16_t *const h = high[level] + c, *const l = low[level] + c;
-        const ShortV largest = maximum(maximum(load(h), load(h + 1)), maximum(load(h + 2), limit));
-        const ShortV smallest = minimum(minimum(load(l), load(l + 1)), minimum(load(l + 2), -limit));
-        extremal[level] = (value == largest) | (value == smallest);
-        any |= extremal[level];
+        const ShortV mask = ranges.extremal(load(rows[3 * level + 1] + first + c), level, c, limit);
+        store(masks[level], mask);
+        any |= mask;
       }
       if (!anyTrue(any)) continue;
       const int n = columns - c < kShorts ? columns - c : kShorts;
-      for (int level = 1; level <= levels; ++level) {
-        // Four lanes at a time are skipped where there is nothing.
-        constexpr int kFour = 4;
-        std::uint64_t fours[kShorts / kFour];
-        __builtin_memcpy(fours, &extremal[level], sizeof fours);
-        for (int four = 0; four < kShorts / kFour; ++four) {
-          if (fours[four] == 0) continue;
-          for (int k = kFour * four; k < kFour * (four + 1) && k < n; ++k) {
-            if (extremal[level][k] == 0) continue;
-            const int column = first + c + k, v = rows[3 * level + 1][column];
-            // A value that equals the limit is not beyond it.
-            if (v != threshold && v != -threshold && isFirst(rows, level, column))
-              found[count++] = {column, level};
-          }
-        }
-      }
+      for (int level = 1; level <= levels; ++level)
+        count += takePlaces(rows, level, first + c, masks[level], n, threshold, found + count);
     }
   }
   return count;
