@@ -228,6 +228,30 @@ TEST_F(Kernels, NormalEquationsAreThoseOfTheInliersAtEveryLevel) {
   }
 }
 
+TEST_F(Kernels, FirstColumnOfTheFieldIsTheExponentialFunctionAtEveryLevel) {
+  constexpr std::size_t kPadded = 37 * kFieldGroup;
+  std::vector<double> x(kPadded), y(kPadded, 0.0);
+  for (std::size_t i = 0; i < kPadded; ++i) x[i] = 0.09 * double(i);  // x^2 from 0 to 705
+  const double origin = 0, whole_diagonal = 1;
+  const FieldPivots pivot = {1, &origin, &origin, &whole_diagonal, nullptr, 0};
+  const FieldFactor nothing = {nullptr, kPadded, 0, kPadded};
+  std::vector<double> first;
+  for (const KernelLevel level : supportedKernelLevels()) {
+    setKernelLevel(level);
+    std::vector<double> added(kPadded), rest(kPadded, 1.0);
+    const double largest =
+        kernels().field.factor(x.data(), y.data(), 1, pivot, nothing, added.data(), rest.data());
+    for (std::size_t i = 0; i < kPadded; ++i) {
+      const double expected = std::exp(-std::min(x[i] * x[i], 700.0));
+      EXPECT_NEAR(added[i], expected, 1e-15 * expected) << toString(level) << ", x = " << x[i];
+      EXPECT_EQ(rest[i], 1 - added[i] * added[i]) << toString(level) << ", x = " << x[i];
+    }
+    EXPECT_EQ(largest, 1);
+    if (first.empty()) first = added;
+    EXPECT_EQ(added, first) << toString(level);
+  }
+}
+
 TEST_F(Kernels, GramMatrixIsTheSumOfWeightedProductsAtEveryRankAndLevel) {
   constexpr std::size_t kPadded = 37 * kFieldGroup;
   for (std::size_t rank = 0; rank <= 11; ++rank) {
