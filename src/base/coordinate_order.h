@@ -18,7 +18,8 @@ inline std::uint32_t sortKey(float value) {
   const float positive_zero = value + 0.0F;
   std::uint32_t bits = 0;
   std::memcpy(&bits, &positive_zero, sizeof bits);
-  return (bits & 0x80000000U) != 0 ? ~bits : bits | 0x80000000U;
+  // Inverts all bits of a negative number, and the sign of another one.
+  return bits ^ ((0U - (bits >> 31)) | 0x80000000U);
 }
 
 /// Sorts by key and keeps the order of equal keys. O(N), with `scratch` as long as `rows`.

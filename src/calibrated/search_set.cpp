@@ -23,7 +23,7 @@ const std::vector<std::uint32_t>& SearchSet::choose(const Correspondences& match
   costs_.resize(costs.known() ? matches.size() : 0);
   for (std::uint32_t i = 0; i < costs_.size(); ++i) costs_[i] = costs.nearest(i);
   keepBest(matches.right_x, matches.right_y);
-  for (std::uint32_t i = 0; i < costs_.size(); ++i) costs_[i] = costs.ratio(i);
+  if (costs.known()) costs.ratios(costs_);
   keepBest(matches.left_x, matches.left_y);
   return rows_;
 }

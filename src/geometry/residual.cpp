@@ -70,12 +70,15 @@ void pixelErrors(Residual residual, const cv::Matx33d& model, const Corresponden
     const std::size_t count = std::min(kBlock, n - begin);
     double* const error = out + begin;
     errors(inverse.val, {u, v, x, y, n}, begin, begin + count, backward);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (residual == Residual::kSymmetricTransfer) {
-        error[i] += backward[i];
-      } else {
-        const bool exists = std::isfinite(error[i]) && std::isfinite(backward[i]);
-        error[i] = exists ? std::min(error[i], backward[i]) : std::numeric_limits<double>::infinity();
+    if (residual == Residual::kSymmetricTransfer) {
+      for (std::size_t i = 0; i < count; ++i) error[i] += backward[i];
+    } else {
+      constexpr double kInfinity = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < count; ++i) {
+        // There are no branches, so that the loop is vectorised.
+        const double smaller = backward[i] < error[i] ? backward[i] : error[i];
+        const double known = error[i] < kInfinity ? smaller : kInfinity;
+        error[i] = backward[i] < kInfinity ? known : kInfinity;
       }
     }
   }

@@ -8,10 +8,10 @@
 namespace corrsel::core {
 namespace {
 
+constexpr std::uint32_t kUnknown = std::numeric_limits<std::uint32_t>::max();
+
 /// Converts a cost to a sort key. Larger is worse; NaN and negative costs come last.
-std::uint32_t costKey(float cost) {
-  return cost >= 0 ? sortKey(cost) : std::numeric_limits<std::uint32_t>::max();
-}
+std::uint32_t costKey(float cost) { return sortKey(cost) | (cost >= 0 ? 0U : kUnknown); }
 
 }  // namespace
 
@@ -27,14 +27,15 @@ bool Ordering::byQuality(const Correspondences& m, const std::vector<std::uint32
                          std::vector<std::uint32_t>& positions) {
   const MatchCosts costs(m);
   if (!costs.known()) return false;
+  costs.ratios(costs_);
   items_.resize(rows.size());
-  bool any = false;
+  std::uint32_t common = kUnknown;  // bits of all keys
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const float cost = costs.ratio(rows[i]);
-    any = any || cost >= 0;
-    items_[i] = {costKey(cost), static_cast<std::uint32_t>(i)};
+    const std::uint32_t key = costKey(costs_[rows[i]]);
+    common &= key;
+    items_[i] = {key, static_cast<std::uint32_t>(i)};
   }
-  if (!any) return false;
+  if (common == kUnknown) return false;
   radixSort(items_, scratch_);
   positions.resize(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) positions[i] = items_[i].row;

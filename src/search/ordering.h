@@ -25,6 +25,7 @@ class Ordering {
                  std::vector<std::uint32_t>& positions);
 
  private:
+  std::vector<float> costs_;  // of each row
   std::vector<KeyedRow> items_, scratch_;
 };
 

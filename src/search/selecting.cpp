@@ -145,14 +145,12 @@ std::size_t selectByModel(const Correspondences& matches, const Model& model, co
     pixelErrors(model.traits.mask_residual, pixels, matches, errors.data());
   }
   result.score.resize(n);
-  for (std::size_t i = 0; i < n; ++i) result.score[i] = static_cast<float>(-errors[i]);
-  std::size_t inliers = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const bool inlier = errors[i] <= threshold * threshold;
-    result.mask[i] = inlier ? 1 : 0;
-    inliers += inlier ? 1 : 0;
-  }
-  return inliers;
+  // Pointers, because a write to the mask might change the vectors otherwise.
+  const double* const error = errors.data();
+  std::uint8_t* const mask = result.mask.data();
+  for (std::size_t i = 0; i < n; ++i) result.score[i] = static_cast<float>(-error[i]);
+  for (std::size_t i = 0; i < n; ++i) mask[i] = error[i] <= threshold * threshold ? 1 : 0;
+  return static_cast<std::size_t>(std::count(mask, mask + n, 1));
 }
 
 void selectByConsensus(const Correspondences& matches, const SearchParts& parts,

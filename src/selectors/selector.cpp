@@ -217,8 +217,7 @@ Selection Selector::select(const Correspondences& matches, Workspace& workspace)
   }
   result.n_input = n;
   result.n_ignored += n_ignored;  // run() counts those without a ray
-  result.n_selected = 0;
-  for (const std::uint8_t selected : result.mask) result.n_selected += selected;
+  result.n_selected = static_cast<std::size_t>(std::count(result.mask.begin(), result.mask.end(), 1));
   result.seconds = watch.seconds();
   return result;
 }

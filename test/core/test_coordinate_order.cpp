@@ -17,22 +17,32 @@ TEST(CoordinateOrder, KeysCompareLikeTheValues) {
   EXPECT_EQ(sortKey(-0.0f), sortKey(0.0f));
 }
 
-TEST(CoordinateOrder, RadixSortIsStable) {
+/// Keys that are spread evenly, that lie in two clusters, and that are few different ones.
+std::vector<KeyedRow> makeRows(std::size_t n, int kind) {
   Random random(3);
-  std::vector<KeyedRow> rows, scratch;
-  for (std::uint32_t i = 0; i < 5000; ++i)
-    rows.push_back({i % 2 == 0 ? random.index(50) : std::uint32_t(random.next()), i});
-  std::vector<KeyedRow> expected = rows;
-  std::stable_sort(expected.begin(), expected.end(),
-                   [](const KeyedRow& a, const KeyedRow& b) { return a.key < b.key; });
-  radixSort(rows, scratch);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    ASSERT_EQ(rows[i].key, expected[i].key);
-    ASSERT_EQ(rows[i].row, expected[i].row);
+  std::vector<KeyedRow> rows;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const auto any = static_cast<std::uint32_t>(random.next());
+    const std::uint32_t cluster = i % 2 == 0 ? 100000U : 4000000000U;
+    rows.push_back({kind == 0 ? any : kind == 1 ? cluster + any % 5000 : 7 + any % 50, i});
   }
-  rows.clear();
-  radixSort(rows, scratch);
-  EXPECT_TRUE(rows.empty());
+  return rows;
+}
+
+TEST(CoordinateOrder, RadixSortIsStable) {
+  for (const std::size_t n : {0, 1, 2, 300, 5000, 300000}) {
+    for (const int kind : {0, 1, 2}) {
+      std::vector<KeyedRow> rows = makeRows(n, kind), expected = rows, scratch;
+      std::stable_sort(expected.begin(), expected.end(),
+                       [](const KeyedRow& a, const KeyedRow& b) { return a.key < b.key; });
+      radixSort(rows, scratch);
+      ASSERT_EQ(rows.size(), n);
+      for (std::size_t i = 0; i < n; ++i) {
+        ASSERT_EQ(rows[i].key, expected[i].key) << "n " << n << ", kind " << kind;
+        ASSERT_EQ(rows[i].row, expected[i].row) << "n " << n << ", kind " << kind;
+      }
+    }
+  }
 }
 
 TEST(CoordinateOrder, SortsByEveryCoordinateThenByDistance) {
